@@ -1,0 +1,167 @@
+"""One command: make blind cases, diagnose them in a process that cannot see the truth, score, print the table.
+
+    python -m benchmarks.blind.run --tool "stepgauge diagnose {recordings} --gauge {gauge} --machine {machine} -o {out}"
+
+While tools run, no truth is on the disk: it stays in the memory of this process and is written to ``sealed/`` (0700,
+files 0600) when the last diagnosis has ended. Run as root where the interpreter is open to everybody, the workers
+become the user ``nobody`` besides.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from benchmarks.blind.generate import add_selection, make_cases, seal, selected
+from benchmarks.blind.score import score_case
+from benchmarks.blind.table import summarise, text
+
+HERE = Path(__file__).resolve().parent
+STEPGAUGE = "stepgauge diagnose {recordings} --gauge {gauge} --machine {machine} -o {out}"
+BATCH = 25
+"""Cases per worker process: the start-up is shared, a crash costs one case."""
+Identity = Mapping[str, Any]
+
+
+def other_user() -> Identity:
+    """How to start a process as ``nobody``; empty where that cannot be done."""
+    if os.name != "posix" or os.geteuid() != 0:
+        return {}
+    nobody: Identity = {"user": "nobody", "group": "nogroup", "extra_groups": []}
+    try:
+        probe = [sys.executable, "-c", "import numpy"]
+        done = subprocess.run(probe, cwd="/", capture_output=True, check=False, **nobody)
+    except (OSError, KeyError, ValueError, subprocess.SubprocessError):
+        return {}
+    return nobody if done.returncode == 0 else {}
+
+
+def diagnose(
+    folders: list[Path], out: Path, tool: str, timeout_s: int, identity: Identity
+) -> dict[str, dict[str, Any]]:
+    """Run one worker over some public folders, again from the next one where it dies; answers by folder name."""
+    answers: dict[str, dict[str, Any]] = {}
+    left = list(folders)
+    while left:
+        lines = "".join(f"{folder}\t{out / folder.name}\n" for folder in left)
+        command = [sys.executable, str(HERE / "worker.py"), tool, str(timeout_s)]
+        done = subprocess.run(
+            command, input=lines, capture_output=True, text=True, check=False, cwd=out, env=_environment(), **identity
+        )
+        got = [json.loads(line) for line in done.stdout.splitlines()]
+        answers.update({Path(answer["folder"]).name: answer for answer in got})
+        if len(got) < len(left):
+            reason = (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
+            answers[left[len(got)].name] = {"seconds": None, "error": f"the worker died: {reason}"}
+        left = left[len(got) + 1 :]
+    return answers
+
+
+def _environment() -> dict[str, str]:
+    """The environment of a worker: one thread each, and nothing that says where this process runs."""
+    kept = {key: value for key, value in os.environ.items() if key in ("PATH", "LANG", "LC_ALL", "VIRTUAL_ENV")}
+    threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    return {**kept, **threads, "MPLBACKEND": "Agg", "MPLCONFIGDIR": tempfile.gettempdir()}
+
+
+def diagnose_all(
+    public: Path, out: Path, tool: str, *, jobs: int, timeout_s: int, identity: Identity
+) -> dict[str, dict[str, Any]]:
+    """Diagnose every folder of ``public`` with ``jobs`` workers at a time."""
+    folders = sorted(folder for folder in public.iterdir() if folder.is_dir())
+    batches = [folders[k : k + BATCH] for k in range(0, len(folders), BATCH)]
+    answers: dict[str, dict[str, Any]] = {}
+    began = time.perf_counter()
+    with ThreadPoolExecutor(jobs) as pool:
+        for part in pool.map(partial(diagnose, out=out, tool=tool, timeout_s=timeout_s, identity=identity), batches):
+            answers.update(part)
+            print(f"{len(answers)} of {len(folders)} diagnosed, {time.perf_counter() - began:.0f} s", file=sys.stderr)
+    return answers
+
+
+def score_all(
+    truths: Iterable[Mapping[str, Any]], out: Path, answers: Mapping[str, Mapping[str, Any]], *, left_out: bool = False
+) -> list[dict[str, Any]]:
+    """Score what lies in the out folders."""
+    results = []
+    for truth in truths:
+        answer = answers.get(truth["case"], {"seconds": None, "error": "not run"})
+        result = score_case(truth, read_diagnosis(out / truth["case"] / "diagnosis.json"), left_out=left_out)
+        results.append({**result, "seconds": answer["seconds"], "error": answer["error"]})
+    return results
+
+
+def read_diagnosis(path: Path) -> Any:
+    """The content of a diagnosis, None where there is none or it is no JSON."""
+    try:
+        return json.loads(path.read_text())
+    except (OSError, ValueError):
+        return None
+
+
+def tool_template(tool: str) -> str:
+    """The template with a script's path made absolute: workers run elsewhere."""
+    program, _, rest = tool.partition(" ")
+    return f"{Path(program).resolve()} {rest}" if program.endswith(".py") else tool
+
+
+def benchmark(options: argparse.Namespace, folder: Path) -> tuple[list[dict[str, Any]], Identity]:
+    """Generate, diagnose, seal, score."""
+    public, out = folder / "public", folder / "out"
+    began = time.perf_counter()
+    truths = list(make_cases(selected(options), public, options.jobs))
+    print(f"{len(truths)} cases made in {time.perf_counter() - began:.0f} s", file=sys.stderr)
+    out.mkdir(parents=True)
+    folder.chmod(0o755)
+    identity = other_user()
+    if identity:
+        shutil.chown(out, identity["user"], identity["group"])
+    tool = tool_template(options.tool)
+    answers = diagnose_all(public, out, tool, jobs=options.jobs, timeout_s=options.timeout, identity=identity)
+    seal(folder / "sealed", truths)
+    return score_all(truths, out, answers, left_out=options.left_out), identity
+
+
+def main(argv: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description="Blind benchmark of a diagnosis.")
+    parser.add_argument("--tool", default=STEPGAUGE, help="command template (default: %(default)s)")
+    add_selection(parser)
+    parser.add_argument("--jobs", type=int, default=1, help="workers at a time (default 1)")
+    parser.add_argument("--timeout", type=int, default=60, help="seconds that one case may take (default 60)")
+    parser.add_argument("--keep", type=Path, help="new folder that keeps cases, diagnoses and truths; else temporary")
+    parser.add_argument("-o", "--output", type=Path, default=Path("blind.json"), help="results (default blind.json)")
+    parser.add_argument(
+        "--left-out", action="store_true", help="the tool was told to forget the kind: singles must come back unknown"
+    )
+    parser.add_argument("--short", action="store_true", help="print classes only, not every recipe")
+    options = parser.parse_args(argv)
+    folder = options.keep or Path(tempfile.mkdtemp(prefix="blind-"))
+    try:
+        results, identity = benchmark(options, folder.resolve())
+    finally:
+        if not options.keep:
+            shutil.rmtree(folder, ignore_errors=True)
+    summary = summarise(results)
+    user = identity.get("user", "the same user")
+    content = {"tool": options.tool, "worker_user": user, "summary": summary, "cases": results}
+    options.output.write_text(json.dumps(content, indent=1))
+    print(text(summary, recipes=not options.short))
+    errors = [result for result in results if result["error"]]
+    if errors:
+        print(f"errors: {len(errors)} cases, first {errors[0]['case']}: {errors[0]['error']}")
+    print(f"workers ran as {user}; results in {options.output}")
+
+
+if __name__ == "__main__":
+    main()

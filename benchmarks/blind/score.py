@@ -1,0 +1,271 @@
+"""Rules of the score: pure functions of one truth and one ``diagnosis.json``. The README states them in words."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from itertools import permutations
+from typing import Any
+
+SAME_CHI2 = 1.0
+"""A name that leaves less than this of the concealed effect cannot be told from the true one by anybody."""
+NEAR_CHI2 = 36.0
+"""A name that leaves less than this may be listed as confounded; one that leaves more is simply not the cause."""
+DECIDABLE_CHI2 = 9.0
+"""An outsider of which the best known name leaves less than this is not scored."""
+Z95 = 1.959964
+AXIS_KINDS = (
+    "scale_error",
+    "scale_curvature",
+    "scale_temperature",
+    "periodic_scale_error",
+    "local_scale_defect",
+    "reversal_error",
+)
+FAR_FETCHED = {"angular_error", "misalignment"}
+"""A constant arm, a line mrad off: never demanded as company of the true kind."""
+FLEXIBLE = {
+    "periodic_scale_error",
+    "local_scale_defect",
+    "temperature_cycle",
+    "thermal_drift",
+    "approach_memory",
+    "gauge_bending",
+}
+"""Kinds with a free shape that can mimic a plain one; never demanded either."""
+UNSIGNED = {("angular_error", "urad_per_m"), ("block_defect", "um")}
+"""Parameters whose sign DESIGN does not fix."""
+SYNONYM = {"roll": "angular_error", "lever_arm": "effective_radius"}
+"""Kinds that are judged as another: same displacement along the approach in every recording made here."""
+_COVARIATES: tuple[tuple[str, str], ...] = (
+    (r"humidity", "humidity_pct"),
+    (r"azimuth", "azimuth"),
+    (r"pause|dwell|wait|rest|first.?touch|since|gap", "pause"),
+    (r"time|elapsed", "time"),
+    (r"order|sequence|history|memory", "order"),
+    (r"cycle", "cycle"),
+    (r"placement|placing", "placement"),
+    (r"direction|approach|travel", "direction"),
+    (r"machine|scale_position|^[xyz](_mm)?$|[xyz]_mm", "machine"),
+    (r"gauge_position|position|along|face|block|^a(_mm)?$", "gauge"),
+    (r"side|front|back", "side"),
+    (r"speed", "speed"),
+)
+
+
+def value_of(effect: Mapping[str, Any], *names: str) -> Any:
+    """A parameter by its first known name, from ``parameters`` or the effect itself; ``value`` of a table."""
+    for source in (effect.get("parameters") or {}, effect):
+        for name in names:
+            if name in source:
+                found = source[name]
+                return found.get("value") if isinstance(found, Mapping) else found
+    return None
+
+
+def key_of(effect: Mapping[str, Any]) -> str:
+    """``kind`` or ``kind:where`` of a diagnosed effect, spelt as in the truth."""
+    kind = str(effect.get("kind"))
+    if kind in AXIS_KINDS:
+        return f"{kind}:{str(value_of(effect, 'axis')).lower()}"
+    if kind == "squareness":
+        return f"{kind}:{''.join(sorted(str(value_of(effect, 'plane')).lower()))}"
+    if kind == "angular_error":
+        travel = value_of(effect, "travel", "travel_axis", "axis")
+        return f"{kind}:{travel}/{value_of(effect, 'rotation', 'rotation_axis', 'about')}".lower()
+    if kind == "block_defect":
+        face = value_of(effect, "face")
+        return f"{kind}:{int(face)}" if _is_number(face) else kind
+    return kind
+
+
+def kinds_of(effect: Mapping[str, Any]) -> set[str]:
+    """The kind named and all kinds it is said to be confounded with."""
+    others = effect.get("confounded_with") or []
+    names = [other.get("kind") if isinstance(other, Mapping) else other for other in others]
+    return {str(effect.get("kind"))} | {re.split(r"[\s:(\[]", str(name).strip())[0] for name in names}
+
+
+def covariate(text: str) -> str:
+    """A located covariate in the words of the truth; an unknown one comes back as it is."""
+    plain = str(text).strip().lower().replace(" ", "_")
+    return next((name for pattern, name in _COVARIATES if re.search(pattern, plain)), plain)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _kind_chi2(cause: Mapping[str, Any], kind: str) -> float:
+    kind = SYNONYM.get(kind, kind)
+    left = cause["leftover_chi2"]
+    return min((chi2 for key, chi2 in left.items() if key.partition(":")[0] == kind), default=math.inf)
+
+
+def rivals(cause: Mapping[str, Any]) -> set[str]:
+    """Kinds that nobody can tell from the true one in this recording, and that an honest answer mentions."""
+    kinds = {key.partition(":")[0] for key, chi2 in cause["leftover_chi2"].items() if chi2 < SAME_CHI2}
+    return kinds - {cause["kind"]} - FAR_FETCHED - FLEXIBLE
+
+
+def explains(effect: Mapping[str, Any], cause: Mapping[str, Any], whole_set: Iterable[str] = ()) -> bool:
+    """Whether this diagnosed effect is the right name (or the right set) for this concealed cause."""
+    named, kinds = key_of(effect), kinds_of(effect)
+    true_kind = cause["kind"]
+    true_key = f"{true_kind}:{cause['where']}" if cause["where"] else true_kind
+    if true_kind not in kinds or not set(whole_set) <= kinds:
+        return False
+    if any(_kind_chi2(cause, kind) >= NEAR_CHI2 for kind in kinds - {true_kind}):
+        return False
+    if rivals(cause) and kinds == {true_kind}:
+        return False
+    if true_kind == "straightness" and named == true_kind:
+        return True
+    left = _kind_chi2(cause, named) if named in SYNONYM else cause["leftover_chi2"].get(named, math.inf)
+    return named == true_key or left < NEAR_CHI2
+
+
+def assign(
+    effects: list[Mapping[str, Any]], causes: list[Mapping[str, Any]], whole_set: Iterable[str] = ()
+) -> list[int] | None:
+    """For every cause the index of its own effect; ``None`` where some cause has none."""
+    for choice in permutations(range(len(effects)), len(causes)):
+        if all(explains(effects[k], cause, whole_set) for k, cause in zip(choice, causes, strict=True)):
+            return list(choice)
+    return None
+
+
+def score_case(
+    truth: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, *, left_out: bool = False
+) -> dict[str, Any]:
+    """``right``, ``false_alarm``, ``answer`` in a word, the held-out ratio, and hits of the 95 % intervals.
+
+    ``left_out``: the tool was told to forget the true kind, so a single cause is judged as an outsider.
+    """
+    if left_out and truth["family"] == "single":
+        truth = as_outsider(truth)
+    base = {key: truth[key] for key in ("case", "family", "name", "size", "seed", "rows")}
+    if not isinstance(diagnosis, Mapping) or not isinstance(diagnosis.get("verdict"), str):
+        return {**base, "right": False, "false_alarm": False, "answer": "no answer", "intervals": [], "scored": True}
+    effects = [effect for effect in diagnosis.get("effects") or [] if isinstance(effect, Mapping)]
+    chosen = assign(effects[:6], truth["causes"], truth["whole_set"])
+    right = _RULES[truth["family"]](truth, diagnosis, effects, chosen)
+    matched = [] if chosen is None else list(zip([effects[k] for k in chosen], truth["causes"], strict=True))
+    return {
+        **base,
+        "right": right,
+        "false_alarm": truth["family"] == "null" and (diagnosis["verdict"] in ("effects", "unknown") or bool(effects)),
+        "answer": _answer(diagnosis, effects),
+        "intervals": [hit for effect, cause in matched for hit in interval_hits(effect, cause)] if right else [],
+        "holdout_ratio": _holdout_ratio(truth, diagnosis) if right and matched else None,
+        "scored": _is_scored(truth),
+    }
+
+
+def as_outsider(truth: Mapping[str, Any]) -> dict[str, Any]:
+    """The truth of a single cause for a tool that has no name for it: what remains is how well other kinds fit."""
+    cause = truth["causes"][0]
+    others = {key: chi2 for key, chi2 in cause["leftover_chi2"].items() if key.partition(":")[0] != cause["kind"]}
+    best = _nearest(others)
+    return {**truth, "family": "outsider", "causes": [{**cause, "best_known": best}]}
+
+
+def _nearest(left: Mapping[str, float]) -> list[Any] | None:
+    """Key and chi2 of the name that leaves least."""
+    key = min(left, key=left.__getitem__, default=None)
+    return None if key is None else [key, left[key]]
+
+
+def _is_scored(truth: Mapping[str, Any]) -> bool:
+    if truth["family"] != "outsider":
+        return True
+    return all(cause["best_known"] is None or cause["best_known"][1] >= DECIDABLE_CHI2 for cause in truth["causes"])
+
+
+def _located(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> bool:
+    found = {covariate(item.get("covariate", "")) for item in diagnosis.get("located") or []}
+    return bool(found & set(truth["covariates"]))
+
+
+def _right_names(
+    truth: Mapping[str, Any],
+    diagnosis: Mapping[str, Any],
+    effects: list[Mapping[str, Any]],
+    chosen: list[int] | None,
+) -> bool:
+    """Every cause named, nothing else named, and the verdict says that this is all."""
+    strange_form = any(cause["own_form_chi2"] > NEAR_CHI2 for cause in truth["causes"])
+    if strange_form and diagnosis["verdict"] == "unknown":
+        return chosen is not None or _located(truth, diagnosis)
+    verdicts = {"effects", "adequate"} if truth["causes"][0]["kind"] == "outliers" else {"effects"}
+    if chosen is None or diagnosis["verdict"] not in verdicts:
+        return False
+    extra = [effect for k, effect in enumerate(effects) if k not in chosen]
+    return all(effect.get("kind") in truth["forgiven"] for effect in extra)
+
+
+def _right_unknown(
+    truth: Mapping[str, Any],
+    diagnosis: Mapping[str, Any],
+    effects: list[Mapping[str, Any]],
+    chosen: list[int] | None,
+) -> bool:
+    return diagnosis["verdict"] == "unknown" and _located(truth, diagnosis)
+
+
+def _right_null(
+    truth: Mapping[str, Any],
+    diagnosis: Mapping[str, Any],
+    effects: list[Mapping[str, Any]],
+    chosen: list[int] | None,
+) -> bool:
+    return diagnosis["verdict"] == "adequate" and not effects
+
+
+_RULES = {
+    "single": _right_names,
+    "pair": _right_names,
+    "confounded": _right_names,
+    "outsider": _right_unknown,
+    "null": _right_null,
+}
+
+
+def interval_hits(effect: Mapping[str, Any], cause: Mapping[str, Any]) -> list[bool]:
+    """Whether value +- 1.96 u holds the truth, for each parameter; nothing where the value stands for a whole set."""
+    if kinds_of(effect) != {cause["kind"]}:
+        return []
+    hits = []
+    for name, true in cause["parameters"].items():
+        stated = (effect.get("parameters") or {}).get(name)
+        if not isinstance(stated, Mapping) or not (_is_number(stated.get("value")) and _is_number(stated.get("u"))):
+            continue
+        value = stated["value"]
+        if (cause["kind"], name) in UNSIGNED:
+            value, true = abs(value), abs(true)
+        if name != "face":
+            hits.append(abs(value - true) <= Z95 * stated["u"])
+    return hits
+
+
+def _holdout_ratio(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> float | None:
+    after = (diagnosis.get("fit") or {}).get("holdout_rms_after_um")
+    return after / truth["noise_rms_um"] if _is_number(after) else None
+
+
+def _answer(diagnosis: Mapping[str, Any], effects: list[Mapping[str, Any]]) -> str:
+    """The answer in a word, for the confusion matrix: what is named first, else the verdict."""
+    if diagnosis["verdict"] in ("effects", "adequate") and effects:
+        return "+".join(sorted({str(effect.get("kind")) for effect in effects[:3]}))
+    return str(diagnosis["verdict"])
+
+
+def wilson_interval(hits: int, total: int) -> tuple[float, float]:
+    """95 % interval of a share (Wilson 1927), both ends 0 to 1; (0, 1) without trials."""
+    if not total:
+        return 0.0, 1.0
+    share, z2 = hits / total, Z95**2 / total
+    middle = (share + z2 / 2.0) / (1.0 + z2)
+    half = Z95 / (1.0 + z2) * math.sqrt(share * (1.0 - share) / total + z2 / (4.0 * total))
+    return max(middle - half, 0.0), min(middle + half, 1.0)

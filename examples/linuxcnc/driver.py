@@ -1,0 +1,111 @@
+#!/usr/bin/python3
+"""What LinuxCNC starts as its display: switch the simulated machine on, run program.ngc, write outcome.json, end.
+
+Runs under the system's Python, which has the ``linuxcnc`` module; so it imports nothing of stepgauge. The time limit in
+seconds and the moves to make beforehand come from the environment.
+"""
+
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+import linuxcnc
+
+ERRORS = (linuxcnc.OPERATOR_ERROR, linuxcnc.NML_ERROR)
+SETTLED_POLLS = 10
+
+
+class StoppedError(Exception):
+    """The controller reported an error, or the time is over."""
+
+
+class Driver:
+    """A connection to the running controller, with a deadline."""
+
+    def __init__(self, limit_s):
+        self.status, self.command, self.channel = linuxcnc.stat(), linuxcnc.command(), linuxcnc.error_channel()
+        self.deadline = time.monotonic() + limit_s
+
+    def check(self):
+        """Raise what the controller has to complain about."""
+        if time.monotonic() > self.deadline:
+            raise StoppedError("the time limit of this run is over")
+        message = self.channel.poll()
+        while message:
+            if message[0] in ERRORS:
+                raise StoppedError(message[1].strip())
+            message = self.channel.poll()
+        self.status.poll()
+
+    def wait(self, condition):
+        """Poll until the condition holds several times in a row; a single one may be from before a command."""
+        held = 0
+        while held < SETTLED_POLLS:
+            self.check()
+            held = held + 1 if condition(self.status) else 0
+            time.sleep(0.02)
+
+    def idle(self):
+        """Wait until the controller has nothing more to do."""
+        self.wait(lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos and s.exec_state == linuxcnc.EXEC_DONE)
+
+    def switch_on(self):
+        """Out of the emergency stop, powered and homed where it stands."""
+        self.command.state(linuxcnc.STATE_ESTOP_RESET)
+        self.command.wait_complete()
+        self.command.state(linuxcnc.STATE_ON)
+        self.command.wait_complete()
+        self.command.mode(linuxcnc.MODE_MANUAL)
+        self.command.wait_complete()
+        self.command.home(-1)
+        self.wait(lambda s: all(s.homed[:3]))
+
+    def go(self, blocks):
+        """Single blocks, one after the other."""
+        self.command.mode(linuxcnc.MODE_MDI)
+        self.command.wait_complete()
+        for block in blocks:
+            self.command.mdi(block)
+            self.idle()
+
+    def run(self, program):
+        """A program from its first line to its end."""
+        self.command.mode(linuxcnc.MODE_AUTO)
+        self.command.wait_complete()
+        self.command.program_open(program)
+        self.command.wait_complete()
+        self.check()
+        self.command.auto(linuxcnc.AUTO_RUN, 0)
+        self.idle()
+
+    def switch_off(self):
+        """Stop whatever moves."""
+        self.command.abort()
+        self.command.wait_complete()
+        self.command.state(linuxcnc.STATE_OFF)
+        self.command.wait_complete()
+
+
+def main():
+    """Run the program; exit code 1 when the controller complained."""
+    folder = Path.cwd()
+    (folder / "driver.pid").write_text(str(os.getpid()))
+    driver = Driver(float(os.environ["STEPGAUGE_LIMIT_S"]))
+    error, began = None, time.monotonic()
+    try:
+        driver.switch_on()
+        driver.go(json.loads(os.environ["STEPGAUGE_BEFORE"]))
+        began = time.monotonic()
+        driver.run(str(folder / "program.ngc"))
+    except (StoppedError, linuxcnc.error) as reason:
+        error = str(reason)
+    outcome = {"error": error, "line": driver.status.motion_line, "seconds": round(time.monotonic() - began, 2)}
+    driver.switch_off()
+    (folder / "outcome.json").write_text(json.dumps(outcome))
+    return 1 if error else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

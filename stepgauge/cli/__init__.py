@@ -1,0 +1,106 @@
+"""The ``stepgauge`` command: one verb per module, loaded only when it is called."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from typing import Any
+
+import click
+
+from stepgauge import __version__
+from stepgauge.errors import InputError
+
+
+class LazyGroup(click.Group):
+    """A group whose verbs live in modules that are imported only when the verb runs.
+
+    ``verbs`` maps a verb to ``(module, help)``; every module calls its click command ``command``. The help of the
+    group is written from the map, so that it costs no import of numpy.
+    """
+
+    def __init__(self, *args: Any, verbs: dict[str, tuple[str, str]] | None = None, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.verbs = verbs or {}
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self.verbs)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in self.verbs:
+            return None
+        command: click.Command = importlib.import_module(self.verbs[cmd_name][0]).command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Verbs"):
+            formatter.write_dl([(verb, text) for verb, (_, text) in self.verbs.items()])
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            import difflib
+
+            near = difflib.get_close_matches(args[0], list(self.verbs), n=1)
+            hint = f" Did you mean '{near[0]}'?" if near else ""
+            raise click.UsageError(error.message + hint, ctx) from None
+
+
+VERBS = {
+    "demo": ("stepgauge.cli.demo", "run the whole loop on a shipped example, ending in a PDF report"),
+    "locate": ("stepgauge.cli.locate", "16 probed points -> how the gauge lies"),
+    "plan": ("stepgauge.cli.plan", "placement + gauge -> a checked measuring program"),
+    "simulate": ("stepgauge.cli.simulate", "run a program on the virtual CMM -> a recording"),
+    "import": ("stepgauge.cli.import_", "a controller's log -> a recording"),
+    "evaluate": ("stepgauge.cli.evaluate", "recording + certificate -> errors with two-sigma bands"),
+    "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> what is wrong with the model"),
+    "uncertainty": ("stepgauge.cli.uncertainty", "how sure the errors are: Monte Carlo of a program or a recording"),
+    "effects": ("stepgauge.cli.effects", "what can bend a machine's readings: equations, parameters, units"),
+    "report": ("stepgauge.cli.report", "evaluation -> a report to print and sign (PDF, HTML)"),
+    "probe": ("stepgauge.cli.probe", "the probe itself: map, qualify, compensate, bench"),
+    "shipped": ("stepgauge.cli.shipped", "list or copy the shipped gauges, machines and templates"),
+}
+
+
+@click.group(
+    cls=LazyGroup,
+    verbs=VERBS,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+    epilog="Lengths are in mm, deviations in um, angles in degrees on the command line. "
+    "'stepgauge VERB --help' explains a verb; 'stepgauge demo' shows them all at work.",
+)
+@click.version_option(__version__, "--version", "-V", prog_name="stepgauge")
+def cli() -> None:
+    """Calibrate a coordinate measuring machine or a probing machine tool with a step gauge.
+
+    \b
+    certificate + 16 points -> locate -> plan -> program -> machine or simulate -> recording
+    recording + certificate -> evaluate -> report
+    recording + certificate + machine model -> diagnose -> better machine model
+    """
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line; wrong input ends with one line on stderr and exit code 2, never a traceback."""
+    try:
+        cli.main(args=arguments, prog_name="stepgauge", standalone_mode=False)
+    except click.exceptions.Exit as stop:
+        sys.exit(stop.exit_code)
+    except click.ClickException as error:
+        verb = getattr(getattr(error, "ctx", None), "command_path", "stepgauge")
+        _complain(f"{error.format_message()} ('{verb} --help' explains)")
+        sys.exit(2)
+    except click.Abort:
+        _complain("interrupted")
+        sys.exit(130)
+    except InputError as error:
+        _complain(str(error))
+        sys.exit(2)
+    except OSError as error:
+        _complain(f"{error.filename or 'file system'}: {error.strerror or error}")
+        sys.exit(2)
+
+
+def _complain(message: str) -> None:
+    click.echo(f"stepgauge: error: {' '.join(message.split())}", err=True)

@@ -1,0 +1,107 @@
+"""``stepgauge diagnose``: recording + certificate + machine model -> what is wrong with the model."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from stepgauge.cli.options import machine_option, output, say
+
+if TYPE_CHECKING:
+    from stepgauge.diagnose.many import Outcome
+
+
+@click.command("diagnose")
+@click.argument("recordings", nargs=-1, required=True, metavar="RECORDING...|MAP")
+@click.option("--gauge", "-g", metavar="GAUGE", help="Gauge file (TOML), or the name of a shipped one.")
+@machine_option(False, "Machine file (TOML) that is to be judged, or the name of a shipped one.")
+@click.option("--probe", metavar="PROBE", help="Probe file that is to be judged against a MAP, instead of a machine.")
+@click.option(
+    "--column",
+    "columns",
+    multiple=True,
+    metavar="NAME=HEADER",
+    help="Of a MAP: which column holds a quantity, e.g. trigger_force_N=force_fea_N; once per quantity.",
+)
+@output("Folder for diagnosis.json, diagnosis.md, the diagnosed machine or probe file and the figures.")
+@click.option(
+    "--together/--each",
+    default=True,
+    show_default=True,
+    help="Several recordings as placements of one machine in one diagnosis, or each on its own into OUTPUT/NAME/.",
+)
+@click.option(
+    "--jobs",
+    "-j",
+    type=click.IntRange(1),
+    default=None,
+    metavar="N",
+    help="Processes that share the recordings of --each; default: the processors there are.",
+)
+@click.option("--figure", "suffix", type=click.Choice(["png", "svg", "pdf"]), default="png", show_default=True)
+def command(
+    recordings: tuple[str, ...],
+    gauge: str | None,
+    machine: str | None,
+    probe: str | None,
+    columns: tuple[str, ...],
+    output: str,
+    together: bool,
+    jobs: int | None,
+    suffix: str,
+) -> None:
+    """Find where recording and simulation disagree, name the physics, and model it.
+
+    The simulation is the machine file's, with the effects it already has; where the gauge lay is fitted. The verdict is
+    one of: adequate (nothing beyond the noise), effects (named physics explains it), unknown (structure that no known
+    effect explains, described by its form), insufficient (the recording cannot tell). The exit code is 0 for all four.
+    Effects that this recording cannot tell apart are given as a set, with the measurement that would separate them.
+
+    Several recordings are placements of one machine: what they share is found from all of them together. With --each
+    they are diagnosed one by one; the names of the files must then differ, and one that cannot be diagnosed is said and
+    does not stop the others.
+
+    With --probe the MAP of a probe (polar_deg, azimuth_deg and trigger_force_N, deflection_um or pretravel_um; see
+    'stepgauge probe map') is diagnosed instead: which part of the probe's construction is not as its file says.
+
+    \b
+    stepgauge diagnose recording.csv --gauge step-gauge-420 --machine bridge-cmm -o diagnosis
+    stepgauge diagnose along-x.csv along-y.csv -g my-gauge.toml -m my-cmm.toml -o diagnosis
+    stepgauge diagnose logs/*.csv -g my-gauge.toml -m my-cmm.toml --each --jobs 4 -o diagnoses
+    stepgauge diagnose map.csv --probe omp40-2-50mm -o diagnosis
+    """
+    if probe is not None:
+        _diagnose_map(recordings, probe, columns, output, suffix)
+        return
+    if gauge is None or machine is None:
+        raise click.UsageError("a recording needs --gauge and --machine; the map of a probe needs --probe")
+    from stepgauge.diagnose.many import diagnose_each, diagnose_together
+    from stepgauge.errors import InputError
+
+    if together:
+        _say_outcome(diagnose_together(recordings, gauge, machine, output, suffix))
+        return
+    failed = 0
+    for number, outcome in enumerate(diagnose_each(recordings, gauge, machine, output, jobs, suffix), 1):
+        _say_outcome(outcome, f"[{number}/{len(recordings)}] {outcome.name}: ")
+        failed += not outcome.files
+    if failed:
+        raise InputError(output, f"{failed} of {len(recordings)} recordings could not be diagnosed")
+
+
+def _diagnose_map(maps: tuple[str, ...], probe: str, columns: tuple[str, ...], output: str, suffix: str) -> None:
+    from stepgauge.diagnose.probe_map import diagnose_probe_map, parse_columns
+
+    if len(maps) != 1:
+        raise click.UsageError("--probe takes one map at a time")
+    found = diagnose_probe_map(maps[0], probe, output, parse_columns(columns), suffix)
+    kinds = ", ".join(change.kind for change in found.findings)
+    say(f"{found.verdict}: {kinds}" if kinds else found.verdict)
+    say(f"wrote {output}")
+
+
+def _say_outcome(outcome: Outcome, before: str = "") -> None:
+    say(before + outcome.summary)
+    if outcome.files:
+        say(f"{before}wrote {outcome.files[0].parent}: " + ", ".join(path.name for path in outcome.files))

@@ -1,0 +1,78 @@
+"""``stepgauge locate``: 16 probed points -> how the gauge lies."""
+
+from __future__ import annotations
+
+import click
+
+from stepgauge.cli.options import GAUGE, FiniteRange, machine_option, output, say
+
+
+@click.command("locate")
+@click.argument("points", metavar="POINTS")
+@GAUGE
+@output("Placement file to write (TOML).")
+@click.option("--blocks", metavar="A:B", help="Blocks that were probed; default: the first and the last of the gauge.")
+@machine_option(False, "Machine file; gives tip radius and repeatability where they are not stated.")
+@click.option(
+    "--tip-radius", type=FiniteRange(), metavar="MM", help="Nominal tip radius, mm; checked against the points."
+)
+@click.option(
+    "--repeatability",
+    type=FiniteRange(),
+    metavar="UM",
+    help="One sigma of a probed coordinate in um; default: the machine's, or 1.",
+)
+def command(
+    points: str,
+    gauge: str,
+    output: str,
+    blocks: str | None,
+    machine: str | None,
+    tip_radius: float | None,
+    repeatability: float | None,
+) -> None:
+    """Find how the step gauge lies from 16 points probed by hand.
+
+    POINTS is a CSV file with the columns point,x_mm,y_mm,z_mm: tip centres, not compensated for the tip radius. Points
+    1-8 lie on the beginning block, 9-16 in the same order on the end block:
+
+    \b
+      1 2 3  front face, not in line        6  top
+      4      side at +s (right, looking     7  rail beside the block
+             along the gauge, top up)       8  back face
+      5      side at -s
+
+    The side direction is s = a x up, with a from the beginning to the end block. Writes centres C1 and C2, axis, up
+    direction, yaw and pitch, the angle of the block normals to the axis, and standard uncertainties. Points that
+    contradict the certificate are refused, with the slip that would explain them.
+
+    \b
+    stepgauge locate points.csv --gauge step-gauge-420 -o placement.toml
+    """
+    from stepgauge.errors import InputError
+    from stepgauge.gauge import read_gauge
+    from stepgauge.locate import locate, read_points
+    from stepgauge.machine_file import read_machine
+    from stepgauge.placement import write_placement
+    from stepgauge.plan import parse_blocks
+
+    steps = read_gauge(gauge)
+    cmm = read_machine(machine) if machine else None
+    sigma_um = repeatability if repeatability is not None else (cmm.table.repeatability_um if cmm else 1.0)
+    if sigma_um < 0:
+        raise InputError("--repeatability", "must not be negative", found=f"{sigma_um:g} um")
+    radius = tip_radius if tip_radius is not None else (cmm.probe.tip_radius_mm if cmm else None)
+    probed = parse_blocks(blocks or ":", steps)
+    placement = locate(read_points(points), steps, probed, sigma_um, radius, points)
+    write_placement(output, placement)
+    angles, u = placement.details["angles"], placement.details["uncertainty"]
+    for note in placement.details["notes"]:
+        say(f"note: {note}")
+    say(
+        f"axis: yaw {angles['yaw_deg']:.5f} deg (u = {u['yaw_urad']:.1f} urad),"
+        f" pitch {angles['pitch_deg']:.5f} deg (u = {u['pitch_urad']:.1f} urad),"
+        f" {angles['from_nearest_axis_deg']:.4f} deg from machine {angles['nearest_machine_axis']}"
+    )
+    say(f"normals to axis: N1 {angles['n1_to_axis_mrad']:.2f} mrad, N2 {angles['n2_to_axis_mrad']:.2f} mrad")
+    say(f"effective tip radius {placement.tip_radius_mm:.4f} mm (u = {u['tip_radius_um']:.2f} um)")
+    say(f"wrote {output}")

@@ -1,0 +1,188 @@
+"""``stepgauge probe map``: trigger force, deflection and pre-travel of a probe over all directions."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from stepgauge.errors import InputError
+
+if TYPE_CHECKING:
+    from stepgauge.probes import Probe
+    from stepgauge.probes.directions_map import DirectionMap
+
+HEADER = ("polar_deg", "azimuth_deg", "trigger_force_N", "deflection_um", "pretravel_um")
+
+# More directions than this are a slip of the step, not a wish.
+_MOST = 2_000_000
+
+
+def parse_angles(text: str, option: str, low: float, high: float) -> list[float]:
+    """Angles from ``"90,80"`` and ``"0:360:10"`` (start:stop:step, the stop included), also mixed.
+
+    Raises :class:`InputError` naming ``option`` for anything else and for angles outside ``low`` to ``high``.
+    """
+    angles = [angle for part in text.split(",") for angle in _expand(part.strip(), option)]
+    for angle in angles:
+        if not low <= angle <= high:
+            raise InputError(option, "angle out of range", found=f"{angle:g}", expected=f"{low:g} to {high:g} deg")
+    return list(dict.fromkeys(angles))
+
+
+def _expand(part: str, option: str) -> list[float]:
+    try:
+        numbers = [float(number) for number in part.split(":")]
+    except ValueError:
+        numbers = []
+    if not all(math.isfinite(number) for number in numbers) or len(numbers) not in (1, 3):
+        raise InputError(option, "not a list of angles", found=repr(part), expected="90,80 or start:stop:step in deg")
+    if len(numbers) == 1:
+        return numbers
+    start, stop, step = numbers
+    if step == 0.0 or (stop - start) / step < 0.0:
+        raise InputError(option, "the steps lead nowhere", found=repr(part), expected="a step from start towards stop")
+    count = (stop - start) / step
+    if count > _MOST:
+        raise InputError(option, "too many angles", found=f"{count:.0f}", expected=f"at most {_MOST}")
+    return [round(start + i * step, 9) for i in range(int(count + 1e-9) + 1)]
+
+
+def _once_around(azimuths: list[float]) -> list[float]:
+    """Without a last 360 that repeats the first 0."""
+    return [a for a in azimuths if a - 360.0 not in azimuths]
+
+
+def _direction(context: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, ...] | None:
+    if value is None:
+        return None
+    try:
+        vector = [float(part) for part in value.split(",")]
+    except ValueError:
+        vector = []
+    length = math.sqrt(sum(part * part for part in vector))
+    if len(vector) != 3 or not 0.0 < length < math.inf:
+        raise InputError("--stylus-direction", "not a direction", found=repr(value), expected="three numbers, 1,0,0")
+    return tuple(part / length for part in vector)
+
+
+@click.command()
+@click.argument("probe", metavar="PROBE.toml")
+@click.option(
+    "--polar",
+    metavar="ANGLES",
+    default="10:90:10",
+    show_default=True,
+    help="Angles of the surface normal from the stylus axis, deg: 90 = wall along the stylus, 0 = floor under it. "
+    "A list 90,80 or start:stop:step.",
+)
+@click.option(
+    "--azimuth",
+    metavar="ANGLES",
+    default="0:360:10",
+    show_default=True,
+    help="Azimuths of the surface normal about the stylus, deg, from the probe's x towards y; 360 is not repeated.",
+)
+@click.option(
+    "--stylus-direction",
+    callback=_direction,
+    metavar="X,Y,Z",
+    help="Hold the probe in another direction than the file says, from body to tip in machine axes: 1,0,0 is level, so "
+    "that the weight of stylus and carrier acts across. Default: the file's, else 0,0,-1.",
+)
+@click.option(
+    "--output", "-o", type=click.Path(path_type=Path), default="map.csv", show_default=True, help="The table."
+)
+@click.option(
+    "--polar-plot",
+    type=click.Path(path_type=Path),
+    help="Polar plots of force and pre-travel over the azimuth, one curve per polar angle. PNG, PDF or SVG.",
+)
+@click.option(
+    "--body-plot",
+    type=click.Path(path_type=Path),
+    help="The pre-travel body: pre-travel in um as the distance from the centre, in every direction. PNG, PDF or SVG.",
+)
+@click.option(
+    "--force-plot",
+    type=click.Path(path_type=Path),
+    help="Trigger force and pre-travel over the azimuth, one curve per polar angle. PNG, PDF or SVG.",
+)
+def command(
+    probe: str,
+    polar: str,
+    azimuth: str,
+    stylus_direction: tuple[float, ...] | None,
+    output: Path,
+    polar_plot: Path | None,
+    body_plot: Path | None,
+    force_plot: Path | None,
+) -> None:
+    """Map what a probe does over the directions in which surfaces push its tip.
+
+    PROBE.toml is a probe file, or the name of a shipped one: omp40-2-50mm, omp40-2-100mm, tp6-30mm, tp6-50mm,
+    tp200-50mm, ren-18mm. The table has the columns polar_deg, azimuth_deg (of the outward surface normal in the probe's
+    frame), trigger_force_N, deflection_um (of the tip, square to the stylus) and pretravel_um (travel of the machine
+    from touch to trigger, along the normal). Cells are empty where a model knows nothing of forces, or never triggers.
+
+    \b
+    stepgauge probe map omp40-2-50mm --polar 90,80 --azimuth 0:360:10 -o map.csv --polar-plot map.png
+    """
+    from stepgauge.figures.style import figure_format
+    from stepgauge.probes import read_probe
+    from stepgauge.probes.directions_map import map_directions
+
+    polars = parse_angles(polar, "--polar", 0.0, 180.0)
+    azimuths = _once_around(parse_angles(azimuth, "--azimuth", -360.0, 360.0))
+    if len(polars) * len(azimuths) > _MOST:
+        found = len(polars) * len(azimuths)
+        raise InputError("--polar and --azimuth", "too many directions", found=found, expected=f"at most {_MOST}")
+    for path in filter(None, (polar_plot, body_plot, force_plot)):
+        figure_format(path)
+    held = read_probe(probe, stylus_direction)
+    found_map = map_directions(held, polars, azimuths)
+    _write(output, found_map)
+    _draw(held, found_map, polar_plot, body_plot, force_plot)
+    _report(held, found_map)
+    written = [str(path) for path in (output, polar_plot, body_plot, force_plot) if path is not None]
+    click.echo(f"written: {', '.join(written)}")
+
+
+def _write(output: Path, found: DirectionMap) -> None:
+    from stepgauge.probe_files import write_table
+
+    columns = [column.ravel() for column in found.columns()]
+    rows = [[f"{cell:.6g}" if math.isfinite(cell) else "" for cell in row] for row in zip(*columns, strict=True)]
+    write_table(output, HEADER, rows)
+
+
+def _draw(
+    probe: Probe, found: DirectionMap, polar_plot: Path | None, body_plot: Path | None, force_plot: Path | None
+) -> None:
+    from stepgauge.figures import probe as figures
+
+    if polar_plot is not None:
+        figures.draw_polar(found, polar_plot)
+    if body_plot is not None:
+        figures.draw_body(probe, body_plot)
+    if force_plot is not None:
+        figures.draw_curves(found, force_plot)
+
+
+def _report(probe: Probe, found: DirectionMap) -> None:
+    import numpy as np
+
+    click.echo(f"{probe.name or 'probe'}: {found.pretravel_um.size} directions")
+    for label, values, unit in (
+        ("trigger force", found.trigger_force_N, "N"),
+        ("deflection", found.deflection_um, "um"),
+        ("pre-travel", found.pretravel_um, "um"),
+    ):
+        known = values[np.isfinite(values)]
+        if known.size:
+            click.echo(f"  {label:<14}{known.min():8.3f} to {known.max():.3f} {unit}, mean {known.mean():.3f}")
+    never = int(np.sum(np.isinf(found.pretravel_um)))
+    if never:
+        click.echo(f"  in {never} directions the probe never triggers: the surface pulls the stylus out of the probe")

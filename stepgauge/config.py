@@ -1,0 +1,72 @@
+"""TOML files that people write, checked key by key against a pydantic model."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from stepgauge.errors import InputError
+from stepgauge.files import read_text
+
+Vector3 = Annotated[tuple[float, float, float], Field(strict=False)]
+"""Three numbers, written as a TOML array."""
+
+
+class Table(BaseModel):
+    """A TOML table: unknown keys, numbers in quotes, NaN and infinities are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+Model = TypeVar("Model", bound=Table)
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """The content of a TOML file; :class:`InputError` names the line of a syntax error."""
+    try:
+        return tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(path, f"not valid TOML: {error}") from None
+
+
+def check_table(model: type[Model], data: object, where: str | Path, key: str = "") -> Model:
+    """``data`` as a ``model``; the first thing wrong becomes an :class:`InputError` naming its key.
+
+    ``key`` is the dotted name of the table inside the file ``where``.
+    """
+    if not isinstance(data, dict):
+        raise InputError(where, f"table [{key}] is missing", expected=", ".join(model.model_fields))
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise _as_input_error(model, error, where, key) from None
+
+
+def _as_input_error(model: type[Table], error: ValidationError, where: str | Path, key: str) -> InputError:
+    details = error.errors(include_url=False)
+    first = details[0]
+    name = ".".join(str(part) for part in (key, *first["loc"]) if part != "")
+    more = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
+    if first["type"] == "extra_forbidden":
+        return InputError(where, f"key {name} is not known{more}", expected=_known_keys(model, str(first["loc"][-1])))
+    if first["type"] == "missing":
+        return InputError(where, f"key {name} is missing{more}", expected=_meaning(model, first["loc"]))
+    expected = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
+    meaning = _meaning(model, first["loc"])
+    return InputError(
+        where, f"key {name} is wrong{more}", found=repr(first["input"]), expected=f"{expected} ({meaning})"
+    )
+
+
+def _known_keys(model: type[Table], name: str) -> str:
+    near = difflib.get_close_matches(name, list(model.model_fields), n=1)
+    return f"{near[0]}?" if near else "one of " + ", ".join(model.model_fields)
+
+
+def _meaning(model: type[Table], loc: tuple[int | str, ...]) -> str:
+    field = model.model_fields.get(str(loc[0])) if loc else None
+    return (field.description if field and field.description else "see the documentation").rstrip(".")

@@ -1,0 +1,285 @@
+"""From a recording to a diagnosis: noise, locate, propose, select, prove."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnose.confounded import Rivals, rivals
+from stepgauge.diagnose.forms import form_families
+from stepgauge.diagnose.holdout import holdout_rms, make_folds
+from stepgauge.diagnose.library import effect_families, parameter_count
+from stepgauge.diagnose.locate import describe, most_telling
+from stepgauge.diagnose.noise import Noise, estimate_noise
+from stepgauge.diagnose.residuals import Residuals, make_residuals
+from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Verdict
+from stepgauge.diagnose.search import Library
+from stepgauge.diagnose.select import Selection, Selector, Term
+from stepgauge.diagnose.separate import separate
+from stepgauge.diagnose.solve import Estimate, Solved, solve
+from stepgauge.diagnose.whitening import Whitening, make_whitening
+from stepgauge.effects import along_approach_um
+from stepgauge.gauge import Gauge
+from stepgauge.machine_file import Machine
+from stepgauge.recording import Recording
+
+Array = NDArray[np.float64]
+UNKNOWN_FALSE_ALARM = 0.004
+"""Chance that structure without a law is seen where there is none."""
+EXPLAINED = 0.85
+"""A named law must make up this share of the structure that it is in, or the structure counts as unknown."""
+FEWEST_DOF = 8
+SMALLEST_SIGMA_UM = 1e-5
+"""Recordings that repeat better than this do so by construction, and give no scale to judge anything by."""
+SETTLING_ROUNDS = 3
+SIMPLER = 6.0
+"""By how much Schwarz' criterion must prefer one form to several laws."""
+NO_SEPARATION = "the same in every placement and at every speed within this travel; log the temperatures"
+
+
+def diagnose(recording: Recording, gauge: Gauge, machine: Machine) -> Diagnosis:
+    """Find where recording and simulation disagree, and the physics that explains it.
+
+    Parameters
+    ----------
+    recording : one or more placements, joined
+    gauge : the certificate
+    machine : the model to be judged, with the effects it already knows
+
+    Raises
+    ------
+    InputError
+        recordings that are not this gauge's, or too small to say anything about
+    """
+    data = make_residuals(recording, gauge, machine)
+    noise = estimate_noise(data)
+    whitening = make_whitening(data, noise.by_row_um)
+    shapes = list(form_families(data))
+    if noise.dof < FEWEST_DOF or noise.sigma_um < SMALLEST_SIGMA_UM:
+        return _insufficient(data, noise, whitening, most_telling(Library(shapes, whitening), whitening(data.um)))
+    families = list(effect_families(data))
+    selector = Selector(Library(families, whitening), whitening, data.um)
+    selection = selector.select()
+    if selection.terms and (noise.outliers.size or noise.growth):
+        # what looked like outliers or growing scatter may have been the effect: judge the scatter again beside it
+        noise = estimate_noise(replace(data, um=data.um - _displacement_um(_solve(selector, selection, data), data)))
+        whitening = make_whitening(data, noise.by_row_um)
+        selector = Selector(Library(families, whitening), whitening, data.um)
+        selection = selector.select()
+    forms = Library(shapes, whitening)
+    located = most_telling(forms, selector.data)
+    terms, ranked = _settle(selector, selection.terms)
+    left, basis = selector.residual(terms)
+    solved = solve([families[t.index] for t in terms], [t.atom for t in terms], data, whitening)
+    left = _smaller(left, whitening(data.um - _displacement_um(solved, data)))
+    unexplained = _unexplained(forms, left, basis, selector, terms) or _simpler(forms, left, selector, ranked)
+    findings = [_finding(s, r, data) for s, r in zip(solved, ranked, strict=True)]
+    findings, placements = _with_separations(findings, solved, ranked, data, noise)
+    findings += _scatter_findings(noise, data)
+    fit = _fit(data, noise, whitening, findings, left, basis)
+    verdict: Verdict = "unknown" if unexplained else "effects" if findings else "adequate"
+    return _diagnosis(verdict, findings, located, unexplained, fit, noise, data, selection, placements)
+
+
+def _solve(selector: Selector, selection: Selection, data: Residuals) -> list[Solved]:
+    families = [selector.library.families[term.index] for term in selection.terms]
+    return solve(families, [term.atom for term in selection.terms], data, selector.whitening)
+
+
+def _simpler(forms: Library, left: Array, selector: Selector, ranked: Sequence[Rivals]) -> tuple[Located, ...]:
+    """A single form that explains as much as several laws with fewer parameters (Schwarz), or a law needed twice.
+
+    Physics that has no name is imitated by piling up laws that are flexible enough; one form in one covariate then does
+    the same for less.
+    """
+    if len(ranked) < 2:
+        return ()
+    families = [r.looks[0].family for r in ranked]
+    log_n = float(np.log(max(selector.dof, 2)))
+    total = float(selector.data @ selector.data)
+    named = float(left @ left) + log_n * sum(parameter_count(family) for family in families)
+    none = np.zeros((len(left), 0))
+    looks = forms.looks(selector.data, none, selector.dof)
+    best = min(looks, key=lambda look: total - look.gain + log_n * parameter_count(look.family))
+    form = total - best.gain + log_n * parameter_count(best.family)
+    labels = [family.label for family in families]
+    if form + SIMPLER < named or len(set(labels)) < len(labels):
+        return (describe(best, best.gain / max(total - selector.dof, 1.0)),)
+    return ()
+
+
+def _settle(selector: Selector, terms: tuple[Term, ...]) -> tuple[tuple[Term, ...], list[Rivals]]:
+    """The likeliest law in every place, each judged beside what now stands in the others, and its rivals."""
+    for _ in range(SETTLING_ROUNDS):
+        before = terms
+        for place in range(len(terms)):
+            best = rivals(selector, terms, place).looks[0]
+            terms = (*terms[:place], selector.term_of(best), *terms[place + 1 :])
+        if terms == before:
+            break
+    return terms, [rivals(selector, terms, place) for place in range(len(terms))]
+
+
+def _unexplained(
+    forms: Library, left: Array, basis: Array, selector: Selector, terms: tuple[Term, ...]
+) -> tuple[Located, ...]:
+    """Structure left over that is neither chance nor the small departure of a named law from its ideal shape."""
+    looks = forms.looks(left, basis, selector.dof - basis.shape[1])
+    bar = np.log(UNKNOWN_FALSE_ALARM / max(len(forms.families), 1))
+    found = [look for look in looks if look.log_p <= bar]
+    if not found:
+        return ()
+    explained = float(selector.data @ selector.data - left @ left)
+    extra = max(found[0].gain - found[0].family.dimension, 0.0)
+    if terms and explained / (explained + extra) >= EXPLAINED:
+        return ()
+    return tuple(describe(look, extra / (explained + extra)) for look in found[:3])
+
+
+def _smaller(one: Array, other: Array) -> Array:
+    """The residual with the smaller sum of squares: the fitted parameters may lie between the signatures tried."""
+    return other if float(other @ other) < float(one @ one) else one
+
+
+def _displacement_um(solved: Sequence[Solved], data: Residuals) -> Array:
+    return sum((along_approach_um(one.effect, data.probings) for one in solved), np.zeros(len(data)))
+
+
+def _finding(solved: Solved, rival: Rivals, data: Residuals) -> Finding:
+    family = solved.family
+    kinds = [look.family.kind for look in rival.looks]
+    others = tuple(dict.fromkeys(kind for kind in kinds if kind != family.kind))
+    same = tuple(look.family.label for look in rival.looks[1:] if look.family.kind == family.kind)
+    probability = sum(w for kind, w in zip(kinds, rival.weights, strict=True) if kind == family.kind)
+    share = np.broadcast_to(along_approach_um(solved.effect, data.probings), (len(data),)).astype(float)
+    return Finding(
+        family.kind,
+        family.label,
+        solved.effect,
+        dict(family.choices),
+        solved.parameters,
+        min(probability, 1.0 - np.exp(rival.looks[0].log_p)),
+        share,
+        others,
+        same,
+    )
+
+
+def _with_separations(
+    findings: Sequence[Finding], solved: Sequence[Solved], ranked: Sequence[Rivals], data: Residuals, noise: Noise
+) -> tuple[list[Finding], dict[str, str]]:
+    """The findings with the reason of their sets and the measurement that would separate them."""
+    told: list[Finding] = []
+    placements: dict[str, str] = {}
+    for place, finding in enumerate(findings):
+        if not finding.confounded_with and not finding.alternatives:
+            told.append(finding)
+            continue
+        best = separate(place, solved, ranked[place], data, noise.sigma_um)
+        name = f"separate-{len(placements) + 1}"
+        by = NO_SEPARATION
+        if best is not None:
+            placements[f"{name}.toml"] = best.placement_text()
+            command = best.command(name, data.gauge.path, data.machine.path)
+            rest = f"; {', '.join(best.untold)}: {NO_SEPARATION}" if best.untold else ""
+            by = f"{best.run.words}, which tells it from {', '.join(best.told)}: {command}{rest}"
+        told.append(replace(finding, reason=_reason(finding, data), separate_by=by))
+    return told, placements
+
+
+def _reason(finding: Finding, data: Residuals) -> str:
+    """Why the set cannot be told apart, in words."""
+    others = ", ".join([*finding.confounded_with, *finding.alternatives])
+    count = int(data.placement.max()) + 1
+    where = "the one placement" if count == 1 else f"the {count} placements"
+    return f"in {where} of this recording {others} displace the readings in the same pattern as {finding.label}"
+
+
+def _scatter_findings(noise: Noise, data: Residuals) -> list[Finding]:
+    found = []
+    nothing = np.zeros(len(data))
+    if noise.outliers.size:
+        rows = tuple(int(row) + 1 for row in noise.outliers)
+        estimate = {"rows": Estimate(float(len(rows)), None, "count")}
+        found.append(Finding("outliers", "outliers", None, {"rows": rows}, estimate, 0.998, nothing))
+    if noise.growth is not None:
+        per, rate, p = noise.growth
+        parameters = {"rate": Estimate(rate, None, "um per m or mm/s")}
+        found.append(Finding("noise_growth", f"noise_growth_{per}", None, {"per": per}, parameters, 1.0 - p, nothing))
+    return found
+
+
+def _fit(
+    data: Residuals, noise: Noise, whitening: Whitening, findings: Sequence[Finding], left: Array, basis: Array
+) -> Fit:
+    before = whitening(data.um)
+    columns = [f.share_um for f in findings if f.share_um.any()]
+    design = np.array(columns).T if columns else np.zeros((len(data), 0))
+    none = np.zeros((len(data), 0))
+    holdout = {
+        folds.by: (
+            holdout_rms(data, noise.by_row_um, none, folds),
+            holdout_rms(data, noise.by_row_um, design, folds),
+        )
+        for folds in make_folds(data)
+    }
+    used = np.isfinite(noise.by_row_um)
+    return Fit(
+        noise.sigma_um,
+        noise.dof,
+        _rms(_centred(data, data.um)[used]),
+        _rms(_centred(data, data.um - design.sum(axis=1))[used]),
+        holdout,
+        float(before @ before) / max(whitening.dof, 1),
+        float(left @ left) / max(whitening.dof - basis.shape[1], 1),
+    )
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt((values**2).mean())) if values.size else float("nan")
+
+
+def _centred(data: Residuals, um: Array) -> Array:
+    """Residuals with the mean origin of every placement taken out along the gauge."""
+    along = um * data.side
+    count = data.placement.max() + 1
+    mean = np.bincount(data.placement, along, count) / np.bincount(data.placement, minlength=count)
+    return um - data.side * mean[data.placement]
+
+
+def _insufficient(data: Residuals, noise: Noise, whitening: Whitening, located: Sequence[Located]) -> Diagnosis:
+    white = whitening(data.um)
+    fit = _fit(data, noise, whitening, [], white, np.zeros((len(white), 0)))
+    return Diagnosis("insufficient", (), tuple(located), (), fit, noise, data, data.um, data.um, ())
+
+
+def _diagnosis(
+    verdict: Verdict,
+    findings: Sequence[Finding],
+    located: Sequence[Located],
+    unexplained: Sequence[Located],
+    fit: Fit,
+    noise: Noise,
+    data: Residuals,
+    selection: Selection,
+    placements: dict[str, str],
+) -> Diagnosis:
+    shares = np.sum([f.share_um for f in findings], axis=0) if findings else np.zeros(len(data))
+    before, after = _centred(data, data.um), _centred(data, data.um - shares)
+    where = tuple(located) or tuple(unexplained)
+    return Diagnosis(
+        verdict,
+        tuple(findings),
+        where,
+        tuple(unexplained),
+        fit,
+        noise,
+        data,
+        before,
+        after,
+        selection.trail,
+        placements,
+    )

@@ -1,0 +1,344 @@
+"""A diagnosis as the files that leave the house: ``diagnosis.json``, ``diagnosis.md``, the machine file, the figures.
+
+Every parameter in the JSON is an object with ``value``; numbers have ``u`` (standard uncertainty, null where the data
+give none) and ``unit`` besides, choices (axis, plane, face, direction, ...) have nothing else.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stepgauge import __version__
+from stepgauge.diagnose.holdout import holdout_rms, make_folds
+from stepgauge.diagnose.machine_text import effect_table, machine_text
+from stepgauge.diagnose.practice import in_practice
+from stepgauge.diagnose.result import Diagnosis, Finding, Located
+from stepgauge.diagnose.solve import Estimate
+from stepgauge.diagnose.unknown_law import UnknownLaw, model_unknown, modelled, rest_um
+from stepgauge.errors import InputError
+from stepgauge.files import read_text, write_text
+from stepgauge.recording import Recording
+
+FORMAT = "stepgauge diagnosis 1"
+MACHINE_FILE = "machine.diagnosed.toml"
+HEADLINE_FOLDS = ("cycles", "placements", "faces")
+"""Which held-out groups stand for all in ``holdout_rms_*``: the first that the recording has. A face held out is
+predicted without knowing how far it is off its certificate, which adds the certificate's uncertainty to the noise."""
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What a diagnosis was made from: the recordings as read, in the order in which they were joined."""
+
+    recordings: tuple[Recording, ...]
+
+    def where(self, row: int) -> tuple[str, int]:
+        """The recording and the row in it (from 1) of a row of all of them together (from 1)."""
+        for recording in self.recordings:
+            if row <= len(recording):
+                return Path(recording.path).name, row
+            row -= len(recording)
+        raise IndexError(row)
+
+
+def write_diagnosis(
+    folder: str | Path, diagnosis: Diagnosis, recordings: Sequence[Recording], suffix: str = "png"
+) -> list[Path]:
+    """Write everything a diagnosis says into a folder (made if missing).
+
+    ``diagnosis.json``, ``diagnosis.md``, ``machine.diagnosed.toml``, the placements of the runs it proposes, and the
+    figures. Nothing is written before all of it is known, and every file appears only when it is whole.
+
+    Parameters
+    ----------
+    folder : where to
+    diagnosis : what :func:`stepgauge.diagnose.engine.diagnose` gives
+    recordings : as they were read, in the order in which they were joined
+    suffix : format of the figures: png, svg or pdf
+
+    Returns
+    -------
+    The paths written, the JSON first.
+    """
+    from stepgauge.diagnose.report import report_text
+    from stepgauge.figures.diagnosis import draw_diagnosis, figure_names
+
+    target = Path(folder)
+    laws = model_unknown(diagnosis)
+    machine, remarks = machine_text(diagnosis, laws, target)
+    said = diagnosis_to_dict(diagnosis, Inputs(tuple(recordings)), laws, target)
+    said["remarks"] += remarks
+    names = figure_names(diagnosis, laws, suffix)
+    texts = {
+        "diagnosis.json": json.dumps(said, indent=1, allow_nan=False, ensure_ascii=False) + "\n",
+        "diagnosis.md": report_text(said, names),
+        MACHINE_FILE: machine,
+        **diagnosis.placements,
+    }
+    for name, text in texts.items():
+        write_text(target / name, text)
+    return [*(target / name for name in texts), *draw_diagnosis(target, diagnosis, laws, suffix)]
+
+
+def diagnosis_to_dict(
+    diagnosis: Diagnosis, inputs: Inputs, laws: Sequence[UnknownLaw] = (), folder: str | Path = "."
+) -> dict[str, Any]:
+    """Everything a diagnosis says, as JSON types; undefined numbers are None.
+
+    ``folder`` is where the proposed placements will stand, for the commands that name them.
+    """
+    said = {
+        "format": FORMAT,
+        "stepgauge": __version__,
+        "verdict": diagnosis.verdict,
+        "effects": [_finding(finding, diagnosis, inputs, Path(folder)) for finding in diagnosis.findings],
+        "located": [_located(one) for one in diagnosis.located],
+        "unexplained": [_located(one) for one in diagnosis.unexplained],
+        "empirical": [_law(law) for law in laws],
+        "fit": _fit(diagnosis, laws),
+        "noise": _noise(diagnosis),
+        "measured": _measured(diagnosis),
+        "trail": [
+            {
+                "action": step.action,
+                "effect": step.label,
+                "chi2_gain": step.gain,
+                "log10_p": step.log_p / math.log(10.0),
+            }
+            for step in diagnosis.trail
+        ],
+        "remarks": list(diagnosis.remarks),
+        "inputs": _inputs(diagnosis, inputs),
+    }
+    return _without_nan(said)
+
+
+def _finding(finding: Finding, diagnosis: Diagnosis, inputs: Inputs, folder: Path) -> dict[str, Any]:
+    share = finding.share_um
+    separate_by = _in_folder(finding.separate_by, diagnosis.placements, folder)
+    said = {
+        "kind": finding.kind,
+        "label": finding.label,
+        "parameters": _parameters(finding),
+        "probability": float(np.clip(finding.probability, 0.0, 1.0)),
+        "confounded_with": list(finding.confounded_with),
+        "alternatives": list(finding.alternatives),
+        "reason": finding.reason,
+        "separate_by": separate_by,
+        "commands": re.findall(r"stepgauge plan .+?\.dmi", separate_by),
+        "in_practice": in_practice(finding, diagnosis.data),
+        "rms_um": float(np.sqrt((share**2).mean())),
+        "largest_um": float(np.abs(share).max(initial=0.0)),
+    }
+    if finding.kind == "outliers":
+        said["rows"] = [_outlier(int(row), diagnosis, inputs) for row in _choice_rows(finding)]
+    return said
+
+
+def _choice_rows(finding: Finding) -> Sequence[int]:
+    rows = finding.choices["rows"]
+    assert isinstance(rows, tuple)
+    return rows
+
+
+def _outlier(row: int, diagnosis: Diagnosis, inputs: Inputs) -> dict[str, Any]:
+    name, inside = inputs.where(row)
+    frame = diagnosis.data.frame.iloc[row - 1]
+    return {
+        "recording": name,
+        "row": inside,
+        "cycle": int(frame["cycle"]),
+        "face": int(frame["face"]),
+        "off_um": float(diagnosis.after_um[row - 1]),
+    }
+
+
+def _parameters(finding: Finding) -> dict[str, dict[str, Any]]:
+    """Choices first, then numbers; what the law needs besides (a fixed length) without uncertainty."""
+    said: dict[str, dict[str, Any]] = {name: {"value": _json(value)} for name, value in finding.choices.items()}
+    for name, estimate in finding.parameters.items():
+        if name not in said:
+            said[name] = {"value": estimate.value, "u": estimate.u, "unit": estimate.unit}
+    if finding.effect is not None:
+        units = {p.name: p.unit for p in finding.effect.parameters()}
+        for name, value in effect_table(finding.effect).items():
+            if name != "kind" and name not in said:
+                said[name] = {"value": value, "u": None, "unit": units[name]}
+    return said
+
+
+def _json(value: object) -> Any:
+    if isinstance(value, tuple | list):
+        return [_json(one) for one in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _in_folder(text: str, placements: Mapping[str, str], folder: Path) -> str:
+    """The command as it must be typed where the diagnosis was."""
+    for name in placements:
+        stem = name.removesuffix(".toml")
+        text = text.replace(f" {stem}.", f" {(folder / stem).as_posix()}.")
+    return text
+
+
+def _located(one: Located) -> dict[str, Any]:
+    return {
+        "covariate": one.covariate,
+        "side": one.side,
+        "where": one.where,
+        "share": one.share,
+        "p_value": one.p_value,
+        "form": one.form,
+    }
+
+
+def _law(law: UnknownLaw) -> dict[str, Any]:
+    return {
+        "covariate": law.located.covariate,
+        "side": law.side,
+        "form": law.located.form,
+        "where": law.located.where,
+        "period": law.period,
+        "rms_um": float(np.sqrt((law.share_um**2).mean())),
+        "replaces_named": law.replaces,
+        "formulas": [effect.formula for effect in law.effects],
+        "coefficients": {name: _estimate(estimate) for name, estimate in law.estimates.items()},
+    }
+
+
+def _estimate(estimate: Estimate) -> dict[str, Any]:
+    return {"value": estimate.value, "u": estimate.u, "unit": estimate.unit}
+
+
+def _fit(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Any]:
+    fit = diagnosis.fit
+    before, after = _headline(fit.holdout)
+    said: dict[str, Any] = {
+        "noise_um": fit.noise_um,
+        "rms_before_um": fit.rms_before_um,
+        "rms_after_um": fit.rms_after_um,
+        "holdout_rms_before_um": before,
+        "holdout_rms_after_um": after,
+        "chi2_dof_after": fit.chi2_dof_after,
+        "chi2_dof_before": fit.chi2_dof_before,
+        "holdout": {
+            by: {"rms_before_um": before, "rms_after_um": after} for by, (before, after) in fit.holdout.items()
+        },
+    }
+    if laws:
+        said["with_empirical"] = _with_empirical(diagnosis, laws)
+    return said
+
+
+def _headline(holdout: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
+    names = [name for name in HEADLINE_FOLDS if name in holdout] or list(holdout)
+    return holdout[names[0]] if names else (math.nan, math.nan)
+
+
+def _with_empirical(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Any]:
+    """The fit with the laws that have no name: over all rows with weight, and for rows held out."""
+    data, sigma = diagnosis.data, diagnosis.noise.by_row_um
+    shares = [f.share_um for f in modelled(diagnosis, laws) if f.share_um.any()] + [law.share_um for law in laws]
+    rest = rest_um(diagnosis, laws)[np.isfinite(sigma)]
+    holdout = {folds.by: holdout_rms(data, sigma, np.array(shares).T, folds) for folds in make_folds(data)}
+    return {"rms_after_um": float(np.sqrt((rest**2).mean())), "holdout_rms_after_um": holdout}
+
+
+def _noise(diagnosis: Diagnosis) -> dict[str, Any]:
+    noise = diagnosis.noise
+    u = noise.sigma_um / math.sqrt(2.0 * noise.dof) if noise.dof > 0 else math.nan
+    return {
+        "sigma_um": noise.sigma_um,
+        "u_um": u,
+        "dof": noise.dof,
+        "from_repeats": noise.repeats,
+        "machine_file_um": diagnosis.data.machine.table.repeatability_um,
+    }
+
+
+def _measured(diagnosis: Diagnosis) -> dict[str, Any]:
+    data = diagnosis.data
+    frame = data.frame
+    placements = [frame[data.placement == i] for i in range(int(data.placement.max()) + 1)]
+    return {
+        "probings": len(data),
+        "faces": len(np.unique(data.face)),
+        "length_mm": float(np.ptp(data.probings.certified_mm())),
+        "duration_s": float(np.ptp(data.probings.time_s)) if data.has_time else None,
+        "placements": [
+            {
+                "placement": int(rows["placement"].iloc[0]),
+                "axis": [float(v) for v in data.probings.setting.axis[int(rows["placement"].iloc[0])]],
+                "probings": len(rows),
+                "first_block": (int(rows["face"].min()) + 1) // 2,
+                "last_block": (int(rows["face"].max()) + 1) // 2,
+                "cycles": int(rows["cycle"].nunique()),
+            }
+            for rows in placements
+        ],
+        "speeds_mm_s": sorted({float(s) for s in frame["speed_mm_s"].round(6)}) if "speed_mm_s" in frame else [],
+        "gauge_temperature_recorded": "gauge_temperature_C" in frame,
+        "time_recorded": data.has_time,
+    }
+
+
+def _inputs(diagnosis: Diagnosis, inputs: Inputs) -> dict[str, Any]:
+    gauge, machine = diagnosis.data.gauge, diagnosis.data.machine
+    faces = Path(gauge.path).parent / gauge.table.faces
+    return {
+        "recordings": [_file(recording.path) for recording in inputs.recordings],
+        "gauge": {
+            **_file(gauge.path),
+            "faces_sha256": _sha256(faces),
+            "name": gauge.table.name,
+            "serial": gauge.table.serial,
+            "certificate": gauge.certificate.number,
+            "example": gauge.certificate.example,
+        },
+        "machine": {
+            **_file(machine.path),
+            "name": machine.table.name,
+            "effects": [effect.get("kind") for effect in machine.effects],
+        },
+    }
+
+
+def _file(path: str | Path) -> dict[str, Any]:
+    return {"path": str(path), "sha256": _sha256(path)}
+
+
+def _sha256(path: str | Path) -> str | None:
+    """Checksum of a file as it is now; None for what was never in a file."""
+    place = Path(path)
+    return hashlib.sha256(place.read_bytes()).hexdigest() if str(path) and place.is_file() else None
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_nan(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_without_nan(one) for one in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    return value
+
+
+def read_diagnosis(path: str | Path) -> dict[str, Any]:
+    """The content of a ``diagnosis.json`` (:class:`InputError` where it is not one)."""
+    try:
+        data = json.loads(read_text(path))
+    except json.JSONDecodeError as error:
+        raise InputError(f"{path}:{error.lineno}", f"not valid JSON: {error.msg}") from None
+    kind = data.get("format") if isinstance(data, dict) else None
+    if kind != FORMAT:
+        raise InputError(path, "not a diagnosis", found=repr(kind), expected="diagnosis.json of stepgauge diagnose")
+    return data

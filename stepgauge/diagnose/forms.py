@@ -1,0 +1,151 @@
+"""Forms without a law: what any structure looks like that depends on one covariate.
+
+They serve twice: they say where a disagreement lives, and they catch what no named effect explains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnose.library import Family
+from stepgauge.diagnose.residuals import Residuals
+from stepgauge.recording import COUNTS, OPTIONAL, REQUIRED
+
+Array = NDArray[np.float64]
+BINS = 8
+HARMONICS = 6
+MOST_PERIODS = 400
+SIDES = ("approach", "gauge", "front", "back")
+"""Along every approach; along the gauge axis; on front faces only; on back faces only."""
+
+
+@dataclass(frozen=True)
+class Covariate:
+    """Something the disagreement may depend on: a name, a unit and a value per row."""
+
+    name: str
+    unit: str
+    values: Array
+
+    @property
+    def steps(self) -> int:
+        return len(np.unique(self.values))
+
+
+def covariates(data: Residuals) -> list[Covariate]:
+    """All covariates of a recording that vary."""
+    frame = data.frame
+    order = np.empty(len(data))
+    order[data.order] = np.arange(len(data))
+    found = [Covariate("position", "mm", data.probings.certified_mm())]
+    found += [Covariate(f"machine {axis}", "mm", data.probings.coordinate_mm(axis)) for axis in "xyz"]
+    found += [Covariate("cycle", "", frame["cycle"].to_numpy(float))]
+    found += [Covariate("time", "s", frame["time_s"].to_numpy(float))] if data.has_time else []
+    found += [Covariate("order", "", order)] if not data.has_time else []
+    found += [Covariate("touches since a pause", "", data.probings.touches_since_pause(60.0))] if data.has_time else []
+    for name in frame.columns:
+        if name.startswith("share_"):
+            continue  # the truth of a simulation is no covariate
+        if name in ("speed_mm_s", *OPTIONAL[3:]) or name not in (*REQUIRED, *OPTIONAL, *COUNTS):
+            found.append(Covariate(_plain_name(name), "", frame[name].to_numpy(float)))
+    return [c for c in found if np.isfinite(c.values).all() and _varies(c.values)]
+
+
+def _plain_name(name: str) -> str:
+    return {"speed_mm_s": "speed"}.get(name, name)
+
+
+def _varies(values: Array) -> bool:
+    spread = float(np.ptp(values))
+    return spread > 1e-6 * max(float(np.abs(values).max()), 1e-9) and len(np.unique(values)) > 1
+
+
+def form_families(data: Residuals) -> Iterator[Family]:
+    """Trend, bow, steps and free shapes in every covariate, on every side; periods; the approach's azimuth."""
+    for side in SIDES:
+        mask = _mask(data, side)
+        if side in ("approach", "front"):
+            yield _make("offset", "side", side, mask[None, None], data)
+        for covariate in covariates(data):
+            for form, columns, values in _shapes(covariate):
+                family = _make(form, covariate.name, side, columns * mask, data)
+                yield replace(family, details={**family.details, "atoms": values, "unit": covariate.unit})
+    yield from _placement_forms(data)
+    yield from _azimuth_forms(data)
+
+
+def _mask(data: Residuals, side: str) -> Array:
+    return {
+        "approach": np.ones(len(data)),
+        "gauge": data.side,
+        "front": (data.side > 0).astype(float),
+        "back": (data.side < 0).astype(float),
+    }[side]
+
+
+def _make(form: str, covariate: str, side: str, columns: Array, data: Residuals) -> Family:
+    atoms = [{"atom": i} for i in range(len(columns))]
+    details = {"form": form, "side": side}
+    return Family(f"form:{form}", f"{form} in {covariate}, {side}", {}, atoms, columns, None, covariate, False, details)
+
+
+def _shapes(covariate: Covariate) -> Iterator[tuple[str, Array, Array | None]]:
+    """Named forms as ``(atoms, d, n)``, and what each atom stands for (the place of a step, a period)."""
+    x = covariate.values
+    u = (x - x.mean()) / np.ptp(x) * 2.0
+    yield "trend", u[None, None], None
+    if covariate.steps > 2:
+        yield "bow", np.stack([u, u**2 - (u**2).mean()])[None], None
+    if covariate.steps > 3:
+        yield "free shape", _bins(x)[None], None
+    if covariate.steps > 12:
+        places = _places(x)
+        yield "step", (x >= places[:, None]).astype(float)[:, None], places
+        yield "period", *_periods(x)
+
+
+def _bins(x: Array) -> Array:
+    """Indicator functions of intervals with about as many rows each, less their mean."""
+    levels = np.unique(x)
+    count = min(BINS, len(levels))
+    edges = np.quantile(levels, np.linspace(0, 1, count + 1)[1:-1])
+    index = np.searchsorted(edges, x, side="right")
+    columns = (index == np.arange(count)[:, None]).astype(float)
+    return (columns - columns.mean(axis=1, keepdims=True))[:-1]
+
+
+def _places(x: Array) -> Array:
+    """Places for a step, between the values that occur."""
+    levels = np.unique(x)
+    between = (levels[1:] + levels[:-1]) / 2.0
+    return between[np.unique(np.linspace(0, len(between) - 1, min(len(between), 120)).astype(int))]
+
+
+def _periods(x: Array) -> tuple[Array, Array]:
+    span = float(np.ptp(x))
+    frequency = np.arange(1.0, min(len(np.unique(x)) / 2.0, MOST_PERIODS / 3.0), 1.0 / 3.0) / span
+    angle = 2.0 * np.pi * frequency[:, None] * (x - x.min())
+    return np.stack([np.sin(angle), np.cos(angle)], axis=1), 1.0 / frequency
+
+
+def _placement_forms(data: Residuals) -> Iterator[Family]:
+    """Differences between placements that are no matter of their origins: in the mean along the approach."""
+    count = int(data.placement.max()) + 1
+    if count > 1:
+        columns = (data.placement == np.arange(count)[:, None]).astype(float)[:-1]
+        yield _make("level", "placement", "approach", columns[None], data)
+
+
+def _azimuth_forms(data: Residuals) -> Iterator[Family]:
+    """Harmonics of the approach's azimuth about the stylus."""
+    c, s = data.probings.lateral_share()
+    azimuth = np.arctan2(s, c)
+    directions = len(np.unique(np.round(azimuth, 3)))
+    if directions > 2:
+        orders = np.arange(1, min(HARMONICS, directions // 2) + 1)[:, None]
+        columns = np.concatenate([np.cos(orders * azimuth), np.sin(orders * azimuth)])
+        yield _make("harmonics", "azimuth", "approach", columns[None], data)

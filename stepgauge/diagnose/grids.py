@@ -1,0 +1,95 @@
+"""Where to look for the non-linear parameters of an effect in a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnose.residuals import Residuals
+from stepgauge.effects import Effect, Parameter
+
+Array = NDArray[np.float64]
+MOST_PERIODS = 4000
+MOST_FREQUENCIES = 5000
+MOST_TIMES = 300
+
+
+def parameter_grid(kind: type[Effect], parameter: Parameter, choices: dict[str, Any], data: Residuals) -> list[Any]:
+    """Values of one non-linear parameter to try; a rule by its name, else a dozen over its sensible range."""
+    rule = _RULES.get(parameter.name)
+    if rule is not None:
+        return list(rule(choices, data))
+    if parameter.sensible is None:
+        return [parameter.default]
+    low, high = parameter.sensible
+    if low > 0:
+        return list(np.geomspace(low, high, 12))
+    return list(np.linspace(low, high, 13)[1:])
+
+
+def _coordinate(choices: dict[str, Any], data: Residuals) -> Array:
+    return data.probings.coordinate_mm(str(choices.get("axis", "x")))
+
+
+def _periods_mm(choices: dict[str, Any], data: Residuals) -> Array:
+    span = max(float(np.ptp(_coordinate(choices, data))), 1.0)
+    frequency = np.arange(0.8 / span, 0.5, 1.0 / (3.0 * span))[:MOST_PERIODS]
+    return 1.0 / frequency
+
+
+def _duration_s(data: Residuals) -> float:
+    return max(float(np.ptp(data.frame["time_s"].to_numpy())), 1.0)
+
+
+def _periods_s(_: dict[str, Any], data: Residuals) -> Array:
+    duration = _duration_s(data)
+    frequency = np.arange(0.7 / duration, 1.0 / 60.0, 1.0 / (4.0 * duration))[:MOST_PERIODS]
+    return 1.0 / frequency if frequency.size else np.array([duration])
+
+
+def _frequencies_hz(_: dict[str, Any], data: Residuals) -> Array:
+    step = 1.0 / (2.0 * _duration_s(data))
+    return np.arange(0.2, 0.2 + step * MOST_FREQUENCIES, step)
+
+
+def _times_s(_: dict[str, Any], data: Residuals) -> Array:
+    times = np.unique(data.frame["time_s"].to_numpy())
+    between = (times[1:] + times[:-1]) / 2.0
+    return between[np.unique(np.linspace(0, len(between) - 1, min(len(between), MOST_TIMES)).astype(int))]
+
+
+def _time_constants_h(_: dict[str, Any], data: Residuals) -> list[float | None]:
+    hours = _duration_s(data) / 3600.0
+    return [None, *np.geomspace(hours / 15.0, hours * 1.5, 9)]
+
+
+def _places_mm(choices: dict[str, Any], data: Residuals) -> Array:
+    x = _coordinate(choices, data)
+    return np.linspace(x.min(), x.max(), 61)
+
+
+def _widths_mm(choices: dict[str, Any], data: Residuals) -> Array:
+    span = float(np.ptp(_coordinate(choices, data)))
+    return np.geomspace(8.0, max(span / 2.5, 16.0), 5)
+
+
+def _supports(_: dict[str, Any], data: Residuals) -> list[tuple[float, float]]:
+    length = float(data.gauge.position_mm[-1])
+    return [(share * length, (1.0 - share) * length) for share in (0.0, 0.1, 0.2113, 0.3)]
+
+
+_RULES: dict[str, Callable[[dict[str, Any], Residuals], Any]] = {
+    "period_mm": _periods_mm,
+    "period_s": _periods_s,
+    "frequency_hz": _frequencies_hz,
+    "time_s": _times_s,
+    "time_constant_h": _time_constants_h,
+    "at_mm": _places_mm,
+    "width_mm": _widths_mm,
+    "supports_mm": _supports,
+    "touches": lambda choices, data: np.geomspace(0.5, 50.0, 9),
+    "mrad": lambda choices, data: [1.0],
+}

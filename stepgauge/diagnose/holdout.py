@@ -1,0 +1,72 @@
+"""Held-out groups: what a model predicts for probings that it has not seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnose.residuals import Residuals
+
+Array = NDArray[np.float64]
+WEAK = 1e-4
+"""Prior weight of a coefficient: what the rows left in do not determine is predicted as nothing, not at random."""
+
+
+@dataclass(frozen=True)
+class Folds:
+    """A split of the rows into groups; ``by`` says into what."""
+
+    by: str
+    fold: NDArray[np.intp]
+
+    @property
+    def count(self) -> int:
+        return int(self.fold.max()) + 1
+
+
+def make_folds(data: Residuals) -> list[Folds]:
+    """Whole cycles, and whole faces in interleaved sets; only splits that leave something to learn from."""
+    found = []
+    cycle = np.unique(data.frame["cycle"].to_numpy(), return_inverse=True)[1]
+    if cycle.max() > 0:
+        found.append(Folds("cycles", cycle))
+    faces = np.unique(data.face, return_inverse=True)[1] // 2 % 4
+    if faces.max() > 0:
+        found.append(Folds("faces", faces))
+    return found
+
+
+def holdout_rms(data: Residuals, sigma_um: Array, columns: Array, folds: Folds) -> float:
+    """Rms of the prediction error over all held-out rows with weight, um.
+
+    ``columns (n, d)``: displacement of the model's terms, whose coefficients are fitted anew without the rows held out,
+    together with the origins of the placements and the faces' departures from the certificate (as far as its
+    uncertainty allows).
+    """
+    errors = np.full(len(data), np.nan)
+    design = np.column_stack([_origins(data), columns])
+    for fold in range(folds.count):
+        held = folds.fold == fold
+        train = ~held & np.isfinite(sigma_um)
+        if train.sum() > design.shape[1]:
+            errors[held] = data.um[held] - _predict(data, sigma_um, design, train)[held]
+    used = np.isfinite(errors) & np.isfinite(sigma_um)
+    return float(np.sqrt((errors[used] ** 2).mean())) if used.any() else float("nan")
+
+
+def _origins(data: Residuals) -> Array:
+    return (data.placement[:, None] == np.arange(data.placement.max() + 1)) * data.side[:, None]
+
+
+def _predict(data: Residuals, sigma_um: Array, design: Array, train: NDArray[np.bool_]) -> Array:
+    """Prediction for all rows from a fit to some, with the certificate's uncertainty as prior of every face."""
+    faces, index = np.unique(data.face, return_inverse=True)
+    u = np.maximum(data.gauge.u_um[faces - 1], 1e-6)
+    face_columns = np.eye(len(faces))[index] * data.side[:, None] * u
+    full = np.column_stack([design, face_columns])
+    weighted = full[train] / sigma_um[train][:, None]
+    prior = np.concatenate([np.full(design.shape[1], WEAK), np.ones(len(faces))])
+    normal = weighted.T @ weighted + np.diag(prior)
+    return full @ np.linalg.solve(normal, weighted.T @ (data.um[train] / sigma_um[train]))

@@ -1,0 +1,77 @@
+"""Where the disagreement lives, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnose.library import Family
+from stepgauge.diagnose.result import Located
+from stepgauge.diagnose.search import Library, Look
+from stepgauge.diagnose.whitening import orthonormal
+
+Array = NDArray[np.float64]
+MOST_LOCATED = 4
+FALSE_ALARM = 0.004
+"""Chance that any form is seen in a recording without structure."""
+SIDE_WORDS = {"approach": "both", "gauge": "both", "front": "front", "back": "back"}
+
+
+def most_telling(forms: Library, white: Array) -> tuple[Located, ...]:
+    """The forms that, one beside the other, carry the structure of the whitened residuals, most surprising first."""
+    whitening = forms.whitening
+    found: list[Located] = []
+    basis = np.zeros((len(white), 0))
+    columns: list[Array] = []
+    bar = np.log(FALSE_ALARM / max(len(forms.families), 1))
+    total = max(float(white @ white) - whitening.dof, 1.0)
+    while len(found) < MOST_LOCATED:
+        left = white - basis @ (basis.T @ white)
+        best = forms.looks(left, basis, whitening.dof - basis.shape[1])[0]
+        if best.log_p > bar:
+            break
+        found.append(describe(best, min(best.gain / total, 1.0)))
+        index = next(i for i, family in enumerate(forms.families) if family is best.family)
+        columns.append(forms.white(index)[best.atom])
+        basis = orthonormal(np.concatenate(columns).T)
+    return tuple(found)
+
+
+def describe(look: Look, share: float) -> Located:
+    """A look at a form, in words a technician uses."""
+    family = look.family
+    form, side = str(family.details["form"]), str(family.details["side"])
+    return Located(
+        family.covariate,
+        SIDE_WORDS[side],
+        form,
+        _words(family, form, side, look),
+        round(float(share), 4),
+        float(np.exp(look.log_p)),
+    )
+
+
+def _words(family: Family, form: str, side: str, look: Look) -> str:
+    place = {"front": "on front faces only, ", "back": "on backward faces only, "}.get(side, "")
+    covariate = family.covariate
+    text = {
+        "offset": "a constant along the approach",
+        "trend": f"grows with {covariate}" if covariate != "position" else "grows along the gauge",
+        "bow": f"a bow over {covariate}",
+        "free shape": f"changes with {covariate} in no simple form",
+        "step": f"a step in {covariate} {_at(family, look)}",
+        "period": f"repeats with {covariate} {_at(family, look)}",
+        "level": "the level differs between placements",
+        "harmonics": "depends on the direction of approach",
+    }[form]
+    moved = ", along the gauge whatever the side" if side == "gauge" else ""
+    return place + text + moved
+
+
+def _at(family: Family, look: Look) -> str:
+    values = family.details.get("atoms")
+    if values is None:
+        return ""
+    unit = family.details.get("unit", "")
+    word = "after" if family.details["form"] == "step" else "with period"
+    return f"{word} {values[look.atom]:.4g} {unit}".rstrip()

@@ -1,0 +1,120 @@
+"""Recordings in files to diagnoses in folders: all of one machine together, or each on its own over processes."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing import get_all_start_methods, get_context
+from pathlib import Path
+from typing import Any
+
+from stepgauge.diagnose.engine import diagnose
+from stepgauge.diagnose.files import write_diagnosis
+from stepgauge.diagnose.practice import name_of
+from stepgauge.diagnose.result import Diagnosis
+from stepgauge.errors import InputError
+from stepgauge.gauge import Gauge, read_gauge
+from stepgauge.machine_file import Machine, read_machine
+from stepgauge.recording import Recording, join_recordings, read_recording
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of one diagnosis: its name, the verdict in a line, and the files written (none where it failed)."""
+
+    name: str
+    summary: str
+    files: tuple[Path, ...] = ()
+
+
+def diagnose_together(
+    paths: Sequence[str], gauge: str, machine: str, folder: str | Path, suffix: str = "png"
+) -> Outcome:
+    """Diagnose several recordings as placements of one machine; parameters as :func:`diagnose_each`."""
+    steps, cmm = read_gauge(gauge), read_machine(machine)
+    return _diagnose([read_recording(path) for path in paths], steps, cmm, Path(folder), suffix)
+
+
+def diagnose_each(
+    paths: Sequence[str], gauge: str, machine: str, folder: str | Path, jobs: int | None = None, suffix: str = "png"
+) -> Iterator[Outcome]:
+    """Diagnose recordings one by one into folders named after their files, in the order given.
+
+    Everything is read and checked before the first diagnosis begins; a recording that turns out not to be of this
+    gauge, or too small, gives an outcome without files and does not stop the others. The processes are forked where
+    the system can, so that they share what is loaded.
+
+    Parameters
+    ----------
+    paths : recording files; their names without the suffix must differ
+    gauge, machine : files, or names of shipped ones
+    folder : gets one folder per recording
+    jobs : processes; by default as many as there are processors
+    suffix : format of the figures
+
+    Raises
+    ------
+    InputError
+        wrong files, equal names
+    """
+    _check_names(paths)
+    steps, cmm = read_gauge(gauge), read_machine(machine)
+    recordings = [read_recording(path) for path in paths]
+    one = partial(_one, gauge=steps, machine=cmm, folder=Path(folder), suffix=suffix)
+    count = min(jobs or os.cpu_count() or 1, len(recordings))
+    return map(one, recordings) if count == 1 else _in_processes(one, recordings, count)
+
+
+def _in_processes(one: Any, recordings: Sequence[Recording], count: int) -> Iterator[Outcome]:
+    with ProcessPoolExecutor(count, mp_context=get_context(_start_method())) as pool:
+        yield from pool.map(one, recordings)
+
+
+def _start_method() -> str:
+    """A server that forks has the imports done once and no threads to lose; elsewhere every process imports anew."""
+    if "forkserver" in get_all_start_methods():
+        get_context("forkserver").set_forkserver_preload(["stepgauge.diagnose.many", "stepgauge.figures.diagnosis"])
+        return "forkserver"
+    return "spawn"
+
+
+def _one(recording: Recording, gauge: Gauge, machine: Machine, folder: Path, suffix: str) -> Outcome:
+    name = Path(recording.path).stem
+    try:
+        return _diagnose([recording], gauge, machine, folder / name, suffix)
+    except InputError as error:
+        return Outcome(name, f"error: {error}")
+
+
+def _diagnose(recordings: Sequence[Recording], gauge: Gauge, machine: Machine, folder: Path, suffix: str) -> Outcome:
+    whole = recordings[0] if len(recordings) == 1 else join_recordings(recordings)
+    found = diagnose(whole, gauge, machine)
+    return Outcome(folder.name, summary_line(found), tuple(write_diagnosis(folder, found, recordings, suffix)))
+
+
+def _check_names(paths: Sequence[str]) -> None:
+    name, count = Counter(Path(path).stem for path in paths).most_common(1)[0]
+    if count > 1:
+        raise InputError(
+            next(path for path in paths if Path(path).stem == name),
+            f"{count} recordings would be diagnosed into the same folder {name!r}",
+            expected="files of different names with --each",
+        )
+
+
+def summary_line(found: Diagnosis) -> str:
+    """Verdict, effects and fit in a line."""
+    fit = found.fit
+    names = [_name(f.label, (*f.confounded_with, *f.alternatives)) for f in found.findings]
+    left = [one.where for one in found.unexplained[:1]]
+    said = ", ".join(names + [f"without a law: {where}" for where in left])
+    numbers = f"rms {fit.rms_before_um:.2f} -> {fit.rms_after_um:.2f} um, noise {fit.noise_um:.2f} um"
+    return f"{found.verdict}{f': {said}' if said else ''} ({numbers})"
+
+
+def _name(label: str, others: Sequence[str]) -> str:
+    return name_of(label) + (f" (or {', '.join(name_of(kind) for kind in others)})" if others else "")

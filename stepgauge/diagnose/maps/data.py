@@ -1,0 +1,162 @@
+"""A probe map as a diagnosis sees it: directions, measured values, and what the digits say of their scatter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.physics.directions import unit_vectors
+from stepgauge.probe_files import Rows, read_rows
+
+Array = NDArray[np.float64]
+
+QUANTITIES = {"trigger_force_N": "N", "deflection_um": "um", "pretravel_um": "um"}
+ANGLES = ("polar_deg", "azimuth_deg")
+_FACTORS = {"N": {"N": 1.0, "mN": 1e-3, "cN": 1e-2}, "um": {"um": 1.0, "mm": 1e3, "nm": 1e-3}}
+_FINEST_DECIMALS = 6
+_COARSEST_DECIMALS = -1
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One quantity of a map: name, unit, values (n,), and the last digit in which they were printed (0 = unseen)."""
+
+    name: str
+    unit: str
+    values: Array
+    quantum: float
+
+    @property
+    def rounding(self) -> float:
+        """Standard deviation that the rounding alone gives."""
+        return self.quantum / math.sqrt(12.0)
+
+
+@dataclass(frozen=True)
+class MapData:
+    """Rows of a map whose probe triggered: angles (n,) of the contact normal in deg, and the quantities measured.
+
+    ``dropped`` counts the rows without values.
+    """
+
+    path: str
+    polar_deg: Array
+    azimuth_deg: Array
+    measured: tuple[Measured, ...]
+    dropped: int
+
+    def __len__(self) -> int:
+        return len(self.polar_deg)
+
+    @property
+    def normals(self) -> Array:
+        """Contact normals in the probe's frame, (n, 3)."""
+        return unit_vectors(np.radians(self.azimuth_deg), np.pi / 2.0 - np.radians(self.polar_deg))
+
+    @property
+    def direction(self) -> NDArray[np.intp]:
+        """Index of the direction of each row; rows of one direction are repeats."""
+        return _index(np.column_stack([self.polar_deg, self.azimuth_deg]))
+
+    @property
+    def rings(self) -> NDArray[np.intp]:
+        """Index of the polar angle of each row."""
+        return _index(self.polar_deg[:, None])
+
+    @property
+    def spokes(self) -> NDArray[np.intp]:
+        """Index of the azimuth of each row."""
+        return _index(self.azimuth_deg[:, None] % 360.0)
+
+
+def read_map_data(path: str | Path, columns: Mapping[str, str] | None = None) -> MapData:
+    """A map CSV: ``polar_deg,azimuth_deg`` and one or more of the quantities.
+
+    Parameters
+    ----------
+    path : the map; rows in which the probe never triggered have empty cells
+    columns : name here -> name in the file for files with other names, e.g. ``{"deflection_um": "sensing_fea_mm"}``;
+        a ``_mm``, ``_nm``, ``_mN`` or ``_cN`` at the end of the file's name is converted. With it, only the
+        quantities named are read.
+
+    Raises
+    ------
+    InputError : missing columns, cells that are no numbers, values below zero, no quantity at all
+    """
+    chosen = _chosen(path, columns)
+    angles = [chosen.get(name, name) for name in ANGLES]
+    rows = read_rows(path, [*angles, *(name for key, name in chosen.items() if key not in ANGLES)])
+    names = chosen if columns else {name: name for name in QUANTITIES if name in rows.header}
+    found = {key: name for key, name in names.items() if key in QUANTITIES and _filled(rows, name).any()}
+    if not found:
+        raise InputError(path, "the map has no values", found=",".join(rows.header), expected=", ".join(QUANTITIES))
+    kept = np.logical_and.reduce([_filled(rows, name) for name in found.values()])
+    part = _part(rows, kept)
+    polar, azimuth = part.numbers(angles).T
+    _check_angles(part, polar)
+    measured = tuple(_measured(part, key, name) for key, name in found.items())
+    return MapData(str(path), polar, azimuth, measured, int((~kept).sum()))
+
+
+def _chosen(path: str | Path, columns: Mapping[str, str] | None) -> dict[str, str]:
+    chosen = dict(columns or {})
+    for key in chosen:
+        if key not in (*QUANTITIES, *ANGLES):
+            expected = ", ".join((*QUANTITIES, *ANGLES))
+            raise InputError(path, f"no quantity of a map is called {key}", expected=expected)
+    return chosen
+
+
+def _filled(rows: Rows, name: str) -> NDArray[np.bool_]:
+    place = rows.header.index(name)
+    return np.array([bool(cells[place]) for cells in rows.cells])
+
+
+def _part(rows: Rows, kept: NDArray[np.bool_]) -> Rows:
+    if not kept.any():
+        raise InputError(rows.path, "no row has all its values")
+    index = np.flatnonzero(kept)
+    return Rows(rows.path, rows.header, [rows.cells[i] for i in index], [rows.lines[i] for i in index])
+
+
+def _check_angles(rows: Rows, polar: Array) -> None:
+    wrong = np.flatnonzero((polar < 0.0) | (polar > 180.0))
+    if wrong.size:
+        found = f"{polar[wrong[0]]:g}"
+        raise InputError(rows.at(int(wrong[0])), "polar_deg is out of range", found=found, expected="0 to 180")
+
+
+def _measured(rows: Rows, key: str, name: str) -> Measured:
+    unit = QUANTITIES[key]
+    raw = rows.numbers([name])[:, 0]
+    ending = name.rsplit("_", 1)[-1]
+    factor = _FACTORS[unit].get(ending)
+    if factor is None:
+        raise InputError(rows.path, f"column {name} does not end in its unit", expected=" or ".join(_FACTORS[unit]))
+    negative = np.flatnonzero(raw < 0.0)
+    if negative.size:
+        row = int(negative[0])
+        raise InputError(rows.at(row), f"{name} is negative", found=f"{raw[row]:g}", expected="a size")
+    return Measured(key, unit, raw * factor, quantum_of(raw) * factor)
+
+
+def quantum_of(values: Array) -> float:
+    """The last digit in which values were printed: the coarsest power of ten that divides them all.
+
+    0 where no digit down to the sixth decimal is the last.
+    """
+    for decimals in range(_COARSEST_DECIMALS, _FINEST_DECIMALS + 1):
+        step = 10.0**-decimals
+        if np.all(np.abs(values / step - np.round(values / step)) < 1e-6):
+            return step
+    return 0.0
+
+
+def _index(keys: Array) -> NDArray[np.intp]:
+    return np.unique(np.round(keys, 6), axis=0, return_inverse=True)[1].ravel()

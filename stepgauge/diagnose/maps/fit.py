@@ -1,0 +1,211 @@
+"""Changes of a probe fitted to a map: weighted least squares, with the scatter estimated along.
+
+A map has no repeats as a rule. What scatters is then the rounding of the printed digits, which is known, and a rest,
+which is not: variance = quantum^2 / 12 + (s w)^2 with one s per quantity, by maximum likelihood. ``w`` is 1, or the
+size of the value where the rest grows with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares, minimize_scalar
+
+from stepgauge.diagnose.maps.candidates import Candidate, Knob
+from stepgauge.diagnose.maps.model import MapModel, Term, Terms
+from stepgauge.errors import InputError
+
+Array = NDArray[np.float64]
+Scatter = Literal["constant", "proportional"]
+STEP = 1e-4
+"""Share of a knob's typical departure by which it is moved to find the slope."""
+FAR = 1e8
+"""Whitened residual of a construction that cannot be."""
+STEPS = 25
+PHASES = 3
+"""Starts from which a phase is searched."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Terms with fitted values.
+
+    ``sigma``: standard deviation (n,) of each quantity's rows; ``whitened (m,)``: all residuals over their sigma;
+    ``jacobian (m, k)``: slopes of the whitened residuals in units of the knobs' typical departures; ``deviance``:
+    -2 ln likelihood; ``rest``: the estimated part of the scatter of each quantity.
+    """
+
+    terms: Terms
+    sigma: tuple[Array, ...]
+    whitened: Array
+    jacobian: Array
+    deviance: float
+    rest: tuple[float, ...]
+
+    @property
+    def rss(self) -> float:
+        return float(self.whitened @ self.whitened)
+
+    @property
+    def size(self) -> int:
+        return int(self.jacobian.shape[1])
+
+    @property
+    def dof(self) -> int:
+        return len(self.whitened) - self.size
+
+    @property
+    def bic(self) -> float:
+        return self.deviance + self.size * float(np.log(len(self.whitened)))
+
+
+class Fitter:
+    """Fits terms to the rows of a map; ``rows`` leaves out held-out groups."""
+
+    def __init__(self, model: MapModel, scatter: Scatter = "constant", rows: NDArray[np.bool_] | None = None) -> None:
+        self.model, self.scatter = model, scatter
+        self.rows = np.ones(len(model.data), bool) if rows is None else rows
+
+    def fit(self, candidates: Sequence[Candidate], start: Sequence[Term] = ()) -> Fitted:
+        """Least squares from the probe's own values, or from those of ``start``, sigma and values in turn."""
+        begun = {term.candidate: term.values for term in start}
+        terms = tuple(Term(c, begun.get(c, c.starts[0])) for c in candidates)
+        rest = self._rest(terms)
+        begins = self._best_starts(terms, set(begun), rest)
+        terms = min((self._solve(each, rest) for each in begins), key=lambda each: self._left(each, rest))
+        rest = self._rest(terms)
+        if terms:
+            terms = self._solve(terms, rest)
+            rest = self._rest(terms)
+        return self.at(terms, rest)
+
+    def refit(self, fitted: Fitted) -> Terms:
+        """The terms of another fit, solved for these rows with its scatter."""
+        return self._solve(fitted.terms, fitted.rest)
+
+    def at(self, terms: Terms, rest: Sequence[float]) -> Fitted:
+        """The fit as it stands at these values."""
+        sigma = self._sigma(rest)
+        white = self._white(terms, sigma)
+        deviance = float(white @ white) + 2.0 * float(sum(np.log(s[self.rows]).sum() for s in sigma))
+        return Fitted(terms, tuple(sigma), white, self._slopes(terms, sigma, white), deviance, tuple(rest))
+
+    def _best_starts(self, terms: Terms, begun: set[Candidate], rest: Sequence[float]) -> list[Terms]:
+        """From where to search: each new term at the start that leaves least, a phase at its best few starts.
+
+        The force has kinks where another contact opens first, and a search over the phase may hang at one.
+        """
+        found = [terms]
+        for place, term in enumerate(terms):
+            if term.candidate not in begun and len(term.candidate.starts) > 1:
+                tried = [_replaced(found[0], place, Term(term.candidate, s)) for s in term.candidate.starts]
+                tried.sort(key=lambda each: self._left(each, rest))
+                found = tried[: PHASES if len(tried) > PHASES else 1]
+        return found
+
+    def _left(self, terms: Terms, rest: Sequence[float]) -> float:
+        return float((self._white(terms, self._sigma(rest)) ** 2).sum())
+
+    def _solve(self, terms: Terms, rest: Sequence[float]) -> Terms:
+        if not terms:
+            return terms
+        sigma, knobs = self._sigma(rest), _knobs(terms)
+        scale = np.array([k.typical for k in knobs])
+        low, high = (np.array([getattr(k, end) for k in knobs]) / scale for end in ("low", "high"))
+        inside = np.clip(_values(terms) / scale, low + 1e-9, high - 1e-9)
+
+        def left(x: Array) -> Array:
+            return self._white(_with_values(terms, x * scale), sigma)
+
+        def slopes(x: Array) -> Array:
+            moved = _with_values(terms, x * scale)
+            return self._slopes(moved, sigma, left(x))
+
+        found = least_squares(left, inside, slopes, (low, high), xtol=1e-7, ftol=1e-7, max_nfev=STEPS)
+        return _with_values(terms, found.x * scale)
+
+    def _white(self, terms: Terms, sigma: Sequence[Array]) -> Array:
+        try:
+            residuals = self.model.residuals(terms)
+        except InputError:
+            return np.full(int(self.rows.sum()) * len(sigma), FAR)
+        white = np.concatenate([(r / s)[self.rows] for r, s in zip(residuals, sigma, strict=True)])
+        return np.where(np.isfinite(white), np.clip(white, -FAR, FAR), FAR)
+
+    def _slopes(self, terms: Terms, sigma: Sequence[Array], here: Array) -> Array:
+        """Slopes by one-sided differences, away from the nearer bound."""
+        columns, values = [], _values(terms)
+        for place, knob in enumerate(_knobs(terms)):
+            step = STEP * knob.typical * (1.0 if values[place] + knob.typical < knob.high else -1.0)
+            moved = values.copy()
+            moved[place] += step
+            moved_white = self._white(_with_values(terms, moved), sigma)
+            columns.append((moved_white - here) * (knob.typical / step))
+        return np.array(columns).T if columns else np.zeros((len(here), 0))
+
+    def _sizes(self) -> list[Array]:
+        return [
+            np.ones(len(m.values)) if self.scatter == "constant" else np.maximum(m.values, 1e-3 * m.values.max())
+            for m in self.model.data.measured
+        ]
+
+    def _sigma(self, rest: Sequence[float]) -> list[Array]:
+        measured = self.model.data.measured
+        return [np.hypot(m.rounding, r * w) for m, r, w in zip(measured, rest, self._sizes(), strict=True)]
+
+    def _rest(self, terms: Terms) -> tuple[float, ...]:
+        """Maximum-likelihood scatter of each quantity beyond the rounding."""
+        try:
+            residuals = self.model.residuals(terms)
+        except InputError:
+            residuals = self.model.residuals(())
+        parts = zip(self.model.data.measured, residuals, self._sizes(), strict=True)
+        return tuple(_likeliest(r[self.rows], m.rounding, w[self.rows]) for m, r, w in parts)
+
+
+def uncertainties(fitted: Fitted) -> Array:
+    """Covariance (k, k) of the knobs' values; NaN where the map says nothing of them."""
+    scale = np.array([k.typical for k in _knobs(fitted.terms)])
+    gram = fitted.jacobian.T @ fitted.jacobian
+    if fitted.size == 0 or np.linalg.matrix_rank(gram, tol=1e-12 * max(float(np.trace(gram)), 1e-300)) < fitted.size:
+        return np.full((fitted.size, fitted.size), np.nan)
+    variance = max(fitted.rss / max(fitted.dof, 1), 1.0)
+    return np.asarray(np.linalg.inv(gram) * variance * np.outer(scale, scale), dtype=np.float64)
+
+
+def _likeliest(residual: Array, rounding: float, size: Array) -> float:
+    """The s that makes residuals of variance rounding^2 + (s size)^2 likeliest."""
+    typical = float(np.sqrt(np.mean((residual / size) ** 2)))
+    if typical <= 0.0:
+        return 0.0 if rounding > 0.0 else 1e-12
+    if rounding == 0.0:
+        return typical
+
+    def deviance(log_s: float) -> float:
+        variance = rounding**2 + (np.exp(log_s) * size) ** 2
+        return float((residual**2 / variance + np.log(variance)).sum())
+
+    found = minimize_scalar(deviance, bounds=(np.log(typical) - 8.0, np.log(typical) + 1.0), method="bounded")
+    return float(np.exp(found.x)) if found.fun < deviance(-np.inf) else 0.0
+
+
+def _knobs(terms: Terms) -> list[Knob]:
+    return [knob for term in terms for knob in term.candidate.knobs]
+
+
+def _values(terms: Terms) -> Array:
+    return np.array([value for term in terms for value in term.values], float)
+
+
+def _with_values(terms: Terms, values: Array) -> Terms:
+    cuts = np.cumsum([len(term.values) for term in terms])[:-1]
+    parts = np.split(np.asarray(values, float), cuts)
+    return tuple(Term(t.candidate, tuple(map(float, p))) for t, p in zip(terms, parts, strict=True))
+
+
+def _replaced(terms: Terms, place: int, term: Term) -> Terms:
+    return (*terms[:place], term, *terms[place + 1 :])

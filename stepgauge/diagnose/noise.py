@@ -1,0 +1,165 @@
+"""Pure repeatability, from the repeats and without a model, and what disturbs it: outliers and growing scatter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from stepgauge.diagnose.residuals import Residuals
+
+Array = NDArray[np.float64]
+OUTLIER_P = 0.002
+"""Chance of calling any row of an undisturbed recording an outlier."""
+GROWTH_P = 0.0003
+"""Chance of seeing growing scatter in an undisturbed recording."""
+MOST_OUTLIERS = 0.1
+KNOT_ROWS = 16
+"""Rows of one placement per knot of the slow change with time that is taken out before the scatter is judged."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Scatter of a single probing.
+
+    ``sigma_um``: standard deviation at the typical row; ``by_row_um (n,)``: for each row, infinite for outliers;
+    ``dof``: degrees of freedom behind it; ``outliers``: indices of rows; ``growth``: covariate and rate of growing
+    scatter, None if there is none; ``repeats``: whether it comes from repeats.
+    """
+
+    sigma_um: float
+    by_row_um: Array
+    dof: int
+    outliers: NDArray[np.intp]
+    growth: tuple[str, float, float] | None
+    repeats: bool
+
+
+def estimate_noise(data: Residuals) -> Noise:
+    """Repeatability from what differs between repeats beyond any slow change.
+
+    Every set of repeats (same face, placement and speed) may lie anywhere, and the placement may move smoothly with
+    time, along the gauge and along the approach; what is left is scatter, whatever the model. Without repeats only a
+    smooth change along the gauge is allowed for, and the scatter is larger or smaller than the truth by what that
+    misses.
+    """
+    basis, repeats = _free_columns(data)
+    keep = np.ones(len(data), bool)
+    weight = np.ones(len(data))
+    growth = None
+    for _ in range(2):
+        keep = _without_outliers(data.um / weight, basis / weight[:, None], keep)
+        residual, leverage = _fit(data.um / weight, basis / weight[:, None], keep)
+        growth = _growth(data, residual, leverage, keep) if growth is None else growth
+        if growth is None:
+            break
+        weight = _weights(data, growth[0], growth[1])
+    dof = int(keep.sum() - _rank(basis[keep]))
+    sigma = float(np.sqrt((residual[keep] ** 2).sum() / max(dof, 1)))
+    by_row = np.where(keep, sigma * weight, np.inf)
+    rate = None if growth is None else (growth[0], sigma * growth[1], growth[2])
+    return Noise(sigma, by_row, dof, np.flatnonzero(~keep), rate, repeats)
+
+
+def _free_columns(data: Residuals) -> tuple[Array, bool]:
+    counts = np.bincount(data.group)
+    repeats = bool((counts > 1).mean() > 0.5 and len(counts) < 0.8 * len(data))
+    if repeats:
+        groups = np.eye(len(counts))[data.group]
+    else:
+        groups = np.column_stack([_smooth(data.probings.certified_mm(), data, 8, data.side == s) for s in (1, -1)])
+    slow = []
+    for placement in range(data.placement.max() + 1):
+        rows = data.placement == placement
+        knots = int(np.clip(rows.sum() // KNOT_ROWS, 3, 14))
+        rank = np.empty(len(data))
+        rank[data.order] = np.arange(len(data))
+        hats = _smooth(rank, data, knots, rows)
+        slow += [hats, hats * data.side[:, None]]
+    return np.column_stack([groups, *slow]), repeats
+
+
+def _smooth(x: Array, data: Residuals, knots: int, rows: NDArray[np.bool_]) -> Array:
+    """Piecewise linear functions of ``x`` over some rows, shape ``(n, knots)``."""
+    columns = np.zeros((len(data), knots))
+    if rows.any():
+        at = np.linspace(x[rows].min(), x[rows].max() + 1e-9, knots)
+        columns[rows] = np.column_stack([np.interp(x[rows], at, np.eye(knots)[i]) for i in range(knots)])
+    return columns
+
+
+def _rank(basis: Array) -> int:
+    return int(np.linalg.matrix_rank(basis)) if len(basis) else 0
+
+
+def _fit(um: Array, basis: Array, keep: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Residuals of all rows and leverages of the rows kept."""
+    u, s, _ = np.linalg.svd(basis[keep], full_matrices=False)
+    u = u[:, s > 1e-8 * s[0]]
+    residual = np.zeros(len(um))
+    residual[keep] = um[keep] - u @ (u.T @ um[keep])
+    leverage = np.ones(len(um))
+    leverage[keep] = np.minimum((u**2).sum(axis=1), 1.0)
+    return residual, leverage
+
+
+def _without_outliers(um: Array, basis: Array, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Take out one row after the other while the largest studentised residual is too large to be chance."""
+    keep = keep.copy()
+    for _ in range(int(MOST_OUTLIERS * len(um))):
+        residual, leverage = _fit(um, basis, keep)
+        free = np.sqrt(np.maximum(1.0 - leverage, 1e-9))
+        standard = np.where(keep & (leverage < 0.95), np.abs(residual) / free, 0.0)
+        dof = int(keep.sum() - leverage[keep].sum()) - 1
+        worst = int(standard.argmax())
+        rss = float((residual[keep] ** 2).sum() - standard[worst] ** 2)
+        if dof < 5 or rss <= 0.0:
+            break
+        t = standard[worst] / np.sqrt(rss / dof)
+        if np.log(2.0 * keep.sum()) + stats.t.logsf(t, dof) > np.log(OUTLIER_P):
+            break
+        keep[worst] = False
+    return keep
+
+
+def _covariates(data: Residuals) -> dict[str, Array]:
+    low = data.probings.setting.travel_mm[:, 0]
+    found = {axis: (data.probings.coordinate_mm(axis) - low[i]) * 1e-3 for i, axis in enumerate("xyz")}
+    found["position"] = data.probings.certified_mm() * 1e-3
+    if "speed_mm_s" in data.frame:
+        found["speed"] = data.probings.speed_mm_s.astype(float)
+    return {name: values for name, values in found.items() if np.ptp(values) > 1e-6 * max(np.abs(values).max(), 1e-9)}
+
+
+def _growth(
+    data: Residuals, residual: Array, leverage: Array, keep: NDArray[np.bool_]
+) -> tuple[str, float, float] | None:
+    """Covariate with which the squares grow, its rate over sigma and the p-value; None if none does."""
+    used = keep & (leverage < 0.9)
+    square = residual[used] ** 2 / (1.0 - leverage[used])
+    tests = []
+    covariates = _covariates(data)
+    # repeats of a face share their mean, so that their squares are not independent: one number for each set of repeats
+    group = data.group[used]
+    count = np.bincount(group)
+    there = count > 0
+    by_group = np.bincount(group, square)[there] / count[there]
+    for name, values in covariates.items():
+        c = values[used] ** 2
+        result = stats.spearmanr(np.bincount(group, c)[there] / count[there], by_group)
+        if result.statistic > 0:
+            slope, offset = np.polyfit(c, square, 1)
+            tests.append((float(result.pvalue) * len(covariates) / 2.0, name, slope, max(offset, 0.05 * square.mean())))
+    if not tests:
+        return None
+    p, name, slope, offset = min(tests)
+    if p > GROWTH_P or slope <= 0:
+        return None
+    return name, float(np.sqrt(slope / offset)), p
+
+
+def _weights(data: Residuals, covariate: str, rate: float) -> Array:
+    """Scatter of every row over that at covariate zero."""
+    return np.sqrt(1.0 + (rate * _covariates(data)[covariate]) ** 2)

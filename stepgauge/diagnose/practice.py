@@ -1,0 +1,296 @@
+"""What a finding means at the machine: one sentence per kind, with this recording's spans and this gauge's length."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from stepgauge.diagnose.machine_text import effect_table
+from stepgauge.diagnose.residuals import Residuals
+from stepgauge.diagnose.result import Finding
+from stepgauge.effects import effect_kinds
+from stepgauge.recording import APPROACH
+
+Values = Mapping[str, Any]
+Sentence = Callable[[Values, Residuals], str]
+
+
+def in_practice(finding: Finding, data: Residuals) -> str:
+    """What a finding means, for the person at the machine."""
+    values = _values(finding)
+    sentence = _SENTENCES.get(finding.kind)
+    if sentence is not None:
+        return sentence(values, data)
+    kind = effect_kinds().get(finding.kind)
+    return f"{kind.title()}: {kind.equation}." if kind is not None else finding.label
+
+
+def name_of(kind: str) -> str:
+    """A kind in words."""
+    return kind.replace("_", " ")
+
+
+def _values(finding: Finding) -> Values:
+    if finding.effect is not None:
+        return effect_table(finding.effect)
+    return {**finding.choices, **{k: e.value for k, e in finding.parameters.items() if k not in finding.choices}}
+
+
+def _span_mm(axis: str, data: Residuals) -> float:
+    return float(np.ptp(data.probings.coordinate_mm(axis)))
+
+
+def _length_mm(data: Residuals) -> float:
+    return float(np.ptp(data.probings.certified_mm()))
+
+
+def _um(value: float, digits: int = 2) -> str:
+    """A length of some um: two significant digits, never an exponent."""
+    size = abs(value)
+    decimals = int(np.clip(digits - 1 - np.floor(np.log10(size)), 0, 4)) if size > 1e-9 else 1
+    return f"{size:.{decimals}f} um"
+
+
+def _long(value: float) -> str:
+    return "long" if value > 0 else "short"
+
+
+def _towards(direction: Any, um: float) -> str:
+    """A displacement along a machine axis, in words."""
+    if isinstance(direction, str):
+        return f"{'+' if um > 0 else '-'}{direction}"
+    return f"{'' if um > 0 else '-'}({', '.join(f'{d:.3f}' for d in direction)})"
+
+
+def _scale_error(v: Values, data: Residuals) -> str:
+    axis, ppm = v["axis"], v["ppm"]
+    span, length = _span_mm(axis, data), _length_mm(data)
+    return (
+        f"The {axis} scale reads {abs(ppm):.2g} um/m too {_long(ppm)}: {_um(ppm * span * 1e-3)} over the {span:.0f} mm"
+        f" of {axis} that were used (a gauge of {length:.0f} mm laid along {axis}: {_um(ppm * length * 1e-3)})."
+    )
+
+
+def _scale_curvature(v: Values, data: Residuals) -> str:
+    axis = v["axis"]
+    low, high = data.probings.setting.travel_mm["xyz".index(axis)]
+    reach = np.abs(data.probings.coordinate_mm(axis) - (low + high) / 2.0).max()
+    um = v["um_per_m2"] * (reach * 1e-3) ** 2
+    return (
+        f"The {axis} scale's error is bowed about the middle of its travel: {_um(um)} at {reach:.0f} mm from there, "
+        "the farthest that was measured."
+    )
+
+
+def _periodic(v: Values, data: Residuals) -> str:
+    a, period = v["amplitude_um"], v["period_mm"]
+    return (
+        f"The error of the {v['axis']} scale repeats every {period:.5g} mm: a position is off by up to {_um(a)},"
+        f" a length by up to {_um(2 * a)}. Compare the period with the pitch of the scale, screw or rack."
+    )
+
+
+def _local(v: Values, data: Residuals) -> str:
+    return (
+        f"About {v['axis']} = {v['at_mm']:.1f} mm, over some {v['width_mm']:.0f} mm, the machine reads"
+        f" {_um(v['height_um'])} too {_long(v['height_um'])}, whatever the gauge does there: look at the scale."
+    )
+
+
+def _squareness(v: Values, data: Residuals) -> str:
+    first, second = v["plane"]
+    um = v["urad"] * _span_mm(second, data) * 1e-3
+    return (
+        f"The axes {first} and {second} are {abs(v['urad']):.2g} urad off square: {first} changes by {_um(um)} over the"
+        f" {_span_mm(second, data):.0f} mm of {second} that were used."
+    )
+
+
+def _angular(v: Values, data: Residuals) -> str:
+    return (
+        f"The {v['travel_axis']} carriage turns about {v['rotation_axis']} by {abs(v['urad_per_m']):.2g} urad per metre"
+        " of travel; a length is off by that times its distance from the scale (Abbe)."
+    )
+
+
+def _roll(v: Values, data: Residuals) -> str:
+    return f"The {v['axis']} carriage rolls by {abs(v['urad_per_m']):.2g} urad per metre of its own travel."
+
+
+def _straightness(v: Values, data: Residuals) -> str:
+    return (
+        f"The {v['axis']} guideway is bowed towards {_towards(v['direction'], v['um'])} by {_um(v['um'])} in the middle"
+        f" of {v['length_mm']:.0f} mm."
+    )
+
+
+def _reversal(v: Values, data: Residuals) -> str:
+    more = "more" if v["um"] > 0 else "less"
+    return (
+        f"{v['axis'].upper()} reads {_um(v['um'])} {more} when probed towards +{v['axis']} than towards -{v['axis']}:"
+        " backlash, hysteresis of the drive, or a probe that triggers unequally. The size of a block is off by it."
+    )
+
+
+def _radius(v: Values, data: Residuals) -> str:
+    later = "later" if v["um"] > 0 else "earlier"
+    modelled = float(np.mean(data.machine.sensor.pretravel_um(data.frame[APPROACH].to_numpy(float))))
+    pretravel = modelled + v["um"]
+    return (
+        f"The probe triggers {_um(v['um'])} {later} than modelled, on all faces alike: the pre-travel is"
+        f" {pretravel:.2f} um instead of {modelled:.2f} um, the effective radius"
+        f" {data.machine.probe.tip_radius_mm - pretravel * 1e-3:.5f} mm. Blocks appear too"
+        f" {'small' if v['um'] > 0 else 'large'} by {_um(2 * v['um'])}."
+    )
+
+
+def _lobing(v: Values, data: Residuals) -> str:
+    return (
+        f"The pre-travel varies by {_um(2 * v['amplitude_um'])} with the direction of approach in three lobes, largest"
+        f" at an azimuth of {v['phase_deg']:.0f} deg and every 120 deg from there."
+    )
+
+
+def _delay(v: Values, data: Residuals) -> str:
+    speed = (
+        data.probings.speed_mm_s if "speed_mm_s" in data.frame else np.array(data.machine.table.measuring_speed_mm_s)
+    )
+    speeds = np.unique(np.round(speed, 6))
+    at = ", ".join(f"{_um(v['ms'] * s)} at {s:g} mm/s" for s in speeds[:3])
+    return f"The position is latched {abs(v['ms']):.3g} ms {'late' if v['ms'] > 0 else 'early'}: {at}."
+
+
+def _lever(v: Values, data: Residuals) -> str:
+    return f"The trigger lever is {abs(v['mm']):.2g} mm {'longer' if v['mm'] > 0 else 'shorter'} than modelled."
+
+
+def _gauge_temperature(v: Values, data: Residuals) -> str:
+    um = v["delta_K"] * data.gauge.table.expansion_per_K * 1e3 * _length_mm(data)
+    return (
+        f"The gauge is {abs(v['delta_K']):.2g} K {'warmer' if v['delta_K'] > 0 else 'colder'} than recorded:"
+        f" {_um(um)} over the {_length_mm(data):.0f} mm measured. Give it time to soak, or read its temperature."
+    )
+
+
+def _scale_temperature(v: Values, data: Residuals) -> str:
+    axis, k = v["axis"], v["delta_K"]
+    um = k * data.probings.setting.scale_expansion_per_K * 1e3 * _span_mm(axis, data)
+    return (
+        f"The {axis} scale is {abs(k):.2g} K {'warmer' if k > 0 else 'colder'} than recorded: it reads {_um(float(um))}"
+        f" too {_long(-k)} over the {_span_mm(axis, data):.0f} mm of {axis} that were used."
+    )
+
+
+def _drift(v: Values, data: Residuals) -> str:
+    rate, tau = v["rate_um_per_h"], v.get("time_constant_h")
+    hours = float(np.ptp(data.probings.time_s)) / 3600.0
+    if tau is None:
+        return (
+            f"The gauge moves towards {_towards(v['direction'], rate)} at a steady {abs(rate):.3g} um/h, seen by the"
+            f" machine: {_um(rate * hours)} during this measurement of {hours * 60:.0f} min."
+        )
+    return (
+        f"The gauge settles towards {_towards(v['direction'], rate)} with a time constant of {tau * 60:.3g} min, by"
+        f" {_um(rate * tau)} in all: wait three time constants before measuring."
+    )
+
+
+def _cycle(v: Values, data: Residuals) -> str:
+    return (
+        f"The gauge moves to and fro along {v['direction']} by +-{_um(v['amplitude_um'])} every {v['period_s']:.4g} s,"
+        " as an air conditioning or a coolant unit that switches would do."
+    )
+
+
+def _step(v: Values, data: Residuals) -> str:
+    before = int((data.probings.time_s < v["time_s"]).sum())
+    return (
+        f"At {v['time_s']:.4g} s, between probings {before} and {before + 1} in order of time, the origin jumped by"
+        f" {_um(v['um'])} towards {_towards(v['direction'], v['um'])}: a knock or a slipped clamp. What was measured"
+        " before and after must not be mixed."
+    )
+
+
+def _misalignment(v: Values, data: Residuals) -> str:
+    um = _length_mm(data) * 1e3 * (1.0 / np.cos(v["mrad"] * 1e-3) - 1.0)
+    return (
+        f"The probed line is {abs(v['mrad']):.3g} mrad off the gauge's axis; lengths read too long by the cosine,"
+        f" {_um(um)} over the {_length_mm(data):.0f} mm measured. Locate the gauge again."
+    )
+
+
+def _block(v: Values, data: Residuals) -> str:
+    face = int(v["face"])
+    side = "front" if face % 2 else "back"
+    end = "end" if v["um"] > 0 else "beginning"
+    u = float(data.gauge.u_um[face - 1])
+    return (
+        f"Face {face}, the {side} of block {(face + 1) // 2}, lies {_um(v['um'])} nearer to the {end} block than its"
+        f" certificate says (whose standard uncertainty is {u:.2g} um): clean it, then have it calibrated."
+    )
+
+
+def _bending(v: Values, data: Residuals) -> str:
+    return f"The gauge sags by {_um(v['sag_um'])} between its supports, which tilts its faces."
+
+
+def _memory(v: Values, data: Residuals) -> str:
+    later = "later" if v["um"] > 0 else "earlier"
+    return (
+        f"The first touch after a pause triggers {_um(v['um'])} {later}, which falls to a third within"
+        f" {v['touches']:.2g} touches: make some touches for nothing before measuring."
+    )
+
+
+def _vibration(v: Values, data: Residuals) -> str:
+    return (
+        f"The machine and the gauge shake against each other along {v['direction']} by +-{_um(v['amplitude_um'])} at"
+        f" {v['frequency_hz']:.5g} Hz, or at a frequency that looks the same at these moments of touching."
+    )
+
+
+def _growth(v: Values, data: Residuals) -> str:
+    unit = "mm/s of speed" if v["per"] == "speed" else f"metre of {v['per']}"
+    return (
+        f"The scatter grows with {v['per']}: {v['rate']:.2g} um per {unit} are added in quadrature. The points there"
+        " count for less in the fit."
+    )
+
+
+def _outliers(v: Values, data: Residuals) -> str:
+    count = len(v["rows"])
+    return (
+        f"{count} probing{'s are' if count > 1 else ' is'} far outside the scatter of the repeats and left out of the"
+        " fit: dirt, a false trigger, or a hand on the table."
+    )
+
+
+_SENTENCES: dict[str, Sentence] = {
+    "scale_error": _scale_error,
+    "scale_curvature": _scale_curvature,
+    "periodic_scale_error": _periodic,
+    "local_scale_defect": _local,
+    "squareness": _squareness,
+    "angular_error": _angular,
+    "roll": _roll,
+    "straightness": _straightness,
+    "reversal_error": _reversal,
+    "effective_radius": _radius,
+    "probe_lobing": _lobing,
+    "trigger_delay": _delay,
+    "lever_arm": _lever,
+    "gauge_temperature": _gauge_temperature,
+    "scale_temperature": _scale_temperature,
+    "thermal_drift": _drift,
+    "temperature_cycle": _cycle,
+    "step_change": _step,
+    "misalignment": _misalignment,
+    "block_defect": _block,
+    "gauge_bending": _bending,
+    "approach_memory": _memory,
+    "vibration": _vibration,
+    "noise_growth": _growth,
+    "outliers": _outliers,
+}

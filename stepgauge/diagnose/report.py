@@ -1,0 +1,178 @@
+"""``diagnosis.md``: what a ``diagnosis.json`` says, as a metrologist would write it.
+
+The template ``templates/reports/diagnosis.md.j2`` sees ``d``, the content of the JSON; ``figures``, the names of the
+figures beside it; ``limits``, what this recording cannot show however long one looks; and the words of this module.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+from stepgauge.diagnose.practice import name_of
+from stepgauge.files import read_text
+from stepgauge.report.numbers import clean
+from stepgauge.resources import folder
+
+COVERAGE = 2.0
+"""Coverage factor of what the report prints after a plus-minus sign."""
+VERDICTS = {
+    "adequate": "The recording agrees with the simulation within the noise. Nothing needs to be added to the model.",
+    "effects": "The recording disagrees with the simulation, and known physics explains it:",
+    "unknown": "The recording disagrees with the simulation in a way that no known effect explains.",
+    "insufficient": "The recording cannot tell whether the simulation is right.",
+}
+FEW_DOF = 20
+
+
+def report_text(said: Mapping[str, Any], figures: Sequence[str] = (), template: str | Path | None = None) -> str:
+    """The report of a diagnosis.
+
+    Parameters
+    ----------
+    said : content of a ``diagnosis.json``
+    figures : names of the figures beside it
+    template : Jinja file to use instead of the shipped one
+    """
+    source = Path(template) if template else folder("templates") / "reports" / "diagnosis.md.j2"
+    environment = ImmutableSandboxedEnvironment(
+        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
+    )
+    environment.filters.update(um=um, sig=significant, plus_minus=plus_minus, words=name_of, cell=cell, percent=percent)
+    environment.filters["without"] = without
+    context = {
+        "d": said,
+        "figures": list(figures),
+        "summary": summary(said),
+        "limits": limits(said),
+        "lacking": lacking(said),
+        "coverage": COVERAGE,
+    }
+    return environment.from_string(read_text(source)).render(context)
+
+
+def summary(said: Mapping[str, Any]) -> str:
+    """The verdict in a sentence or two."""
+    text = VERDICTS[said["verdict"]]
+    named = [_named(effect) for effect in said["effects"]]
+    if said["verdict"] == "effects":
+        return f"{text} {_listed(named)}."
+    if said["verdict"] == "unknown":
+        where = said["unexplained"][0]["where"] if said["unexplained"] else "somewhere"
+        replaced = any(law["replaces_named"] for law in said["empirical"])
+        part = " Named effects imitate it only together" if replaced else " A part is explained"
+        return f"{text} Its form: {where}.{f'{part}: {_listed(named)}.' if named else ''}"
+    return text
+
+
+def _named(effect: Mapping[str, Any]) -> str:
+    """An effect with its choices, and what it may be instead."""
+    choices = [
+        str(p["value"])
+        for name, p in effect["parameters"].items()
+        if "unit" not in p and not isinstance(p["value"], list)
+    ]
+    name = " ".join([name_of(effect["kind"]), *(choices and [f"({', '.join(choices)})"])])
+    others = [name_of(kind) for kind in effect["confounded_with"]] + [
+        name_of(label) for label in effect["alternatives"]
+    ]
+    return f"{name}, or in its place {_listed(others, 'or')}" if others else name
+
+
+def _listed(words: Sequence[str], last: str = "and") -> str:
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} {last} {words[-1]}"
+
+
+def limits(said: Mapping[str, Any]) -> list[str]:
+    """What this recording cannot show, whatever the verdict."""
+    measured, found = said["measured"], []
+    if not said["noise"]["from_repeats"]:
+        found.append(
+            "No face was probed twice under the same conditions. The noise had to be taken from what is left beside a"
+            " smooth change along the gauge: structure finer than that counts as noise, and a slow one may hide."
+        )
+    elif said["noise"]["dof"] < FEW_DOF:
+        found.append(
+            f"The noise rests on {said['noise']['dof']} degrees of freedom only; more cycles would sharpen it."
+        )
+    if len(measured["placements"]) == 1:
+        found.append(
+            "The gauge lay in one place. What goes with the machine (scales, guideways) and what goes with the gauge"
+            " (certificate, temperature, bending) differ only where the gauge is moved or turned."
+        )
+    if len(measured["speeds_mm_s"]) < 2:
+        found.append("There was one measuring speed: a trigger delay cannot be told from a longer pre-travel.")
+    if not measured["time_recorded"]:
+        found.append("No times were recorded: drift, cycles, jumps and vibration could not be looked for.")
+    if not measured["gauge_temperature_recorded"]:
+        found.append("The gauge's temperature was not recorded and is taken as that of the certificate.")
+    if said["inputs"]["gauge"]["example"]:
+        found.append("The certificate is an example, not that of a real gauge.")
+    return found
+
+
+def lacking(said: Mapping[str, Any]) -> list[str]:
+    """What a recording that cannot tell should have had."""
+    if said["verdict"] != "insufficient":
+        return []
+    found = []
+    if not said["noise"]["from_repeats"]:
+        found.append("every face probed at least twice, better five times, in the same placement and at the same speed")
+    if (said["noise"]["sigma_um"] or 0.0) <= 0.0:
+        found.append("readings that differ between repeats: these are identical to the last digit, so they are rounded,"
+                     " copied or simulated without noise")  # fmt: skip
+    return found or ["more cycles: too few repeats are left to tell noise from structure"]
+
+
+def um(value: float | None) -> str:
+    """A length in um with what digits it deserves."""
+    return "undefined" if value is None else f"{significant(value, 3)} um"
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """A number to some significant digits, without an exponent where people would not write one."""
+    if value is None:
+        return "undefined"
+    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
+        decimals = 0 if value == 0.0 else max(digits - 1 - math.floor(math.log10(abs(value))), 0)
+        return f"{value:.{decimals}f}"
+    return f"{value:.{digits - 1}e}"
+
+
+def plus_minus(parameter: Mapping[str, Any]) -> str:
+    """A parameter as a report prints it: ``2.27 +- 0.47 um/m``, to two digits of the uncertainty."""
+    value, unit = parameter["value"], parameter.get("unit", "")
+    if isinstance(value, list):
+        return ", ".join(str(one) for one in value) + (f" {unit}" if unit else "")
+    if not isinstance(value, float):
+        return f"{value} {unit}".strip()
+    u = parameter.get("u")
+    if not u:
+        return f"{significant(value, 4)} {unit}".strip()
+    expanded = COVERAGE * u
+    decimals = max(1 - math.floor(math.log10(expanded)), 0)
+    return f"{value:.{decimals}f} ± {expanded:.{decimals}f} {unit}".strip()
+
+
+def percent(share: float | None) -> str:
+    """A share as a percentage."""
+    return "undefined" if share is None else f"{100.0 * share:.3g} %"
+
+
+def cell(text: object) -> str:
+    """Text that neither ends a cell of a table nor starts markup."""
+    return clean(text).replace("\n", " ").replace("|", "\\|").replace("`", "'")
+
+
+def without(text: str, commands: Sequence[str]) -> str:
+    """A sentence whose commands are printed under it."""
+    for command in commands:
+        text = text.replace(f": {command}", " (the command below)")
+    return text

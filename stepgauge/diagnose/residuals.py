@@ -1,0 +1,113 @@
+"""Recorded minus simulated, along the approach: what a diagnosis explains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from stepgauge.effects import Probings, Setting, along_approach_um
+from stepgauge.errors import InputError
+from stepgauge.evaluate import axis_from_approaches
+from stepgauge.gauge import Gauge
+from stepgauge.machine_file import Machine
+from stepgauge.readout import machine_effects
+from stepgauge.recording import APPROACH, POSITION, Recording
+
+Array = NDArray[np.float64]
+FEWEST_ROWS = 12
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """One entry per probing.
+
+    ``um``: (recorded - simulated) . approach, with the origin of every placement still in it; ``side``: +1 where the
+    approach goes along the gauge axis (fronts), -1 against it; ``placement``: index from 0; ``probings``: the columns
+    that effects see; ``frame``: the recording, rows as in the file.
+    """
+
+    um: Array
+    side: Array
+    placement: NDArray[np.intp]
+    face: NDArray[np.int64]
+    probings: Probings
+    frame: pd.DataFrame
+    gauge: Gauge
+    machine: Machine
+
+    def __len__(self) -> int:
+        return len(self.um)
+
+    @cached_property
+    def order(self) -> NDArray[np.intp]:
+        """Rows in the order of probing: by time where it was recorded, else by placement and row."""
+        if "time_s" in self.frame:
+            return np.lexsort((self.frame["time_s"].to_numpy(), self.placement))
+        return np.lexsort((np.arange(len(self)), self.placement))
+
+    @cached_property
+    def group(self) -> NDArray[np.intp]:
+        """Index of the set of repeats a row belongs to: the same face of the same placement at the same speed."""
+        keys = [self.placement, self.face]
+        if "speed_mm_s" in self.frame:
+            keys.append(np.unique(self.frame["speed_mm_s"], return_inverse=True)[1])
+        return np.unique(np.column_stack(keys), axis=0, return_inverse=True)[1].ravel()
+
+    @property
+    def has_time(self) -> bool:
+        return "time_s" in self.frame and self.frame["time_s"].nunique() > 1
+
+
+def make_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Residuals:
+    """Recorded minus simulated positions along the approach.
+
+    The simulation is the machine file's: certified faces at the recorded gauge temperature, tip radius less pre-travel,
+    and the effects that the file already knows. Where the gauge lies is not known and left to the fits.
+
+    :class:`InputError` for recordings too small to say anything about.
+    """
+    frame = recording.frame.reset_index(drop=True)
+    face = frame["face"].to_numpy()
+    if len(frame) < FEWEST_ROWS or len(np.unique(face)) < 3:
+        raise InputError(
+            recording.path,
+            "the recording is too small for a diagnosis",
+            found=f"{len(frame)} probings of {len(np.unique(face))} faces",
+            expected=f"at least {FEWEST_ROWS} probings of 3 faces",
+        )
+    if face.max() > gauge.n_faces:
+        raise InputError(recording.path, f"{gauge.table.name} has no face {face.max()}")
+    numbers, placement = np.unique(frame["placement"].to_numpy(), return_inverse=True)
+    position, approach = frame[POSITION].to_numpy(float), frame[APPROACH].to_numpy(float)
+    axes = {
+        int(n): axis_from_approaches(approach[placement == i].T, face[placement == i], recording.path)
+        for i, n in enumerate(numbers)
+    }
+    axis = np.array([axes[int(n)] for n in numbers])[placement]
+    along = (approach * axis).sum(axis=1)
+    probings = Probings(frame, Setting.of(machine, gauge, axes))
+    radius_mm = machine.probe.tip_radius_mm - machine.sensor.pretravel_um(approach) * 1e-3
+    simulated_mm = _certified(frame, gauge, face) - along * radius_mm
+    um = ((position * axis).sum(axis=1) - simulated_mm) * along * 1e3
+    for effect in machine_effects(machine):
+        um = um - along_approach_um(effect, probings)
+    side = np.sign(along)
+    um = um - side * _origin(um * side, placement)[placement]
+    return Residuals(um, side, placement, face, probings, frame, gauge, machine)
+
+
+def _certified(frame: pd.DataFrame, gauge: Gauge, face: NDArray[np.int64]) -> Array:
+    certified = gauge.position_mm[face - 1]
+    if "gauge_temperature_C" in frame:
+        warmer = frame["gauge_temperature_C"].to_numpy() - gauge.table.reference_temperature_C
+        certified = certified * (1.0 + gauge.table.expansion_per_K * warmer)
+    return certified
+
+
+def _origin(along_um: Array, placement: NDArray[np.intp]) -> Array:
+    """A first guess of each placement's origin, so that numbers stay small."""
+    return np.array([np.median(along_um[placement == i]) for i in range(placement.max() + 1)])

@@ -1,0 +1,132 @@
+"""Which effects are there: terms are added, exchanged and dropped until nothing improves.
+
+A term enters when the chance that noise looks like it, after all looks, is below a bar; every term must stay below the
+bar beside the others, and is exchanged for whatever explains more in its place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnose.search import Library, Look
+from stepgauge.diagnose.whitening import Whitening, orthonormal
+
+Array = NDArray[np.float64]
+FALSE_ALARM = 0.004
+"""Chance that any named effect enters where there is none."""
+MOST_TERMS = 4
+ROUNDS = 6
+
+
+@dataclass(frozen=True)
+class Term:
+    """A family of the library with the signature chosen."""
+
+    index: int
+    atom: int
+
+
+@dataclass(frozen=True)
+class Step:
+    """One decision on the way, for the evidence trail."""
+
+    action: str
+    label: str
+    gain: float
+    log_p: float
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The terms chosen, what was decided on the way, and the residual they leave (whitened)."""
+
+    terms: tuple[Term, ...]
+    trail: tuple[Step, ...]
+    residual: Array
+
+
+class Selector:
+    """Searches the library of named effects for the terms of a recording."""
+
+    def __init__(self, library: Library, whitening: Whitening, um: Array) -> None:
+        self.library, self.whitening = library, whitening
+        self.data = whitening(um)
+        self.dof = whitening.dof
+        self.bar = np.log(FALSE_ALARM / max(len(library.families), 1))
+        self.trail: list[Step] = []
+
+    def columns(self, terms: tuple[Term, ...]) -> Array:
+        """Whitened signatures of terms, shape ``(n, d)``."""
+        parts = [self.library.white(term.index)[term.atom] for term in terms]
+        return np.concatenate(parts).T if parts else np.zeros((len(self.data), 0))
+
+    def residual(self, terms: tuple[Term, ...]) -> tuple[Array, Array]:
+        """What terms leave, and the orthonormal columns they take."""
+        basis = orthonormal(self.columns(terms))
+        return self.data - basis @ (basis.T @ self.data), basis
+
+    def looks(self, terms: tuple[Term, ...]) -> list[Look]:
+        """All families beside the terms, most surprising first."""
+        left, basis = self.residual(terms)
+        return self.library.looks(left, basis, self.dof - basis.shape[1])
+
+    def term_of(self, look: Look) -> Term:
+        """The term that a look means."""
+        index = next(i for i, family in enumerate(self.library.families) if family is look.family)
+        return Term(index, look.atom)
+
+    def _log(self, action: str, look: Look) -> None:
+        self.trail.append(Step(action, look.family.label, look.gain, look.log_p))
+
+    def select(self) -> Selection:
+        """Add, exchange and drop until nothing changes."""
+        terms: tuple[Term, ...] = ()
+        while len(terms) < MOST_TERMS:
+            best = self.looks(terms)[0]
+            if best.log_p > self.bar:
+                self._log("not added", best)
+                break
+            self._log("added", best)
+            terms = self._exchange((*terms, self.term_of(best)))
+        terms = self._drop(terms)
+        return Selection(terms, tuple(self.trail), self.residual(terms)[0])
+
+    def _exchange(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
+        """Replace each term by the best in its place, as long as that changes anything."""
+        for _ in range(ROUNDS):
+            changed = False
+            for place in range(len(terms)):
+                others = terms[:place] + terms[place + 1 :]
+                best = self.looks(others)[0]
+                term = self.term_of(best)
+                swapped = (*terms[:place], term, *terms[place + 1 :])
+                if term != terms[place] and self._sum_of_squares(swapped) < self._sum_of_squares(terms):
+                    changed = changed or term.index != terms[place].index
+                    if term.index != terms[place].index:
+                        self._log("exchanged for", best)
+                    terms = swapped
+            if not changed:
+                break
+        return terms
+
+    def _sum_of_squares(self, terms: tuple[Term, ...]) -> float:
+        left, _ = self.residual(terms)
+        return float(left @ left)
+
+    def _drop(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
+        """Take out what is no longer significant beside the rest."""
+        for place in reversed(range(len(terms))):
+            others = terms[:place] + terms[place + 1 :]
+            look = self.look_at(terms[place].index, others)
+            if look.log_p > self.bar:
+                self._log("dropped", look)
+                return self._drop(others)
+        return terms
+
+    def look_at(self, index: int, others: tuple[Term, ...]) -> Look:
+        """One family beside other terms."""
+        family = self.library.families[index]
+        return next(look for look in self.looks(others) if look.family is family)

@@ -1,0 +1,202 @@
+"""The measurement that would tell confounded effects apart, chosen by computing it.
+
+Every feasible extra run (the gauge turned, shifted, end for end, or measured at another speed) is added to the
+recording on paper. The best one is where the effect's signature keeps the most that its rivals, with their parameters
+fitted anew, cannot imitate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from stepgauge.diagnose.confounded import Rivals
+from stepgauge.diagnose.library import signatures
+from stepgauge.diagnose.residuals import Residuals, make_residuals
+from stepgauge.diagnose.solve import Solved
+from stepgauge.diagnose.whitening import make_whitening, orthonormal
+from stepgauge.effects import along_approach_um
+from stepgauge.errors import InputError
+from stepgauge.placement import STANDING_COS, Placement, format_placement, make_placement
+from stepgauge.recording import APPROACH, POSITION, Recording
+
+Array = NDArray[np.float64]
+CYCLES = 2
+MARGIN_MM = np.array([40.0, 40.0, 60.0])
+"""Room to leave to the travel limits for stand-off, clearance and lift, on x, y and z."""
+TELLING = 9.0
+"""Gain of chi-square from which an extra run is worth proposing."""
+SPEED_FACTOR = 3.0
+PAUSE_S = 120.0
+
+
+@dataclass(frozen=True)
+class ExtraRun:
+    """A further measurement: in words, where the gauge lies, and at which speed (None: as before)."""
+
+    words: str
+    placement: Placement
+    speed_mm_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Separation:
+    """The best extra run: the rivals it tells from the effect, the least chi-square they leave, the ones left."""
+
+    run: ExtraRun
+    chi2: float
+    told: tuple[str, ...]
+    untold: tuple[str, ...]
+
+    def command(self, name: str, gauge: str, machine: str) -> str:
+        """The ``stepgauge plan`` command of the run, with its placement in the file ``name``.toml."""
+        speed = "" if self.run.speed_mm_s is None else f" --measuring-speed {self.run.speed_mm_s:g}"
+        return f"stepgauge plan {name}.toml -g {gauge} -m {machine} -d dmis --cycles {CYCLES}{speed} -o {name}.dmi"
+
+    def placement_text(self) -> str:
+        """The placement file of the run."""
+        return format_placement(self.run.placement)
+
+
+def separate(
+    place: int, solved: Sequence[Solved], rivals: Rivals, data: Residuals, sigma_um: float
+) -> Separation | None:
+    """The extra run that best tells one finding from its rivals; None where no feasible run does.
+
+    Parameters
+    ----------
+    place : which of ``solved`` the rivals belong to
+    solved : the fitted effects
+    rivals : the laws that could stand in that place
+    data, sigma_um : the recording's residuals and the scatter of a probing
+    """
+    found = []
+    for run in extra_runs(data):
+        try:
+            left = _left_over(run, place, solved, rivals, data, sigma_um)
+        except InputError:
+            continue
+        told = {label: chi2 for label, chi2 in left.items() if chi2 > TELLING}
+        if told:
+            untold = tuple(label for label in left if label not in told)
+            found.append(Separation(run, min(told.values()), tuple(told), untold))
+    # the most rivals first, then the clearest; among runs nearly as clear the one that is the least trouble
+    best = max(found, key=lambda one: (len(one.told), one.chi2), default=None)
+    return next((one for one in found if best and len(one.told) == len(best.told) and one.chi2 > best.chi2 / 2), None)
+
+
+def extra_runs(data: Residuals) -> Iterator[ExtraRun]:
+    """Runs that fit into the travel, the least trouble first."""
+    here = _placement_of(data)
+    speed = float(np.median(data.frame["speed_mm_s"])) if "speed_mm_s" in data.frame else None
+    if speed is not None:
+        slower = max(speed / SPEED_FACTOR, 0.1)
+        yield ExtraRun(f"the same placement at {slower:.3g} mm/s instead of {speed:.3g} mm/s", here, slower)
+    length = float(np.linalg.norm(here.c2_mm - here.c1_mm))
+    middle = (here.c1_mm + here.c2_mm) / 2.0
+    options = [("the gauge end for end in the same place", middle, -here.axis)]
+    options += [(f"the gauge shifted to {_text(m)}", m, here.axis) for m in _shifts(data, middle, here.axis, length)]
+    for words, direction in _directions():
+        centre = _nearest_inside(data, middle, direction, length)
+        if abs(direction @ here.axis) < 0.98 and centre is not None:
+            options.append((f"the gauge turned along {words}, about {_text(centre)}", centre, direction))
+    for words, centre, axis in options:
+        if abs(axis[2]) < STANDING_COS and _inside(data, centre, axis, length):
+            half = axis * length / 2.0
+            yield ExtraRun(words, make_placement(centre - half, centre + half, here.first_block, here.last_block))
+
+
+def _text(place: Array) -> str:
+    return "({:.0f}, {:.0f}, {:.0f}) mm".format(*place)
+
+
+def _directions() -> Iterator[tuple[str, Array]]:
+    diagonal = 1.0 / np.sqrt(2.0)
+    yield "machine x", np.array([1.0, 0.0, 0.0])
+    yield "machine y", np.array([0.0, 1.0, 0.0])
+    yield "the diagonal of x and y", np.array([diagonal, diagonal, 0.0])
+    yield "the diagonal of x and -y", np.array([diagonal, -diagonal, 0.0])
+    yield "an incline of 30 deg over x", np.array([np.sqrt(0.75), 0.0, 0.5])
+    yield "an incline of 30 deg over y", np.array([0.0, np.sqrt(0.75), 0.5])
+
+
+def _placement_of(data: Residuals) -> Placement:
+    """Where the first placement's gauge lies, from its probings."""
+    number = int(data.frame["placement"].iloc[int(np.flatnonzero(data.placement == 0)[0])])
+    axis = data.probings.setting.axis[number]
+    rows = data.placement == 0
+    position = data.frame[POSITION].to_numpy(float)[rows]
+    face_one = (position - data.gauge.position_mm[data.face[rows] - 1][:, None] * axis).mean(axis=0)
+    c1, c2 = (face_one + axis * data.gauge.block_centre_mm[block] for block in (0, -1))
+    up = None if abs(axis[2]) < STANDING_COS else np.array([1.0, 0.0, 0.0])
+    return make_placement(c1, c2, 1, data.gauge.n_blocks, up)
+
+
+def _room(data: Residuals, axis: Array, length: float) -> tuple[Array, Array]:
+    """Lowest and highest centre of a gauge of that direction."""
+    limits = data.probings.setting.travel_mm
+    reach = np.abs(axis) * (length / 2.0 + 30.0) + MARGIN_MM
+    return limits[:, 0] + reach, limits[:, 1] - reach
+
+
+def _inside(data: Residuals, centre: Array, axis: Array, length: float) -> bool:
+    low, high = _room(data, axis, length)
+    return bool((centre >= low - 1e-9).all() and (centre <= high + 1e-9).all())
+
+
+def _nearest_inside(data: Residuals, centre: Array, axis: Array, length: float) -> Array | None:
+    low, high = _room(data, axis, length)
+    return None if (low > high).any() else np.clip(centre, low, high)
+
+
+def _shifts(data: Residuals, middle: Array, axis: Array, length: float) -> Iterator[Array]:
+    """Each machine axis as far as it goes, to the farther side."""
+    low, high = _room(data, axis, length)
+    for i in range(3):
+        target = middle.copy()
+        target[i] = low[i] if middle[i] - low[i] > high[i] - middle[i] else high[i]
+        if abs(target[i] - middle[i]) > 50.0:
+            yield target
+
+
+def _left_over(
+    run: ExtraRun, place: int, solved: Sequence[Solved], rivals: Rivals, data: Residuals, sigma_um: float
+) -> dict[str, float]:
+    """The chi-square of the effect that each rival leaves over, with the extra run added."""
+    more = _with_run(run, data)
+    whitening = make_whitening(more, np.full(len(more), sigma_um))
+    effect = whitening(np.asarray(along_approach_um(solved[place].effect, more.probings)))
+    others = [whitening(along_approach_um(s.effect, more.probings)) for i, s in enumerate(solved) if i != place]
+    left_over = {}
+    for look in rivals.looks[1:]:
+        law = look.family.law
+        assert law is not None
+        columns = whitening(signatures(law, look.family.choices, [look.family.atoms[look.atom]], more)[0])
+        basis = orthonormal(np.vstack([*others, *columns]).T)
+        left = effect - basis @ (basis.T @ effect)
+        left_over[look.family.label] = float(left @ left)
+    return left_over
+
+
+def _with_run(run: ExtraRun, data: Residuals) -> Residuals:
+    """The recording with the rows of an extra run, ideal readings, behind it."""
+    face = np.tile(np.arange(1, data.gauge.n_faces + 1), CYCLES)
+    sign = np.where(face % 2 == 1, 1.0, -1.0)
+    axis, radius = run.placement.axis, data.machine.probe.tip_radius_mm
+    along = data.gauge.position_mm[face - 1] - sign * radius
+    position = run.placement.origin_mm(data.gauge) + along[:, None] * axis
+    columns: dict[str, object] = {name: data.frame[name].iloc[-1] for name in data.frame.columns}
+    frame = pd.DataFrame(columns, index=range(len(face)))
+    frame["placement"] = int(data.frame["placement"].max()) + 1
+    frame["cycle"], frame["face"] = np.repeat(np.arange(1, CYCLES + 1), data.gauge.n_faces), face
+    frame[POSITION], frame[APPROACH] = position, sign[:, None] * axis
+    if "time_s" in frame:
+        frame["time_s"] = data.frame["time_s"].max() + PAUSE_S + 2.0 * np.arange(len(face))
+    if run.speed_mm_s is not None:
+        frame["speed_mm_s"] = run.speed_mm_s
+    both = pd.concat([data.frame, frame[data.frame.columns]], ignore_index=True)
+    return make_residuals(Recording(both), data.gauge, data.machine)

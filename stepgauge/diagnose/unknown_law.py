@@ -1,0 +1,259 @@
+"""Structure without a known law as ``empirical`` effects: the form that was described, with fitted coefficients.
+
+The formula is what is fitted: every term is evaluated by the effect that will stand in the machine file, so that the
+simulation repeats exactly what was fitted here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from stepgauge.diagnose.forms import BINS, HARMONICS, covariates, form_families
+from stepgauge.diagnose.residuals import Residuals
+from stepgauge.diagnose.result import Diagnosis, Finding, Located
+from stepgauge.diagnose.solve import Estimate
+from stepgauge.diagnose.whitening import Whitening, make_whitening
+from stepgauge.effects import along_approach_um
+from stepgauge.effects.empirical import Empirical
+
+Array = NDArray[np.float64]
+COLUMN = {
+    "position": "position_mm",
+    "machine x": "x_mm",
+    "machine y": "y_mm",
+    "machine z": "z_mm",
+    "time": "time_s",
+    "order": "row",
+    "touches since a pause": "touches",
+    "speed": "speed_mm_s",
+}
+"""Name of a covariate in a formula, where it differs."""
+MASK = {"approach": "", "gauge": "side * ", "front": "step(side) * ", "back": "step(-side) * "}
+SIDES = {"both": ("approach", "gauge"), "front": ("front",), "back": ("back",)}
+TERMS_PER_FORMULA = 6
+"""Longer sums become several effects: a formula is meant to be read."""
+SECOND_FORM_P = 1e-4
+"""A further form enters only where chance gains as much less often than this."""
+IMITATED = 0.25
+"""Share of its gain below which a form is taken for explained by the named laws."""
+UNSEEN = 1e-6
+"""Share of a term that must be left once the origins of the placements are fitted."""
+FINER = 20
+"""Points to each side of the best period at which it is looked for again, within one step of the grid."""
+
+
+@dataclass(frozen=True)
+class UnknownLaw:
+    """A described form and the effects that imitate it.
+
+    ``estimates``: coefficients by name with their standard uncertainties, um or um per unit of the term they stand
+    before; ``share_um (n,)``: along the approach; ``period`` in the covariate's unit, where it repeats.
+    ``replaces``: the form stands in place of all named laws that move the readings, which only imitate it together.
+    """
+
+    located: Located
+    side: str
+    effects: tuple[Empirical, ...]
+    estimates: dict[str, Estimate]
+    share_um: Array
+    period: float | None = None
+    replaces: bool = False
+
+
+def model_unknown(diagnosis: Diagnosis) -> list[UnknownLaw]:
+    """Laws for what a diagnosis could not name, the clearest form first, further ones where they add something.
+
+    A form that is not seen any more in what the named laws leave is one that they imitate between them; it is then
+    fitted to all that there was, and replaces them. Empty where nothing is unexplained, or where its covariate cannot
+    be named in a formula.
+    """
+    if not diagnosis.unexplained:
+        return []
+    whitening = make_whitening(diagnosis.data, diagnosis.noise.by_row_um)
+    if _imitated(diagnosis, whitening):
+        return [replace(law, replaces=True) for law in _laws(diagnosis, whitening, diagnosis.before_um)]
+    return _laws(diagnosis, whitening, diagnosis.after_um)
+
+
+def _imitated(diagnosis: Diagnosis, whitening: Whitening) -> bool:
+    """Whether the clearest form is one of the residuals before, and not of those after."""
+    located, data = diagnosis.unexplained[0], diagnosis.data
+    before, after = diagnosis.before_um, diagnosis.after_um
+    if not any(finding.share_um.any() for finding in diagnosis.findings):
+        return False
+    if located.form in ("step", "period"):
+        at_before, at_after = (
+            any(_described(_place(located, side, data, whitening, um), located) for side in SIDES[located.side])
+            for um in (before, after)
+        )
+        if at_before != at_after:
+            return at_before
+    gains = [_best_law(located, data, whitening, um)[1] for um in (before, after)]
+    return gains[1] < IMITATED * gains[0]
+
+
+def modelled(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> list[Finding]:
+    """The findings that the machine file gets: all, or only those about the scatter where a form replaces the rest."""
+    if any(law.replaces for law in laws):
+        return [finding for finding in diagnosis.findings if not finding.share_um.any()]
+    return list(diagnosis.findings)
+
+
+def rest_um(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> Array:
+    """Residuals when all that is modelled is taken out, and with it the mean origin of every placement, um."""
+    data = diagnosis.data
+    start = diagnosis.before_um if any(law.replaces for law in laws) else diagnosis.after_um
+    along = (start - sum((law.share_um for law in laws), np.zeros(len(data)))) * data.side
+    origin = np.bincount(data.placement, along) / np.bincount(data.placement)
+    return (along - origin[data.placement]) * data.side if laws else start
+
+
+def _laws(diagnosis: Diagnosis, whitening: Whitening, left: Array) -> list[UnknownLaw]:
+    laws: list[UnknownLaw] = []
+    for located in diagnosis.unexplained:
+        law, gain = _best_law(located, diagnosis.data, whitening, left)
+        if law is not None and (not laws or stats.chi2.sf(gain, len(law.estimates)) < SECOND_FORM_P):
+            laws.append(law)
+            left = left - law.share_um
+    return laws
+
+
+def _best_law(
+    located: Located, data: Residuals, whitening: Whitening, left_um: Array
+) -> tuple[UnknownLaw | None, float]:
+    """The law on the side that explains most, and what it takes off chi-square."""
+    best, best_gain = None, -1.0
+    for side in SIDES[located.side]:
+        for terms, period in _candidates(located, side, data, whitening, left_um):
+            fitted = _fit(terms, data, whitening, left_um)
+            if fitted.gain > best_gain:
+                best, best_gain = _law(located, side, fitted, period), fitted.gain
+    return best, best_gain
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    terms: tuple[str, ...]
+    coefficients: Array
+    u: Array
+    gain: float
+    share_um: Array
+
+
+def _fit(terms: Sequence[str], data: Residuals, whitening: Whitening, left_um: Array) -> _Fitted:
+    """Least squares of the whitened residual on whitened terms; those that only move an origin are left out."""
+    columns = np.array([_column(term, data) for term in terms])
+    white, target = whitening(columns).T, whitening(left_um)
+    seen = np.linalg.norm(white, axis=0) > UNSEEN * np.linalg.norm(columns * whitening.inverse_sigma, axis=1)
+    terms, columns, white = [t for t, keep in zip(terms, seen, strict=True) if keep], columns[seen], white[:, seen]
+    coefficients = np.asarray(np.linalg.lstsq(white, target, rcond=1e-9)[0], float)
+    u = np.asarray(np.sqrt(np.maximum(np.diag(np.linalg.pinv(white.T @ white)), 0.0)), float)
+    rest = target - white @ coefficients
+    share = np.asarray(coefficients @ columns, float)
+    return _Fitted(tuple(terms), coefficients, u, float(target @ target - rest @ rest), share)
+
+
+def _column(term: str, data: Residuals) -> Array:
+    um = along_approach_um(Empirical(formula=term), data.probings)
+    return np.broadcast_to(um, (len(data),)).astype(float)
+
+
+def _law(located: Located, side: str, fitted: _Fitted, period: float | None) -> UnknownLaw:
+    named = [
+        (f"c{i}", term, float(c)) for i, (term, c) in enumerate(zip(fitted.terms, fitted.coefficients, strict=True), 1)
+    ]
+    effects = []
+    for first in range(0, len(named), TERMS_PER_FORMULA):
+        part = named[first : first + TERMS_PER_FORMULA]
+        formula = " + ".join(f"{name} * {term}" for name, term, _ in part)
+        effects.append(Empirical(formula=formula, coefficients={name: float(f"{c:.9g}") for name, _, c in part}))
+    estimates = {name: Estimate(c, float(u), "um") for (name, _, c), u in zip(named, fitted.u, strict=True)}
+    return UnknownLaw(located, side, tuple(effects), estimates, fitted.share_um, period)
+
+
+def _candidates(
+    located: Located, side: str, data: Residuals, whitening: Whitening, left_um: Array
+) -> Iterator[tuple[list[str], float | None]]:
+    """Terms to try for a form on one side, with the period where it has one."""
+    mask = MASK[side]
+    if located.form == "offset":
+        yield [f"{mask}1"], None
+    elif located.form == "harmonics":
+        yield [mask + term for term in _harmonics(data)], None
+    elif located.form == "level":
+        numbers = np.unique(data.frame["placement"].to_numpy())
+        yield [f"{mask}step(placement - {n - 0.5:g})" for n in numbers[1:]], None
+    else:
+        yield from _of_covariate(located, side, data, whitening, left_um)
+
+
+def _of_covariate(
+    located: Located, side: str, data: Residuals, whitening: Whitening, left_um: Array
+) -> Iterator[tuple[list[str], float | None]]:
+    name = COLUMN.get(located.covariate, located.covariate)
+    x = next((c.values for c in covariates(data) if c.name == located.covariate), None)
+    if x is None or not name.isidentifier():
+        return
+    mask, middle = MASK[side], float(x.mean())
+    centred = f"{mask}({name} - {middle:.9g})"
+    place = _place(located, side, data, whitening, left_um)
+    if located.form == "trend":
+        yield [centred], None
+    elif located.form == "bow":
+        yield [centred, f"{centred}**2"], None
+    elif located.form == "step" and place is not None:
+        yield [f"{mask}step({name} - {place:.9g})"], None
+    elif located.form == "period" and place is not None:
+        for period in _finer(place, x):
+            angle = f"(2 * pi * {name} / {period:.9g})"
+            yield [f"{mask}sin{angle}", f"{mask}cos{angle}"], period
+    else:
+        yield [mask + term for term in _stairs(name, x)], None
+
+
+def _place(located: Located, side: str, data: Residuals, whitening: Whitening, left_um: Array) -> float | None:
+    """Where a step is, or the period, as far as the grid of the forms knows."""
+    target = whitening(left_um)
+    for family in form_families(data):
+        atoms = family.details.get("atoms")
+        same = family.covariate == located.covariate and family.details["form"] == located.form
+        if same and family.details["side"] == side and atoms is not None:
+            gains = [_gain(whitening(columns), target) for columns in family.columns]
+            return float(atoms[int(np.argmax(gains))])
+    return None
+
+
+def _described(place: float | None, located: Located) -> bool:
+    """Whether a place is the one that the words name."""
+    return place is not None and f"{place:.4g}" in located.where
+
+
+def _gain(white: Array, target: Array) -> float:
+    rest = target - white.T @ np.linalg.lstsq(white.T, target, rcond=1e-9)[0]
+    return float(target @ target - rest @ rest)
+
+
+def _finer(period: float, x: Array) -> Array:
+    """Periods about the best of the grid, which is one third of a cycle over the span wide."""
+    step = 1.0 / (3.0 * float(np.ptp(x)))
+    frequency = 1.0 / period + np.linspace(-step, step, 2 * FINER + 1)
+    return 1.0 / frequency[frequency > 0.1 * step]
+
+
+def _stairs(name: str, x: Array) -> list[str]:
+    """A free shape as a level and steps between intervals with about as many places each."""
+    levels = np.unique(x)
+    edges = np.unique(np.quantile(levels, np.linspace(0, 1, min(BINS, len(levels)) + 1)[1:-1]))
+    return ["1", *(f"step({name} - {edge:.9g})" for edge in edges)]
+
+
+def _harmonics(data: Residuals) -> list[str]:
+    c, s = data.probings.lateral_share()
+    directions = len(np.unique(np.round(np.arctan2(s, c), 3)))
+    orders = range(1, max(min(HARMONICS, directions // 2), 1) + 1)
+    return [f"{wave}({order} * azimuth_rad)" for order in orders for wave in ("cos", "sin")]

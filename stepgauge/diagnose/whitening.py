@@ -1,0 +1,75 @@
+"""Residuals as independent numbers of variance one, freed from the nuisances."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnose.residuals import Residuals
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Whitening:
+    """The linear map that makes an adequate model's residuals white.
+
+    A probing scatters with its own sigma; the true position of a face is off its certified one by the certificate's
+    standard uncertainty, the same way in all probings of that face (a random effect, shrunk in closed form face by
+    face); the origin of every placement is unknown and projected out. Rows of sigma infinity have no weight.
+    """
+
+    inverse_sigma: Array
+    side: Array
+    face: NDArray[np.int64]
+    shrink: Array
+    strength: Array
+    nuisance: Array
+
+    def scaled(self, columns: Array) -> Array:
+        """Whitened columns ``(..., n)`` with the nuisances still in them."""
+        x = columns * self.inverse_sigma
+        v = self.side * self.inverse_sigma
+        flat = x.reshape(-1, x.shape[-1])
+        by_face = np.zeros((len(flat), len(self.shrink)))
+        order = np.argsort(self.face, kind="stable")
+        starts = np.flatnonzero(np.diff(self.face[order], prepend=-1))
+        by_face[:, self.face[order][starts]] = np.add.reduceat((flat * v)[:, order], starts, axis=1)
+        taken = (by_face * (1.0 - self.shrink) / np.maximum(self.strength, 1e-300))[:, self.face]
+        return (flat - taken * v).reshape(x.shape)
+
+    def __call__(self, columns: Array) -> Array:
+        """Whitened columns ``(..., n)`` orthogonal to the nuisances."""
+        x = self.scaled(columns)
+        return x - (x @ self.nuisance) @ self.nuisance.T
+
+    @property
+    def dof(self) -> int:
+        """Rows with weight less the nuisances."""
+        return int((self.inverse_sigma > 0).sum()) - self.nuisance.shape[1]
+
+
+def make_whitening(residuals: Residuals, sigma_um: Array, extra_nuisance: Array | None = None) -> Whitening:
+    """The whitening for a sigma per row, infinite for no weight; ``extra_nuisance (k, n)`` is taken out too."""
+    inverse = np.where(np.isfinite(sigma_um), 1.0 / sigma_um, 0.0)
+    face = residuals.face - residuals.face.min()
+    u_um = residuals.gauge.u_um[residuals.face.min() - 1 :]
+    strength = np.bincount(face, inverse**2, minlength=face.max() + 1).astype(float)
+    u = u_um[: len(strength)]
+    shrink = 1.0 / np.sqrt(1.0 + u**2 * strength)
+    empty = Whitening(inverse, residuals.side, face, shrink, strength, np.zeros((len(face), 0)))
+    origins = (residuals.placement == np.arange(residuals.placement.max() + 1)[:, None]) * residuals.side
+    columns = origins if extra_nuisance is None else np.vstack([origins, extra_nuisance])
+    return Whitening(inverse, residuals.side, face, shrink, strength, orthonormal(empty.scaled(columns).T))
+
+
+def orthonormal(columns: Array) -> Array:
+    """Orthonormal basis ``(n, k)`` of the span of columns ``(n, m)``; columns that add nothing are dropped."""
+    if columns.shape[1] == 0:
+        return columns
+    size = np.linalg.norm(columns, axis=0)
+    keep = size > 1e-9 * max(float(size.max()), 1e-300)
+    u, s, _ = np.linalg.svd(columns[:, keep] / size[keep], full_matrices=False)
+    return u[:, s > 1e-7]

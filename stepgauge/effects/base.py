@@ -1,0 +1,204 @@
+"""What an effect is: parameters that say what they are, and the displacement of all probings at once."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args
+
+import numpy as np
+from annotated_types import Ge, Gt, Le, Lt
+from numpy.typing import NDArray
+from pydantic import Field, PlainValidator
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from stepgauge.config import Table
+from stepgauge.effects.probings import Array, Probings
+
+Axis = Literal["x", "y", "z"]
+Displacement = dict[str, Array]
+"""Displacement in um by component: ``x``, ``y``, ``z`` (machine axes) or ``approach`` (along the approach)."""
+Role = Literal["linear", "nonlinear", "choice", "fixed"]
+"""``linear``: the displacement is proportional to it (to all linear ones together). ``nonlinear``: to be searched for.
+``choice``: which axis, plane, face or law. ``fixed``: a reference that only rescales another parameter or is known."""
+
+
+def _direction(value: object) -> object:
+    if value in ("x", "y", "z"):
+        return value
+    vector = _numbers(value)
+    size = float(np.linalg.norm(vector))
+    if len(vector) != 3 or not 1e-9 < size < 1e9:
+        raise ValueError("x, y, z, or a vector of three numbers with a length")
+    return tuple(float(share / size) for share in vector)
+
+
+def _numbers(value: object) -> list[float]:
+    """The components of a vector; none where any of them is no number."""
+    numbers = list(value) if isinstance(value, list | tuple) else []
+    good = all(isinstance(n, int | float) and not isinstance(n, bool) for n in numbers)
+    return numbers if good else []
+
+
+def _direction_or_approach(value: object) -> object:
+    return value if value == "approach" else _direction(value)
+
+
+Vector = tuple[float, float, float]
+Direction = Annotated[Axis | Vector, PlainValidator(_direction)]
+"""A machine axis by name, or a vector ``[i, j, k]`` in machine axes (made a unit vector)."""
+AnyDirection = Annotated[Literal["approach"] | Axis | Vector, PlainValidator(_direction_or_approach)]
+"""A direction, or ``approach``: along the approach of each probing."""
+
+
+def parameter(
+    default: Any = ...,
+    *,
+    unit: str,
+    meaning: str,
+    role: Role = "linear",
+    sensible: tuple[float, float] | None = None,
+    **bounds: float,
+) -> Any:
+    """A field of an effect.
+
+    ``unit`` as printed (``""`` for none), ``meaning`` in words, ``sensible``: what occurs on real machines, as a range
+    to search in; ``bounds``: ``ge``, ``gt``, ``le``, ``lt``, beyond which a value is an error.
+    """
+    extra = {"unit": unit, "role": role, "sensible": sensible}
+    described = f"{meaning}, {unit}" if unit else meaning
+    return Field(default, description=described, json_schema_extra=extra, **bounds)  # type: ignore[call-overload]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """What is known of a parameter, see :func:`parameter`; ``open_low``, ``open_high``: the bound is excluded."""
+
+    name: str
+    unit: str
+    role: Role
+    meaning: str
+    low: float
+    high: float
+    open_low: bool
+    open_high: bool
+    sensible: tuple[float, float] | None
+    required: bool
+    default: Any
+    choices: tuple[str, ...]
+
+
+class Effect(Table):
+    """A cause that bends recordings; a subclass names it (``kind``) and says by how much.
+
+    Class variables: ``equation``, one line for people; ``source``, where it comes from; ``covariates``, the columns of
+    the recording that the displacement depends on; ``quadrature``, an amplitude and the phase (in degrees) that turns
+    it, so that the pair is linear as a sine and a cosine.
+
+    The equations broadcast: a column has shape ``(n,)`` or ``(runs, n)``, a parameter is a number or of shape
+    ``(runs, 1)``.
+    """
+
+    kind: ClassVar[str] = ""
+    equation: ClassVar[str] = ""
+    source: ClassVar[str] = ""
+    covariates: ClassVar[tuple[str, ...]] = ()
+    quadrature: ClassVar[tuple[str, str] | None] = None
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Displacement of the recorded coordinates, um, each component of shape ``(n,)``."""
+        raise NotImplementedError
+
+    def scatter_um(self, probings: Probings) -> Array | None:
+        """Standard deviation that this effect adds to the repeatability (in quadrature), um, shape ``(n,)``."""
+        return None
+
+    def prepared(self, where: str | Path) -> Self:
+        """The effect ready for use; ``where`` is the machine file it stands in, for files that it names."""
+        return self
+
+    @property
+    def label(self) -> str:
+        """The kind with its choices: ``scale_error_x``."""
+        chosen = (getattr(self, p.name) for p in self.parameters() if p.role == "choice")
+        return "_".join([self.kind, *(value for value in map(_word, chosen) if value)])
+
+    def with_values(self, **values: float | Array) -> Self:
+        """A copy with other parameter values, unchecked; arrays of shape ``(runs, 1)`` give ``(runs, n)``."""
+        return self.model_copy(update=values)
+
+    @classmethod
+    def parameters(cls) -> tuple[Parameter, ...]:
+        """All parameters in the order of the class."""
+        return _parameters(cls)
+
+    @classmethod
+    def title(cls) -> str:
+        """The first sentence of the docstring, before the equation."""
+        return inspect.cleandoc(cls.__doc__ or "").split("\n")[0].split(":")[0].rstrip(".")
+
+
+@cache
+def _parameters(effect: type[Effect]) -> tuple[Parameter, ...]:
+    return tuple(_describe(name, field) for name, field in effect.model_fields.items())
+
+
+def _word(value: object) -> str:
+    return str(value) if isinstance(value, str | int) else ""
+
+
+def _describe(name: str, field: FieldInfo) -> Parameter:
+    extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
+    low, open_low = _bound(field.metadata, Ge, "ge", Gt, "gt", -np.inf)
+    high, open_high = _bound(field.metadata, Le, "le", Lt, "lt", np.inf)
+    unit = str(extra.get("unit", ""))
+    meaning = (field.description or "").removesuffix(f", {unit}") if unit else field.description or ""
+    return Parameter(
+        name=name,
+        unit=unit,
+        role=extra.get("role", "fixed"),  # type: ignore[arg-type]
+        meaning=meaning,
+        low=low,
+        high=high,
+        open_low=open_low,
+        open_high=open_high,
+        sensible=extra.get("sensible"),  # type: ignore[arg-type]
+        required=field.is_required(),
+        default=None if field.default is PydanticUndefined else field.default,
+        choices=_choices(field.annotation),
+    )
+
+
+def _bound(
+    metadata: Sequence[Any], closed: type, closed_name: str, opened: type, open_name: str, none: float
+) -> tuple[float, bool]:
+    for mark in metadata:
+        if isinstance(mark, closed):
+            return float(getattr(mark, closed_name)), False
+        if isinstance(mark, opened):
+            return float(getattr(mark, open_name)), True
+    return none, False
+
+
+def _choices(annotation: Any) -> tuple[str, ...]:
+    """The words of a ``Literal``, also inside a union."""
+    arguments = get_args(annotation)
+    if arguments and all(isinstance(argument, str) for argument in arguments):
+        return arguments
+    return next((words for argument in arguments if (words := _choices(argument))), ())
+
+
+def along(direction: str | Vector, um: Array) -> Displacement:
+    """A displacement along a direction, by components."""
+    if isinstance(direction, str):
+        return {direction: um}
+    return {axis: share * um for axis, share in zip("xyz", direction, strict=True) if share}
+
+
+def whole_numbers(values: Sequence[int]) -> NDArray[np.int64]:
+    """Numbers counted from 1 as indices counted from 0."""
+    return np.asarray(values, dtype=np.int64) - 1

@@ -1,0 +1,91 @@
+"""A law nobody has a name for yet: a formula in covariates with fitted coefficients."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import ClassVar
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from stepgauge.effects.base import AnyDirection, Array, Displacement, Effect, along, parameter
+from stepgauge.effects.probings import Probings
+from stepgauge.errors import InputError
+from stepgauge.formula import Formula, parse_formula
+
+parse = lru_cache(parse_formula)
+DERIVED = {
+    "position_mm": "certified position of the face along the gauge, mm",
+    "side": "+1 for fronts, -1 for backs",
+    "row": "number of the probing, from 0",
+    "touches": "touches since the last pause longer than a minute, in order of time",
+    "azimuth_rad": "azimuth of the approach about the stylus, from machine +x",
+}
+PAUSE_S = 60.0
+"""Shortest time without a touch that is a pause."""
+"""Covariates beside the columns of the recording."""
+
+
+class Empirical(Effect):
+    """A fitted law without a name: d = formula(covariates, coefficients).
+
+    The formula knows the columns of the recording by name (``x_mm``, ``time_s``, ``gauge_temperature_C``, any further
+    one), what ``DERIVED`` lists, and the coefficients. It is parsed, never executed as code:
+    :mod:`stepgauge.formula`.
+    """
+
+    kind: ClassVar[str] = "empirical"
+    equation: ClassVar[str] = "d = formula along the direction, um"
+    source: ClassVar[str] = "the fit that found it"
+    covariates: ClassVar[tuple[str, ...]] = ("formula",)
+    formula: str = parameter(unit="um", role="choice", meaning="e.g. a + b * log(speed_mm_s)", min_length=1)
+    coefficients: dict[str, float] = Field(
+        default_factory=dict,
+        description="values of the names in the formula that are no covariates",
+        json_schema_extra={"unit": "", "role": "nonlinear", "sensible": None},
+    )
+    direction: AnyDirection = parameter(
+        "approach", unit="", role="choice", meaning="approach, x, y, z or a vector in machine axes"
+    )
+
+    @model_validator(mode="after")
+    def _understood(self) -> Empirical:
+        unused = set(self.coefficients) - self.parsed.names
+        if unused:
+            raise ValueError(f"formula with the coefficient {min(unused)!r} in it")
+        return self
+
+    @property
+    def parsed(self) -> Formula:
+        """The formula ready to be evaluated."""
+        return parse(self.formula)
+
+    @property
+    def label(self) -> str:
+        """The formula has no place in the name of a column."""
+        return self.kind
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """The formula for all rows; :class:`InputError` where it is not finite or names something unknown."""
+        names = self.parsed.names
+        columns = {name: _covariate(probings, name) for name in names if name not in self.coefficients}
+        um = self.parsed(columns | {name: np.asarray(c, float) for name, c in self.coefficients.items()})
+        if not np.isfinite(um).all():
+            raise InputError("effects", "an empirical formula is not finite for every probing", found=self.formula)
+        um = np.broadcast_to(um, np.broadcast_shapes(um.shape, (len(probings),)))
+        return along(self.direction, um)
+
+
+def _covariate(probings: Probings, name: str) -> Array:
+    if name == "position_mm":
+        return probings.certified_mm()
+    if name == "side":
+        return np.where(probings.face % 2 == 1, 1.0, -1.0)
+    if name == "row":
+        return np.arange(probings.first_row, probings.first_row + len(probings), dtype=float)
+    if name == "touches":
+        return probings.touches_since_pause(PAUSE_S)
+    if name == "azimuth_rad":
+        cosine, sine = probings.lateral_share()
+        return np.arctan2(sine, cosine)
+    return probings.column(name)

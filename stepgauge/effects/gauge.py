@@ -1,0 +1,104 @@
+"""What the gauge does, wherever the machine is: a defective face, a bent rail, a line that is not its axis."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from stepgauge.effects.base import Array, Displacement, Effect, parameter
+from stepgauge.effects.probings import Probings
+from stepgauge.errors import InputError
+
+
+class BlockDefect(Effect):
+    """One face is off its certificate: d = um along the gauge axis at that face, wherever the gauge lies."""
+
+    kind: ClassVar[str] = "block_defect"
+    equation: ClassVar[str] = "d = um along the gauge axis where the face is 'face'"
+    source: ClassVar[str] = "definition; positive towards the end block"
+    covariates: ClassVar[tuple[str, ...]] = ("face",)
+    face: int = parameter(unit="", role="choice", meaning="number of the face", ge=1, le=10_000)
+    um: float = parameter(unit="um", meaning="true minus certified position", ge=-1e4, le=1e4, sensible=(-20, 20))
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Nothing on all other faces; :class:`InputError` for a face that the gauge does not have."""
+        known = probings.setting.gauge
+        if known is not None and self.face > known.n_faces:
+            raise InputError("effect block_defect", "no such face", found=self.face, expected=f"1 to {known.n_faces}")
+        return {"approach": probings.shifted_along_gauge(self.um * (probings.face == self.face))}
+
+
+class Misalignment(Effect):
+    """The probed line is at an angle to the gauge: cosine error, lengths S read S / cos(angle), about S angle^2 / 2."""
+
+    kind: ClassVar[str] = "misalignment"
+    equation: ClassVar[str] = "d = S (1 / cos(mrad) - 1) along the gauge axis"
+    source: ClassVar[str] = "cosine error: parallel planes S apart are S / cos(angle) apart along an inclined line"
+    covariates: ClassVar[tuple[str, ...]] = ("position",)
+    mrad: float = parameter(
+        unit="mrad", role="nonlinear", meaning="angle between line and gauge", ge=0, le=200, sensible=(0, 20)
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """1 / cos - 1 written as 2 sin^2(half) / cos, exact for small angles."""
+        angle = np.asarray(self.mrad) * 1e-3
+        stretch = 2.0 * np.sin(angle / 2.0) ** 2 / np.cos(angle) * 1e3
+        return {"approach": probings.shifted_along_gauge(stretch * probings.certified_mm())}
+
+
+class GaugeBending(Effect):
+    """The gauge sags between its supports and the faces tilt: d = -height w'(S) along the gauge.
+
+    w is the deflection of a uniform beam as long as the gauge on two supports. ``sag_um`` says how soft it is: its sag
+    in the middle if supported at the ends, 5 q L^4 / (384 E I). The slope at the ends vanishes with the supports at the
+    Airy points, L (1 -+ 1/sqrt(3)) / 2.
+    """
+
+    kind: ClassVar[str] = "gauge_bending"
+    equation: ClassVar[str] = "d = -height_mm w'(S) along the gauge axis; w: uniform beam on two supports"
+    source: ClassVar[str] = "Euler-Bernoulli beam by Macaulay brackets; Airy points: Phelps, Am. J. Phys. 34 (1966) 419"
+    covariates: ClassVar[tuple[str, ...]] = ("position",)
+    supports_mm: Annotated[tuple[float, float], Field(strict=False)] = parameter(
+        unit="mm", role="nonlinear", meaning="positions [a, b] of the two supports along the gauge from face 1"
+    )
+    sag_um: float = parameter(
+        unit="um", meaning="sag in the middle if supported at the ends", ge=-1e5, le=1e5, sensible=(0, 100)
+    )
+    height_mm: float = parameter(
+        22.5, unit="mm", role="fixed", meaning="probed height above the neutral fibre", ge=-500, le=500
+    )
+
+    @model_validator(mode="after")
+    def _apart(self) -> GaugeBending:
+        if self.supports_mm[0] >= self.supports_mm[1]:
+            raise ValueError("supports_mm [a, b] with a < b")
+        return self
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """The tilt of each face times the height."""
+        faces = probings.gauge.position_mm
+        tilt = beam_slope(faces, float(faces[-1]), *self.supports_mm)
+        shift_um = probings.by_face(-tilt)
+        return {"approach": probings.shifted_along_gauge(self.sag_um * self.height_mm * shift_um)}
+
+
+def beam_slope(x_mm: Array, length_mm: float, a_mm: float, b_mm: float) -> Array:
+    """Slope w' (up positive, 1/mm) of a uniform beam on supports at a and b, for 1 mm of sag if supported at its ends.
+
+    M = -q x^2 / 2 + R_a <x - a> + R_b <x - b>, integrated once and twice; w = 0 at both supports.
+    """
+    q = 384.0 / (5.0 * length_mm**4)
+    r_a = q * length_mm * (b_mm - length_mm / 2.0) / (b_mm - a_mm)
+    r_b = q * length_mm - r_a
+
+    def bracket(x: Array | float, at: float, power: int) -> Array:
+        return np.maximum(np.asarray(x) - at, 0.0) ** power
+
+    def deflection(x: float) -> Array:
+        return -q * x**4 / 24.0 + r_a * bracket(x, a_mm, 3) / 6.0 + r_b * bracket(x, b_mm, 3) / 6.0
+
+    level = (deflection(b_mm) - deflection(a_mm)) / (b_mm - a_mm)
+    slope = -q * x_mm**3 / 6.0 + r_a * bracket(x_mm, a_mm, 2) / 2.0 + r_b * bracket(x_mm, b_mm, 2) / 2.0
+    return slope - level

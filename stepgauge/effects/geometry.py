@@ -1,0 +1,125 @@
+"""Rigid-body errors of the guideways: straightness, rotations with their Abbe arms, squareness.
+
+With the scale errors they make the 21 errors of a three-axis machine (Zhang et al., CIRP Annals 34/1, 1985; ISO
+230-1:2012): three positioning errors, six straightness errors, nine rotations and three squareness errors.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from pydantic import model_validator
+
+from stepgauge.config import Vector3
+from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
+from stepgauge.effects.probings import Probings
+
+NEXT = {"x": "y", "y": "z", "z": "x"}
+"""Right-handed order: e_a x e_NEXT[a] is the third axis."""
+_SQUARE = {"xy": ("x", "y"), "xz": ("x", "z"), "yz": ("y", "z")}
+
+
+class Squareness(Effect):
+    """Two axes are not square: the first axis of the plane moves with the second, d_first = angle * second."""
+
+    kind: ClassVar[str] = "squareness"
+    equation: ClassVar[str] = "d_first = urad 1e-6 second"
+    source: ClassVar[str] = "ISO 230-1:2012, squareness; Zhang et al. 1985"
+    covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    plane: Literal["xy", "xz", "yz"] = parameter(unit="", role="choice", meaning="plane of the two axes")
+    urad: float = parameter(
+        unit="urad", meaning="angle by which the second axis leans to the first", ge=-1e5, le=1e5, sensible=(-100, 100)
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """The second coordinate in metres times the angle, on the first axis."""
+        first, second = _SQUARE[self.plane]
+        return {first: self.urad * 1e-3 * probings.coordinate_mm(second)}
+
+
+class Straightness(Effect):
+    """A guideway is bowed: d = um (1 - (2 (x - middle) / length)^2) across the travel."""
+
+    kind: ClassVar[str] = "straightness"
+    equation: ClassVar[str] = "d_direction = um (1 - (2 (x - middle of travel) / length_mm)^2)"
+    source: ClassVar[str] = (
+        "ISO 230-1:2012, straightness, as the parabola of a bowed guideway with sagitta um over length_mm"
+    )
+    covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
+    direction: Axis = parameter(unit="", role="choice", meaning="axis that is displaced, another than the travel")
+    um: float = parameter(unit="um", meaning="sagitta of the bow", ge=-1e4, le=1e4, sensible=(-20, 20))
+    length_mm: float = parameter(
+        unit="mm", role="fixed", meaning="chord of the bow, about the middle of the travel", gt=0, le=1e5
+    )
+
+    @model_validator(mode="after")
+    def _across(self) -> Straightness:
+        return _different(self, self.axis, self.direction, "direction", "scale_curvature")
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """A parabola: um in the middle of the travel, 0 half a length from there."""
+        middle = probings.setting.travel_mm["xyz".index(self.axis)].mean()
+        u = (probings.coordinate_mm(self.axis) - middle) * (2.0 / self.length_mm)
+        return {self.direction: self.um * (1.0 - u * u)}
+
+
+class AngularError(Effect):
+    """The carriage turns as it travels: d = e(x) r x arm, e = urad_per_m x (pitch, yaw, or roll about its own axis).
+
+    The arm goes from the line on which the scale of the travelling axis lies (``scale_at_mm``) to the tip; it rides
+    with the carriage, so it has no part along the travel. Pitch and yaw act on the travel itself (Abbe), roll across.
+    """
+
+    kind: ClassVar[str] = "angular_error"
+    equation: ClassVar[str] = "d = urad_per_m 1e-6 x (rotation axis) x (tip - scale line)"
+    source: ClassVar[str] = "Abbe 1890; Bryan, Precision Engineering 1 (1979) 129; Zhang et al. 1985, EAX to ECZ"
+    covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    travel_axis: Axis = parameter(unit="", role="choice", meaning="axis that travels: x, y or z")
+    rotation_axis: Axis = parameter(unit="", role="choice", meaning="axis about which the carriage turns: x, y or z")
+    urad_per_m: float = parameter(unit="urad/m", meaning="rotation per travel", ge=-1e5, le=1e5, sensible=(-100, 100))
+    scale_at_mm: Vector3 = parameter(
+        (0.0, 0.0, 0.0), unit="mm", role="fixed", meaning="a point of the scale's line, machine coordinates"
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Angle times arm, on the axes across the rotation."""
+        angle_mrad = probings.coordinate_mm(self.travel_axis) * (self.urad_per_m * 1e-6)
+        return rotated(probings, self.travel_axis, self.rotation_axis, angle_mrad, self.scale_at_mm)
+
+
+class Roll(Effect):
+    """The carriage rolls about its own travel: d = e(x) t x arm, e = urad_per_m x."""
+
+    kind: ClassVar[str] = "roll"
+    equation: ClassVar[str] = "d = urad_per_m 1e-6 x (travel axis) x (tip - scale line)"
+    source: ClassVar[str] = "Zhang et al. 1985, EAX, EBY, ECZ; the same as angular_error with both axes equal"
+    covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
+    urad_per_m: float = parameter(unit="urad/m", meaning="rotation per travel", ge=-1e5, le=1e5, sensible=(-100, 100))
+    scale_at_mm: Vector3 = parameter(
+        (0.0, 0.0, 0.0), unit="mm", role="fixed", meaning="a point of the axis of roll, machine coordinates"
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Angle times arm, on the two axes across the travel."""
+        angle_mrad = probings.coordinate_mm(self.axis) * (self.urad_per_m * 1e-6)
+        return rotated(probings, self.axis, self.axis, angle_mrad, self.scale_at_mm)
+
+
+def rotated(probings: Probings, travel: str, rotation: str, angle_mrad: Array, scale_at_mm: Vector3) -> Displacement:
+    """Angle times arm, um: with (r, s, t) right-handed, e r x arm = e (arm_s e_t - arm_t e_s)."""
+    second = NEXT[rotation]
+    third = NEXT[second]
+
+    def arm(axis: str) -> Array:
+        return probings.coordinate_mm(axis) - scale_at_mm["xyz".index(axis)]
+
+    moved = {third: (second, 1.0), second: (third, -1.0)}
+    return {to: angle_mrad * (sign * arm(of)) for to, (of, sign) in moved.items() if of != travel}
+
+
+def _different(effect: Straightness, travel: str, other: str, key: str, instead: str) -> Straightness:
+    if travel == other:
+        raise ValueError(f"{key} across the travel axis {travel} (along it use kind {instead})")
+    return effect

@@ -1,0 +1,77 @@
+"""What depends on when a probing happened, or on what went before it."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from stepgauge.effects.base import Direction, Displacement, Effect, along, parameter
+from stepgauge.effects.probings import Probings
+
+
+class StepChange(Effect):
+    """The origin jumps once, by a knock or a slipped clamp: d = um from time_s on."""
+
+    kind: ClassVar[str] = "step_change"
+    equation: ClassVar[str] = "d = um where time_s (of the probing) >= time_s"
+    source: ClassVar[str] = "Heaviside step in time"
+    covariates: ClassVar[tuple[str, ...]] = ("time",)
+    direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
+    time_s: float = parameter(
+        unit="s", role="nonlinear", meaning="time of the jump", ge=-1e12, le=1e12, sensible=(0, 1e4)
+    )
+    um: float = parameter(unit="um", meaning="jump", ge=-1e5, le=1e5, sensible=(-20, 20))
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Nothing before, um after."""
+        return along(self.direction, np.where(probings.time_s >= self.time_s, self.um, 0.0))
+
+
+class Vibration(Effect):
+    """The machine shakes faster than it is sampled: d = A sin(2 pi f t + phase) at the triggers, which aliases."""
+
+    kind: ClassVar[str] = "vibration"
+    equation: ClassVar[str] = "d = amplitude_um sin(2 pi frequency_hz time_s + phase_deg)"
+    source: ClassVar[str] = "sampled sine; with touches every T seconds it shows at |f - k / T|"
+    covariates: ClassVar[tuple[str, ...]] = ("time",)
+    quadrature: ClassVar[tuple[str, str] | None] = ("amplitude_um", "phase_deg")
+    direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
+    frequency_hz: float = parameter(unit="Hz", role="nonlinear", meaning="frequency", gt=0, le=1e4, sensible=(0.2, 100))
+    amplitude_um: float = parameter(unit="um", meaning="amplitude", ge=0, le=1e3, sensible=(0, 5))
+    phase_deg: float = parameter(
+        0.0, unit="deg", role="nonlinear", meaning="phase at time 0", ge=-360, le=360, sensible=(-180, 180)
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """A sine of time."""
+        angle = probings.time_s * (2.0 * np.pi * self.frequency_hz) + np.radians(self.phase_deg)
+        return along(self.direction, self.amplitude_um * np.sin(angle))
+
+
+class ApproachMemory(Effect):
+    """The first touches after a pause trigger differently: d = um exp(-k / touches), k touches after the pause.
+
+    The first probing of a recording counts as one after a pause (k = 0).
+    """
+
+    kind: ClassVar[str] = "approach_memory"
+    equation: ClassVar[str] = "d = um exp(-k / touches) along the approach, k = touches since a pause > pause_s"
+    source: ClassVar[str] = "reseating of a kinematic probe after rest, as an exponential run-in"
+    covariates: ClassVar[tuple[str, ...]] = ("order", "time")
+    um: float = parameter(unit="um", meaning="first touch later by", ge=-1e3, le=1e3, sensible=(-10, 10))
+    touches: float = parameter(
+        unit="touches",
+        role="nonlinear",
+        meaning="number of touches in which it falls to 1/e",
+        gt=0,
+        le=1e4,
+        sensible=(0.5, 50),
+    )
+    pause_s: float = parameter(
+        60.0, unit="s", role="fixed", meaning="shortest time without a touch that is a pause", ge=0, le=1e6
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Decays with the number of touches."""
+        return {"approach": self.um * np.exp(probings.touches_since_pause(self.pause_s) * (-1.0 / self.touches))}

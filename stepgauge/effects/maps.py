@@ -1,0 +1,68 @@
+"""Tabulated errors of an axis: what a laser interferometer or a calibration house measured."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import ClassVar, Literal, Self
+
+import numpy as np
+
+from stepgauge.config import Vector3
+from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
+from stepgauge.effects.geometry import rotated
+from stepgauge.effects.probings import Probings
+from stepgauge.errors import InputError
+from stepgauge.tables import read_numbers
+
+COLUMNS = ("coordinate_mm", "error")
+
+
+class ErrorMap(Effect):
+    """One of the 18 errors of motion from a table: d = scale * error(x), linear between the rows, held beyond the ends.
+
+    The CSV file has the columns ``coordinate_mm`` (rising) and ``error``: um for the components x, y, z (positioning
+    or straightness), urad for rx, ry, rz (rotations, which act with the arm of :class:`AngularError`).
+    """
+
+    kind: ClassVar[str] = "error_map"
+    equation: ClassVar[str] = "d = scale error(x), error from a CSV table, linear between its rows"
+    source: ClassVar[str] = "ISO 230-2:2014 and ISO 230-1:2012 measurements; Zhang et al. 1985"
+    covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
+    component: Literal["x", "y", "z", "rx", "ry", "rz"] = parameter(
+        unit="",
+        role="choice",
+        meaning="what is tabulated: displacement along x, y, z (um) or rotation about them (urad)",
+    )
+    file: str = parameter(unit="", role="fixed", meaning="CSV file, beside the machine file", min_length=1)
+    scale: float = parameter(1.0, unit="1", meaning="factor on the table", ge=-100, le=100, sensible=(0, 2))
+    scale_at_mm: Vector3 = parameter(
+        (0.0, 0.0, 0.0), unit="mm", role="fixed", meaning="a point of the scale's line, for rotations"
+    )
+
+    def prepared(self, where: str | Path) -> Self:
+        """Finds the file beside the machine file and reads it."""
+        path = (Path(where).parent / self.file).resolve()
+        read_map(str(path))
+        return self.model_copy(update={"file": str(path)})
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Interpolated in the coordinate of the travel."""
+        coordinate, error = read_map(self.file)
+        value = self.scale * np.interp(probings.coordinate_mm(self.axis), coordinate, error)
+        if len(self.component) == 1:
+            return {self.component: value}
+        return rotated(probings, self.axis, self.component[1], value * 1e-3, self.scale_at_mm)
+
+
+@lru_cache(maxsize=64)
+def read_map(path: str) -> tuple[Array, Array]:
+    """Coordinates and errors of a table; :class:`InputError` names the row that does not rise."""
+    table = read_numbers(path, COLUMNS)
+    coordinate = table["coordinate_mm"]
+    wrong = np.flatnonzero(np.diff(coordinate) <= 0)
+    if wrong.size:
+        row = int(wrong[0]) + 1
+        raise InputError(table.at(row), "coordinate_mm must rise from row to row", found=f"{coordinate[row]:g}")
+    return coordinate, table["error"]

@@ -1,0 +1,120 @@
+"""What the touch-trigger probe does to a reading: it triggers late, and not equally late in all directions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
+
+from stepgauge.effects.base import Array, Displacement, Effect, parameter
+from stepgauge.effects.probings import Probings
+from stepgauge.probes import MechanicalProbe, Probe
+
+ON_AXIS = 1e-6
+"""Sine of the polar angle below which an approach along the stylus has no azimuth."""
+ACROSS = np.column_stack([np.cos(np.arange(36) * np.pi / 18), np.sin(np.arange(36) * np.pi / 18), np.zeros(36)])
+"""Contact normals all round the stylus, in the probe's frame."""
+
+
+class EffectiveRadius(Effect):
+    """The mean pre-travel is larger than modelled: d = um along every approach (R_eff = r - w is smaller)."""
+
+    kind: ClassVar[str] = "effective_radius"
+    equation: ClassVar[str] = "d = um along the approach"
+    source: ClassVar[str] = "Pahk & Kim, Eq 1: R_eff from the size of a known block"
+    covariates: ClassVar[tuple[str, ...]] = ("side",)
+    um: float = parameter(unit="um", meaning="mean pre-travel larger by", ge=-1e4, le=1e4, sensible=(-20, 20))
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """The same for all."""
+        return {"approach": np.broadcast_to(self.um, np.broadcast_shapes(np.shape(self.um), (len(probings),)))}
+
+
+class ProbeLobing(Effect):
+    """Three lobes of a tripod probe: d = A cos(3 (azimuth - phase)) along the approach, azimuth about the stylus."""
+
+    kind: ClassVar[str] = "probe_lobing"
+    equation: ClassVar[str] = "d = amplitude_um cos(3 (azimuth - phase_deg)) along the approach"
+    source: ClassVar[str] = (
+        "first harmonic of the pre-travel of a three-contact probe, Wozniak & Dobosz, Measurement 34"
+    )
+    covariates: ClassVar[tuple[str, ...]] = ("azimuth",)
+    amplitude_um: float = parameter(unit="um", meaning="half of peak to valley", ge=0, le=1e3, sensible=(0, 10))
+    phase_deg: float = parameter(
+        0.0, unit="deg", role="nonlinear", meaning="azimuth of a lobe", ge=-360, le=360, sensible=(-60, 60)
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """cos 3b and sin 3b as polynomials of cos b and sin b; nothing along the stylus, where b is undefined."""
+        c, s = probings.lateral_share()
+        size = np.sqrt(c * c + s * s)
+        inverse = np.where(size > ON_AXIS, 1.0, 0.0) / np.maximum(size, ON_AXIS)
+        c, s = c * inverse, s * inverse
+        phase = np.radians(3.0 * self.phase_deg)
+        lobes = c * (4.0 * c * c - 3.0) * np.cos(phase) + s * (3.0 - 4.0 * s * s) * np.sin(phase)
+        return {"approach": self.amplitude_um * (lobes * (size > ON_AXIS))}
+
+
+class TriggerDelay(Effect):
+    """The machine travels on until the trigger is read: d = delay * measuring speed along the approach."""
+
+    kind: ClassVar[str] = "trigger_delay"
+    equation: ClassVar[str] = "d = ms speed_mm_s along the approach"
+    source: ClassVar[str] = "Jankowski in Rodrigues 2021: 14.5 ms of radio delay at 50 mm/min are 12.1 um"
+    covariates: ClassVar[tuple[str, ...]] = ("speed",)
+    ms: float = parameter(unit="ms", meaning="delay between trigger and latch", ge=-1e3, le=1e3, sensible=(-20, 20))
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """ms times mm/s are um."""
+        return {"approach": self.ms * probings.speed_mm_s}
+
+
+class LeverArm(Effect):
+    """The trigger lever is longer than modelled: d = w(lever + mm) - w(lever) along the approach.
+
+    A kinematic probe says by its statics what a longer lever does. For a probe of which only a pre-travel w is known: a
+    lateral trigger force F has a fixed moment F lever about the contacts, and w is the bending under F, so that
+    d = -w mm / (lever + mm) sin^2(polar), with the stylus length as lever.
+    """
+
+    kind: ClassVar[str] = "lever_arm"
+    equation: ClassVar[str] = (
+        "d = w(lever + mm) - w(lever) along the approach; first order: -w mm / (lever + mm) sin^2(polar)"
+    )
+    source: ClassVar[str] = "moment balance at the trigger, Rodrigues 2021 (50 mm stylus, 14.5 mm of carrier left out)"
+    covariates: ClassVar[tuple[str, ...]] = ("polar",)
+    mm: float = parameter(
+        unit="mm", role="nonlinear", meaning="lever longer than modelled by", ge=-20, le=500, sensible=(0, 30)
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Change of the pre-travel with the lever."""
+        return {"approach": lever_pretravel_um(probings, self.mm)}
+
+
+def lever_pretravel_um(probings: Probings, longer_mm: float | Array) -> Array:
+    """Change of the pre-travel when the lever is longer, um, ``(n,)`` or, for a lever by run ``(runs, 1)``, by run."""
+    sensor, table = probings.setting.sensor, probings.setting.probe
+    if isinstance(sensor, MechanicalProbe):
+        return _by_statics_um(sensor, probings, longer_mm)
+    if sensor is None or table is None:
+        return np.zeros(len(probings))
+    c, s = probings.lateral_share()
+    across = c * c + s * s
+    return across * (-_mean_pretravel_um(sensor) * longer_mm / (table.shank_length_mm + longer_mm))
+
+
+def _by_statics_um(sensor: MechanicalProbe, probings: Probings, longer_mm: float | Array) -> Array:
+    approach = np.stack([probings.approach(axis) for axis in "xyz"], axis=-1)
+    modelled = sensor.pretravel_um(approach)
+    changes = []
+    for more in np.ravel(longer_mm):
+        tripod = replace(sensor.tripod, lever_mm=sensor.tripod.lever_mm + float(more))
+        changes.append(replace(sensor, tripod=tripod).pretravel_um(approach) - modelled)
+    return changes[0] if np.ndim(longer_mm) == 0 else np.stack(changes)
+
+
+def _mean_pretravel_um(sensor: Probe) -> float:
+    """Over the directions across the stylus."""
+    return float(sensor.pretravel_um(sensor.approaches(ACROSS)).mean())

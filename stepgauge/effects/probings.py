@@ -1,0 +1,225 @@
+"""What effects see of a recording: columns and what follows from them, made when first asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+
+if TYPE_CHECKING:
+    from stepgauge.gauge import Gauge
+    from stepgauge.machine_file import Machine
+    from stepgauge.probes import Probe
+    from stepgauge.probes.schema import ProbeTable
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
+_COORDINATE = {axis: f"{axis}_mm" for axis in "xyz"}
+_APPROACH = dict(zip("xyz", ("approach_i", "approach_j", "approach_k"), strict=True))
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What holds for all probings.
+
+    ``travel_mm (3, 2)``: lowest and highest x, y, z; ``gauge``: the certificate; ``axis``: the true gauge axis by
+    placement number (without it fronts are taken as probed along the axis and backs against it).
+    """
+
+    travel_mm: Array
+    gauge: Gauge | None = None
+    probe: ProbeTable | None = None
+    sensor: Probe | None = None
+    axis: Mapping[int, Array] = field(default_factory=dict)
+    scale_expansion_per_K: float | Array = 11.5e-6
+
+    @classmethod
+    def of(cls, machine: Machine, gauge: Gauge | None = None, axis: Mapping[int, Array] | None = None) -> Setting:
+        """The setting that a machine file and a gauge make."""
+        expansion = machine.table.scale_expansion_per_K
+        return cls(machine.travel_mm, gauge, machine.probe, machine.sensor, axis or {}, expansion)
+
+
+class Columns(Protocol):
+    """A :class:`pandas.DataFrame`, or any mapping of arrays by name."""
+
+    def __getitem__(self, name: str, /) -> Any: ...
+
+    def __contains__(self, name: object, /) -> bool: ...
+
+
+class Probings:
+    """``n`` probings; ``columns`` are those of a recording, of shape ``(n,)`` or ``(runs, n)``.
+
+    Unused columns cost nothing: they are taken from ``columns`` when an effect asks for them.
+    """
+
+    def __init__(self, columns: Columns, setting: Setting) -> None:
+        self.columns, self.setting = columns, setting
+        self._made: dict[object, Array] = {}
+
+    def __len__(self) -> int:
+        return self.column("face").shape[-1]
+
+    @property
+    def first_row(self) -> int:
+        """Index of the first of these rows in the recording."""
+        return 0
+
+    def column(self, name: str) -> Array:
+        """A recorded column; :class:`InputError` where the recording has none of that name."""
+        if name not in self._made:
+            if name not in self.columns:
+                raise InputError("effects", f"the recording has no column {name!r} that an effect needs")
+            self._made[name] = np.asarray(self.columns[name])
+        return self._made[name]
+
+    def coordinate_mm(self, axis: str) -> Array:
+        """Machine coordinate of one axis at the trigger, mm."""
+        return self.column(_COORDINATE[axis])
+
+    def approach(self, axis: str) -> Array:
+        """Share of one axis in the approach."""
+        return self.column(_APPROACH[axis])
+
+    @property
+    def time_s(self) -> Array:
+        return self.column("time_s")
+
+    @property
+    def speed_mm_s(self) -> Array:
+        return self.column("speed_mm_s")
+
+    @property
+    def face(self) -> Array:
+        return self.column("face")
+
+    @property
+    def gauge(self) -> Gauge:
+        """The certificate; :class:`InputError` where none was given."""
+        if self.setting.gauge is None:
+            raise InputError("effects", "an effect of the gauge needs to know the gauge", expected="a gauge")
+        return self.setting.gauge
+
+    def by_face(self, values: Array) -> Array:
+        """Values by face ``(..., n_faces)`` as values by row ``(..., n)``."""
+        return values[..., self._face_index()]
+
+    def _face_index(self) -> Array:
+        if "index" not in self._made:
+            self._made["index"] = self.face - 1
+        return self._made["index"]
+
+    def certified_mm(self) -> Array:
+        """Certified position of the probed face along the gauge, mm."""
+        if "certified" not in self._made:
+            self._made["certified"] = self.by_face(self.gauge.position_mm)
+        return self._made["certified"]
+
+    def along(self) -> Array:
+        """Share of the gauge axis in the approach, a . p: near +1 at fronts, near -1 at backs."""
+        if "along" not in self._made:
+            self._made["along"] = self._along()
+        return self._made["along"]
+
+    def _along(self) -> Array:
+        axes = self.setting.axis
+        if not axes:
+            return np.where(self.face % 2 == 1, 1.0, -1.0)
+        if len(axes) == 1:
+            a = next(iter(axes.values()))
+        else:
+            table = np.zeros((3, max(axes) + 1))
+            for number, axis in axes.items():
+                table[:, number] = axis
+            a = table[:, self.column("placement")]
+        return a[0] * self.approach("x") + a[1] * self.approach("y") + a[2] * self.approach("z")
+
+    def shifted_along_gauge(self, um: Array) -> Array:
+        """Displacement of the trigger along the approach when a face moves ``um`` along the gauge axis: um / (a . p).
+
+        The ball meets a plane across ``a`` that much later on its way along ``p``.
+        """
+        return um / self.along()
+
+    def touches_since_pause(self, pause_s: float) -> Array:
+        """How many touches went before each one since the last pause longer than ``pause_s``, in order of time.
+
+        Placing the gauge anew is a pause, however long it took.
+        """
+        key = ("touches", pause_s)
+        if key not in self._made:
+            placement = self.column("placement") if "placement" in self.columns else np.ones(len(self))
+            self._made[key] = _count_since_pause(self.time_s, pause_s, placement)
+        return self._made[key]
+
+    def lateral_share(self) -> tuple[Array, Array]:
+        """Cosine and sine of the approach's azimuth about the stylus, times the sine of its polar angle.
+
+        The azimuth counts from machine +x (from +y for a stylus along x) made perpendicular to the stylus.
+        """
+        first, second = _across(self.setting.probe)
+        p = [self.approach(axis) for axis in "xyz"]
+        return _dot(first, p), _dot(second, p)
+
+    def at(self, rows: slice) -> Probings:
+        """Some of the rows; what depends on the order of all touches stays what it is."""
+        return _Slice(self, rows)
+
+    def blocks(self, size: int) -> Iterator[tuple[slice, Probings]]:
+        """The rows in blocks that fit into a processor's cache."""
+        count = len(self)
+        for first in range(0, count, size):
+            rows = slice(first, min(first + size, count))
+            yield rows, self.at(rows)
+
+
+class _Slice(Probings):
+    def __init__(self, whole: Probings, rows: slice) -> None:
+        super().__init__(whole.columns, whole.setting)
+        self.whole, self.rows = whole, rows
+
+    @property
+    def first_row(self) -> int:
+        return self.whole.first_row + self.rows.start
+
+    def column(self, name: str) -> Array:
+        if name not in self._made:
+            self._made[name] = self.whole.column(name)[..., self.rows]
+        return self._made[name]
+
+    def touches_since_pause(self, pause_s: float) -> Array:
+        return self.whole.touches_since_pause(pause_s)[self.rows]
+
+
+def _count_since_pause(time_s: Array, pause_s: float, placement: Array) -> Array:
+    order = None if (np.diff(time_s) >= 0.0).all() else np.argsort(time_s, kind="stable")
+    sorted_s = time_s if order is None else time_s[order]
+    count = np.arange(len(time_s), dtype=float)
+    placed = placement if order is None else placement[order]
+    first = np.concatenate([[True], (np.diff(sorted_s) > pause_s) | (np.diff(placed) != 0)])
+    count -= np.maximum.accumulate(np.where(first, count, 0.0))
+    if order is None:
+        return count
+    by_row = np.empty_like(count)
+    by_row[order] = count
+    return by_row
+
+
+def _across(probe: ProbeTable | None) -> tuple[Array, Array]:
+    """Two unit vectors perpendicular to the stylus; for a stylus down they are machine x and y."""
+    stylus = np.array([0.0, 0.0, -1.0] if probe is None else probe.stylus_direction)
+    start = np.array([1.0, 0.0, 0.0]) if abs(stylus[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    first = start - stylus * (start @ stylus)
+    first /= np.linalg.norm(first)
+    return first, np.cross(first, stylus)
+
+
+def _dot(vector: Array, columns: list[Array]) -> Array:
+    terms = [share * column for share, column in zip(vector, columns, strict=True) if abs(share) > 1e-15]
+    return sum(terms[1:], terms[0])

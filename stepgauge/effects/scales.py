@@ -1,0 +1,95 @@
+"""Errors of a scale: they depend on the coordinate of its axis only."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
+from stepgauge.effects.probings import Probings
+
+
+class ScaleError(Effect):
+    """The scale is too long or too short: d = ppm 1e-6 x."""
+
+    kind: ClassVar[str] = "scale_error"
+    equation: ClassVar[str] = "d = ppm 1e-6 x"
+    source: ClassVar[str] = "ISO 230-2:2014, linear part of the systematic deviation; Zhang et al. 1985, EXX"
+    covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
+    ppm: float = parameter(unit="um/m", meaning="reading too long by", ge=-1e5, le=1e5, sensible=(-50, 50))
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """ppm times the coordinate in metres."""
+        return {self.axis: self.ppm * 1e-3 * probings.coordinate_mm(self.axis)}
+
+
+class ScaleCurvature(Effect):
+    """The scale's error is bowed: d = k (x - middle of travel)^2."""
+
+    kind: ClassVar[str] = "scale_curvature"
+    equation: ClassVar[str] = "d = um_per_m2 (x - middle of travel)^2"
+    source: ClassVar[str] = "quadratic term of the systematic positioning deviation, ISO 230-2:2014"
+    covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
+    um_per_m2: float = parameter(
+        unit="um/m^2", meaning="coefficient of the square", ge=-1e6, le=1e6, sensible=(-100, 100)
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Quadratic about the middle of the travel."""
+        middle = probings.setting.travel_mm["xyz".index(self.axis)].mean()
+        from_middle_mm = probings.coordinate_mm(self.axis) - middle
+        return {self.axis: from_middle_mm * from_middle_mm * (self.um_per_m2 * 1e-6)}
+
+
+class PeriodicScaleError(Effect):
+    """The scale's error repeats with its pitch: d = A sin(2 pi x / period + phase)."""
+
+    kind: ClassVar[str] = "periodic_scale_error"
+    equation: ClassVar[str] = "d = amplitude_um sin(2 pi x / period_mm + phase_deg)"
+    source: ClassVar[str] = (
+        "subdivisional error of incremental scales and ball screws, Slocum, Precision Machine Design"
+    )
+    covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    quadrature: ClassVar[tuple[str, str] | None] = ("amplitude_um", "phase_deg")
+    axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
+    period_mm: float = parameter(
+        unit="mm", role="nonlinear", meaning="period along the axis", gt=0, le=1e4, sensible=(0.004, 200)
+    )
+    amplitude_um: float = parameter(unit="um", meaning="amplitude", ge=0, le=1e3, sensible=(0, 10))
+    phase_deg: float = parameter(
+        0.0, unit="deg", role="nonlinear", meaning="phase at coordinate 0", ge=-360, le=360, sensible=(-180, 180)
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """A sine of the coordinate."""
+        angle = probings.coordinate_mm(self.axis) * (2.0 * np.pi / self.period_mm) + np.radians(self.phase_deg)
+        return {self.axis: self.amplitude_um * np.sin(angle)}
+
+
+class LocalScaleDefect(Effect):
+    """One place of the scale is off: a bump d = h exp(-4 ln2 ((x - at) / width)^2), whatever the gauge does."""
+
+    kind: ClassVar[str] = "local_scale_defect"
+    equation: ClassVar[str] = "d = height_um exp(-4 ln2 ((x - at_mm) / width_mm)^2)"
+    source: ClassVar[str] = "Gaussian bump; width_mm is its full width at half height"
+    covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
+    at_mm: float = parameter(
+        unit="mm", role="nonlinear", meaning="machine coordinate of the middle", ge=-1e5, le=1e5, sensible=(-2e3, 2e3)
+    )
+    width_mm: float = parameter(
+        unit="mm", role="nonlinear", meaning="full width at half height", gt=0, le=1e4, sensible=(5, 200)
+    )
+    height_um: float = parameter(unit="um", meaning="height", ge=-1e4, le=1e4, sensible=(-20, 20))
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """A Gaussian of the coordinate."""
+        return {self.axis: self.height_um * _gaussian(probings.coordinate_mm(self.axis), self.at_mm, self.width_mm)}
+
+
+def _gaussian(x: Array, at: float, width: float) -> Array:
+    u = (x - at) * (2.0 * np.sqrt(np.log(2.0)) / width)
+    return np.exp(-u * u)

@@ -1,0 +1,81 @@
+"""What changes the scatter rather than the mean: repeatability that grows, and single probings gone wrong."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from stepgauge.effects.base import Array, Displacement, Effect, parameter, whole_numbers
+from stepgauge.effects.probings import Probings
+
+Covariate = Literal["x", "y", "z", "position", "speed"]
+
+
+class NoiseGrowth(Effect):
+    """The repeatability grows with position or speed: s^2 = s0^2 + (rate c)^2."""
+
+    kind: ClassVar[str] = "noise_growth"
+    equation: ClassVar[str] = (
+        "s^2 = repeatability^2 + (rate c)^2; c: metres from the travel's low end or face 1, or mm/s"
+    )
+    source: ClassVar[str] = "quadrature sum of independent scatter, JCGM 100:2008, 5.1.2"
+    covariates: ClassVar[tuple[str, ...]] = ("scatter",)
+    per: Covariate = parameter(unit="", role="choice", meaning="x, y, z (machine), position (along the gauge) or speed")
+    rate: float = parameter(
+        unit="um per m or mm/s",
+        meaning="standard deviation per metre of position or per mm/s",
+        ge=0,
+        le=1e4,
+        sensible=(0, 10),
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Nothing: the mean stays."""
+        return {}
+
+    def scatter_um(self, probings: Probings) -> Array:
+        """rate times the covariate."""
+        return self.rate * self._covariate(probings)
+
+    def _covariate(self, probings: Probings) -> Array:
+        if self.per == "speed":
+            return probings.speed_mm_s
+        if self.per == "position":
+            return probings.certified_mm() * 1e-3
+        low = probings.setting.travel_mm["xyz".index(self.per), 0]
+        return (probings.coordinate_mm(self.per) - low) * 1e-3
+
+
+class Outliers(Effect):
+    """Isolated probings gone wrong: d = um along the approach in the listed rows; no law."""
+
+    kind: ClassVar[str] = "outliers"
+    equation: ClassVar[str] = "d = um along the approach where the row is listed"
+    source: ClassVar[str] = "definition"
+    covariates: ClassVar[tuple[str, ...]] = ("row",)
+    rows: Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(strict=False)] = parameter(
+        unit="", role="choice", meaning="numbers of the rows, counted from 1"
+    )
+    um: float | Annotated[tuple[float, ...], Field(strict=False)] = parameter(
+        10.0, unit="um", meaning="displacement, one for all or one per row", sensible=(-100, 100)
+    )
+
+    @model_validator(mode="after")
+    def _one_each(self) -> Outliers:
+        if isinstance(self.um, tuple) and len(self.um) != len(self.rows):
+            raise ValueError(f"um: one number or {len(self.rows)}, one per row, not {len(self.um)}")
+        if len(set(self.rows)) != len(self.rows):
+            raise ValueError("rows: every row once")
+        return self
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Rows beyond the end of the recording are not there to be displaced."""
+        rows = whole_numbers(self.rows) - probings.first_row
+        inside = (rows >= 0) & (rows < len(probings))
+        um = np.asarray(self.um, dtype=float)
+        shape = np.broadcast_shapes(um.shape, rows.shape)
+        displaced = np.zeros((*shape[:-1], len(probings)))
+        displaced[..., rows[inside]] = np.broadcast_to(um, shape)[..., inside]
+        return {"approach": displaced}

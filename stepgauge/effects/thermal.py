@@ -1,0 +1,120 @@
+"""Temperature: what is warmer than the recording says, and what drifts meanwhile.
+
+Lengths count against 20 deg C. A gauge at T is longer by alpha (T - 20) of each position. A scale at T has its
+graduations spread by 1 + alpha_s (T - 20) about machine zero: uncompensated it reads x / (1 + alpha_s (T - 20)), too
+short; a controller that compensates multiplies by 1 + alpha_s (T_recorded - 20) and reads x when the sensor is right.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from stepgauge.effects.base import Axis, Direction, Displacement, Effect, along, parameter
+from stepgauge.effects.probings import Probings
+
+REFERENCE_C = 20.0
+"""Reference temperature of lengths, ISO 1."""
+
+
+class GaugeTemperature(Effect):
+    """The gauge is warmer than the recording says: its faces move alpha delta S along the gauge from face 1."""
+
+    kind: ClassVar[str] = "gauge_temperature"
+    equation: ClassVar[str] = "d = expansion_per_K delta_K S along the gauge axis"
+    source: ClassVar[str] = "ISO 1:2022 and ISO/TR 16015; steel: 11.5 um/m per K"
+    covariates: ClassVar[tuple[str, ...]] = ("position",)
+    delta_K: float = parameter(
+        unit="K", meaning="true minus recorded gauge temperature", ge=-40, le=40, sensible=(-5, 5)
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Proportional to the certified position of the face."""
+        shift_um = probings.by_face(probings.gauge.position_mm * (probings.gauge.table.expansion_per_K * 1e3))
+        return {"approach": probings.shifted_along_gauge(self.delta_K * shift_um)}
+
+
+class ScaleTemperature(Effect):
+    """A scale is warmer than the recording says: its graduations are spread, it reads d = -alpha_s delta x."""
+
+    kind: ClassVar[str] = "scale_temperature"
+    equation: ClassVar[str] = "d = -scale_expansion_per_K delta_K x"
+    source: ClassVar[str] = "ISO/TR 16015; alpha_s is machine.scale_expansion_per_K; the same compensated or not"
+    covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
+    delta_K: float = parameter(
+        unit="K", meaning="true minus recorded scale temperature", ge=-40, le=40, sensible=(-5, 5)
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Proportional to the coordinate, from machine zero."""
+        per_mm = probings.setting.scale_expansion_per_K * 1e3
+        return {self.axis: self.delta_K * (-per_mm * probings.coordinate_mm(self.axis))}
+
+
+class ThermalDrift(Effect):
+    """The whole placement drifts: d = rate t, or rate tau (1 - exp(-t / tau)) with a time constant tau."""
+
+    kind: ClassVar[str] = "thermal_drift"
+    equation: ClassVar[str] = "d = rate t; with a time constant: rate tau (1 - exp(-t / tau)); t = time_s - start_s"
+    source: ClassVar[str] = "first-order warm-up, ISO 230-3:2020"
+    covariates: ClassVar[tuple[str, ...]] = ("time",)
+    direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
+    rate_um_per_h: float = parameter(unit="um/h", meaning="rate at start_s", ge=-1e5, le=1e5, sensible=(-50, 50))
+    time_constant_h: float | None = parameter(
+        None, unit="h", role="nonlinear", meaning="time constant; without it linear", gt=0, le=1e3, sensible=(0.01, 5)
+    )
+    start_s: float = parameter(
+        0.0, unit="s", role="fixed", meaning="time from which the drift counts", ge=-1e12, le=1e12
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """A ramp, or what saturates with the time constant."""
+        hours = (probings.time_s - self.start_s) / 3600.0
+        if self.time_constant_h is None:
+            return along(self.direction, self.rate_um_per_h * hours)
+        grown_h = -self.time_constant_h * np.expm1(-hours / self.time_constant_h)
+        return along(self.direction, self.rate_um_per_h * grown_h)
+
+
+class TemperatureCycle(Effect):
+    """Air conditioning moves the placement to and fro: d = A sin(2 pi t / period + phase)."""
+
+    kind: ClassVar[str] = "temperature_cycle"
+    equation: ClassVar[str] = "d = amplitude_um sin(2 pi time_s / period_s + phase_deg)"
+    source: ClassVar[str] = "environmental temperature variation error, ISO 230-3:2020"
+    covariates: ClassVar[tuple[str, ...]] = ("time",)
+    quadrature: ClassVar[tuple[str, str] | None] = ("amplitude_um", "phase_deg")
+    direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
+    amplitude_um: float = parameter(unit="um", meaning="amplitude", ge=0, le=1e4, sensible=(0, 20))
+    period_s: float = parameter(unit="s", role="nonlinear", meaning="period", gt=0, le=1e6, sensible=(60, 7200))
+    phase_deg: float = parameter(
+        0.0, unit="deg", role="nonlinear", meaning="phase at time 0", ge=-360, le=360, sensible=(-180, 180)
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """A sine of time."""
+        angle = probings.time_s * (2.0 * np.pi / self.period_s) + np.radians(self.phase_deg)
+        return along(self.direction, self.amplitude_um * np.sin(angle))
+
+
+class UncompensatedScales(Effect):
+    """Scales at a temperature that nobody corrects for: d = x / (1 + alpha_s (T - 20)) - x on all three axes.
+
+    No kind of its own: it is switched on by ``scales_compensated = false`` of the machine table.
+    """
+
+    covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    temperature_C: float
+
+    @property
+    def label(self) -> str:
+        """As it appears among the shares."""
+        return "uncompensated_scales"
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """The reading minus the true coordinate."""
+        spread = probings.setting.scale_expansion_per_K * (self.temperature_C - REFERENCE_C)
+        stretch = -spread / (1.0 + spread) * 1e3
+        return {axis: stretch * probings.coordinate_mm(axis) for axis in "xyz"}

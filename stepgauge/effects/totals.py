@@ -1,0 +1,55 @@
+"""Effects added up: the total displacement, the scatter, and the share of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stepgauge.effects.base import Array, Effect
+from stepgauge.effects.probings import Probings
+
+BLOCK_ROWS = 16384
+"""Rows worked on at a time: a dozen columns of them stay in a processor's cache."""
+
+
+def total_displacement_um(effects: Sequence[Effect], probings: Probings) -> Array:
+    """Sum of the displacements of all effects in machine axes, um, shape ``(n, 3)``."""
+    total = np.zeros((len(probings), 3))
+    if effects:
+        for rows, block in probings.blocks(BLOCK_ROWS):
+            for column, um in enumerate(added_up(effects, block)):
+                total[rows, column] = um
+    return total
+
+
+def added_up(effects: Sequence[Effect], probings: Probings) -> tuple[Array, Array, Array]:
+    """Sums of the displacements on x, y and z, um, of shape ``(n,)`` or, with parameters by run, ``(runs, n)``."""
+    sums: dict[str, Array] = {}
+    for effect in effects:
+        for component, um in effect.displacement_um(probings).items():
+            sums[component] = sums[component] + um if component in sums else um
+    along = sums.get("approach")
+    if along is not None:
+        for axis in "xyz":
+            share = along * probings.approach(axis)
+            sums[axis] = sums[axis] + share if axis in sums else share
+    zero = np.zeros(len(probings))
+    return sums.get("x", zero), sums.get("y", zero), sums.get("z", zero)
+
+
+def along_approach_um(effect: Effect, probings: Probings) -> Array:
+    """Displacement of one effect along the approach, um, shape ``(n,)``; on the other directions it does not show."""
+    total = np.zeros(len(probings))
+    for component, um in effect.displacement_um(probings).items():
+        total = total + (um if component == "approach" else um * probings.approach(component))
+    return total
+
+
+def scatter_um(effects: Sequence[Effect], probings: Probings, repeatability_um: float | Array) -> list[Array]:
+    """Standard deviation along the approach with the first 0, 1, 2, ... effects, um; the last one is the total."""
+    steps: list[Array] = [np.asarray(repeatability_um, float)]
+    for effect in effects:
+        extra = effect.scatter_um(probings)
+        steps.append(steps[-1] if extra is None else np.sqrt(steps[-1] ** 2 + extra**2))
+    return steps

@@ -1,0 +1,344 @@
+"""Recording and certificate to the machine's errors: Pahk & Kim, equations 1 to 13.
+
+Positions M are tip centres projected on the gauge axis; the front of the first used block is the reference. A back face
+is read one tip diameter farther than it lies, hence 2 R_eff is taken off XB. Temperature convention: the certified
+positions S are brought to the recorded gauge temperature; readings are left as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.face_errors import (
+    FaceStatistics,
+    REffOrigin,
+    band_um,
+    face_errors,
+    face_statistics,
+    radius_blocks,
+    reference_face,
+)
+from stepgauge.gauge import Gauge
+from stepgauge.placement import Placement
+from stepgauge.recording import APPROACH, POSITION, Recording
+
+Array = NDArray[np.float64]
+WRONG_GAUGE_MM = 0.5
+"""A face farther than this (plus 0.1 % of its distance) from its certified place is not that face."""
+
+
+@dataclass(frozen=True)
+class EffectiveRadius:
+    """R_eff (Eq 1), its standard uncertainty and the blocks it was found from."""
+
+    r_eff_mm: float
+    u_mm: float
+    blocks: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class PlacementResult:
+    """Errors of one placing of the gauge; arrays have one entry per face of the used section, NaN where undefined.
+
+    ``xf_um``, ``xb_um``: forward and backward error (Eqs 2-4, 6); ``sf_um``, ``sb_um``: standard deviation over the
+    cycles (Eqs 5, 7); half of each is interpolated from the neighbours (Eqs 8-11). ``xm_um``: mean (Eq 12); ``xr_um``:
+    reversal (Eq 13). ``count``: probings of each face.
+    """
+
+    placement: int
+    axis: Array
+    face: NDArray[np.int64]
+    nominal_mm: Array
+    position_mm: Array
+    xf_um: Array
+    sf_um: Array
+    xb_um: Array
+    sb_um: Array
+    xm_um: Array
+    xr_um: Array
+    count: NDArray[np.int64]
+    radius: EffectiveRadius
+    origin_mm: Array
+    gauge_temperature_C: float | None
+    notes: tuple[str, ...]
+
+    @property
+    def span_mm(self) -> float:
+        """Certified distance from the first to the last face that was measured, at the reference temperature."""
+        measured = self.position_mm[self.count > 0]
+        return float(measured[-1] - measured[0])
+
+    @property
+    def band_um(self) -> float:
+        """Largest minus smallest mean error; NaN where no mean is defined."""
+        return float(band_um(self.xm_um))
+
+    @property
+    def worst_two_sigma_um(self) -> float:
+        """Twice the largest standard deviation of a measured face; NaN with a single cycle."""
+        measured = np.where(self.face % 2 == 1, self.sf_um, self.sb_um)
+        return 2.0 * float(np.nanmax(measured)) if np.isfinite(measured).any() else float("nan")
+
+    @property
+    def cycles(self) -> tuple[int, int]:
+        """Fewest and most probings of a face that was measured."""
+        seen = self.count[self.count > 0]
+        return int(seen.min()), int(seen.max())
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Results of all placements of a recording."""
+
+    gauge: Gauge
+    blocks: tuple[int, int]
+    r_eff_origin: REffOrigin
+    results: tuple[PlacementResult, ...]
+    path: str = ""
+    comments: Mapping[str, str] = field(default_factory=dict)
+
+
+def evaluate(
+    recording: Recording,
+    gauge: Gauge,
+    blocks: tuple[int, int] | None = None,
+    r_eff_from: REffOrigin = "first",
+    placements: Sequence[Placement] = (),
+) -> Evaluation:
+    """Evaluate a recording, one placement after the other.
+
+    Parameters
+    ----------
+    recording : tip centres at the trigger
+    gauge : certified positions
+    blocks : first and last block of the used section; default: from the lowest to the highest that was measured
+    r_eff_from : ``"first"``: the effective radius from the first used block, whose XB is then zero by construction;
+        ``"all"``: the mean over all used blocks
+    placements : where the gauge lay, in the order of the placement numbers; default: the axis is the mean of the
+        forward approaches minus the backward ones
+
+    Raises
+    ------
+    InputError
+        faces the gauge does not have, approaches against the side of the face, positions that are not this gauge's,
+        a section without a single complete block
+    """
+    _check_faces(recording, gauge)
+    numbers = recording.placements
+    if placements and len(placements) != len(numbers):
+        raise InputError(
+            recording.path,
+            "one placement file per placement",
+            found=len(placements),
+            expected=f"{len(numbers)} or none",
+        )
+    section = blocks or _measured_section(recording)
+    results = []
+    for index, number in enumerate(numbers):
+        axis = placements[index].axis if placements else None
+        part = recording if len(numbers) == 1 else recording.of_placement(number)
+        results.append(_evaluate_placement(part, gauge, section, r_eff_from, axis, number))
+    return Evaluation(gauge, section, r_eff_from, tuple(results), recording.path, recording.comments)
+
+
+def _check_faces(recording: Recording, gauge: Gauge) -> None:
+    serial = recording.comments.get("gauge_serial", gauge.table.serial)
+    if serial != gauge.table.serial:
+        raise InputError(
+            recording.path,
+            "this is the recording of another gauge",
+            found=f"gauge_serial {serial}",
+            expected=f"{gauge.table.serial} ({gauge.table.name})",
+        )
+    highest = int(recording.frame["face"].max())
+    if highest > gauge.n_faces:
+        raise InputError(
+            recording.path,
+            f"{gauge.table.name} has no face {highest}",
+            found=f"face {highest}",
+            expected=f"1 to {gauge.n_faces} (is this the recording of another gauge?)",
+        )
+
+
+def _measured_section(recording: Recording) -> tuple[int, int]:
+    faces = recording.frame["face"]
+    first, last = (int(faces.min()) + 1) // 2, (int(faces.max()) + 1) // 2
+    if first == last:
+        raise InputError(recording.path, "only one block was measured", found=f"block {first}", expected="two or more")
+    return first, last
+
+
+@dataclass(frozen=True)
+class Readings:
+    """The rows of one placement, ready for :mod:`stepgauge.face_errors`.
+
+    ``axis``: the gauge axis that positions are projected on; ``off_mm (n,)``: position along it minus certified
+    position at the recorded gauge temperature; ``faces``: of the used section.
+    """
+
+    axis: Array
+    face: NDArray[np.int64]
+    off_mm: Array
+    faces: NDArray[np.int64]
+
+
+def project_readings(
+    recording: Recording, gauge: Gauge, section: tuple[int, int], axis: Array | None = None
+) -> Readings:
+    """The readings of one placement along the gauge axis, checked against gauge and side of the faces."""
+    face = recording.frame["face"].to_numpy()
+    approach = [recording.frame[name].to_numpy(float) for name in APPROACH]
+    axis = axis_from_approaches(approach, face, recording.path) if axis is None else axis
+    _check_approaches(_dot(approach, axis), face, recording.path)
+    along = _dot([recording.frame[name].to_numpy(float) for name in POSITION], axis)
+    off_mm = along - _certified(recording, gauge, face)
+    _check_gauge(off_mm, along, face, gauge, recording.path)
+    return Readings(axis, face, off_mm, np.arange(2 * section[0] - 1, 2 * section[1] + 1))
+
+
+def _dot(columns: Sequence[Array], vector: Array) -> Array:
+    """Sum of three columns times their shares, in two arrays: on large tables fresh memory costs more than the sums."""
+    total = columns[0] * vector[0]
+    term = np.empty_like(total)
+    for column, share in zip(columns[1:], vector[1:], strict=True):
+        total += np.multiply(column, share, out=term)
+    return total
+
+
+def _evaluate_placement(
+    recording: Recording, gauge: Gauge, section: tuple[int, int], origin: REffOrigin, axis: Array | None, number: int
+) -> PlacementResult:
+    readings = project_readings(recording, gauge, section, axis)
+    faces = readings.faces
+    seen = face_statistics(readings.off_mm, readings.face, faces)
+    notes = _notes(faces, seen.count)
+    _check_reference(seen, notes, recording.path)
+    blocks = _check_blocks(seen, origin, notes, recording.path)
+    errors = face_errors(seen, gauge.u_um[faces - 1], origin)
+    temperature = recording.frame.get("gauge_temperature_C")
+    first_touch = int(np.abs(readings.face - faces[0]).argmin())
+    return PlacementResult(
+        number,
+        readings.axis,
+        faces,
+        gauge.nominal_mm[faces - 1],
+        gauge.position_mm[faces - 1],
+        errors.xf_um,
+        errors.sf_um,
+        errors.xb_um,
+        errors.sb_um,
+        errors.xm_um,
+        errors.xr_um,
+        seen.count,
+        EffectiveRadius(float(errors.r_eff_mm), float(errors.u_r_eff_mm), blocks),
+        recording.frame[POSITION].iloc[first_touch].to_numpy(float),
+        None if temperature is None else float(temperature.mean()),
+        tuple(notes),
+    )
+
+
+def _check_reference(seen: FaceStatistics, notes: list[str], path: str) -> None:
+    """M_ref and S_ref belong to face 1 of the used section, or to the first front that was measured."""
+    reference = reference_face(seen)
+    if reference is None:
+        raise InputError(path, "no front face of the used section was measured", expected="at least one front face")
+    if reference != 0:
+        faces = seen.faces
+        notes.append(f"the reference is face {faces[reference]}, because face {faces[0]} was not measured")
+
+
+def _check_blocks(seen: FaceStatistics, origin: REffOrigin, notes: list[str], path: str) -> tuple[int, ...]:
+    """Numbers of the blocks that the effective radius comes from."""
+    chosen = radius_blocks(seen, origin)
+    if not chosen.size:
+        raise InputError(
+            path, "no block has both faces measured", expected="one complete block for the effective radius"
+        )
+    blocks = tuple(int(b) for b in (seen.faces[0] + 1) // 2 + chosen)
+    if origin == "first" and chosen[0] != 0:
+        notes.append(f"R_eff is from block {blocks[0]}, the first one with both faces measured")
+    if origin == "first":
+        notes.append("R_eff is from one block: XB of its back face is zero by construction")
+    return blocks
+
+
+def axis_from_approaches(approach: Sequence[Array], face: NDArray[np.int64], path: str) -> Array:
+    """Mean of the approaches to fronts minus mean of those to backs, as a unit vector."""
+    front = (face % 2).astype(float)
+    n_fronts = front.sum()
+    n_backs = len(face) - n_fronts
+    forward = np.array([np.einsum("i,i->", column, front) for column in approach])
+    backward = np.array([column.sum() for column in approach]) - forward
+    axis = forward / max(n_fronts, 1.0) - backward / max(n_backs, 1.0)
+    size = float(np.linalg.norm(axis))
+    if size < 1e-3:
+        raise InputError(path, "the approaches give no gauge axis", expected="fronts probed one way, backs the other")
+    return axis / size
+
+
+def _check_approaches(along: Array, face: NDArray[np.int64], path: str) -> None:
+    against = along * np.where(face % 2 == 1, 1.0, -1.0) < 0.5
+    if against.any():
+        row = int(against.argmax())
+        side, way = ("front", "along") if face[row] % 2 else ("back", "against")
+        raise InputError(
+            path,
+            f"probing {row + 1} approaches its face from the wrong side (faces swapped?)",
+            found=f"face {face[row]}, a {side}, approached with {along[row]:+.3f} along the axis",
+            expected=f"an approach {way} the axis",
+        )
+
+
+def _certified(recording: Recording, gauge: Gauge, face: NDArray[np.int64]) -> Array:
+    """Certified position of the face of every row at its gauge temperature, mm."""
+    certified = gauge.position_mm[face - 1]
+    if "gauge_temperature_C" in recording.frame:
+        warmer_K = recording.frame["gauge_temperature_C"].to_numpy() - gauge.table.reference_temperature_C
+        certified = certified * (1.0 + gauge.table.expansion_per_K * warmer_K)
+    return certified
+
+
+def _check_gauge(off_mm: Array, along: Array, face: NDArray[np.int64], gauge: Gauge, path: str) -> None:
+    """Every face must be where the certificate puts it, apart from the tip's width and the machine's errors."""
+    count = np.bincount(face)
+    seen = np.flatnonzero(count)
+    mean = np.bincount(face, off_mm)[seen] / count[seen]
+    middle = np.median(mean)
+    tip = np.ptp([np.median(mean[side]) for side in (seen % 2 == 1, seen % 2 == 0) if side.any()])
+    if max(off_mm.max() - middle, middle - off_mm.min()) <= tip + WRONG_GAUGE_MM:
+        return
+    certified = gauge.position_mm[face - 1]
+    reach = np.abs(certified - np.median(certified))
+    wrong = np.abs(off_mm - middle) > tip + WRONG_GAUGE_MM + 1e-3 * reach
+    if wrong.any():
+        row = int(wrong.argmax())
+        measured, nominal = np.ptp(along), np.ptp(certified)
+        slope = np.polyfit(certified, along, 1)[0]
+        units = ((1 / 25.4, "inches"), (1e-3, "m"), (1e3, "um"))
+        hint = next((f" (looks like {unit})" for factor, unit in units if abs(slope / factor - 1) < 0.05), "")
+        raise InputError(
+            path,
+            f"probing {row + 1} of face {face[row]} is not where {gauge.table.name} has that face{hint}",
+            found=f"{off_mm[row] - middle:+.3f} mm off; measured span {measured:.3f} mm",
+            expected=f"certified span {nominal:.3f} mm between the same faces",
+        )
+
+
+def _notes(faces: NDArray[np.int64], count: NDArray[np.int64]) -> list[str]:
+    notes = []
+    missing = faces[count == 0]
+    if missing.size:
+        notes.append(f"not measured: faces {', '.join(map(str, missing))}; what needs them is left undefined")
+    seen = count[count > 0]
+    if seen.size and seen.min() != seen.max():
+        fewer = faces[(count > 0) & (count < seen.max())]
+        shown = ", ".join(map(str, fewer[:10])) + (", ..." if fewer.size > 10 else "")
+        notes.append(f"unequal cycles: {seen.min()} to {seen.max()} probings per face; fewer on faces {shown}")
+    if seen.size and seen.max() == 1:
+        notes.append("a single cycle: there is no repeatability, the two-sigma bands are undefined")
+    return notes

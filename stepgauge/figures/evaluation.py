@@ -1,0 +1,239 @@
+"""Errors against position with two-sigma bands, and the reversal below (the figure of Pahk & Kim's Fig 6).
+
+Drawn from one placement of ``evaluation.json``, so that the verb that evaluates and the report show the same figure.
+Measured points are solid, points interpolated from the neighbouring faces hollow; where nothing is defined the lines
+have a gap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from stepgauge.evaluate import Evaluation
+from stepgauge.evaluation_files import evaluation_to_dict
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+
+Array = NDArray[np.float64]
+WIDTH_MM, HEIGHT_MM = 170.0, 106.0
+LARGEST_MARKER_PT, SMALLEST_MARKER_PT = 4.6, 2.2
+
+
+class Direction(NamedTuple):
+    """How one way of probing is drawn: its column in the table is ``x<key>_um``, its deviation ``s<key>_um``."""
+
+    key: str
+    label: str
+    color: str
+    marker: str
+    odd: bool
+
+
+FORWARD = Direction("f", "forward XF", CYCLE[0], ">", True)
+BACKWARD = Direction("b", "backward XB", CYCLE[1], "<", False)
+MEAN_COLOR, REVERSAL_COLOR, GREY = COLORS["model"], COLORS["measured"], COLORS["grey"]
+
+
+def draw_evaluations(folder: str | Path, evaluation: Evaluation, suffix: str = "png") -> list[Path]:
+    """Draw every placement of an evaluation into a folder; ``suffix`` is png, svg or pdf. Returns the paths."""
+    placements = evaluation_to_dict(evaluation)["placements"]
+    paths = [Path(folder) / name for name in figure_names([p["placement"] for p in placements], suffix)]
+    for placement, path in zip(placements, paths, strict=True):
+        save_figure(evaluation_figure(placement), path)
+    return paths
+
+
+def figure_names(placements: Sequence[int], suffix: str) -> list[str]:
+    """``evaluation.png`` for one placement, ``evaluation-placement-N.png`` for each of several."""
+    if len(placements) == 1:
+        return [f"evaluation.{suffix}"]
+    return [f"evaluation-placement-{number}.{suffix}" for number in placements]
+
+
+def evaluation_figure(placement: Mapping[str, Any]) -> Figure:
+    """The figure of one entry of ``placements`` in an ``evaluation.json`` (see :mod:`stepgauge.evaluation_files`)."""
+    rows = placement["faces"]
+    with figure_style():
+        figure = new_figure(WIDTH_MM, HEIGHT_MM)
+        errors, reversal = figure.subplots(2, 1, sharex=True, height_ratios=[3.2, 1.0])
+        _draw_errors(errors, rows)
+        _mark_band(errors, rows)
+        _mark_worst(errors, rows, placement["worst_two_sigma_um"])
+        _draw_reversal(reversal, rows)
+        _label(errors, reversal, placement)
+        _add_legend(figure, rows)
+    return figure
+
+
+def column(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
+    """A column of a table of faces; undefined values (None) become NaN."""
+    return np.array([np.nan if row[name] is None else row[name] for row in rows], float)
+
+
+def describe(placement: Mapping[str, Any]) -> str:
+    """What the figure shows, in a sentence: under the figure, and for those who cannot see it."""
+    said = [f"band of the mean error {_um(placement['band_um'])} over {placement['span_mm']:.1f} mm"]
+    rows, worst = placement["faces"], placement["worst_two_sigma_um"]
+    if worst is None:
+        said.append("two-sigma undefined (no face was probed twice)")
+    else:
+        said.append(f"worst two-sigma {_um(worst)} at face {rows[_worst_row(rows)]['face']}")
+    return "; ".join(said)
+
+
+def _um(value: float | None) -> str:
+    return "undefined" if value is None else f"{value:.2f} µm"
+
+
+def _draw_errors(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+    nominal = column(rows, "nominal_mm")
+    axes.axhline(0.0, color=GREY, linewidth=0.7, zorder=1)
+    for direction in (FORWARD, BACKWARD):
+        error, sigma = column(rows, f"x{direction.key}_um"), column(rows, f"s{direction.key}_um")
+        if np.isfinite(sigma).any():
+            band = axes.fill_between(
+                nominal, error - 2 * sigma, error + 2 * sigma, color=direction.color, alpha=0.18, linewidth=0, zorder=2
+            )
+            band.set_gid(f"two-sigma {direction.label}")
+        _draw_points(axes, rows, error, direction)
+    mean = column(rows, "xm_um")
+    axes.plot(nominal, mean, color=MEAN_COLOR, linewidth=1.3, marker=".", markersize=2.5, zorder=5, label="mean XM")
+
+
+def _draw_points(axes: Axes, rows: Sequence[Mapping[str, Any]], error: Array, direction: Direction) -> None:
+    """The line through all points, solid markers where the face was probed this way, hollow ones between."""
+    nominal, measured = column(rows, "nominal_mm"), (column(rows, "face") % 2 == 1) == direction.odd
+    axes.plot(nominal, error, color=direction.color, linewidth=0.8, zorder=3)
+    for part, where, fill in (("measured", measured, direction.color), ("interpolated", ~measured, "white")):
+        axes.plot(
+            nominal[where],
+            error[where],
+            linestyle="none",
+            marker=direction.marker,
+            markersize=_marker_pt(len(rows)),
+            color=direction.color,
+            markerfacecolor=fill,
+            markeredgewidth=0.6,
+            zorder=4,
+            label=f"{direction.label} {part}",
+        )
+
+
+def _marker_pt(count: int) -> float:
+    """Markers of neighbouring faces must not run into each other on a long gauge."""
+    return float(np.clip(180.0 / count, SMALLEST_MARKER_PT, LARGEST_MARKER_PT))
+
+
+def _mark_band(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Dashed lines at the largest and the smallest mean error, with a bracket at the end of the gauge."""
+    nominal, mean = column(rows, "nominal_mm"), column(rows, "xm_um")
+    if not np.isfinite(mean).any():
+        return
+    low, high = float(np.nanmin(mean)), float(np.nanmax(mean))
+    axes.hlines([low, high], nominal[0], nominal[-1], color=MEAN_COLOR, linewidth=0.6, linestyle=(0, (5, 3)), zorder=2)
+    beyond = nominal[-1] + 0.02 * np.ptp(nominal)
+    axes.annotate("", (beyond, high), (beyond, low), arrowprops=_arrow("<->", MEAN_COLOR))
+    axes.annotate(
+        f"band {high - low:.2f} µm",
+        (beyond, (low + high) / 2),
+        xytext=(4, 0),
+        textcoords="offset points",
+        rotation=90,
+        va="center",
+        color=MEAN_COLOR,
+    )
+
+
+def _arrow(style: str, color: str) -> dict[str, Any]:
+    return {"arrowstyle": style, "color": color, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
+
+
+def _mark_worst(axes: Axes, rows: Sequence[Mapping[str, Any]], worst_um: float | None) -> None:
+    """A bar of plus and minus two sigma at the measured face where it is largest."""
+    if worst_um is None:
+        return
+    row = rows[_worst_row(rows)]
+    direction = FORWARD if row["face"] % 2 else BACKWARD
+    error = row[f"x{direction.key}_um"]
+    if error is None:
+        return
+    bar = axes.errorbar(
+        row["nominal_mm"], error, worst_um, color=direction.color, capsize=3.0, elinewidth=1.4, capthick=1.4, zorder=6
+    )
+    bar.set_label("worst two-sigma")
+    axes.set_title(f"worst two-sigma ±{worst_um:.2f} µm (face {row['face']})", loc="right")
+
+
+def _worst_row(rows: Sequence[Mapping[str, Any]]) -> int:
+    """Row of the measured face with the largest standard deviation."""
+    measured = np.where(column(rows, "face") % 2 == 1, column(rows, "sf_um"), column(rows, "sb_um"))
+    return int(np.nanargmax(measured))
+
+
+def _draw_reversal(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+    axes.axhline(0.0, color=GREY, linewidth=0.7, zorder=1)
+    axes.plot(
+        column(rows, "nominal_mm"),
+        column(rows, "xr_um"),
+        color=REVERSAL_COLOR,
+        linewidth=1.0,
+        marker="D",
+        markersize=0.6 * _marker_pt(len(rows)),
+        label="reversal XR",
+    )
+
+
+def _label(errors: Axes, reversal: Axes, placement: Mapping[str, Any]) -> None:
+    rows, (fewest, most) = placement["faces"], placement["cycles"]
+    nominal = column(rows, "nominal_mm")
+    errors.set_xlim(nominal[0] - 0.02 * np.ptp(nominal), nominal[-1] + 0.06 * np.ptp(nominal))
+    for axes in (errors, reversal):
+        axes.spines[["top", "right"]].set_visible(False)
+    errors.set_ylabel("error (µm)")
+    reversal.set_ylabel("reversal XR (µm)")
+    reversal.set_xlabel("nominal position along the gauge, from face 1 (mm)")
+    _no_smaller_than(reversal, 1.0)
+    cycles = f"{most} cycle{'s' if most > 1 else ''}" if fewest == most else f"{fewest} to {most} cycles"
+    errors.set_title(
+        f"Placement {placement['placement']}, blocks {rows[0]['block']} to {rows[-1]['block']}, {cycles}",
+        loc="left",
+        fontweight="bold",
+    )
+
+
+def _no_smaller_than(axes: Axes, height_um: float) -> None:
+    """Rounding errors of a perfect machine shall not be blown up to the full height of a panel."""
+    low, high = axes.get_ylim()
+    if high - low < height_um:
+        axes.set_ylim((low + high - height_um) / 2.0, (low + high + height_um) / 2.0)
+
+
+def _add_legend(figure: Figure, rows: Sequence[Mapping[str, Any]]) -> None:
+    errors = figure.axes[0]
+    entries: list[Any] = [
+        Line2D([], [], color=d.color, marker=d.marker, markersize=4.5, linewidth=0.8, label=d.label)
+        for d in (FORWARD, BACKWARD)
+    ]
+    entries.append(Line2D([], [], color=MEAN_COLOR, linewidth=1.3, marker=".", markersize=2.5, label="mean XM"))
+    entries.append(
+        Line2D([], [], color=GREY, marker="o", markerfacecolor="white", markersize=4, linewidth=0, label="interpolated")
+    )
+    if any(row["sf_um"] is not None or row["sb_um"] is not None for row in rows):
+        entries.append(Patch(color=GREY, alpha=0.3, linewidth=0, label="± two sigma"))
+    entries += [bar for bar in errors.containers if bar.get_label() and not str(bar.get_label()).startswith("_")]
+    figure.legend(
+        handles=entries,
+        loc="outside upper center",
+        ncols=len(entries),
+        columnspacing=1.2,
+        handlelength=1.8,
+        frameon=False,
+    )

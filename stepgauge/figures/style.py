@@ -1,0 +1,106 @@
+"""The look of every figure: colours that the colour-blind can tell apart, sizes that are the printed ones.
+
+Figures are made without pyplot, so that none of them lives in global state: a library that draws in a thread or a
+server leaves nothing behind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stepgauge.errors import InputError
+from stepgauge.files import replacing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Okabe & Ito's palette (2008), in the order in which lines of one plot take them.
+CYCLE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+
+COLORS = {
+    "before": "#D55E00",
+    "after": "#0072B2",
+    "model": "#000000",
+    "measured": "#009E73",
+    "accent": "#CC79A7",
+    "warning": "#E69F00",
+    "light": "#56B4E9",
+    "grey": "#808080",
+}
+
+# Points are printed points: the width given to new_figure is the width on paper.
+STYLE: dict[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 8.0,
+    "axes.titlesize": 8.5,
+    "axes.labelsize": 8.0,
+    "xtick.labelsize": 7.0,
+    "ytick.labelsize": 7.0,
+    "legend.fontsize": 7.5,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#D9D9D9",
+    "grid.linewidth": 0.5,
+    "lines.linewidth": 1.3,
+    "lines.markersize": 3.5,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "savefig.dpi": 300,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "stepgauge",
+    "pdf.fonttype": 42,
+}
+
+FORMATS = ("png", "pdf", "svg")
+_MM_PER_INCH = 25.4
+# Without dates two runs on the same data give the same file.
+_UNDATED: dict[str, dict[str, Any]] = {"pdf": {"CreationDate": None}, "svg": {"Date": None}, "png": {}}
+
+
+@contextmanager
+def figure_style() -> Iterator[None]:
+    """The package's style while a figure is drawn or saved; the user's own settings stand again after it."""
+    import matplotlib
+    from cycler import cycler
+
+    settings: Any = {**STYLE, "axes.prop_cycle": cycler(color=CYCLE)}
+    with matplotlib.rc_context(settings):
+        yield
+
+
+def new_figure(width_mm: float, height_mm: float) -> Figure:
+    """An empty figure of this printed size, laid out by matplotlib so that no label is cut.
+
+    Artists read the style when they are made: a drawing function works inside ``with figure_style():`` or is decorated
+    with ``@figure_style()``.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with figure_style():
+        figure = Figure(figsize=(width_mm / _MM_PER_INCH, height_mm / _MM_PER_INCH), layout="constrained")
+        FigureCanvasAgg(figure)
+    return figure
+
+
+def figure_format(path: str | Path) -> str:
+    """The format that the extension of ``path`` asks for; :class:`InputError` when it is not one of ours."""
+    suffix = Path(path).suffix.lower().removeprefix(".")
+    if suffix not in FORMATS:
+        found = f".{suffix}" if suffix else "no extension"
+        raise InputError(path, "cannot tell the figure's format", found=found, expected=".png, .pdf or .svg")
+    return suffix
+
+
+def save_figure(fig: Figure, path: str | Path) -> None:
+    """Write a figure as PNG, PDF or SVG by the extension of ``path``, whole or not at all.
+
+    Raises :class:`InputError` for another extension or where the file cannot be written.
+    """
+    kind = figure_format(path)
+    with figure_style(), replacing(path) as beside:
+        fig.savefig(beside, format=kind, metadata=_UNDATED[kind])

@@ -1,0 +1,82 @@
+"""How sure the mean errors are: the 95 % interval along the gauge, and what its width is made of."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.montecarlo.inputs import effect_key
+from stepgauge.montecarlo.model import Model, Part
+from stepgauge.montecarlo.summary import Summary
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+MOST = 6
+"""Inputs with a colour of their own; the smaller ones are added up in quadrature as "others"."""
+
+
+def draw_uncertainty(folder: str | Path, model: Model, summary: Summary, suffix: str = "png") -> list[Path]:
+    """One figure per placement, ``uncertainty-P.SUFFIX`` (png, svg or pdf) in a folder; returns their paths."""
+    paths = []
+    for part in model.parts:
+        path = Path(folder) / f"uncertainty-{part.placement}.{suffix}"
+        with figure_style():
+            figure = new_figure(160.0, 120.0)
+            upper, lower = figure.subplots(2, 1, sharex=True)
+            _draw_interval(upper, model, summary, part)
+            _draw_contributions(lower, model, summary, part)
+            lower.set_xlabel("Position along the gauge / mm")
+            figure.suptitle(f"{model.gauge.table.name} on {model.machine.table.name}, {summary.runs} runs")
+            save_figure(figure, path)
+        paths.append(path)
+    return paths
+
+
+def _of_xm(summary: Summary, values: Array, part: Part) -> Array:
+    """The values of XM at every face of a placement."""
+    first = summary.index("xm_um", int(part.readings.faces[0]), part.placement)
+    return values[first : first + len(part.readings.faces)]
+
+
+def _draw_interval(axes: Axes, model: Model, summary: Summary, part: Part) -> None:
+    position = model.gauge.position_mm[part.readings.faces - 1]
+    low, high, mean = (_of_xm(summary, v, part) for v in (summary.low, summary.high, summary.mean))
+    axes.fill_between(position, low, high, color=COLORS["light"], alpha=0.5, linewidth=0, label="95 % interval")
+    axes.plot(position, mean, "o-", color=COLORS["after"], label="mean of the runs")
+    axes.axhline(0.0, color="black", linewidth=0.6)
+    axes.set_ylabel("Mean error XM / µm")
+    axes.legend(loc="upper left", frameon=False)
+
+
+def _draw_contributions(axes: Axes, model: Model, summary: Summary, part: Part) -> None:
+    """Stacked variances: their heights add up, standard uncertainties do not."""
+    total = _of_xm(summary, summary.u, part) ** 2
+    defined = ~np.isnan(total)
+    position = model.gauge.position_mm[part.readings.faces - 1][defined]
+    variance = {
+        _readable(model, name): _of_xm(summary, u, part)[defined] ** 2 for name, u in summary.contribution.items()
+    }
+    order = sorted(variance, key=lambda name: variance[name].sum(), reverse=True)
+    shown = {name: variance[name] for name in order[:MOST]}
+    if len(order) > MOST:
+        shown["others"] = np.sum([variance[name] for name in order[MOST:]], axis=0)
+    axes.stackplot(position, *shown.values(), labels=list(shown), colors=[*CYCLE[:MOST], COLORS["grey"]], linewidth=0)
+    axes.plot(position, total[defined], color="black", label="all inputs")
+    axes.set_ylabel("Variance of XM / µm²")
+    axes.legend(loc="upper left", frameon=False)
+
+
+def _readable(model: Model, name: str) -> str:
+    """``effect[2].urad`` as ``squareness xy: urad``; other inputs as they are."""
+    place = effect_key(name)
+    if place is None:
+        return name
+    index, path = place
+    label = model.effects[len(model.effects) - len(model.machine.effects) + index].label
+    return f"{label.replace('_', ' ')}: {'.'.join(path)}"

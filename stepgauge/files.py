@@ -1,0 +1,67 @@
+"""Reading and writing files so that an error names its place and no output is ever half-written."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from stepgauge.errors import InputError
+
+
+def read_text(path: str | Path) -> str:
+    """Text of a UTF-8 file (a byte order mark is dropped); :class:`InputError` if it cannot be read."""
+    try:
+        return Path(path).read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise InputError(path, "no such file") from None
+    except IsADirectoryError:
+        raise InputError(path, "this is a folder", expected="a file") from None
+    except UnicodeDecodeError as error:
+        raise InputError(path, f"not a UTF-8 text file (byte {error.start})") from None
+    except OSError as error:
+        raise InputError(path, error.strerror or str(error)) from None
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """Yield a path beside ``path`` to write to; it takes the name of ``path`` only when all went well.
+
+    The folder is made if it is missing. When the body raises, what stood at ``path`` before still stands.
+    """
+    target = Path(path)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}-", suffix=target.suffix)
+    except OSError as error:
+        raise InputError(target, f"cannot write here: {error.strerror or error}") from None
+    os.close(handle)
+    beside = Path(name)
+    try:
+        yield beside
+        _take_default_mode(beside)
+        _rename(beside, target)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def _rename(beside: Path, target: Path) -> None:
+    try:
+        beside.replace(target)
+    except OSError as error:
+        raise InputError(target, f"cannot write here: {error.strerror or error}") from None
+
+
+def _take_default_mode(path: Path) -> None:
+    """Temporary files are private; a result is as readable as any other file of the user."""
+    mask = os.umask(0)
+    os.umask(mask)
+    path.chmod(0o666 & ~mask)
+
+
+def write_text(path: str | Path, text: str, newline: str | None = None) -> None:
+    """Write text beside ``path``, then rename it there."""
+    with replacing(path) as beside:
+        beside.write_text(text, encoding="utf-8", newline=newline)

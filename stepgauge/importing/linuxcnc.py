@@ -1,0 +1,113 @@
+"""Reader of LinuxCNC's probe logs, in the forms that the controller writes.
+
+``(LOG,%d#<_n> %.7f#5061 %.7f#5062 %.7f#5063 %d#5070)`` after every G38.2 gives five columns: number, x, y, z, success.
+G-code has no clock; a program that reads one from HAL (``M66 E0 L0``, then ``#5399`` in the LOG) adds its seconds as a
+sixth.
+``(PROBEOPEN file)`` gives nine: x, y, z, a, b, c, u, v, w. That form has no number and no success flag, and leaves out
+a point identical to the one before. Positions are #5061.., where the probe changed state, in work coordinates.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.importing.log import ProbeLog
+
+Array = NDArray[np.float64]
+_COLUMNS = {5: "n x y z success", 6: "n x y z success seconds", 9: "x y z a b c u v w"}
+_NUMBER = re.compile(r"[-+]?\d+(\.\d*)?")
+
+
+def recognises(text: str) -> bool:
+    """Whether the first row is of five, six or nine numbers."""
+    rows = _rows(text)
+    return bool(rows) and len(rows[0][1]) in _COLUMNS and all(_NUMBER.fullmatch(cell) for cell in rows[0][1])
+
+
+def read(text: str, path: str) -> ProbeLog:
+    """The rows of a log; :class:`stepgauge.errors.InputError` names the line that is cut short or not numbers."""
+    rows = _rows(text)
+    width = len(rows[0][1])
+    values = np.array([_values(cells, width, f"{path}:{line}") for line, cells in rows])
+    line = np.array([number for number, _ in rows])
+    dropped = len(text.splitlines()) - len(rows)
+    if width == 9:
+        _check_rotary(values, path, line)
+        return ProbeLog(path, "LinuxCNC PROBEOPEN", values[:, :3], line, skips_repeats=True, dropped=dropped)
+    _check_flags(values, path, line)
+    time_s = values[:, 5] if width == 6 else None
+    if time_s is not None:
+        _check_clock(time_s, path, line)
+    return ProbeLog(
+        path,
+        "LinuxCNC LOG",
+        values[:, 1:4],
+        line,
+        values[:, 0].astype(np.int64),
+        values[:, 4] == 1.0,
+        time_s=time_s,
+        dropped=dropped,
+    )
+
+
+def _rows(text: str) -> list[tuple[int, list[str]]]:
+    """Line and cells of everything but blank lines and ``#`` comments."""
+    lines = enumerate(text.splitlines(), 1)
+    return [(number, line.split()) for number, line in lines if line.strip() and not line.lstrip().startswith("#")]
+
+
+def _values(cells: list[str], width: int, where: str) -> list[float]:
+    if len(cells) != width:
+        raise InputError(
+            where,
+            "the row is cut short" if len(cells) < width else "the row is too long",
+            found=f"{len(cells)} columns: {' '.join(cells)[:60]!r}",
+            expected=f"{width}: {_COLUMNS[width]}",
+        )
+    values = [float(cell) if _NUMBER.fullmatch(cell) else math.nan for cell in cells]
+    if not all(map(math.isfinite, values)):
+        wrong = next(cell for cell, value in zip(cells, values, strict=True) if not math.isfinite(value))
+        raise InputError(where, "not a number", found=repr(wrong), expected=_COLUMNS[width])
+    return values
+
+
+def _check_flags(values: Array, path: str, line: NDArray[np.int64]) -> None:
+    number, success = values[:, 0], values[:, 4]
+    for what, value, wrong, expected in (
+        ("the point's number", number, (number < 1) | (number != np.floor(number)), "a whole number from 1"),
+        ("the success flag", success, (success != 0) & (success != 1), "1 (contact) or 0 (none), from #5070"),
+    ):
+        if wrong.any():
+            row = int(wrong.argmax())
+            raise InputError(f"{path}:{line[row]}", f"{what} is wrong", found=f"{value[row]:g}", expected=expected)
+
+
+def _check_clock(time_s: Array, path: str, line: NDArray[np.int64]) -> None:
+    """A clock goes on from point to point; one that stands was not connected in HAL."""
+    stands = np.diff(time_s) <= 0.0
+    if stands.any():
+        row = int(stands.argmax()) + 1
+        raise InputError(
+            f"{path}:{line[row]}",
+            "the clock does not go on",
+            found=f"{time_s[row]:g} s after {time_s[row - 1]:g} s",
+            expected="seconds that rise from row to row, from a clock on motion.analog-in-00",
+        )
+
+
+def _check_rotary(values: Array, path: str, line: NDArray[np.int64]) -> None:
+    """A measuring program of ours moves x, y and z only."""
+    moved = (values[:, 3:] != 0.0).any(axis=1)
+    if moved.any():
+        row = int(moved.argmax())
+        raise InputError(
+            f"{path}:{line[row]}",
+            "an axis other than x, y, z was moved",
+            found=" ".join(f"{value:g}" for value in values[row, 3:]),
+            expected="a b c u v w = 0",
+        )

@@ -1,0 +1,175 @@
+"""16 hand-probed points to the placement of the gauge (Pahk & Kim, section 3, Fig 2).
+
+Points 1-8 lie on the beginning block, 9-16 on the end block: three on the front face, one on either side, one on top,
+one on the rail beside the block, one on the back face. All are tip centres. The front plane's normal N and the five
+other points fix the block's centre; the axis is the line through the two centres, never N.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.gauge import Gauge
+from stepgauge.locate.blocks import Blocks, fit_up, solve_blocks
+from stepgauge.locate.checks import check_points
+from stepgauge.placement import STANDING_COS, Placement, make_placement
+from stepgauge.tables import read_numbers
+
+Array = NDArray[np.float64]
+POINT_COLUMNS = ("point", "x_mm", "y_mm", "z_mm")
+ROLLED_DEG = 2.0
+"""A gauge turned about its axis by less than this is taken to lie with its blocks up."""
+ROLL_RESIDUAL_MM = 0.2
+"""Misfit of width and height that makes a turn about the axis worth considering."""
+
+
+def read_points(path: str | Path) -> Array:
+    """Read the 16 points, shape ``(16, 3)`` in mm; :class:`InputError` for missing, repeated or unknown points."""
+    table = read_numbers(path, POINT_COLUMNS)
+    numbers = table["point"]
+    for row, number in enumerate(numbers):
+        if number not in range(1, 17):
+            raise InputError(table.at(row), "unknown point", found=f"{number:g}", expected="1 to 16")
+        if number in numbers[:row]:
+            raise InputError(table.at(row), "point appears twice", found=f"{number:g}", expected="each of 1 to 16 once")
+    missing = sorted(set(range(1, 17)) - {int(n) for n in numbers})
+    if missing:
+        raise InputError(
+            table.path, f"{len(missing)} of the 16 points missing", found=f"no {', '.join(map(str, missing))}"
+        )
+    order = np.argsort(numbers)
+    return np.column_stack([table[name][order] for name in POINT_COLUMNS[1:]])
+
+
+def locate(
+    points: Array,
+    gauge: Gauge,
+    blocks: tuple[int, int],
+    repeatability_um: float,
+    tip_radius_mm: float | None = None,
+    where: str | Path = "points",
+) -> Placement:
+    """Find how the gauge lies.
+
+    Parameters
+    ----------
+    points : tip centres in mm, shape ``(16, 3)``
+    gauge : the certified gauge
+    blocks : numbers of the beginning and the end block
+    repeatability_um : standard deviation of a probed coordinate
+    tip_radius_mm : nominal tip radius, checked against the one that the points give
+    where : file name for messages
+
+    Returns
+    -------
+    The placement, with orientation and standard uncertainties in ``details``.
+
+    Raises
+    ------
+    InputError
+        points that cannot be what they are claimed to be, with the explanation that fits (see ``locate.checks``)
+    """
+    up, notes = _choose_up(points, gauge, blocks)
+    check_points(points, gauge, blocks, up, tip_radius_mm, where)
+    found = solve_blocks(points, gauge, blocks, up)
+    details: dict[str, Any] = {
+        "notes": notes,
+        "angles": _angles(found),
+        "uncertainty": _uncertainty(points, gauge, blocks, up, repeatability_um),
+    }
+    centre = found.centre_mm
+    return make_placement(
+        centre[0], centre[1], *blocks, found.up, float(found.tip_radius_mm), gauge.table.serial, details
+    )
+
+
+def _choose_up(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> tuple[Array | None, list[str]]:
+    """None where machine +z will do; else the direction that the points give, and a note that says so."""
+    try:
+        level = solve_blocks(points, gauge, blocks)
+    except np.linalg.LinAlgError:
+        return None, []  # the checks will say what is wrong
+    fitted, misfit = fit_up(points, level.axis, gauge)
+    if abs(level.axis[2]) > STANDING_COS:
+        return fitted, ["the gauge stands on end: its up direction is from points 4 to 7"]
+    turn_deg = float(np.degrees(np.arctan2(fitted @ level.side, fitted @ level.up)))
+    if abs(turn_deg) < ROLLED_DEG or 2.0 * misfit > _level_misfit(level, gauge):
+        return None, []
+    return fitted, [f"the gauge is turned about its axis by {turn_deg:.1f} deg: its up direction is from points 4 to 7"]
+
+
+def _level_misfit(level: Blocks, gauge: Gauge) -> float:
+    p = level.points
+    width = gauge.table.block_width_mm + 2.0 * level.tip_radius_mm
+    off = [(p[:, 3] - p[:, 4]) @ level.side - width, (p[:, 5] - p[:, 6]) @ level.up - gauge.table.block_height_mm]
+    misfit = float(np.sqrt(np.mean(np.square(off))))
+    return misfit if misfit > ROLL_RESIDUAL_MM else 0.0
+
+
+def orientation(axis: Array) -> tuple[float, float]:
+    """Yaw (about +z from +x) and pitch (rise towards +z) of an axis, rad."""
+    return float(np.arctan2(axis[1], axis[0])), float(np.arcsin(np.clip(axis[2], -1.0, 1.0)))
+
+
+def _angles(found: Blocks) -> dict[str, Any]:
+    yaw, pitch = orientation(found.axis)
+    nearest = int(np.abs(found.axis).argmax())
+    off = np.arctan2(np.linalg.norm(np.delete(found.axis, nearest)), abs(found.axis[nearest]))
+    tilt = _tilt(found)
+    return {
+        "yaw_deg": round(float(np.degrees(yaw)), 7),
+        "pitch_deg": round(float(np.degrees(pitch)), 7),
+        "nearest_machine_axis": ("-" if found.axis[nearest] < 0 else "+") + "xyz"[nearest],
+        "from_nearest_axis_deg": round(float(np.degrees(off)), 7),
+        "n1": [round(float(v), 9) for v in found.normal[0]],
+        "n2": [round(float(v), 9) for v in found.normal[1]],
+        "n1_to_axis_mrad": round(float(np.linalg.norm(tilt[0])) * 1e3, 4),
+        "n2_to_axis_mrad": round(float(np.linalg.norm(tilt[1])) * 1e3, 4),
+    }
+
+
+def _tilt(found: Blocks) -> Array:
+    """Components along s and up of the inward face normals of both blocks, rad, shape ``(..., 2, 2)``."""
+    across = np.stack([found.side, found.up], axis=-2)
+    return -found.normal @ np.swapaxes(across, -1, -2)
+
+
+def _uncertainty(
+    points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None, repeatability_um: float
+) -> dict[str, Any]:
+    """Standard uncertainties by linear propagation of independent coordinate errors (GUM 5.1.2)."""
+    step = 1e-3
+
+    def quantities(at: Array) -> Array:
+        found = solve_blocks(at, gauge, blocks, up)
+        axis, centre = found.axis, found.centre_mm
+        length = np.linalg.norm(centre[:, 1] - centre[:, 0], axis=-1)
+        scalars = [np.arctan2(axis[:, 1], axis[:, 0]), np.arcsin(axis[:, 2]), length, found.tip_radius_mm]
+        return np.column_stack([centre.reshape(-1, 6), _tilt(found).reshape(-1, 4), *scalars])
+
+    steps = step * np.eye(48).reshape(48, 16, 3)
+    plus, minus = quantities(points + steps), quantities(points - steps)
+    change = plus - minus
+    change[:, 10] = np.angle(np.exp(1j * change[:, 10]))  # yaw jumps by a turn at 180 deg
+    u = np.sqrt(((change / (2.0 * step)) ** 2).sum(axis=0)) * repeatability_um
+
+    def digits(values: Array) -> list[float]:
+        return [round(float(v), 4) for v in values]
+
+    n1, n2 = np.hypot(u[6], u[7]) * 1e3, np.hypot(u[8], u[9]) * 1e3
+    return {
+        "repeatability_um": repeatability_um,
+        "c1_um": digits(u[0:3]),
+        "c2_um": digits(u[3:6]),
+        "yaw_urad": round(float(u[10]) * 1e3, 4),
+        "pitch_urad": round(float(u[11]) * 1e3, 4),
+        "n1_urad": round(float(n1), 4),
+        "n2_urad": round(float(n2), 4),
+        "length_um": round(float(u[12]), 4),
+        "tip_radius_um": round(float(u[13]), 4),
+    }

@@ -1,0 +1,123 @@
+"""The geometry of two blocks from 16 points: centres, front normals, effective radius, up direction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.gauge import Gauge
+from stepgauge.placement import STANDING_COS
+
+Array = NDArray[np.float64]
+ROLL_STEPS = 720
+AXIS_ITERATIONS = 5
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """What the 16 points say; any leading dimensions, then one entry for the beginning and one for the end block.
+
+    ``points (..., 2, 8, 3)``; ``normal (..., 2, 3)``: unit normal of the front plane, out of the block; ``centre_mm
+    (..., 2, 3)``; ``radius_mm (..., 2)``: half of what the block measures more than certified, the effective tip
+    radius; ``axis`` and ``up (..., 3)``.
+    """
+
+    points: Array
+    normal: Array
+    centre_mm: Array
+    radius_mm: Array
+    up: Array
+
+    @property
+    def axis(self) -> Array:
+        return unit(self.centre_mm[..., 1, :] - self.centre_mm[..., 0, :])
+
+    @property
+    def side(self) -> Array:
+        return np.cross(self.axis, self.up)
+
+    @property
+    def tip_radius_mm(self) -> Array:
+        """Mean over the two blocks."""
+        return self.radius_mm.mean(axis=-1)
+
+
+def unit(vector: Array) -> Array:
+    """Vectors ``(..., 3)`` at length one; a vector without length gives NaN."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
+
+
+def solve_blocks(points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None = None) -> Blocks:
+    """Centres, normals and effective radius from the 16 points ``(..., 16, 3)``, without judging them.
+
+    ``up``: direction from the rail to the blocks; default machine +z, or, where a single gauge stands on end, the
+    direction that its points give. ``numpy.linalg.LinAlgError`` where the points do not span two blocks.
+    """
+    p = points.reshape(*points.shape[:-2], 2, 8, 3)
+    axis = rough_axis(points)
+    if up is None:
+        standing = points.ndim == 2 and abs(axis[2]) > STANDING_COS
+        up = fit_up(points, axis, gauge)[0] if standing else np.array([0.0, 0.0, 1.0])
+    size_mm = gauge.block_size_mm[[blocks[0] - 1, blocks[1] - 1]]
+    for _ in range(AXIS_ITERATIONS):
+        across = unit(up - axis * (axis * up).sum(axis=-1, keepdims=True))
+        found = _solve(p, axis, across, size_mm)
+        axis = found.axis
+    return found
+
+
+def rough_axis(points: Array) -> Array:
+    """Unit vector between the means of the two blocks' points ``(..., 16, 3)``: the axis to a few mrad."""
+    middle = points.reshape(*points.shape[:-2], 2, 8, 3).mean(axis=-2)
+    return unit(middle[..., 1, :] - middle[..., 0, :])
+
+
+def _solve(p: Array, axis: Array, up: Array, size_mm: Array) -> Blocks:
+    """One pass with a given axis: the centre is midway in the directions N, s and up."""
+
+    def along(direction: Array, point: int) -> Array:
+        return (p[..., point, :] * direction).sum(axis=-1)
+
+    normal = unit(np.cross(p[..., 1, :] - p[..., 0, :], p[..., 2, :] - p[..., 0, :]))
+    normal = normal * np.where(along(normal, 0) < along(normal, 7), -1.0, 1.0)[..., None]
+    radius = (along(normal, 0) - along(normal, 7) - size_mm) / 2.0
+    u = np.broadcast_to(up[..., None, :], normal.shape)
+    s = np.broadcast_to(np.cross(axis, up)[..., None, :], normal.shape)
+    # top and rail are both touched from above, so the tip radius does not cancel there as it does front to back
+    height = (along(u, 5) + along(u, 6)) / 2.0 - radius.mean(axis=-1, keepdims=True)
+    middle = np.stack([(along(normal, 0) + along(normal, 7)) / 2.0, (along(s, 3) + along(s, 4)) / 2.0, height], axis=-1)
+    centre = np.linalg.solve(np.stack([normal, s, u], axis=-2), middle[..., None])[..., 0]
+    return Blocks(p, normal, centre, radius, up)
+
+
+def fit_up(points: Array, axis: Array, gauge: Gauge) -> tuple[Array, float]:
+    """The up direction that makes width (points 4, 5) and height (points 6, 7) of both blocks fit the certificate.
+
+    ``points (16, 3)``, ``axis (3,)``. Returns the unit vector and the rms misfit in mm.
+    """
+    p = points.reshape(2, 8, 3)
+    sides, heights = p[:, 3] - p[:, 4], p[:, 5] - p[:, 6]
+    start = np.eye(3)[np.argmin(np.abs(axis))]
+    start = unit(start - axis * (start @ axis))
+    # the width measures two tip radii more, which the size of the blocks along the axis tells
+    length = ((p[:, 7] - p[:, 0]) @ axis).mean()
+    width = gauge.table.block_width_mm + length - gauge.block_size_mm.mean()
+
+    def turned(angle: NDArray[np.floating]) -> Array:
+        return np.cos(angle)[:, None] * start + np.sin(angle)[:, None] * np.cross(axis, start)
+
+    def misfit(angle: NDArray[np.floating]) -> Array:
+        up = turned(angle)
+        off = [np.cross(axis, up) @ sides.T - width, up @ heights.T - gauge.table.block_height_mm]
+        return np.sqrt((np.concatenate(off, axis=1) ** 2).mean(axis=1))
+
+    step = 2.0 * np.pi / ROLL_STEPS
+    angles = np.arange(ROLL_STEPS) * step
+    for _ in range(6):
+        best = angles[int(misfit(angles).argmin())]
+        angles, step = best + np.linspace(-step, step, 41), step / 20.0
+    nearest = np.array([best])
+    return turned(nearest)[0], float(misfit(nearest)[0])

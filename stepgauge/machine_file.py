@@ -1,0 +1,101 @@
+"""The machine file: travel, speeds, repeatability, the probe, and what is known to bend the readings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from stepgauge.config import Table, check_table, read_toml
+from stepgauge.errors import InputError
+from stepgauge.probes import Probe, make_probe, probe_table
+from stepgauge.probes.schema import ProbeTable
+from stepgauge.resources import find_data
+from stepgauge.uncertain import Uncertain, split_uncertain
+
+Range = Annotated[tuple[float, float], Field(strict=False)]
+
+
+class Travel(Table):
+    """Travel limits of the tip centre, mm."""
+
+    x: Range = Field(description="[lowest, highest] x in mm")
+    y: Range = Field(description="[lowest, highest] y in mm")
+    z: Range = Field(description="[lowest, highest] z in mm")
+
+    @model_validator(mode="after")
+    def _rising(self) -> Travel:
+        for axis in "xyz":
+            low, high = getattr(self, axis)
+            if low >= high:
+                raise ValueError(f"[lowest, highest] with lowest < highest on {axis}, not [{low:g}, {high:g}]")
+        return self
+
+
+class MachineTable(Table):
+    """The ``[machine]`` table."""
+
+    name: str = Field(min_length=1, description="what the machine is called")
+    travel_mm: Travel = Field(description="travel limits, e.g. { x = [0, 700], y = [0, 1000], z = [0, 600] }")
+    repeatability_um: float = Field(ge=0, le=100, description="one sigma of a probing along the approach, um")
+    measuring_speed_mm_s: float = Field(gt=0, le=100, description="speed of the measuring moves, mm/s")
+    travel_speed_mm_s: float = Field(gt=0, le=2000, description="speed of the moves between, mm/s")
+    temperature_C: float = Field(20.0, ge=0, le=50, description="temperature of the scales, deg C")
+    scale_expansion_per_K: float = Field(11.5e-6, ge=0, le=40e-6, description="expansion of the scales in 1/K")
+    scales_compensated: bool = Field(True, description="whether the controller corrects for the scales' temperature")
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine as its file describes it.
+
+    ``probe`` is the checked table of the probe and ``probe_path`` the file it stands in; ``effects`` are the raw
+    ``[[effect]]`` tables; ``uncertain`` the values that carry a standard uncertainty (in the tables stand their best
+    estimates).
+    """
+
+    table: MachineTable
+    probe: ProbeTable
+    effects: tuple[dict[str, Any], ...] = ()
+    path: str = ""
+    uncertain: tuple[Uncertain, ...] = ()
+    probe_path: str = ""
+
+    @cached_property
+    def sensor(self) -> Probe:
+        """The probe that the table describes: pre-travel and forces in any direction."""
+        return make_probe(self.probe, self.probe_path or self.path)
+
+    @property
+    def travel_mm(self) -> NDArray[np.float64]:
+        """Limits as ``(3, 2)``: lowest and highest x, y, z."""
+        travel = self.table.travel_mm
+        return np.array([travel.x, travel.y, travel.z])
+
+
+def read_machine(name: str | Path) -> Machine:
+    """Read and check a machine file, given by its path or by the name of a shipped one."""
+    path = find_data(name, "machine", "machines")
+    data, uncertain = split_uncertain(read_toml(path), path)
+    for key in data:
+        if key not in ("machine", "probe", "effect"):
+            raise InputError(path, f"table [{key}] is not known", expected="[machine], [probe] and [[effect]]")
+    effects = data.get("effect", [])
+    if not isinstance(effects, list):
+        raise InputError(path, "effects are an array of tables", found="[effect]", expected="[[effect]]")
+    probe, probe_path = probe_table(data.get("probe"), path)
+    machine = Machine(
+        check_table(MachineTable, data.get("machine"), path, "machine"),
+        probe,
+        tuple(effects),
+        str(path),
+        uncertain,
+        str(probe_path),
+    )
+    _ = machine.sensor  # a probe that cannot work is an error now, not in the middle of a run
+    return machine

@@ -1,0 +1,16 @@
+"""How sure are we: propagation of distributions through the virtual CMM and the evaluation (JCGM 101:2008)."""
+
+from stepgauge.montecarlo.inputs import Inputs, collect_inputs
+from stepgauge.montecarlo.model import Model, program_model, recording_model
+from stepgauge.montecarlo.run import run_monte_carlo
+from stepgauge.montecarlo.summary import Summary
+
+__all__ = [
+    "Inputs",
+    "Model",
+    "Summary",
+    "collect_inputs",
+    "program_model",
+    "recording_model",
+    "run_monte_carlo",
+]

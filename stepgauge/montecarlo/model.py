@@ -1,0 +1,369 @@
+"""From drawn inputs to what ``evaluate`` reports, for many runs at once.
+
+A program is run once on the virtual CMM without errors. In a run the faces lie where the drawn certificate, expansion
+and temperature put them, the probe triggers with the drawn pre-travel, and the drawn effects and the repeatability bend
+what is read. Faces are planes, so a shifted face moves the trigger along its approach exactly, and the coordinates that
+the effects see move with it.
+
+A recording is not bent again: its readings are the estimates, and a run says what the errors would be if the inputs
+differed from their best estimates as drawn. So the same displacements count with the opposite sign, relative to those
+of the best estimates; the means over the cycles stand for the readings and the repeatability for their scatter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.effects import Effect, Probings, Setting
+from stepgauge.effects.thermal import ScaleTemperature, UncompensatedScales
+from stepgauge.effects.totals import added_up, scatter_um
+from stepgauge.evaluate import Evaluation, PlacementResult, Readings, evaluate, project_readings
+from stepgauge.face_errors import (
+    FaceErrors,
+    FaceStatistics,
+    REffOrigin,
+    band_um,
+    face_errors,
+    face_statistics,
+    worst_two_sigma_um,
+)
+from stepgauge.gauge import Gauge
+from stepgauge.machine import Conditions, execute
+from stepgauge.machine_file import Machine
+from stepgauge.montecarlo.inputs import (
+    EXPANSION,
+    GAUGE_TEMPERATURE,
+    NOTHING,
+    Draws,
+    Inputs,
+    collect_inputs,
+    draw,
+    effect_key,
+)
+from stepgauge.moves import Program
+from stepgauge.placement import Placement
+from stepgauge.readout import machine_effects
+from stepgauge.recording import Recording
+from stepgauge.uncertain import replaced
+
+Array = NDArray[np.float64]
+BY_FACE = ("xf_um", "sf_um", "xb_um", "sb_um", "xm_um", "xr_um")
+SCALARS = ("r_eff_mm", "u_r_eff_mm", "span_mm", "band_um", "worst_two_sigma_um")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One number that ``evaluate`` reports; ``face`` is None for those of a whole placement."""
+
+    name: str
+    placement: int
+    face: int | None = None
+
+
+@dataclass(frozen=True)
+class Part:
+    """One placement: its columns, its readings along the gauge axis and the temperature of the gauge over 20 deg C."""
+
+    placement: int
+    columns: dict[str, Array]
+    readings: Readings
+    warmer_K: Array
+    first_row: int
+
+    def __len__(self) -> int:
+        return len(self.readings.face)
+
+
+@dataclass(frozen=True)
+class Model:
+    """What a Monte Carlo needs to know; ``sign`` is +1 for a program and -1 for a recording.
+
+    ``quantities`` names the columns of :meth:`values`; ``nominal`` is the evaluation of the recording, or of a program
+    on a machine without errors; ``counts`` says which of the effects play a part.
+    """
+
+    machine: Machine
+    gauge: Gauge
+    effects: tuple[Effect, ...]
+    setting: Setting
+    inputs: Inputs
+    parts: tuple[Part, ...]
+    nominal: Evaluation
+    origin: REffOrigin
+    sign: float
+    quantities: tuple[Quantity, ...]
+    counts: tuple[bool, ...]
+
+    @property
+    def n_rows(self) -> int:
+        return sum(len(part) for part in self.parts)
+
+    def values(self, seed: int, runs: Sequence[int], only: str | None = None) -> Array:
+        """All quantities of some runs, shape ``(runs, quantities)``; ``only``: see :func:`inputs.draw`."""
+        draws = draw(self.inputs, seed, runs, self.gauge.n_faces, self.n_rows, only)
+        drawn = _Drawn(self, draws)
+        return np.concatenate([_evaluated(self, part, drawn) for part in self.parts], axis=1)
+
+    def best(self) -> Array:
+        """All quantities at the best estimates, shape ``(quantities,)``; a recording's are those of its evaluation."""
+        if self.sign > 0:
+            return self.values(0, [0], only=NOTHING)[0]
+        return np.concatenate([_reported(result) for result in self.nominal.results])
+
+
+class _Drawn:
+    """The inputs of a block of runs, each of shape ``(runs, 1)`` or, by face, ``(runs, n_faces)``."""
+
+    def __init__(self, model: Model, draws: Draws) -> None:
+        self.model, self.draws = model, draws
+        self.scalar, self.runs = draws.scalar, draws.runs
+
+    def get(self, key: str, best: Array | float) -> Array | float:
+        """A scalar input, or its best estimate where it is certain."""
+        return self.scalar.get(key, best)
+
+    def effects(self) -> list[Effect]:
+        """The effects with their drawn parameters."""
+        drawn = list(self.model.effects)
+        first = len(drawn) - len(self.model.machine.effects)  # uncompensated scales come before those of the file
+        for key, values in self.scalar.items():
+            place = effect_key(key)
+            if place is not None:
+                index, path = first + place[0], place[1]
+                drawn[index] = _with_value(drawn[index], path, values)
+        if first and "machine.temperature_C" in self.scalar:
+            drawn[0] = drawn[0].with_values(temperature_C=self.scale_temperature())
+        return [effect for effect, counts in zip(drawn, self.model.counts, strict=True) if counts]
+
+    def scale_temperature(self) -> Array | float:
+        """Of all scales, deg C."""
+        return self.get("machine.temperature_C", self.model.machine.table.temperature_C)
+
+    def setting(self) -> Setting:
+        """The setting with the drawn expansion of the scales."""
+        best = self.model.setting.scale_expansion_per_K
+        return replace(self.model.setting, scale_expansion_per_K=self.get("machine.scale_expansion_per_K", best))
+
+    def true_position_mm(self) -> Array:
+        """Certified positions as drawn, at the reference temperature, ``(runs, n_faces)`` or ``(n_faces,)``."""
+        position = self.model.gauge.position_mm
+        if self.draws.certificate is None:
+            return position
+        return position + self.draws.certificate * (self.model.gauge.u_um * 1e-3)
+
+    def face_shift_um(self, part: Part) -> Array:
+        """How far the faces truly are from where evaluation takes them to be, along the gauge, um, by row."""
+        gauge = self.model.gauge
+        face = part.readings.face - 1
+        shift = self.true_position_mm()[..., face] - gauge.position_mm[face]
+        alpha = self.get(EXPANSION, gauge.table.expansion_per_K)
+        warmer = part.warmer_K + self.get(GAUGE_TEMPERATURE, 0.0)
+        known = gauge.table.expansion_per_K * part.warmer_K
+        return (shift + gauge.position_mm[face] * (alpha * warmer - known)) * 1e3
+
+    def pretravel_um(self) -> Array | float:
+        """Drawn minus modelled pre-travel."""
+        if "probe.pretravel_um" not in self.scalar:
+            return 0.0
+        # only a probe of constant or lobed pre-travel has this key, and there it is added to all directions alike
+        return self.scalar["probe.pretravel_um"] - self.model.machine.probe.model_dump()["pretravel_um"]
+
+    def noise(self, part: Part) -> Array | None:
+        """Standard normal numbers of the rows of a placement."""
+        noise = self.draws.noise
+        return None if noise is None else noise[:, part.first_row : part.first_row + len(part)]
+
+    def repeatability_um(self) -> Array | float:
+        return self.get("machine.repeatability_um", self.model.machine.table.repeatability_um)
+
+
+def _with_value(effect: Effect, path: list[str], value: Array) -> Effect:
+    if len(path) == 1:
+        return effect.with_values(**{path[0]: value})
+    table = replaced({path[0]: getattr(effect, path[0])}, path, value)
+    return effect.model_copy(update=table)
+
+
+def _evaluated(model: Model, part: Part, drawn: _Drawn) -> Array:
+    """The quantities of one placement, shape ``(runs, quantities)``."""
+    readings = part.readings
+    um = model.sign * _displacement_um(model, part, drawn)
+    off_mm = np.broadcast_to(readings.off_mm + um * 1e-3, (drawn.runs, len(part)))
+    seen = face_statistics(off_mm, readings.face, readings.faces)
+    errors = face_errors(seen, model.gauge.u_um[readings.faces - 1], model.origin)
+    true_mm = np.broadcast_to(drawn.true_position_mm(), (drawn.runs, model.gauge.n_faces))
+    span_mm = true_mm[:, readings.faces[-1] - 1] - true_mm[:, readings.faces[0] - 1]
+    return np.column_stack(_columns(seen, errors, span_mm))
+
+
+def _columns(seen: FaceStatistics, errors: FaceErrors, span_mm: Array) -> list[Array]:
+    """In the order of :func:`_quantities`."""
+    by_face = [getattr(errors, name) for name in BY_FACE]
+    single = [errors.r_eff_mm, errors.u_r_eff_mm, span_mm, band_um(errors.xm_um), worst_two_sigma_um(seen)]
+    return [*by_face, *(values[:, None] for values in single)]
+
+
+def _reported(result: PlacementResult) -> Array:
+    """What an evaluation says, in the same order."""
+    single = [result.radius.r_eff_mm, result.radius.u_mm, result.span_mm, result.band_um, result.worst_two_sigma_um]
+    return np.concatenate([*(getattr(result, name) for name in BY_FACE), single])
+
+
+def _quantities(parts: Sequence[Part]) -> tuple[Quantity, ...]:
+    found = []
+    for part in parts:
+        found += [Quantity(name, part.placement, int(face)) for name in BY_FACE for face in part.readings.faces]
+        found += [Quantity(name, part.placement) for name in SCALARS]
+    return tuple(found)
+
+
+def _displacement_um(model: Model, part: Part, drawn: _Drawn) -> Array:
+    """What the drawn inputs do to the readings along the gauge axis, um, shape ``(runs, n)``."""
+    base = Probings(part.columns, model.setting)
+    along_um = base.shifted_along_gauge(drawn.face_shift_um(part)) + drawn.pretravel_um()
+    probings = Probings(_moved(part, along_um), drawn.setting())
+    effects = drawn.effects()
+    sigma_um = scatter_um(effects, probings, drawn.repeatability_um())[-1]
+    noise = drawn.noise(part)
+    if noise is not None:
+        along_um = along_um + sigma_um * noise
+    axis = part.readings.axis
+    share = sum(a * probings.approach(name) for a, name in zip(axis, "xyz", strict=True))
+    bent = _projected(added_up(effects, probings), axis)
+    if model.sign < 0:
+        best = [effect for effect, counts in zip(model.effects, model.counts, strict=True) if counts]
+        bent = bent - _projected(added_up(best, base), axis)
+    return along_um * share + bent + _sensor_um(model, part, drawn)
+
+
+def _moved(part: Part, along_um: Array) -> dict[str, Array]:
+    """The columns with the coordinates at which the probe triggers in these runs."""
+    if along_um.ndim == 1:
+        return part.columns
+    pairs = zip(("x_mm", "y_mm", "z_mm"), ("approach_i", "approach_j", "approach_k"), strict=True)
+    moved = {to: part.columns[to] + (along_um * 1e-3) * part.columns[p] for to, p in pairs if part.columns[p].any()}
+    return {**part.columns, **moved}
+
+
+def _projected(xyz_um: tuple[Array, Array, Array], axis: Array) -> Array:
+    total: Array = sum((a * um for a, um in zip(axis, xyz_um, strict=True) if a), np.zeros(1))
+    return total
+
+
+def _sensor_um(model: Model, part: Part, drawn: _Drawn) -> Array | float:
+    """What compensated scales read too long or short because their sensor is off: -alpha_s (true - recorded) x."""
+    if not model.machine.table.scales_compensated or "machine.temperature_C" not in drawn.scalar:
+        return 0.0
+    warmer_K = drawn.scale_temperature() - model.machine.table.temperature_C
+    x_um = _projected((part.columns["x_mm"], part.columns["y_mm"], part.columns["z_mm"]), part.readings.axis) * 1e3
+    return -drawn.setting().scale_expansion_per_K * warmer_K * x_um
+
+
+def program_model(
+    program: Program,
+    machine: Machine,
+    gauge: Gauge,
+    placement: Placement,
+    conditions: Conditions | None = None,
+    u_gauge_temperature_K: float = 0.0,
+    origin: REffOrigin = "first",
+) -> Model:
+    """The model of a measurement yet to be made: the program on the virtual CMM.
+
+    Raises the stop of a program that does not run through.
+    """
+    executed = execute(program, machine, gauge, placement, conditions)
+    if executed.stop is not None:
+        raise executed.stop
+    recording = Recording(executed.frame, {}, program.name)
+    inputs = collect_inputs(machine, gauge, u_gauge_temperature_K)
+    return _model(recording, machine, gauge, executed.setting, inputs, origin, 1.0)
+
+
+def recording_model(
+    recording: Recording,
+    machine: Machine,
+    gauge: Gauge,
+    u_gauge_temperature_K: float = 0.0,
+    origin: REffOrigin = "first",
+) -> Model:
+    """The model of a measurement that was made.
+
+    The effects of the machine file are taken as disturbances of this measurement: only their uncertain parameters
+    count. The repeatability is that of the recording, pooled over its faces, where it has repeats.
+    """
+    axes = {r.placement: r.axis for r in evaluate(recording, gauge, r_eff_from=origin).results}
+    setting = Setting.of(machine, gauge, axes)
+    inputs = collect_inputs(machine, gauge, u_gauge_temperature_K)
+    model = _model(recording, machine, gauge, setting, inputs, origin, -1.0)
+    pooled = _pooled_deviation_um(model)
+    if not np.isfinite(pooled):
+        return model
+    table = machine.table.model_copy(update={"repeatability_um": pooled})
+    inputs = replace(inputs, repeatability=pooled > 0.0)
+    return replace(model, machine=replace(machine, table=table), inputs=inputs)
+
+
+def _model(
+    recording: Recording,
+    machine: Machine,
+    gauge: Gauge,
+    setting: Setting,
+    inputs: Inputs,
+    origin: REffOrigin,
+    sign: float,
+) -> Model:
+    nominal = evaluate(recording, gauge, r_eff_from=origin)
+    parts, first = [], 0
+    for number in recording.placements:
+        part = _part(recording.of_placement(number), gauge, nominal.blocks, number, first, sign)
+        parts.append(part)
+        first += len(part)
+    effects = tuple(machine_effects(machine))
+    counts = tuple(sign > 0 or drawn for drawn in _is_drawn(machine, effects))
+    return Model(
+        machine, gauge, effects, setting, inputs, tuple(parts), nominal, origin, sign, _quantities(parts), counts
+    )
+
+
+def _is_drawn(machine: Machine, effects: Sequence[Effect]) -> list[bool]:
+    """Which effects change from run to run: by a parameter, or with the temperature or expansion of the scales."""
+    places = [place for uncertain in machine.uncertain if (place := effect_key(uncertain.key)) is not None]
+    first = len(effects) - len(machine.effects)
+    indices = {first + index for index, _ in places}
+    by_scales = (ScaleTemperature, UncompensatedScales)
+    return [index in indices or isinstance(effect, by_scales) for index, effect in enumerate(effects)]
+
+
+def _part(
+    recording: Recording, gauge: Gauge, section: tuple[int, int], number: int, first_row: int, sign: float
+) -> Part:
+    readings = project_readings(recording, gauge, section)
+    if sign < 0:
+        readings = replace(readings, off_mm=_mean_of_face(readings))
+    columns: dict[str, Any] = {name: recording.frame[name].to_numpy() for name in recording.frame.columns}
+    reference = gauge.table.reference_temperature_C
+    temperature = columns.get("gauge_temperature_C", np.full(len(readings.face), reference))
+    return Part(number, columns, readings, temperature - reference, first_row)
+
+
+def _mean_of_face(readings: Readings) -> Array:
+    """Every reading replaced by the mean of its face."""
+    faces = np.arange(1, readings.face.max() + 1)
+    return face_statistics(readings.off_mm, readings.face, faces).mean_mm[readings.face - 1]
+
+
+def _pooled_deviation_um(model: Model) -> float:
+    """Standard deviation of one probing from the repeats of all faces; NaN without repeats."""
+    results = model.nominal.results
+    deviation = np.concatenate([np.where(r.face % 2 == 1, r.sf_um, r.sb_um) for r in results])
+    freedom = np.concatenate([np.maximum(r.count - 1, 0) for r in results])
+    known = np.isfinite(deviation) & (freedom > 0)
+    if not known.any():
+        return float("nan")
+    return float(np.sqrt((deviation[known] ** 2 * freedom[known]).sum() / freedom[known].sum()))

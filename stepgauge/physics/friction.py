@@ -1,0 +1,123 @@
+"""Friction of a touch: of the tip on the surface (Wozniak's mu) and of the arms in their seats (mu_g).
+
+Both are Coulomb friction, fully mobilised against the motion that the touch forces; both pass into the frictionless
+statics of :mod:`stepgauge.physics.trigger` as their coefficient goes to zero. Wozniak names the two coefficients and
+the friction moments of the two supports that stay closed, M_FB and M_FC (A. Wozniak, Simple method of 3D error
+compensation of triggering probes, section 2, symbols of Eq 3); his Eq 3 is not printed legibly in the copies at hand,
+so what stands here is derived from the equilibrium, not copied.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import ConvexHull
+
+from stepgauge.physics.trigger import (
+    DOWN,
+    Tripod,
+    contact_normals,
+    contact_points_mm,
+    force_from_exhaustion,
+    load_wrench,
+    wrench,
+)
+
+Array = NDArray[np.float64]
+
+# The cone of friction is replaced by a pyramid of this many edges with the same area of cross-section.
+_RING = 12
+_RING_RADIUS = float(np.sqrt(2.0 * np.pi / (_RING * np.sin(2.0 * np.pi / _RING))))
+
+
+def tip_force_direction(normal: ArrayLike, mu: float, compliance_ratio: float = 0.0) -> Array:
+    """Direction (..., 3) of the force on a tip that drags over the surface with the normal (..., 3).
+
+    The stylus gives way sideways, so the tip slides along the surface; friction leans the force against that, towards
+    the stylus axis, by the friction angle atan(mu) at most. It leans no further than to where the tip would stick:
+    there the tip follows the machine, and the force takes the polar angle atan(ratio tan(polar)).
+
+    Parameters
+    ----------
+    mu : coefficient of friction between tip and surface, >= 0 (Wozniak's mu)
+    compliance_ratio : axial over lateral compliance of the stylus, 0 for a stylus that cannot be compressed
+    """
+    n = np.asarray(normal, dtype=float)
+    level, along = np.hypot(n[..., 0], n[..., 1]), np.abs(n[..., 2])
+    polar = np.arctan2(level, along)
+    # On a wall along the stylus the tip does not slide at all: the limit of a stylus that can be compressed a little.
+    sticking = np.where(along == 0.0, polar, np.arctan2(compliance_ratio * level, along))
+    leaning = np.maximum(polar - np.arctan(mu), np.minimum(sticking, polar))
+    sideways = np.sin(leaning) / np.where(level > 0.0, level, 1.0)
+    return np.stack([n[..., 0] * sideways, n[..., 1] * sideways, np.copysign(np.cos(leaning), n[..., 2])], axis=-1)
+
+
+def trigger_force_N(
+    tripod: Tripod,
+    direction: ArrayLike,
+    mu_g: float,
+    arm_radius_mm: float = 0.0,
+    down: ArrayLike = DOWN,
+) -> Array:
+    """Largest force on the tip that the seat can hold when the arms rub on the balls, (...); beyond it, it must open.
+
+    Reactions may lean against the motion by the angle of friction. What six such contacts can balance is a convex cone
+    of wrenches; the force is used up where load and touch leave it. The faces of the cone depend neither on load nor on
+    direction, so that after them a million directions cost what they cost without friction. Without friction the cone
+    has six faces, the six motions that open one contact, and the force is the frictionless one.
+
+    Since friction leaves the reactions undetermined, this is the upper end: the first contact may open earlier, down to
+    the frictionless force, if friction is not fully mobilised.
+
+    Parameters
+    ----------
+    direction : (..., 3) unit vectors of the force on the tip
+    mu_g : coefficient of friction in the seats, >= 0
+    arm_radius_mm : radius of the arms, from whose axis the points of contact lie off (half of Wozniak's d_3)
+    down : direction of gravity in the probe's frame
+
+    Raises
+    ------
+    ValueError : where the seat jams, that is for mu_g of tan(contact angle) and more
+    """
+    faces = _faces(contact_normals(tripod), contact_points_mm(tripod), mu_g, arm_radius_mm)
+    closed = -faces @ load_wrench(tripod, down)
+    opened = faces @ _opening_load(tripod)
+    slopes = -wrench(np.eye(3), [0.0, 0.0, -tripod.lever_mm]) @ faces.T
+    return force_from_exhaustion(direction, slopes, closed - opened)
+
+
+def _opening_load(tripod: Tripod) -> Array:
+    """The wrench of six reactions of the force at which a contact counts as open."""
+    least = tripod.opening_force_N * contact_normals(tripod)
+    total: Array = wrench(least, contact_points_mm(tripod)).sum(axis=0)
+    return total
+
+
+def _faces(normals: Array, points_mm: Array, mu_g: float, arm_radius_mm: float) -> Array:
+    """Motions (faces, 6) in which none of the leaning reactions has positive power: the faces of their cone.
+
+    All leaning reactions push upwards, so the cone is cut at one unit of upward force and becomes a polytope. Arms that
+    meet in one point make it degenerate; joggling its corners by rounding errors (Qhull's QJ) makes it general again.
+    """
+    edges = _leaning_reactions(normals, points_mm, mu_g, arm_radius_mm)
+    if np.any(edges[:, 2] <= 1e-9):
+        raise ValueError(f"the seat jams with a coefficient of friction of {mu_g:g}")
+    reach = float(np.linalg.norm(points_mm, axis=1).max())
+    scale = np.array([1.0, 1.0, 1.0, reach, reach, reach])
+    flat = np.delete(edges / scale / edges[:, 2:3], 2, axis=1)
+    planes = ConvexHull(flat, qhull_options="QJ Pp").equations
+    return -np.insert(planes[:, :5], 2, planes[:, 5], axis=1) / scale
+
+
+def _leaning_reactions(normals: Array, points_mm: Array, mu_g: float, arm_radius_mm: float) -> Array:
+    """Wrenches (n, 6) of unit reactions that lean by the angle of friction, a ring of them for each contact."""
+    touching = points_mm - arm_radius_mm * normals
+    if mu_g == 0.0:
+        return wrench(normals, touching)
+    around = 2.0 * np.pi * np.arange(_RING) / _RING
+    level = np.cross(normals, [0.0, 0.0, 1.0])
+    level /= np.linalg.norm(level, axis=1, keepdims=True)
+    upwards = np.cross(level, normals)
+    ring = np.cos(around)[:, None, None] * level + np.sin(around)[:, None, None] * upwards
+    return wrench(normals + mu_g * _RING_RADIUS * ring, np.broadcast_to(touching, ring.shape)).reshape(-1, 6)

@@ -1,0 +1,232 @@
+"""Wozniak's compensation: one constant from an ordinary sphere qualification gives the pre-travel in every direction.
+
+The model has the shape of the probe's mechanics and one unknown, w = A g(beta, gamma) (Eq 4). The qualification gives
+A, since the true tip radius is known (Eq 9). Directions are outward surface normals in the probe's frame (z = stylus
+axis, tip to body): beta is their azimuth, gamma their elevation. ``lobe_azimuth_rad`` is the azimuth in which the
+probe triggers soonest; a probe with three feet has three, 120 deg apart.
+
+The numbers of the paper: Adam Wozniak, Simple method of 3D error compensation of triggering probes on coordinate
+measuring machine, Eqs 4-9.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stepgauge.physics.directions import angles_rad
+from stepgauge.physics.sphere import fit_sphere
+
+Array = NDArray[np.float64]
+Transducer = Literal["kinematic", "piezo"]
+Slip = Literal["full", "mayer"]
+
+LOBE_PERIOD_RAD = 2.0 * np.pi / 3.0
+
+_MAX_STEPS = 50
+_TOLERANCE_MM = 1e-10
+
+
+@dataclass(frozen=True)
+class LobeModel:
+    """The shape g of the pre-travel body: everything in Eq 4 but its constant A.
+
+    Attributes
+    ----------
+    transducer : ``"kinematic"`` (contacts that open: triangular about the axis) or ``"piezo"`` (round about the axis)
+    lobe_azimuth_rad : azimuth of least pre-travel; without meaning for ``"piezo"``
+    slip : ``"full"`` lets the tip slide freely over the surface, as Eq 4 does; ``"mayer"`` scales the horizontal tip
+        displacement by Mayer's coefficient of slip
+    """
+
+    transducer: Transducer = "kinematic"
+    lobe_azimuth_rad: float = 0.0
+    slip: Slip = "full"
+
+    def shape(self, normal: ArrayLike) -> Array:
+        """g = w / A, (...), for unit outward normals (..., 3) in the probe's frame; 0 at the pole (Eq 4)."""
+        azimuth, elevation = angles_rad(normal)
+        value = np.cos(elevation) ** 2
+        if self.transducer == "kinematic":
+            value = value / np.cos(fold_azimuth_rad(azimuth, self.lobe_azimuth_rad))
+        if self.slip == "mayer":
+            value = value * mayer_slip(np.pi / 2.0 - np.abs(elevation))
+        return value
+
+    def pretravel_um(self, normal: ArrayLike, constant_um: float) -> Array:
+        """w = A g in um, (...)."""
+        return constant_um * self.shape(normal)
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What a sphere qualification says about the model: A and its standard uncertainty (None if nothing tells it).
+
+    ``centre_mm`` is the sphere's centre, ``residuals_um`` (n,) what the model leaves of the probed radii.
+    """
+
+    model: LobeModel
+    constant_um: float
+    u_constant_um: float | None
+    centre_mm: Array
+    residuals_um: Array
+
+
+def fold_azimuth_rad(azimuth_rad: ArrayLike, lobe_azimuth_rad: float = 0.0) -> Array:
+    """Azimuth from the nearest lobe, -60..60 deg.
+
+    Eq 4 prints beta mod 120 deg, whose cosine passes zero at 90 deg: the fold to both sides of a lobe is meant.
+    """
+    turned = np.asarray(azimuth_rad, dtype=float) - lobe_azimuth_rad
+    return turned - LOBE_PERIOD_RAD * np.round(turned / LOBE_PERIOD_RAD)
+
+
+def mayer_slip(polar_rad: ArrayLike) -> Array:
+    """Mayer's coefficient of slip lambda = exp(-beta / 4), beta being the angle from the stylus axis in rad.
+
+    It is 1 along the axis and 0.675 square to it.
+    """
+    return np.exp(-np.asarray(polar_rad, dtype=float) / 4.0)
+
+
+def mayer_pretravel_um(vertical_um: ArrayLike, horizontal_um: ArrayLike, polar_rad: ArrayLike) -> Array:
+    """Pre-travel along the normal from the two tip displacements, R = p cos beta + lambda h sin beta (Eq 1).
+
+    With lambda = 1 (the limit of full slip) this is the projection on the normal, as Eq 1 prints it; where the paper
+    puts lambda it does not say, and the horizontal displacement, which the slip changes, is this package's reading.
+    """
+    polar = np.asarray(polar_rad, dtype=float)
+    horizontal = mayer_slip(polar) * np.asarray(horizontal_um, dtype=float)
+    return np.asarray(vertical_um, dtype=float) * np.cos(polar) + horizontal * np.sin(polar)
+
+
+def constant_from_mean_um(mean_pretravel_um: float, normals: ArrayLike, model: LobeModel) -> float:
+    """A from the mean pre-travel over the probed normals (n, 3) (Eqs 6 and 9, for any number of points).
+
+    This needs the mean about the *true* centre of the sphere. About the fitted centre of the five-point pattern the
+    pole's pre-travel is lost (one pole point cannot hold the centre against itself): see :func:`calibrate`.
+    Raises ``ValueError`` if all points lie on the pole, where the model is blind.
+    """
+    mean_shape = float(np.mean(model.shape(normals)))
+    if mean_shape <= 1e-6:
+        raise ValueError("all points lie on the pole; the constant needs points away from it")
+    return mean_pretravel_um / mean_shape
+
+
+def calibrate(
+    points_mm: ArrayLike,
+    sphere_radius_mm: float,
+    tip_radius_mm: float,
+    model: LobeModel,
+    to_probe_frame: ArrayLike | None = None,
+    u_radii_um: float = 0.0,
+    noise_um: float | None = None,
+) -> Calibration:
+    """A and the sphere's centre together from recorded tip centres on a reference sphere.
+
+    Solves |p_i - c| = R + r - A g(n_i) in the least-squares sense, which is Eq 9 without the wish that the centre were
+    known. n_i are the directions from the centre found so far.
+
+    Parameters
+    ----------
+    points_mm : (n, 3) recorded tip centres in machine axes, n >= 4, not all on one circle of latitude
+    sphere_radius_mm, tip_radius_mm : certified radii of the reference sphere and of the tip
+    to_probe_frame : (3, 3) rows x', y', z' of the probe's frame, default the machine's axes
+    u_radii_um : standard uncertainty of the sum of the two radii; all of it goes into A
+    noise_um : standard deviation of one probing; default, that of the residuals
+
+    Raises
+    ------
+    ValueError : fewer than four points, or a pattern that cannot tell A from a shift of the centre.
+    """
+    points = np.asarray(points_mm, dtype=float)
+    frame = np.eye(3) if to_probe_frame is None else np.asarray(to_probe_frame, dtype=float)
+    reach_mm = sphere_radius_mm + tip_radius_mm
+    centre, constant_mm = _centre_and_constant_mm(points, reach_mm, model, frame)
+    design, excess_mm = _linearise(points, centre, reach_mm, model, frame)
+    residuals_um = 1e3 * (excess_mm + constant_mm * design[:, 3])
+    u = _constant_uncertainty_um(design, residuals_um, u_radii_um, noise_um)
+    return Calibration(model, 1e3 * constant_mm, u, centre, residuals_um)
+
+
+def compensated_mm(
+    points_mm: ArrayLike, approach: ArrayLike, constant_um: float, model: LobeModel, to_probe_frame: ArrayLike | None
+) -> Array:
+    """Tip centres at the first touch: the recorded ones less the pre-travel along the approach, (n, 3).
+
+    Parameters
+    ----------
+    points_mm : (n, 3) recorded tip centres, before any radius compensation
+    approach : (n, 3) unit vectors of travel towards the surface, in machine axes
+    """
+    travel = np.asarray(approach, dtype=float)
+    frame = np.eye(3) if to_probe_frame is None else np.asarray(to_probe_frame, dtype=float)
+    pretravel_mm = 1e-3 * model.pretravel_um(-travel @ frame.T, constant_um)
+    return np.asarray(points_mm, dtype=float) - pretravel_mm[..., None] * travel
+
+
+def fit_lobe_azimuth_rad(
+    points_mm: ArrayLike,
+    sphere_radius_mm: float,
+    tip_radius_mm: float,
+    model: LobeModel,
+    to_probe_frame: ArrayLike | None = None,
+) -> float:
+    """The lobe azimuth (0..120 deg) under which the model leaves the smallest residuals of a qualification.
+
+    Needs more points than five: their azimuths must sample the 120 deg period. Found by a scan of 1 deg and a parabola
+    through the best three.
+    """
+    azimuths = np.radians(np.arange(120.0))
+    models = [LobeModel(model.transducer, float(azimuth), model.slip) for azimuth in azimuths]
+    found = [calibrate(points_mm, sphere_radius_mm, tip_radius_mm, each, to_probe_frame) for each in models]
+    sums = np.array([np.sum(each.residuals_um**2) for each in found])
+    best = int(np.argmin(sums))
+    shift = _lowest_point(sums[best - 1], sums[best], sums[(best + 1) % len(sums)])
+    return float((azimuths[best] + shift * np.radians(1.0)) % LOBE_PERIOD_RAD)
+
+
+def _lowest_point(before: float, here: float, after: float) -> float:
+    """Where the parabola through three values, a step apart, is lowest, in steps from the middle one."""
+    bend = before - 2.0 * here + after
+    return 0.5 * (before - after) / bend if bend > 0.0 else 0.0
+
+
+def _centre_and_constant_mm(points: Array, reach_mm: float, model: LobeModel, frame: Array) -> tuple[Array, float]:
+    """Gauss-Newton from the plain sphere; A enters linearly, and the directions hardly move with the centre."""
+    centre = fit_sphere(points).centre_mm
+    for _ in range(_MAX_STEPS):
+        design, excess_mm = _linearise(points, centre, reach_mm, model, frame)
+        step, _, rank, _ = np.linalg.lstsq(design, excess_mm, rcond=1e-9)
+        if rank < 4:
+            raise ValueError("the pattern cannot tell the constant from a shift of the centre; spread the points more")
+        centre = centre + step[:3]
+        if np.linalg.norm(step[:3]) <= _TOLERANCE_MM:
+            break
+    return centre, -float(step[3])
+
+
+def _linearise(points: Array, centre: Array, reach_mm: float, model: LobeModel, frame: Array) -> tuple[Array, Array]:
+    """Design for (centre step, -A), whose last column is the shape g, and the radial excess over the reach in mm."""
+    radial = points - centre
+    distance = np.linalg.norm(radial, axis=1)
+    normals = radial / distance[:, None]
+    return np.column_stack([normals, model.shape(normals @ frame.T)]), distance - reach_mm
+
+
+def _constant_uncertainty_um(
+    design: Array, residuals_um: Array, u_radii_um: float, noise_um: float | None
+) -> float | None:
+    """Noise of the points through the fit, and the uncertainty of the radii, which is common to all points."""
+    freedom = len(residuals_um) - 4
+    if noise_um is None:
+        if freedom == 0:
+            return None
+        noise_um = float(np.sqrt(np.sum(residuals_um**2) / freedom))
+    inverse = np.linalg.pinv(design)
+    random = noise_um * np.linalg.norm(inverse[3])
+    common = u_radii_um * abs(float(inverse[3].sum()))
+    return float(np.hypot(random, common))

@@ -1,0 +1,20 @@
+"""Probes: what a probe file says, and what the probe then does in any direction."""
+
+from stepgauge.probes.base import ConstantProbe, LobedProbe, Probe
+from stepgauge.probes.mechanical import KinematicProbe, MechanicalProbe, PiezoProbe
+from stepgauge.probes.read import make_probe, probe_from_table, probe_table, read_probe
+from stepgauge.probes.table import TableProbe
+
+__all__ = [
+    "ConstantProbe",
+    "KinematicProbe",
+    "LobedProbe",
+    "MechanicalProbe",
+    "PiezoProbe",
+    "Probe",
+    "TableProbe",
+    "make_probe",
+    "probe_from_table",
+    "probe_table",
+    "read_probe",
+]

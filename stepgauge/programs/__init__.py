@@ -1,0 +1,91 @@
+"""Program text: rendered from moves by a template, read back into moves by the reader of its dialect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+
+from stepgauge.errors import InputError
+from stepgauge.files import read_text
+from stepgauge.moves import ProbingSettings, Program
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """A programming language of a controller.
+
+    ``decimals``: digits printed after the point of a coordinate; ``carries``: the settings that its text states, and
+    that a reader therefore takes from the text; ``newline``: what ends a line.
+    """
+
+    name: str
+    title: str
+    suffix: str
+    decimals: int
+    carries: tuple[str, ...]
+    newline: str = "\n"
+
+    @property
+    def template(self) -> str:
+        return f"{self.name}.j2"
+
+    def _reader(self, function: str) -> Callable[..., object]:
+        reader: Callable[..., object] = getattr(import_module(f"stepgauge.programs.{self.name}"), function)
+        return reader
+
+    def recognises(self, text: str) -> bool:
+        """Whether a text looks like this dialect."""
+        return bool(self._reader("recognises")(text))
+
+    def read(self, text: str, path: str | Path, settings: ProbingSettings) -> Program:
+        """The moves of a program text; see :func:`read_program`."""
+        program = self._reader("read")(text, str(path), settings)
+        assert isinstance(program, Program)
+        return program
+
+
+_SPEEDS = ("measuring_speed_mm_s", "travel_speed_mm_s")
+_AUTOMATIC = ("standoff_mm", "search_mm", "retract_mm", *_SPEEDS)
+DIALECTS = {
+    dialect.name: dialect
+    for dialect in (
+        Dialect("jinyoung", "Jin Young CNC CMM (Pahk & Kim, Fig 4)", ".jyc", 3, ()),
+        Dialect("dmis", "DMIS 5.2", ".dmi", 6, (*_AUTOMATIC, "tip_radius_mm")),
+        Dialect("linuxcnc", "LinuxCNC 2.9 G-code (G38.2)", ".ngc", 6, ("search_mm", *_SPEEDS)),
+        Dialect("ippdme", "I++ DME 1.4 command file", ".ipp", 6, _AUTOMATIC, "\r\n"),
+    )
+}
+
+
+def recognise(text: str, path: str | Path) -> Dialect:
+    """The dialect of a program text; :class:`InputError` where it is none that is known."""
+    for dialect in DIALECTS.values():
+        if dialect.recognises(text):
+            return dialect
+    raise InputError(
+        f"{path}:1",
+        "this is not a measuring program in a known dialect",
+        found=repr(text.strip().split("\n")[0][:60]),
+        expected=", ".join(dialect.title for dialect in DIALECTS.values()),
+    )
+
+
+def read_program(path: str | Path, settings: ProbingSettings, dialect: str | None = None) -> Program:
+    """Read a program file back into moves.
+
+    Parameters
+    ----------
+    path : the program file
+    settings : what holds where the text does not say (``Dialect.carries`` lists what it says)
+    dialect : name of the dialect; recognised from the text by default
+
+    Raises
+    ------
+    InputError
+        the line of a statement that is not understood, and truncated or foreign programs
+    """
+    text = read_text(path)
+    known = DIALECTS[dialect] if dialect else recognise(text, path)
+    return known.read(text, path, settings)

@@ -1,0 +1,139 @@
+"""Reader of DMIS: GOTO and PTMEAS between MEAS and ENDMES, in millimetres, without probe compensation.
+
+PTMEAS names the nominal surface point and the outward normal; the controller goes to the stand-off and back by itself.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+
+from stepgauge.moves import ProbingSettings, Program
+from stepgauge.programs.reading import Reader
+
+_STATEMENT = re.compile(r"(?:([A-Z]+\([\w-]+\))\s*=\s*)?([A-Z]+)(?:\s*/\s*(.*))?")
+_NO_MOVE = {"DMISMN", "FILNAM", "SNSLCT", "MODE", "OUTPUT", "TEXT", "DISPLY", "DATSET", "FEAT", "ENDFIL"}
+_SPEED_UNITS = {"MPM": 1000.0 / 60.0, "MMPS": 1.0}
+
+
+def recognises(text: str) -> bool:
+    """Whether DMISMN, after comments, opens the text."""
+    return re.match(r"(?i)(\s*\$\$[^\n]*\n)*\s*DMISMN\s*/", text) is not None
+
+
+def _statements(text: str, reader: Reader) -> Iterator[str]:
+    """Upper-case statements with their continuation lines joined; the reader stands at the first line of each."""
+    joined, first = "", 0
+    for number, raw in enumerate(text.splitlines(), 1):
+        line = raw.split("$$")[0].rstrip()
+        first = first if joined else number
+        if line.endswith("$"):
+            joined += line[:-1]
+            continue
+        statement, joined = (joined + line).strip(), ""
+        if statement:
+            reader.line = first
+            yield statement.upper()
+    if joined:
+        reader.line = first
+        reader.fail("the program is cut short inside a continued line", found=repr(joined))
+
+
+class _Interpreter:
+    def __init__(self, reader: Reader) -> None:
+        self.reader, self.settings = reader, reader.settings
+        self.feature: str | None = None
+        self.millimetres = False
+        self.ended = False
+
+    def statement(self, statement: str) -> None:
+        """Take one statement."""
+        match = _STATEMENT.fullmatch(statement)
+        if match is None:
+            self.reader.fail("statement not understood", found=repr(statement))
+        if self.ended:
+            self.reader.fail("statement after ENDFIL", found=repr(statement))
+        major, arguments = match[2], [part.strip() for part in (match[3] or "").split(",")]
+        self.ended = major == "ENDFIL"
+        action = getattr(self, f"_{major.lower()}", None)
+        if action is not None:
+            action(arguments)
+        elif major not in _NO_MOVE:
+            self.reader.fail("statement not understood", found=repr(statement))
+
+    def _units(self, arguments: list[str]) -> None:
+        if arguments[0] != "MM":
+            self.reader.fail(
+                "only millimetres are read", found=f"UNITS/{','.join(arguments)}", expected="UNITS/MM,ANGDEC"
+            )
+        self.millimetres = True
+
+    def _prcomp(self, arguments: list[str]) -> None:
+        if arguments != ["OFF"]:
+            self.reader.fail(
+                "tip centres are wanted", found=f"PRCOMP/{','.join(arguments)}", expected="PRCOMP/OFF (no compensation)"
+            )
+
+    def _snsdef(self, arguments: list[str]) -> None:
+        diameter = self.reader.number(arguments[-1], "SNSDEF tip diameter")
+        self.settings = replace(self.settings, tip_radius_mm=diameter / 2.0)
+
+    def _snset(self, arguments: list[str]) -> None:
+        names = {"APPRCH": "standoff_mm", "SEARCH": "search_mm", "RETRCT": "retract_mm"}
+        if len(arguments) != 2 or arguments[0] not in names:
+            self.reader.fail("SNSET not understood", found=",".join(arguments), expected="APPRCH, SEARCH or RETRCT, mm")
+        value = self.reader.number(arguments[1], f"SNSET/{arguments[0]}")
+        self.settings = replace(self.settings, **{names[arguments[0]]: value})
+
+    def _fedrat(self, arguments: list[str]) -> None:
+        names = {"MESVEL": "measuring_speed_mm_s", "POSVEL": "travel_speed_mm_s"}
+        if len(arguments) != 3 or arguments[0] not in names or arguments[1] not in _SPEED_UNITS:
+            self.reader.fail(
+                "FEDRAT not understood", found=",".join(arguments), expected="MESVEL or POSVEL, MPM or MMPS, speed"
+            )
+        speed = self.reader.number(arguments[2], f"FEDRAT/{arguments[0]}") * _SPEED_UNITS[arguments[1]]
+        self.settings = replace(self.settings, **{names[arguments[0]]: speed})
+
+    def _meas(self, arguments: list[str]) -> None:
+        if arguments[0] != "POINT" or len(arguments) != 3:
+            self.reader.fail(
+                "only points are measured", found=f"MEAS/{','.join(arguments)}", expected="MEAS/POINT,F(..),1"
+            )
+        if self.feature is not None:
+            self.reader.fail("MEAS inside a MEAS block", expected="ENDMES first")
+        self.feature = arguments[1].removeprefix("F(").removesuffix(")")
+
+    def _endmes(self, _: list[str]) -> None:
+        if self.feature is None:
+            self.reader.fail("ENDMES without MEAS")
+        self.feature = None
+
+    def _goto(self, arguments: list[str]) -> None:
+        self._check_units()
+        self.reader.goto(self.reader.numbers([a for a in arguments if a != "CART"], 3, "GOTO"))
+
+    def _ptmeas(self, arguments: list[str]) -> None:
+        self._check_units()
+        if self.feature is None:
+            self.reader.fail("PTMEAS outside of MEAS and ENDMES")
+        values = self.reader.numbers([a for a in arguments if a != "CART"], 6, "PTMEAS")
+        normal = self.reader.direction(values[3:], "the normal")
+        radius = self.settings.tip_radius_mm
+        tip = [surface + radius * n for surface, n in zip(values[:3], normal, strict=True)]
+        self.reader.measure(tip, [-n for n in normal], self.feature)
+
+    def _check_units(self) -> None:
+        if not self.millimetres:
+            self.reader.fail("a move before the units are set", expected="UNITS/MM,ANGDEC first")
+
+
+def read(text: str, path: str, settings: ProbingSettings) -> Program:
+    """The moves of a program text; :class:`stepgauge.errors.InputError` names the line."""
+    reader = Reader(path, settings, self_positioning=True)
+    interpreter = _Interpreter(reader)
+    for statement in _statements(text, reader):
+        interpreter.statement(statement)
+    if not interpreter.ended or interpreter.feature is not None:
+        reader.fail("the program is cut short", expected="ENDMES and ENDFIL" if interpreter.feature else "ENDFIL")
+    return reader.finish(interpreter.settings)

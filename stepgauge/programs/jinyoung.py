@@ -1,0 +1,52 @@
+"""Reader of the Jin Young CNC code of Pahk & Kim (Fig 4): ``MV`` moves, ``MS`` measures, ``PO 1`` opens a point.
+
+``MS`` takes the tip centre at nominal contact; its direction is the line from the position before. The text carries no
+settings: search, speeds and tip are the controller's.
+"""
+
+from __future__ import annotations
+
+import re
+
+from stepgauge.moves import ProbingSettings, Program
+from stepgauge.programs.reading import Reader
+
+_MOVE = re.compile(r"(MV|MS)\s+(.*?)\s*;$")
+
+
+def recognises(text: str) -> bool:
+    """Whether the first statement is one of this dialect's."""
+    return re.match(r"\s*(MV\s+[-\d.]|PO\s+\d)", text) is not None
+
+
+def read(text: str, path: str, settings: ProbingSettings) -> Program:
+    """The moves of a program text; :class:`stepgauge.errors.InputError` names the line."""
+    reader = Reader(path, settings)
+    ended = False
+    for reader.line, raw in enumerate(text.splitlines(), 1):
+        statement = raw.strip()
+        if not statement:
+            continue
+        if ended:
+            reader.fail("statement after END;", found=repr(statement))
+        ended = _statement(reader, statement)
+    if not ended:
+        reader.fail("the program is cut short", expected="END; as the last statement")
+    return reader.finish()
+
+
+def _statement(reader: Reader, statement: str) -> bool:
+    """Take one statement; True for the one that ends the program."""
+    if re.fullmatch(r"END\s*;", statement):
+        return True
+    if re.fullmatch(r"PO\s+1\s*;", statement):
+        return False
+    match = _MOVE.fullmatch(statement)
+    if match is None:
+        reader.fail("statement not understood", found=repr(statement), expected="MV x y z ;  MS x y z ;  PO 1 ;  END;")
+    target = reader.numbers(match[2].split(), 3, match[1])
+    if match[1] == "MV":
+        reader.goto(target)
+    else:
+        reader.measure(target, reader.from_here(target, "MS"))
+    return False

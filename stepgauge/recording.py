@@ -1,0 +1,261 @@
+"""The recording: one row per probing, the table that every later step reads."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.files import replacing
+from stepgauge.parquet import is_parquet, read_parquet, write_parquet
+
+Array = NDArray[np.float64]
+POSITION = ["x_mm", "y_mm", "z_mm"]
+APPROACH = ["approach_i", "approach_j", "approach_k"]
+REQUIRED = ["cycle", "face", *POSITION, *APPROACH]
+OPTIONAL = [
+    "placement",
+    "time_s",
+    "speed_mm_s",
+    "gauge_temperature_C",
+    "scale_temperature_x_C",
+    "scale_temperature_y_C",
+    "scale_temperature_z_C",
+]
+COUNTS = ["placement", "cycle", "face"]
+_DECIMALS = {**dict.fromkeys(POSITION, 7), **dict.fromkeys(APPROACH, 10), "time_s": 4}
+PIECE_ROWS = 100_000
+"""Rows written at a time."""
+MOST_COUNT = 10_000_000
+"""Larger numbers of cycles, faces or placements are no counts."""
+_TEMPERATURE_C = (-10.0, 60.0)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Indicated tip centres at the trigger.
+
+    ``frame`` has the columns of ``REQUIRED`` plus ``placement`` (1 where the file has none), any of ``OPTIONAL``, and
+    further numeric columns as they were found. ``comments`` are the ``# key: value`` lines before the header.
+    """
+
+    frame: pd.DataFrame
+    comments: Mapping[str, str] = field(default_factory=dict)
+    path: str = ""
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+    @property
+    def position_mm(self) -> Array:
+        """Tip centres, shape ``(n, 3)``."""
+        return self.frame[POSITION].to_numpy(float)
+
+    @property
+    def approach(self) -> Array:
+        """Unit directions of travel towards the surface, shape ``(n, 3)``."""
+        return self.frame[APPROACH].to_numpy(float)
+
+    @property
+    def placements(self) -> list[int]:
+        """Numbers of the placements, rising."""
+        return sorted(int(p) for p in self.frame["placement"].unique())
+
+    def of_placement(self, placement: int) -> Recording:
+        """The rows of one placement."""
+        return Recording(self.frame[self.frame["placement"] == placement], self.comments, self.path)
+
+
+def read_recording(path: str | Path) -> Recording:
+    """Read and check a recording, CSV or (by its extension) Parquet.
+
+    :class:`InputError` names the line or column of: missing columns, text or NaN in a number column, counts that are
+    not whole numbers from 1, approaches that are not unit vectors, temperatures that are not deg C, speeds below 0.
+    """
+    if is_parquet(path):
+        frame, comments = read_parquet(path)
+        header = 0  # rows are counted from 1
+    else:
+        comments, skipped = _read_comments(path)
+        frame = _read_csv(path, skipped)
+        header = skipped + 1
+    first_line = header + 1
+    _check_columns(frame, path, header)
+    frame = _check_numbers(frame, path, first_line)
+    _check_values(frame, path, first_line)
+    return Recording(frame, comments, str(path))
+
+
+def is_recording_file(path: str | Path) -> bool:
+    """Whether the extension is that of a recording, rather than of a measuring program."""
+    return is_parquet(path) or Path(path).suffix.lower() == ".csv"
+
+
+def _read_csv(path: str | Path, skipped: int) -> pd.DataFrame:
+    try:
+        _check_header(path, skipped)
+        return pd.read_csv(path, skiprows=skipped, skip_blank_lines=False, index_col=False)
+    except pd.errors.EmptyDataError:
+        raise InputError(path, "the recording is empty", expected="a header " + ",".join(REQUIRED)) from None
+    except (pd.errors.ParserError, UnicodeDecodeError) as error:
+        line = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error))
+        if line:
+            where = f"{path}:{int(line[2])}"
+            raise InputError(where, "wrong number of cells", found=line[3], expected=line[1]) from None
+        raise InputError(path, f"not a CSV table: {error}") from None
+
+
+def _check_header(path: str | Path, skipped: int) -> None:
+    """Every column once: pandas would rename the second."""
+    with Path(path).open(encoding="utf-8-sig") as file:
+        header = [name.strip() for name in next(islice(file, skipped, None), "").split(",")]
+    twice = [name for name in header if header.count(name) > 1]
+    if twice:
+        raise InputError(f"{path}:{skipped + 1}", f"column {twice[0]!r} is there twice", found=",".join(header)[:200])
+
+
+def _read_comments(path: str | Path) -> tuple[dict[str, str], int]:
+    """``# key: value`` lines before the header, and how many lines they are."""
+    comments, count = {}, 0
+    try:
+        with Path(path).open(encoding="utf-8-sig") as file:
+            for line in file:
+                if not line.startswith("#"):
+                    break
+                count += 1
+                key, colon, value = line[1:].partition(":")
+                if colon:
+                    comments[key.strip()] = value.strip()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not a UTF-8 text file"
+        raise InputError(path, reason or str(error)) from None
+    return comments, count
+
+
+def _check_columns(frame: pd.DataFrame, path: str | Path, line: int) -> None:
+    frame.columns = frame.columns.str.strip()
+    missing = [name for name in REQUIRED if name not in frame.columns]
+    if missing:
+        raise InputError(
+            f"{path}:{line}",
+            f"column {missing[0]!r} is missing",
+            found=",".join(map(str, frame.columns))[:200],
+            expected=",".join(REQUIRED),
+        )
+    if frame.empty:
+        raise InputError(path, "the recording has a header but no rows")
+
+
+def _check_numbers(frame: pd.DataFrame, path: str | Path, first_line: int) -> pd.DataFrame:
+    """All columns as numbers; further columns of text are refused with the rest, for a diagnosis could not use them."""
+    for name in frame.columns:
+        values = frame[name]
+        if not (pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values)):
+            numbers = pd.to_numeric(values, errors="coerce")
+            _refuse(numbers.isna().to_numpy(), frame, path, first_line, name, "is not a number")
+        column = values.to_numpy()
+        if name in REQUIRED + OPTIONAL and column.dtype.kind != "i":
+            _refuse(
+                ~np.isfinite(column.astype(float, copy=False)), frame, path, first_line, name, "is not a finite number"
+            )
+    if "placement" not in frame:
+        frame.insert(0, "placement", 1)
+    return frame
+
+
+def _refuse(
+    bad: NDArray[np.bool_],
+    frame: pd.DataFrame,
+    path: str | Path,
+    first_line: int,
+    name: str,
+    what: str,
+    expected: str = "",
+) -> None:
+    if bad.any():
+        row = int(bad.argmax())
+        value = frame[name].iloc[row]
+        found = "nothing" if pd.isna(value) else str(value)
+        raise InputError(
+            f"{path}:{first_line + row}", f"column {name} {what}", found=found, expected=expected or "a number"
+        )
+
+
+def _check_values(frame: pd.DataFrame, path: str | Path, first_line: int) -> None:
+    for name in COUNTS:
+        counts = frame[name].to_numpy()
+        wrong = (counts < 1) | (counts > MOST_COUNT)
+        if counts.dtype != np.int64:
+            wrong |= counts != np.floor(counts)
+        _refuse(wrong, frame, path, first_line, name, "is not a count", "a whole number from 1")
+        if counts.dtype != np.int64:
+            frame[name] = counts.astype(np.int64)
+    i, j, k = (frame[name].to_numpy(float) for name in APPROACH)
+    size = i * i
+    size += j * j
+    size += k * k
+    np.sqrt(size, out=size)
+    if max(size.max() - 1.0, 1.0 - size.min()) > 1e-3:
+        row = int((np.abs(size - 1.0) > 1e-3).argmax())
+        raise InputError(
+            f"{path}:{first_line + row}",
+            "the approach is not a unit vector",
+            found=f"length {size[row]:.4f}",
+            expected="1",
+        )
+    for name in OPTIONAL:
+        if name.endswith("_C") and name in frame:
+            values = frame[name].to_numpy(float)
+            outside = (values < _TEMPERATURE_C[0]) | (values > _TEMPERATURE_C[1])
+            _refuse(outside, frame, path, first_line, name, "is no temperature in deg C (K or F?)", "-10 to 60 deg C")
+    if "speed_mm_s" in frame:
+        _refuse(
+            frame["speed_mm_s"].to_numpy(float) <= 0, frame, path, first_line, "speed_mm_s", "must be positive", "mm/s"
+        )
+
+
+def write_recording(path: str | Path, recording: Recording) -> None:
+    """Write a recording as CSV, comments first, or (by the extension) as Parquet; coordinates to 1e-7 mm.
+
+    It is rounded and written piece by piece, so that a large one needs no second copy in memory.
+    """
+    known = [name for name in [*COUNTS, *POSITION, *APPROACH, *OPTIONAL[1:]] if name in recording.frame]
+    others = [name for name in recording.frame.columns if name not in known]
+    pieces = _rounded_pieces(recording.frame, known + others)
+    if is_parquet(path):
+        write_parquet(path, pieces, recording.comments)
+        return
+    with replacing(path) as beside, beside.open("w", encoding="utf-8", newline="") as file:
+        file.writelines(f"# {key}: {value}\n" for key, value in recording.comments.items())
+        for number, piece in enumerate(pieces):
+            piece.to_csv(file, index=False, header=number == 0, lineterminator="\n")
+
+
+def _rounded_pieces(frame: pd.DataFrame, columns: list[str]) -> Iterator[pd.DataFrame]:
+    for first in range(0, max(len(frame), 1), PIECE_ROWS):
+        yield frame.iloc[first : first + PIECE_ROWS][columns].round(_DECIMALS)
+
+
+def join_recordings(recordings: Sequence[Recording]) -> Recording:
+    """Several recordings as one; placements that carry the same number in two of them are numbered on."""
+    frames, taken = [], 0
+    for recording in recordings:
+        frame = recording.frame
+        if taken and frame["placement"].min() <= taken:
+            frame = frame.assign(placement=frame["placement"] + taken)
+        taken = int(frame["placement"].max())
+        frames.append(frame)
+    comments: dict[str, str] = {}
+    for recording in recordings:
+        for key, value in recording.comments.items():
+            known = comments.get(key, value)
+            comments[key] = known if value in known.split("; ") else f"{known}; {value}"
+    path = ", ".join(recording.path for recording in recordings)
+    return Recording(pd.concat(frames, ignore_index=True), comments, path)

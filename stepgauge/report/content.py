@@ -1,0 +1,220 @@
+"""What a report says, as plain text in plain containers: the one structure that every template prints.
+
+Everything comes from the evaluation, from the files given with it, or from the person who orders the report; what is
+missing is listed as not stated, never filled in.
+"""
+
+from __future__ import annotations
+
+import datetime
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from stepgauge import __version__
+from stepgauge.figures.evaluation import describe, evaluation_figure
+from stepgauge.figures.style import figure_style
+from stepgauge.gauge import Gauge
+from stepgauge.machine_file import Machine
+from stepgauge.placement import Placement
+from stepgauge.report.numbers import clean, number, quantity
+from stepgauge.report.sections import (
+    Section,
+    certificate_section,
+    conditions_section,
+    machine_section,
+    placement_section,
+    radius_section,
+    recording_section,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TITLE = "Calibration report"
+SUBTITLE = "Linear displacement errors measured with a step gauge"
+ERROR_COLUMNS = ("xf", "sf", "xb", "sb", "xm", "xr")
+METHOD = (
+    "Positions are tip centres projected on the gauge axis; the front of the first used block is the reference. "
+    "XF is the error at faces probed along the axis (fronts), XB at faces probed against it (backs, less twice the "
+    "effective radius), each the mean over the cycles; between two such faces the value is interpolated. "
+    "XM = (XF + XB) / 2 is the mean error, XR = XB − XF the reversal; s is the standard deviation over the cycles. "
+    "The band is the largest minus the smallest XM. (H. Pahk and J. Kim, equations 1 to 13.)"
+)
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What only a person can say; None where nobody said it."""
+
+    date: datetime.date
+    number: str | None = None
+    customer: str | None = None
+    location: str | None = None
+    operator: str | None = None
+    remarks: str | None = None
+
+
+@dataclass(frozen=True)
+class Sources:
+    """Files given with the evaluation; placements in its order, or none."""
+
+    gauge: Gauge | None = None
+    machine: Machine | None = None
+    placements: Sequence[Placement] = ()
+
+
+def make_content(evaluation: dict[str, Any], stated: Stated, sources: Sources) -> dict[str, Any]:
+    """The content of a report.
+
+    Parameters
+    ----------
+    evaluation : as :func:`stepgauge.report.reading.read_checked_evaluation` gives it
+    stated : what the person says
+    sources : further files, checked to belong to the evaluation
+
+    Returns
+    -------
+    Dictionaries and lists of text (``templates/reports`` shows every key); numbers are formatted, figures are SVG. The
+    same input gives the same content.
+    """
+    sections = _sections(evaluation, sources)
+    return {
+        "title": TITLE,
+        "subtitle": SUBTITLE,
+        "number": _said(stated.number),
+        "date": stated.date.isoformat(),
+        "date_parts": [stated.date.year, stated.date.month, stated.date.day],
+        "example": bool(evaluation["gauge"]["example"]),
+        "simulated": "seed" in evaluation["comments"],
+        "identity": _identity(evaluation, stated, sources),
+        "summary": [_summary(result) for result in evaluation["placements"]],
+        "sections": [section.as_dict() for section in sections],
+        "remarks": _said(stated.remarks),
+        "notes": _notes(evaluation, sources),
+        "not_stated": _not_stated(evaluation, stated, sources, sections),
+        "method": METHOD,
+        "placements": [_placement(result) for result in evaluation["placements"]],
+        "signatures": [
+            {"role": "Measured by", "name": _said(stated.operator)},
+            {"role": "Approved by", "name": None},
+        ],
+        "data": json.dumps(evaluation, indent=1),
+        "version": __version__,
+    }
+
+
+def _said(text: str | None) -> str | None:
+    """Cleaned text; None where nothing but blanks was said."""
+    return clean(text) or None if text is not None else None
+
+
+def _identity(evaluation: dict[str, Any], stated: Stated, sources: Sources) -> list[dict[str, str | None]]:
+    machine = sources.machine.table.name if sources.machine else evaluation["comments"].get("machine")
+    pairs = (
+        ("Report number", stated.number),
+        ("Date of report", stated.date.isoformat()),
+        ("Customer", stated.customer),
+        ("Place of measurement", stated.location),
+        ("Machine", machine),
+        ("Operator", stated.operator),
+    )
+    return [{"label": label, "value": _said(value)} for label, value in pairs]
+
+
+def _summary(result: dict[str, Any]) -> dict[str, str]:
+    rows, (fewest, most) = result["faces"], result["cycles"]
+    return {
+        "placement": str(result["placement"]),
+        "blocks": f"{rows[0]['block']} to {rows[-1]['block']}",
+        "cycles": str(most) if fewest == most else f"{fewest} to {most}",
+        "span": quantity(result["span_mm"], 3, "mm"),
+        "band": quantity(result["band_um"], 2, "µm"),
+        "two_sigma": quantity(result["worst_two_sigma_um"], 2, "µm"),
+        "r_eff": quantity(result["r_eff_mm"], 5, "mm"),
+        "u_r_eff": quantity(result["u_r_eff_mm"] * 1e3, 2, "µm"),
+    }
+
+
+def _sections(evaluation: dict[str, Any], sources: Sources) -> list[Section]:
+    placements: list[Placement | None] = [*sources.placements] or [None] * len(evaluation["placements"])
+    return [
+        certificate_section(evaluation, sources.gauge),
+        machine_section(evaluation, sources.machine),
+        *(
+            placement_section(result, placement)
+            for result, placement in zip(evaluation["placements"], placements, strict=True)
+        ),
+        conditions_section(evaluation, sources.machine),
+        radius_section(evaluation, sources.machine),
+        recording_section(evaluation),
+    ]
+
+
+def _notes(evaluation: dict[str, Any], sources: Sources) -> list[str]:
+    """What the evaluation and the placing remarked, each said once."""
+    several = len(evaluation["placements"]) > 1
+    notes = []
+    for index, result in enumerate(evaluation["placements"]):
+        located = sources.placements[index].details.get("notes", []) if sources.placements else []
+        prefix = f"Placement {result['placement']}: " if several else ""
+        notes += [clean(prefix + note) for note in (*result["notes"], *located)]
+    if "seed" in evaluation["comments"]:
+        notes.append("The recording was simulated: it names the seed of a virtual machine.")
+    return notes
+
+
+def _not_stated(evaluation: dict[str, Any], stated: Stated, sources: Sources, sections: Sequence[Section]) -> list[str]:
+    asked = (
+        ("report number", stated.number),
+        ("customer", stated.customer),
+        ("place of measurement", stated.location),
+        ("operator", stated.operator),
+    )
+    missing = [what for what, value in asked if not _said(value)]
+    missing += [what for section in sections for what in section.missing]
+    missing.append(
+        "measurement uncertainty of XF, XB, XM and XR (two sigma is the repeatability of the cycles, no uncertainty)"
+    )
+    return missing
+
+
+def _placement(result: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "number": str(result["placement"]),
+        "caption": f"Placement {result['placement']}: {describe(result)}",
+        "figure": _svg(evaluation_figure(result)),
+        "faces": [_face(row) for row in result["faces"]],
+    }
+
+
+def _svg(figure: Figure) -> str:
+    """A figure as SVG, letters as outlines: no font is needed to show it, and the same data give the same text."""
+    buffer = io.StringIO()
+    with figure_style():
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    return buffer.getvalue()
+
+
+def _face(row: dict[str, Any]) -> dict[str, Any]:
+    """A row of the table: values as text, and which of them are interpolated.
+
+    Two-sigma columns hold twice the standard deviation.
+    """
+    scale = {"sf": 2.0, "sb": 2.0}
+    values = {
+        name: number(None if row[f"{name}_um"] is None else scale.get(name, 1.0) * row[f"{name}_um"], 2)
+        for name in ERROR_COLUMNS
+    }
+    return {
+        "face": str(row["face"]),
+        "block": str(row["block"]),
+        "side": row["side"],
+        "nominal": number(row["nominal_mm"], 3),
+        "position": number(row["position_mm"], 5),
+        **values,
+        "interpolated": ["xb", "sb"] if row["face"] % 2 else ["xf", "sf"],
+        "count": str(row["count"]),
+    }

@@ -1,0 +1,34 @@
+"""Numbers as a report prints them: fixed decimals, a true minus sign, a dash where nothing is defined."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+UNDEFINED = "–"
+
+
+def number(value: float | None, decimals: int) -> str:
+    """A number with a fixed count of decimals; never a negative zero; a dash for None and NaN."""
+    if value is None or math.isnan(value):
+        return UNDEFINED
+    text = f"{value:.{decimals}f}"
+    return text.removeprefix("-") if float(text) == 0.0 else text.replace("-", "−")
+
+
+def quantity(value: float | None, decimals: int, unit: str) -> str:
+    """A number with its unit (degrees without a space); a dash alone where it is not defined."""
+    text = number(value, decimals)
+    return text if text == UNDEFINED else f"{text}{'' if unit == '°' else ' '}{unit}"
+
+
+def vector(values: Iterable[float], decimals: int, unit: str = "") -> str:
+    """Components in brackets, with their unit."""
+    text = "(" + ", ".join(number(value, decimals) for value in values) + ")"
+    return f"{text} {unit}".strip()
+
+
+def clean(text: object) -> str:
+    """Text a page can show: control characters become spaces (line breaks stay), lone surrogates question marks."""
+    whole = str(text).encode("utf-8", "replace").decode("utf-8").replace("\r\n", "\n").replace("\r", "\n")
+    return "".join(mark if mark == "\n" or mark.isprintable() else " " for mark in whole).strip()

@@ -1,0 +1,180 @@
+"""What a report is made from: an ``evaluation.json`` checked key by key, and files that must belong to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import ConfigDict, Field
+
+from stepgauge.config import Table, check_table
+from stepgauge.errors import InputError
+from stepgauge.evaluation_files import read_evaluation
+from stepgauge.gauge import Gauge
+from stepgauge.machine_file import Machine
+from stepgauge.placement import Placement
+
+SAME_POSITION_MM = 1e-6
+SAME_AXIS_RAD = 0.01
+"""A placement file turned farther than this from the evaluated axis describes another placing."""
+
+
+class _Stored(Table):
+    """A table of the JSON file; keys that later versions add are left alone."""
+
+    model_config = ConfigDict(extra="ignore")
+
+
+class FaceRow(_Stored):
+    """One face; undefined values are null."""
+
+    face: int = Field(ge=1, description="face number")
+    block: int = Field(ge=1, description="block number")
+    side: Literal["front", "back"] = Field(description="side of the block")
+    nominal_mm: float
+    position_mm: float
+    xf_um: float | None
+    sf_um: float | None
+    xb_um: float | None
+    sb_um: float | None
+    xm_um: float | None
+    xr_um: float | None
+    count: int = Field(ge=0, description="probings of the face")
+
+
+class PlacementRow(_Stored):
+    """One placing of the gauge."""
+
+    placement: int
+    axis: list[float] = Field(min_length=3, max_length=3)
+    origin_mm: list[float] = Field(min_length=3, max_length=3)
+    cycles: list[int] = Field(min_length=2, max_length=2)
+    gauge_temperature_C: float | None
+    r_eff_mm: float
+    u_r_eff_mm: float
+    r_eff_blocks: list[int] = Field(min_length=1)
+    span_mm: float
+    band_um: float | None
+    worst_two_sigma_um: float | None
+    notes: list[str]
+    faces: list[FaceRow] = Field(min_length=2)
+
+
+class GaugeRow(_Stored):
+    """The gauge as the evaluation names it."""
+
+    name: str
+    serial: str
+    material: str
+    expansion_per_K: float
+    reference_temperature_C: float
+    certificate: str
+    laboratory: str
+    date: str
+    coverage_factor: float
+    example: bool
+
+
+class EvaluationTable(_Stored):
+    """The whole file."""
+
+    recording: str = Field(description="path of the recording")
+    comments: dict[str, str] = Field(description="what the recording says of itself")
+    gauge: GaugeRow = Field(description="the gauge and its certificate")
+    blocks: list[int] = Field(min_length=2, max_length=2, description="first and last used block")
+    r_eff_mm: float = Field(description="effective radius")
+    u_r_eff_mm: float = Field(description="its standard uncertainty")
+    r_eff_origin: str = Field(description="first or all")
+    r_eff_meaning: str = Field(description="where the effective radius comes from")
+    span_mm: float = Field(description="longest span")
+    band_um: float | None = Field(description="largest band of the mean error")
+    worst_two_sigma_um: float | None = Field(description="worst two-sigma")
+    temperature_convention: str = Field(description="what was corrected to which temperature")
+    placements: list[PlacementRow] = Field(min_length=1, description="results by placement")
+
+
+def find_evaluation(path: str | Path) -> Path:
+    """The ``evaluation.json`` of a folder, or the file itself."""
+    return Path(path) / "evaluation.json" if Path(path).is_dir() else Path(path)
+
+
+def read_checked_evaluation(path: str | Path) -> dict[str, Any]:
+    """The content of an ``evaluation.json``, given by its path or its folder.
+
+    :class:`InputError` where the file is not an evaluation, or a key is missing or of the wrong kind.
+    """
+    file = find_evaluation(path)
+    data = read_evaluation(file)
+    check_table(EvaluationTable, data, file)
+    return data
+
+
+def check_gauge(evaluation: dict[str, Any], gauge: Gauge) -> None:
+    """:class:`InputError` where a gauge file is not the one that was evaluated against."""
+    stored = evaluation["gauge"]
+    pairs = (
+        ("serial number", gauge.table.serial, stored["serial"]),
+        ("certificate", gauge.certificate.number, stored["certificate"]),
+        ("date of calibration", gauge.certificate.date.isoformat(), stored["date"]),
+    )
+    for what, found, expected in pairs:
+        if found != expected:
+            raise InputError(
+                gauge.path, f"not the gauge of this evaluation: its {what}", found=found, expected=expected
+            )
+    for row in evaluation["placements"][0]["faces"]:
+        face, expected_mm = row["face"], row["position_mm"]
+        found_mm = gauge.position_mm[face - 1] if face <= gauge.n_faces else np.nan
+        if not abs(found_mm - expected_mm) <= SAME_POSITION_MM:
+            raise InputError(
+                gauge.path,
+                f"not the certificate of this evaluation: position of face {face}",
+                found=f"{found_mm:.5f} mm",
+                expected=f"{expected_mm:.5f} mm",
+            )
+
+
+def check_placements(evaluation: dict[str, Any], placements: Sequence[Placement], files: Sequence[str]) -> None:
+    """:class:`InputError` where placement files are not those of the evaluation, in its order."""
+    results = evaluation["placements"]
+    if placements and len(placements) != len(results):
+        raise InputError(
+            "--placement", "one placement file per placement", found=len(placements), expected=f"{len(results)} or none"
+        )
+    for placement, file, result in zip(placements, files, results, strict=False):
+        _check_details(placement, file)
+        turned = float(np.linalg.norm(np.cross(placement.axis, result["axis"])))
+        if turned > SAME_AXIS_RAD or placement.axis @ np.asarray(result["axis"]) < 0:
+            raise InputError(
+                file,
+                f"this placement lies along another axis than placement {result['placement']} of the evaluation",
+                found=np.round(placement.axis, 4).tolist(),
+                expected=np.round(result["axis"], 4).tolist(),
+            )
+
+
+def _check_details(placement: Placement, file: str) -> None:
+    """What a report prints of the angles and uncertainties must be numbers, for people may edit the file."""
+    for table, keys in _PRINTED.items():
+        stored = placement.details.get(table, {})
+        for key in keys & stored.keys():
+            values = stored[key] if isinstance(stored[key], list) else [stored[key]]
+            if not all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
+                raise InputError(file, f"key {table}.{key} is wrong", found=repr(stored[key]), expected="numbers")
+
+
+_PRINTED = {
+    "angles": {"n1_to_axis_mrad", "n2_to_axis_mrad"},
+    "uncertainty": {"c1_um", "c2_um", "yaw_urad", "pitch_urad", "n1_urad", "n2_urad"},
+}
+
+
+def check_machine(evaluation: dict[str, Any], machine: Machine) -> None:
+    """:class:`InputError` where the recording names another machine."""
+    named = evaluation["comments"].get("machine")
+    if named is not None and named != machine.table.name:
+        raise InputError(
+            machine.path, "not the machine of this recording", found=machine.table.name, expected=repr(named)
+        )

@@ -1,0 +1,188 @@
+"""The sections of a report: labels with values, and what each would have liked to state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stepgauge.gauge import Gauge
+from stepgauge.machine_file import Machine
+from stepgauge.placement import Placement
+from stepgauge.report.numbers import clean, number, quantity, vector
+
+
+@dataclass
+class Section:
+    """A titled list of labelled values; ``missing`` names what was not stated."""
+
+    title: str
+    rows: list[tuple[str, str]] = field(default_factory=list)
+    missing: list[str] = field(default_factory=list)
+
+    def add(self, label: str, value: object) -> None:
+        """A line of the section."""
+        self.rows.append((label, clean(value)))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain containers for a template."""
+        return {"title": self.title, "rows": [{"label": label, "value": value} for label, value in self.rows]}
+
+
+def certificate_section(evaluation: dict[str, Any], gauge: Gauge | None) -> Section:
+    """The gauge and its certificate; a gauge file adds the uncertainties."""
+    stored = evaluation["gauge"]
+    section = Section("Step gauge and its certificate")
+    section.add("Gauge", f"{stored['name']}, serial {stored['serial']}")
+    section.add("Certificate", stored["certificate"])
+    section.add("Calibrated by", stored["laboratory"])
+    section.add("Calibrated on", stored["date"])
+    section.add("Material", stored["material"])
+    section.add("Expansion", _expansion(stored["expansion_per_K"], gauge))
+    section.add("Positions hold at", quantity(stored["reference_temperature_C"], 1, "°C"))
+    if gauge is None:
+        section.missing.append("uncertainty of the certified positions and of the expansion (gauge file)")
+    else:
+        k = gauge.certificate.coverage_factor
+        low, high = float(gauge.u_um.min()) * k, float(gauge.u_um.max()) * k
+        section.add("Uncertainty", f"U = {number(low, 2)} to {number(high, 2)} µm (k = {k:g})")
+    return section
+
+
+def _expansion(per_K: float, gauge: Gauge | None) -> str:
+    text = f"{per_K * 1e6:.1f} × 10⁻⁶ / K"
+    return text if gauge is None else f"{text} (u = {gauge.table.expansion_uncertainty_per_K * 1e6:.1f} × 10⁻⁶ / K)"
+
+
+def machine_section(evaluation: dict[str, Any], machine: Machine | None) -> Section:
+    """Machine and probe as the machine file has them; without it, what the recording says."""
+    section = Section("Machine and probe")
+    if machine is None:
+        section.add("Machine", evaluation["comments"].get("machine", "not stated"))
+        radius = evaluation["comments"].get("tip_radius_mm")
+        if radius:
+            section.add("Nominal tip radius", f"{radius} mm (from the recording)")
+        section.missing.append("machine and probe data (machine file)")
+        return section
+    table, probe = machine.table, machine.probe
+    section.add("Machine", table.name)
+    travel = ", ".join(f"{number(low, 0)} to {number(high, 0)}" for low, high in machine.travel_mm)
+    section.add("Travel x, y, z (mm)", travel)
+    section.add("Measuring speed", f"{table.measuring_speed_mm_s:g} mm/s (machine file)")
+    section.add("Probe", f"{probe.name or 'touch-trigger'}, stylus {probe.shank_length_mm:g} mm")
+    section.add("Nominal tip radius", quantity(probe.tip_radius_mm, 4, "mm"))
+    return section
+
+
+def placement_section(result: dict[str, Any], placement: Placement | None) -> Section:
+    """Where the gauge lay: the evaluated axis, and what locating it found."""
+    section = Section(f"Placement {result['placement']}")
+    axis = np.asarray(result["axis"])
+    section.add("Evaluated along (x, y, z)", vector(axis, 6))
+    details = {} if placement is None else placement.details
+    _add_orientation(section, axis if placement is None else placement.axis, details)
+    if placement is None:
+        section.add("First probed point", vector(result["origin_mm"], 3, "mm"))
+        section.missing.append(
+            f"placement {result['placement']}: block centres, angles between block normals and axis, "
+            "uncertainties (placement file)"
+        )
+        return section
+    for name, block, centre in (
+        ("C1", placement.first_block, placement.c1_mm),
+        ("C2", placement.last_block, placement.c2_mm),
+    ):
+        u = details.get("uncertainty", {}).get(f"{name.lower()}_um")
+        tail = f"; u = {vector(u, 2, 'µm')}" if u else ""
+        section.add(f"Centre {name}, block {block}", vector(centre, 4, "mm") + tail)
+    _add_normals(section, details, result["placement"])
+    return section
+
+
+def _add_orientation(section: Section, axis: np.ndarray, details: dict[str, Any]) -> None:
+    """Yaw about +z from +x, pitch from the xy plane towards +z."""
+    u = details.get("uncertainty", {})
+    yaw, pitch = np.degrees(np.arctan2(axis[1], axis[0])), np.degrees(np.arcsin(np.clip(axis[2], -1.0, 1.0)))
+    level = float(np.hypot(axis[0], axis[1]))
+    section.add("Yaw, +x to +y", _with_u(quantity(float(yaw) if level > 1e-9 else None, 5, "°"), u.get("yaw_urad")))
+    section.add("Pitch, towards +z", _with_u(quantity(float(pitch), 5, "°"), u.get("pitch_urad")))
+
+
+def _add_normals(section: Section, details: dict[str, Any], number_of_placement: int) -> None:
+    angles, u = details.get("angles", {}), details.get("uncertainty", {})
+    for name in ("n1", "n2"):
+        tilt = angles.get(f"{name}_to_axis_mrad")
+        if tilt is None:
+            section.missing.append(f"placement {number_of_placement}: angle between {name.upper()} and the axis")
+        else:
+            value = _with_u(quantity(float(tilt), 3, "mrad"), u.get(f"{name}_urad"))
+            section.add(f"Normal {name.upper()} to axis", value)
+    if not u:
+        section.missing.append(f"placement {number_of_placement}: uncertainties of the located axis")
+
+
+def _with_u(text: str, u_urad: float | None) -> str:
+    return text if u_urad is None else f"{text} (u = {number(float(u_urad), 1)} µrad)"
+
+
+def conditions_section(evaluation: dict[str, Any], machine: Machine | None) -> Section:
+    """Temperatures, and what was corrected to which."""
+    section = Section("Conditions")
+    several = len(evaluation["placements"]) > 1
+    for result in evaluation["placements"]:
+        label = f"Gauge, placement {result['placement']}" if several else "Gauge temperature"
+        temperature = result["gauge_temperature_C"]
+        section.add(label, "not recorded" if temperature is None else f"{number(temperature, 2)} °C (mean)")
+        if temperature is None:
+            where = f" of placement {result['placement']}" if several else ""
+            section.missing.append(f"gauge temperature{where} (certified positions are used uncorrected)")
+    if machine is None:
+        section.missing.append("temperature of the scales (machine file)")
+    else:
+        section.add("Scale temperature", f"{number(machine.table.temperature_C, 2)} °C (machine file)")
+    section.add("Convention", evaluation["temperature_convention"])
+    return section
+
+
+def radius_section(evaluation: dict[str, Any], machine: Machine | None) -> Section:
+    """The effective radius, where it comes from and what follows from that."""
+    section = Section("Effective tip radius")
+    nominal_mm = machine.probe.tip_radius_mm if machine else None
+    several = len(evaluation["placements"]) > 1
+    for result in evaluation["placements"]:
+        tail = f", placement {result['placement']}" if several else ""
+        value = f"{number(result['r_eff_mm'], 5)} mm (u = {number(result['u_r_eff_mm'] * 1e3, 2)} µm)"
+        section.add(f"R_eff{tail}", value)
+        section.add(
+            f"From block{'s' if len(result['r_eff_blocks']) > 1 else ''}{tail}", _ranges(result["r_eff_blocks"])
+        )
+        if nominal_mm is not None:
+            pretravel_um = (nominal_mm - result["r_eff_mm"]) * 1e3
+            section.add(f"Nominal − R_eff{tail}", quantity(pretravel_um, 2, "µm"))
+    section.add("Origin", evaluation["r_eff_meaning"])
+    return section
+
+
+def _ranges(numbers: list[int]) -> str:
+    """``1, 2, 3, 7`` as ``1 to 3, 7``."""
+    runs: list[list[int]] = []
+    for value in numbers:
+        if runs and value == runs[-1][-1] + 1:
+            runs[-1].append(value)
+        else:
+            runs.append([value])
+    return ", ".join(str(run[0]) if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs)
+
+
+def recording_section(evaluation: dict[str, Any]) -> Section:
+    """The recording and what it says of itself."""
+    section = Section("Recording")
+    names = [Path(name).name for name in evaluation["recording"].split(", ") if name]
+    section.add("File", ", ".join(names) or "not stated")
+    for key, value in sorted(evaluation["comments"].items()):
+        section.add(key, value)
+    if not {"date", "measured", "time"} & set(evaluation["comments"]):
+        section.missing.append("date of the measurement (the recording does not say)")
+    return section

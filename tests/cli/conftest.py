@@ -1,0 +1,60 @@
+"""The command line as a user runs it, and a folder with the files of a small measurement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from stepgauge.cli import main
+from tests.conftest import ROOT
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a command left: exit code and what it said."""
+
+    code: int
+    out: str
+    err: str
+
+
+Run = Callable[..., Result]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Run:
+    """Run a command line in this process."""
+
+    def call(*arguments: object) -> Result:
+        try:
+            main([str(argument) for argument in arguments])
+            code = 0
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+        captured = capsys.readouterr()
+        return Result(code, captured.out, captured.err)
+
+    return call
+
+
+@pytest.fixture
+def files(tmp_path: Path, run: Run) -> Path:
+    """A folder with points, machine, placement, program and recording of the demo's gauge, blocks 1 to 4."""
+    for name in ("points.csv", "machine.toml"):
+        (tmp_path / name).write_text((ROOT / "examples/demo" / name).read_text())
+    (tmp_path / "narrow.toml").write_text(
+        (tmp_path / "machine.toml").read_text().replace("x = [0, 700]", "x = [0, 340]")
+    )
+    common = ("-g", "step-gauge-420", "-m", tmp_path / "machine.toml")
+    placement, program = tmp_path / "placement.toml", tmp_path / "program.dmi"
+    for line in (
+        ("locate", tmp_path / "points.csv", *common, "-o", placement),
+        ("plan", placement, *common, "-d", "dmis", "--blocks", "1:4", "--cycles", 2, "-o", program),
+        ("simulate", program, *common, "-p", placement, "-o", tmp_path / "recording.csv"),
+    ):
+        result = run(*line)
+        assert result.code == 0, result.err
+    return tmp_path

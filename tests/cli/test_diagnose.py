@@ -1,0 +1,204 @@
+"""``stepgauge diagnose`` as a user runs it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stepgauge.cli import VERBS
+from stepgauge.recording import Recording
+from tests.cli.conftest import Run
+from tests.diagnose.made import (
+    ALONG_X,
+    ALONG_Y,
+    CYCLE,
+    GROWTH,
+    OUTLIERS,
+    SCALE,
+    as_file,
+    machine,
+    made,
+    record,
+)
+
+COMMON = ("-g", "step-gauge-420", "-m", "bridge-cmm")
+
+
+def diagnosis(folder: Path) -> dict[str, Any]:
+    return json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
+
+
+def kinds(folder: Path) -> set[str]:
+    return {effect["kind"] for effect in diagnosis(folder)["effects"]}
+
+
+def sets(folder: Path) -> list[set[str]]:
+    """What is named with what it cannot be told from."""
+    return [{effect["kind"], *effect["confounded_with"]} for effect in diagnosis(folder)["effects"]]
+
+
+def numbers(effect: dict[str, Any]) -> dict[str, float]:
+    """Values of the parameters that are numbers."""
+    return {name: one["value"] for name, one in effect["parameters"].items() if "unit" in one}
+
+
+def diagnosed(run: Run, folder: Path, recording: Recording, name: str) -> Path:
+    """The folder of the diagnosis of a recording."""
+    result = run("diagnose", as_file(folder, recording, name), *COMMON, "-o", folder / f"{name}-out")
+    assert result.code == 0, result.err
+    return folder / f"{name}-out"
+
+
+def test_the_verb_is_there(run: Run) -> None:
+    assert "diagnose" in VERBS
+    assert "diagnose" in run("--help").out
+    assert "--each" in run("diagnose", "--help").out
+
+
+@pytest.mark.parametrize(
+    ("effects", "verdict", "named"),
+    [
+        ((), "adequate", set()),
+        (SCALE, "effects", {"scale_error"}),
+        (SCALE + CYCLE, "effects", {"scale_error", "temperature_cycle"}),
+        (GROWTH, "effects", {"noise_growth"}),
+        (OUTLIERS, "effects", {"outliers"}),
+    ],
+)
+def test_verdicts(effects: tuple[dict[str, Any], ...], verdict: str, named: set[str], tmp_path: Path, run: Run) -> None:
+    path = as_file(tmp_path, record(machine(effects), seed=3))
+    result = run("diagnose", path, *COMMON, "-o", tmp_path / "out")
+    assert result.code == 0, result.err
+    assert result.out == ""
+    assert len(result.err.splitlines()) == 2
+    assert result.err.startswith(verdict)
+    assert diagnosis(tmp_path / "out")["verdict"] == verdict
+    assert len(diagnosis(tmp_path / "out")["effects"]) == len(named)
+    for kind in named:
+        assert any(kind in one for one in sets(tmp_path / "out"))
+
+
+def test_too_little_to_tell_is_a_verdict_and_no_error(tmp_path: Path, run: Run) -> None:
+    path = as_file(tmp_path, record(machine(), [ALONG_X], cycles=1))
+    assert run("diagnose", path, *COMMON, "-o", tmp_path / "out").code == 0
+    assert diagnosis(tmp_path / "out")["verdict"] == "insufficient"
+    assert (tmp_path / "out" / "diagnosis.md").is_file()
+
+
+def test_recordings_are_placements_of_one_machine_together(tmp_path: Path, run: Run) -> None:
+    parts = [
+        as_file(tmp_path, record(machine(SCALE), [axis], seed), name)
+        for name, axis, seed in (("along-x", ALONG_X, 1), ("along-y", ALONG_Y, 2))
+    ]
+    result = run("diagnose", *parts, *COMMON, "-o", tmp_path / "out")
+    assert result.code == 0, result.err
+    data = diagnosis(tmp_path / "out")
+    assert [one["placement"] for one in data["measured"]["placements"]] == [1, 2]
+    assert [Path(one["path"]).name for one in data["inputs"]["recordings"]] == ["along-x.csv", "along-y.csv"]
+    # One placement cannot tell the machine's scale from the gauge's length, two can.
+    (together,) = sets(tmp_path / "out")
+    assert "scale_error" in together
+    assert "gauge_temperature" not in together
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_each_on_its_own_over_processes(jobs: int, tmp_path: Path, run: Run) -> None:
+    first, second = (as_file(tmp_path, made(name)[0], f"r-{name}") for name in ("null", "scale"))
+    result = run("diagnose", first, second, *COMMON, "--each", "--jobs", jobs, "-o", tmp_path / "out")
+    assert result.code == 0, result.err
+    assert "[1/2] r-null: adequate" in result.err
+    assert "[2/2] r-scale: effects" in result.err
+    assert diagnosis(tmp_path / "out" / "r-null")["verdict"] == "adequate"
+    assert kinds(tmp_path / "out" / "r-scale") == {made("scale")[1].findings[0].kind}
+
+
+def test_one_that_cannot_be_diagnosed_does_not_stop_the_others(tmp_path: Path, run: Run) -> None:
+    recording = made("null")[0]
+    short = as_file(tmp_path, replace(recording, frame=recording.frame.head(3)), "short")
+    good = as_file(tmp_path, recording, "good")
+    result = run("diagnose", short, good, *COMMON, "--each", "--jobs", 1, "-o", tmp_path / "out")
+    assert result.code == 2
+    assert "too small" in result.err
+    assert "1 of 2 recordings could not be diagnosed" in result.err
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["good"]
+
+
+def test_the_same_whatever_the_order_of_rows_and_columns(tmp_path: Path, run: Run) -> None:
+    recording, _ = made("pair")
+    shuffled = recording.frame.sample(frac=1.0, random_state=5)
+    reordered = recording.frame[list(recording.frame.columns[::-1])]
+    plain = diagnosis(diagnosed(run, tmp_path, recording, "plain"))
+    for name, frame in (("rows", shuffled), ("columns", reordered)):
+        other = diagnosis(diagnosed(run, tmp_path, replace(recording, frame=frame), name))
+        assert other["verdict"] == plain["verdict"]
+        assert [one["label"] for one in other["effects"]] == [one["label"] for one in plain["effects"]]
+        for one, same in zip(other["effects"], plain["effects"], strict=True):
+            assert numbers(one) == pytest.approx(numbers(same), rel=1e-3)
+
+
+def test_the_same_when_the_clock_starts_at_another_time(tmp_path: Path, run: Run) -> None:
+    recording, _ = made("pair")
+    plain = diagnosed(run, tmp_path, recording, "plain")
+    later = recording.frame.assign(time_s=recording.frame["time_s"] + 86_400.0)
+    assert sets(diagnosed(run, tmp_path, replace(recording, frame=later), "later")) == sets(plain)
+
+
+def test_the_same_with_the_gauge_turned_end_for_end(tmp_path: Path, run: Run) -> None:
+    turned = record(machine(SCALE), [(-1.0, 0.0, 0.0), (0.0, -1.0, 0.0)], seed=4)
+    assert sets(diagnosed(run, tmp_path, turned, "turned")) == sets(diagnosed(run, tmp_path, made("scale")[0], "plain"))
+
+
+def test_the_diagnosed_machine_can_be_diagnosed_in_its_turn(tmp_path: Path, run: Run) -> None:
+    path = as_file(tmp_path, made("scale")[0])
+    assert run("diagnose", path, *COMMON, "-o", tmp_path / "one").code == 0
+    better = tmp_path / "one" / "machine.diagnosed.toml"
+    result = run("diagnose", path, "-g", "step-gauge-420", "-m", better, "-o", tmp_path / "two")
+    assert result.code == 0, result.err
+    before, after = diagnosis(tmp_path / "one"), diagnosis(tmp_path / "two")
+    assert after["verdict"] == "adequate"
+    assert after["fit"]["rms_before_um"] == pytest.approx(before["fit"]["rms_after_um"], rel=1e-3)
+    assert after["inputs"]["machine"]["effects"] == [effect["kind"] for effect in before["effects"]]
+
+
+def broken(path: Path, old: str, new: str) -> Path:
+    """A copy of a recording with one thing wrong."""
+    text = path.read_text()
+    assert old in text
+    target = path.with_name("broken.csv")
+    target.write_text(text.replace(old, new, 1))
+    return target
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["{tmp}/none.csv", "-g", "step-gauge-420", "-m", "bridge-cmm"], ["none.csv", "No such file"]),
+        (["{good}", "-g", "no-gauge", "-m", "bridge-cmm"], ["no-gauge", "step-gauge-420"]),
+        (["{good}", "-g", "step-gauge-420", "-m", "no-machine"], ["no-machine", "bridge-cmm"]),
+        (["{broken}", "-g", "step-gauge-420", "-m", "bridge-cmm"], ["broken.csv:", "is not a"]),
+        (["{short}", "-g", "step-gauge-420", "-m", "bridge-cmm"], ["short.csv", "too small", "3 probings"]),
+        (["{good}", "-g", "step-gauge-420"], ["--machine"]),
+        (
+            ["{good}", "{good}", "-g", "step-gauge-420", "-m", "bridge-cmm", "--each"],
+            ["2 recordings", "different names"],
+        ),
+        (["{good}", "-g", "step-gauge-420", "-m", "bridge-cmm", "--jobs", "0"], ["--jobs"]),
+    ],
+)
+def test_wrong_input_is_exit_code_two_and_leaves_nothing(
+    arguments: list[str], words: list[str], tmp_path: Path, run: Run
+) -> None:
+    recording = made("scale, one placement")[0]
+    good = as_file(tmp_path, recording, "good")
+    short = as_file(tmp_path, replace(recording, frame=recording.frame.head(3)), "short")
+    names = {"tmp": tmp_path, "good": good, "short": short, "broken": broken(good, "\n1,1,1,", "\n1,1,nan,")}
+    result = run("diagnose", *(text.format(**names) for text in arguments), "-o", tmp_path / "out")
+    assert result.code == 2
+    assert "Traceback" not in result.err
+    for word in words:
+        assert word in result.err
+    assert not (tmp_path / "out").exists()

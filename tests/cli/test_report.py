@@ -1,0 +1,83 @@
+"""``stepgauge report`` as a user runs it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from pypdf import PdfReader
+
+from stepgauge.cli import main
+from stepgauge.evaluation_files import write_evaluation
+from stepgauge.placement import write_placement
+from tests.measured import lay, one_placement, shipped
+
+
+@pytest.fixture
+def result(tmp_path: Path) -> Path:
+    """A folder as evaluate leaves it, with the placement beside it."""
+    write_evaluation(tmp_path / "result", one_placement())
+    write_placement(tmp_path / "placement.toml", lay(shipped()[0]))
+    return tmp_path / "result"
+
+
+def run(*arguments: object) -> int:
+    """Exit code of the command line."""
+    try:
+        main(["report", *map(str, arguments)])
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    return 0
+
+
+def test_everything_stated(result: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    target = tmp_path / "new" / "report.pdf"
+    code = run(
+        result, "-g", "step-gauge-420", "-p", tmp_path / "placement.toml", "-m", "bridge-cmm", "--number", "N-1",
+        "--operator", "Op", "--customer", "Cu", "--location", "Lo", "--remarks", "Re", "--date", "2026-03-04",
+        "-o", target,
+    )  # fmt: skip
+    assert code == 0
+    assert str(target) in capsys.readouterr().err
+    text = "\n".join(page.extract_text() for page in PdfReader(target).pages)
+    for word in ("N-1", "Op", "Cu", "Lo", "Re", "2026-03-04", "EXAMPLE-2026-0420", "Bridge CMM"):
+        assert word in text
+
+
+def test_html_from_the_file_itself(result: Path, tmp_path: Path) -> None:
+    assert run(result / "evaluation.json", "-o", tmp_path / "report.html") == 0
+    assert (tmp_path / "report.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+
+
+def test_own_template_from_a_copy_of_the_shipped_one(result: Path, tmp_path: Path) -> None:
+    from stepgauge.resources import folder
+
+    shipped_text = (folder("templates") / "reports" / "report.typ").read_text(encoding="utf-8")
+    own = tmp_path / "own.typ"
+    own.write_text(shipped_text.replace("[Result]", "[Our result]"), encoding="utf-8")
+    assert run(result, "--template", own, "-o", tmp_path / "report.pdf") == 0
+    assert "Our result" in PdfReader(tmp_path / "report.pdf").pages[0].extract_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["{result}", "-o", "{tmp}/report.docx"], [".docx", ".pdf or .html"]),
+        (["{result}/nothing.json", "-o", "{tmp}/report.pdf"], ["nothing.json", "no such file"]),
+        (["{result}/evaluation.csv", "-o", "{tmp}/report.pdf"], ["evaluation.csv", "not valid JSON"]),
+        (["{result}", "-g", "step-gauge-600", "-o", "{tmp}/report.pdf"], ["SG-600", "expected SG-420-001"]),
+        (["{result}", "-m", "machining-centre", "-o", "{tmp}/report.pdf"], ["not the machine", "Bridge CMM"]),
+        (["{result}", "-p", "{tmp}/placement.toml", "-o", "{tmp}/report.pdf"], ["give --gauge"]),
+        (["{result}", "--date", "4.3.2026", "-o", "{tmp}/report.pdf"], ["--date"]),
+        (["{result}", "--template", "{tmp}/none.typ", "-o", "{tmp}/report.pdf"], ["none.typ", "no such file"]),
+    ],
+)
+def test_wrong_input_is_exit_code_two_and_leaves_nothing(
+    result: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], words: list[str]
+) -> None:
+    assert run(*(text.format(result=result, tmp=tmp_path) for text in arguments)) == 2
+    message = capsys.readouterr().err
+    assert "Traceback" not in message
+    for word in words:
+        assert word in message
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["placement.toml", "result"]

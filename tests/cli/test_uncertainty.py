@@ -1,0 +1,163 @@
+"""``stepgauge uncertainty`` and ``stepgauge effects`` as a user calls them."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+from numpy.testing import assert_allclose
+
+from stepgauge.cli import cli
+from stepgauge.effects import effect_kinds, make_effects
+from stepgauge.errors import InputError
+from stepgauge.evaluate import evaluate
+from stepgauge.gauge import Gauge
+from stepgauge.machine import probing_settings, run_program
+from stepgauge.machine_file import read_machine
+from stepgauge.placement import make_placement, write_placement
+from stepgauge.plan import PlanOptions, make_program
+from stepgauge.programs import DIALECTS
+from stepgauge.programs.render import render
+from stepgauge.recording import read_recording, write_recording
+from stepgauge.resources import find_data
+
+
+@pytest.fixture
+def folder(gauge: Gauge, tmp_path: Path) -> Path:
+    """A program, its placement, a machine with an uncertain scale, and a recording as CSV and as Parquet."""
+    source = find_data("bridge-cmm", "machine", "machines").read_text(encoding="utf-8")
+    effect = '[[effect]]\nkind = "scale_error"\naxis = "x"\nppm = { value = 2.5, u = 0.8 }\n'
+    (tmp_path / "machine.toml").write_text(f"{source}\n{effect}", encoding="utf-8")
+    machine = read_machine(tmp_path / "machine.toml")
+    placement = make_placement([150, 100, 100], [550, 100, 100], 1, gauge.n_blocks)
+    program = make_program(placement, gauge, PlanOptions(1, gauge.n_blocks), probing_settings(machine, 2.0))
+    write_placement(tmp_path / "placement.toml", placement)
+    (tmp_path / "gauge.ngc").write_text(render(program, DIALECTS["linuxcnc"]), encoding="utf-8")
+    recording = run_program(program, machine, gauge, placement, 3).recording
+    write_recording(tmp_path / "recording.csv", recording)
+    write_recording(tmp_path / "recording.parquet", recording)
+    return tmp_path
+
+
+def command(folder: Path, source: str, *more: str) -> list[str]:
+    known = ["-m", str(folder / "machine.toml"), "-g", "step-gauge-420"]
+    return ["uncertainty", str(folder / source), *known, "--runs", "300", *more]
+
+
+def run(*arguments: str) -> str:
+    result = CliRunner().invoke(cli, list(arguments), catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def test_program_and_recording_give_json_csv_and_figure(folder: Path) -> None:
+    run(*command(folder, "gauge.ngc", "-p", str(folder / "placement.toml"), "-o", str(folder / "a"), "--jobs", "1"))
+    said = run(*command(folder, "recording.csv", "-o", str(folder / "b"), "--jobs", "1", "--figure", "svg"))
+    assert re.search(r"r_eff 1\.99\d+ mm, u 0\.0001 mm", said)
+    assert (folder / "a" / "uncertainty-1.png").stat().st_size > 10_000
+    assert (folder / "b" / "uncertainty-1.svg").stat().st_size > 10_000
+    report = json.loads((folder / "a" / "uncertainty.json").read_text())
+    table = pd.read_csv(folder / "a" / "uncertainty.csv")
+    assert report["runs"] == 300
+    assert {i["name"] for i in report["inputs"]} >= {"effect[1].ppm", "certificate", "repeatability"}
+    assert len(table) == len(report["quantities"])
+    last = next(q for q in report["quantities"] if (q["quantity"], q["face"]) == ("xf_um", 41))
+    assert_allclose(last["mean"], 1.0, atol=0.1)  # 2.5 um/m over 400 mm
+    assert_allclose(last["contributions"]["effect[1].ppm"], 0.8 * 0.4, rtol=0.15)
+    assert last["low_95"] < last["value"] < last["high_95"]
+
+
+def test_parquet_and_csv_processes_and_chunks_give_the_same(folder: Path) -> None:
+    run(*command(folder, "recording.csv", "-o", str(folder / "a"), "--jobs", "1"))
+    run(*command(folder, "recording.parquet", "-o", str(folder / "b"), "--jobs", "2", "--chunk", "50"))
+    assert (folder / "a" / "uncertainty.csv").read_text() == (folder / "b" / "uncertainty.csv").read_text()
+
+
+def test_a_program_without_placement_is_an_error(folder: Path) -> None:
+    done = stepgauge(*command(folder, "gauge.ngc", "-o", str(folder / "a")))
+    assert done.returncode == 2
+    assert done.stderr.startswith("stepgauge: error: --placement: a program needs to know how the gauge lies")
+
+
+def stepgauge(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "stepgauge", *arguments], capture_output=True, text=True, check=False, timeout=120
+    )
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends SIGINT to a process")
+def test_an_interrupted_command_goes_on_when_it_is_repeated(folder: Path) -> None:
+    arguments = [sys.executable, "-m", "stepgauge", *command(folder, "recording.csv", "--jobs", "2", "--runs", "20000")]
+    process = subprocess.Popen([*arguments, "-o", str(folder / "a")], stderr=subprocess.PIPE, text=True)
+    done = folder / "a" / ".uncertainty-runs" / "done.u8"
+    waited_until = time.monotonic() + 60
+    while not (done.exists() and 1 in done.read_bytes()) and time.monotonic() < waited_until:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in said
+    kept = sum(done.read_bytes())
+    assert 0 < kept < len(done.read_bytes())
+    for name in ("a", "b"):
+        subprocess.run([*arguments, "-o", str(folder / name)], check=True, capture_output=True, timeout=120)
+    assert (folder / "a" / "uncertainty.csv").read_text() == (folder / "b" / "uncertainty.csv").read_text()
+    assert not done.exists()
+
+
+def test_parquet_keeps_comments_and_numbers(folder: Path, gauge: Gauge) -> None:
+    one, other = read_recording(folder / "recording.csv"), read_recording(folder / "recording.parquet")
+    assert dict(one.comments) == dict(other.comments)
+    pd.testing.assert_frame_equal(one.frame, other.frame, check_exact=False, atol=1e-12, rtol=0)
+    assert evaluate(other, gauge).results[0].band_um == pytest.approx(evaluate(one, gauge).results[0].band_um)
+
+
+def test_parquet_without_pyarrow_says_what_to_install(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(InputError, match=r"Parquet needs pyarrow; expected pip install 'stepgauge\[parquet\]'"):
+        read_recording(folder / "recording.parquet")
+
+
+@pytest.mark.parametrize("content", [b"", b"PAR1 and then nothing", b"cycle,face\n1,1\n"])
+def test_what_only_calls_itself_parquet_is_an_error(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "r.parquet").write_bytes(content)
+    with pytest.raises(InputError, match=r"r\.parquet: not a Parquet file"):
+        read_recording(tmp_path / "r.parquet")
+
+
+def test_a_value_out_of_place_in_parquet_is_named_by_its_row(folder: Path) -> None:
+    frame = pd.read_parquet(folder / "recording.parquet")
+    frame.loc[4, "x_mm"] = float("nan")
+    frame.to_parquet(folder / "bad.parquet")
+    with pytest.raises(InputError, match=r"bad\.parquet:5: column x_mm is not a finite number; found nothing"):
+        read_recording(folder / "bad.parquet")
+
+
+def test_effects_lists_the_vocabulary_and_explains_each_with_an_example_that_works(tmp_path: Path) -> None:
+    (tmp_path / "map.csv").write_text("coordinate_mm,error\n0,0\n700,1\n")
+    listed = run("effects")
+    for kind, effect in effect_kinds().items():
+        assert f"\n{kind} " in f"\n{listed}"
+        said = run("effects", kind)
+        assert effect.equation in said
+        for parameter in effect.parameters():
+            assert re.search(rf"\n  {parameter.name} +\S.*{re.escape(parameter.unit)}", said)
+        example = tomllib.loads(said[said.index("[[effect]]") :])["effect"]
+        (made,) = make_effects(example, tmp_path / "machine.toml")
+        assert made.kind == kind
+
+
+def test_an_unknown_effect_is_an_error_with_the_known_ones() -> None:
+    done = stepgauge("effects", "gremlins")
+    assert done.returncode == 2
+    assert "gremlins: no such effect; expected angular_error" in done.stderr

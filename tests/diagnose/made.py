@@ -1,0 +1,102 @@
+"""Recordings with known effects in them, made by the virtual CMM, and their diagnoses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stepgauge.diagnose.engine import diagnose
+from stepgauge.diagnose.result import Diagnosis
+from stepgauge.gauge import Gauge, read_gauge
+from stepgauge.machine import Conditions, run_program
+from stepgauge.machine_file import Machine, read_machine
+from stepgauge.moves import ProbingSettings
+from stepgauge.placement import make_placement
+from stepgauge.plan import PlanOptions, make_program, middle_standoff_mm
+from stepgauge.recording import Recording, join_recordings, write_recording
+
+BLOCKS = 12
+ALONG_X, ALONG_Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+PAUSE_S = 30.0
+Effects = tuple[dict[str, Any], ...]
+
+SCALE: Effects = ({"kind": "scale_error", "axis": "x", "ppm": 8.0},)
+CYCLE: Effects = ({"kind": "temperature_cycle", "direction": "y", "amplitude_um": 1.0, "period_s": 300.0},)
+GROWTH: Effects = ({"kind": "noise_growth", "per": "position", "rate": 5.0},)
+OUTLIERS: Effects = ({"kind": "outliers", "rows": [5, 60], "um": 6.0},)
+
+
+def gauge() -> Gauge:
+    return read_gauge("step-gauge-420")
+
+
+def machine(effects: Sequence[dict[str, Any]] = (), noise_um: float = 0.3) -> Machine:
+    """The shipped bridge CMM with effects."""
+    shipped = read_machine("bridge-cmm")
+    table = shipped.table.model_copy(update={"repeatability_um": noise_um})
+    return replace(shipped, table=table, effects=tuple(effects))
+
+
+def record(
+    on: Machine, axes: Sequence[Sequence[float]] = (ALONG_X, ALONG_Y), seed: int = 1, cycles: int = 5
+) -> Recording:
+    """The first blocks of the gauge measured along each axis, one placement after the other."""
+    steps, runs, start = gauge(), [], 0.0
+    settings = ProbingSettings(standoff_mm=middle_standoff_mm(steps, 2.0))
+    length = steps.block_centre_mm[BLOCKS - 1] - steps.block_centre_mm[0]
+    for number, axis in enumerate(axes, 1):
+        a = np.asarray(axis, float) / np.linalg.norm(axis)
+        c1 = np.array([350.0, 600.0, 250.0]) - a * length / 2.0
+        placement = make_placement(c1, c1 + a * length, 1, BLOCKS)
+        program = make_program(placement, steps, PlanOptions(1, BLOCKS, cycles=cycles), settings)
+        run = run_program(program, on, steps, placement, seed + 1000 * number, Conditions(20.0, number, start))
+        assert run.stop is None
+        runs.append(run.recording)
+        start += run.duration_s + PAUSE_S
+    return join_recordings(runs) if len(runs) > 1 else runs[0]
+
+
+@lru_cache
+def made(name: str) -> tuple[Recording, Diagnosis]:
+    """A recording by name with its diagnosis: made once, for a diagnosis takes a second."""
+    effects, axes = {
+        "null": ((), (ALONG_X, ALONG_Y)),
+        "scale": (SCALE, (ALONG_X, ALONG_Y)),
+        "scale, one placement": (SCALE, (ALONG_X,)),
+        "pair": (SCALE + CYCLE, (ALONG_X, ALONG_Y)),
+        "growth": (GROWTH, (ALONG_X, ALONG_Y)),
+        "outliers": (OUTLIERS, (ALONG_X,)),
+    }[name]
+    recording = record(machine(effects), axes)
+    return recording, diagnose(recording, gauge(), machine())
+
+
+def made_unknown(name: str = "pair") -> tuple[Recording, Diagnosis]:
+    """A diagnosis as if no effect had a name: the same structure, described by its form only."""
+    recording, found = made(name)
+    return recording, replace(
+        found, verdict="unknown", findings=(), unexplained=found.located, after_um=found.before_um, placements={}
+    )
+
+
+@lru_cache
+def made_insufficient() -> tuple[Recording, Diagnosis]:
+    """Every face touched once: nothing says how large the noise is."""
+    recording = record(machine(), [ALONG_X], cycles=1)
+    return recording, diagnose(recording, gauge(), machine())
+
+
+def rms(values: Any) -> float:
+    return float(np.sqrt((np.asarray(values) ** 2).mean()))
+
+
+def as_file(folder: Path, recording: Recording, name: str = "recording") -> Path:
+    """The recording written to a file."""
+    path = folder / f"{name}.csv"
+    write_recording(path, recording)
+    return path

@@ -1,0 +1,58 @@
+"""Figures: formats by extension, whole or not at all, printed sizes, and nothing left in matplotlib's state."""
+
+import matplotlib
+import pytest
+
+from stepgauge.errors import InputError
+from stepgauge.figures import style
+
+
+def drawn():
+    with style.figure_style():
+        figure = style.new_figure(80.0, 60.0)
+        figure.add_subplot().plot([0, 1], [0, 1])
+    return figure
+
+
+@pytest.mark.parametrize(("name", "magic"), [("a.png", b"\x89PNG"), ("a.PDF", b"%PDF"), ("a.svg", b"<?xml")])
+def test_format_by_extension(tmp_path, name, magic):
+    style.save_figure(drawn(), tmp_path / "new" / name)
+    assert (tmp_path / "new" / name).read_bytes().startswith(magic)
+
+
+@pytest.mark.parametrize("name", ["a.jpg", "a", "png"])
+def test_other_extensions_are_refused(tmp_path, name):
+    with pytest.raises(InputError, match=r"cannot tell the figure's format.*expected .png, .pdf or .svg"):
+        style.save_figure(drawn(), tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_failed_save_leaves_the_old_figure(tmp_path, monkeypatch):
+    path = tmp_path / "a.png"
+    path.write_bytes(b"old")
+    figure = drawn()
+    monkeypatch.setattr(figure, "savefig", lambda *_, **__: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        style.save_figure(figure, path)
+    assert path.read_bytes() == b"old"
+    assert [p.name for p in tmp_path.iterdir()] == ["a.png"]
+
+
+def test_size_is_the_printed_size():
+    width, height = style.new_figure(80.0, 60.0).get_size_inches()
+    assert (25.4 * width, 25.4 * height) == pytest.approx((80.0, 60.0))
+
+
+def test_style_ends_with_the_block():
+    before = dict(matplotlib.rcParams)
+    with style.figure_style():
+        assert matplotlib.rcParams["font.size"] == 8.0
+        assert matplotlib.rcParams["axes.prop_cycle"].by_key()["color"][0] == style.COLORS["after"]
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_the_same_figure_twice_is_the_same_file(tmp_path):
+    for kind in style.FORMATS:
+        for name in ("a", "b"):
+            style.save_figure(drawn(), tmp_path / f"{name}.{kind}")
+        assert (tmp_path / f"a.{kind}").read_bytes() == (tmp_path / f"b.{kind}").read_bytes()

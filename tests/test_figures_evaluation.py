@@ -1,0 +1,112 @@
+"""The figures of an evaluation carry its numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+
+from stepgauge.errors import InputError
+from stepgauge.evaluate import PlacementResult
+from stepgauge.evaluation_files import evaluation_to_dict
+from stepgauge.figures.evaluation import describe, draw_evaluations, evaluation_figure
+from tests.measured import one_placement, two_placements, with_gaps
+
+
+def line(axes: Axes, label: str) -> np.ndarray:
+    """Data of the line of this label, shape (n, 2)."""
+    (found,) = [one for one in axes.get_lines() if one.get_label() == label]
+    return np.asarray(found.get_xydata(), float)
+
+
+def bands(axes: Axes) -> list[PolyCollection]:
+    return [one for one in axes.collections if str(one.get_gid()).startswith("two-sigma")]
+
+
+def expected(result: PlacementResult, values: np.ndarray, where: np.ndarray) -> np.ndarray:
+    return np.column_stack([result.nominal_mm, values])[where]
+
+
+@pytest.mark.parametrize("make", [one_placement, with_gaps])
+def test_points_are_the_evaluation_and_hollow_where_interpolated(make) -> None:
+    evaluation = make()
+    result = evaluation.results[0]
+    errors, reversal = evaluation_figure(evaluation_to_dict(evaluation)["placements"][0]).axes
+    front = result.face % 2 == 1
+    for label, values, measured in (("forward XF", result.xf_um, front), ("backward XB", result.xb_um, ~front)):
+        for part, where in (("measured", measured), ("interpolated", ~measured)):
+            found = line(errors, f"{label} {part}")
+            np.testing.assert_allclose(found, expected(result, values, where), atol=1e-12)
+            (artist,) = [one for one in errors.get_lines() if one.get_label() == f"{label} {part}"]
+            assert (artist.get_markerfacecolor() == "white") == (part == "interpolated")
+    every = np.ones(len(front), bool)
+    np.testing.assert_allclose(line(errors, "mean XM"), expected(result, result.xm_um, every), atol=1e-12)
+    np.testing.assert_allclose(line(reversal, "reversal XR"), expected(result, result.xr_um, every), atol=1e-12)
+
+
+def test_missing_faces_leave_gaps() -> None:
+    evaluation = with_gaps()
+    mean = line(evaluation_figure(evaluation_to_dict(evaluation)["placements"][0]).axes[0], "mean XM")
+    # Faces 4 and 7 are missing: means need the face and its two neighbours.
+    gone = np.flatnonzero(np.isnan(mean[:, 1])) + 1
+    assert list(gone) == [1, 3, 4, 5, 6, 7, 8, 12]
+
+
+def test_bands_reach_two_sigma_to_both_sides() -> None:
+    result = one_placement().results[0]
+    errors = evaluation_figure(evaluation_to_dict(one_placement())["placements"][0]).axes[0]
+    forward, backward = bands(errors)
+    for band, mean, sigma in ((forward, result.xf_um, result.sf_um), (backward, result.xb_um, result.sb_um)):
+        corners = np.vstack([path.vertices for path in band.get_paths()])
+        for x, centre, s in zip(result.nominal_mm, mean, sigma, strict=True):
+            if np.isfinite(s):
+                there = corners[corners[:, 0] == x][:, 1]
+                assert there.min() == pytest.approx(centre - 2 * s, abs=1e-12)
+                assert there.max() == pytest.approx(centre + 2 * s, abs=1e-12)
+
+
+def test_worst_two_sigma_and_band_are_written() -> None:
+    result = one_placement().results[0]
+    placement = evaluation_to_dict(one_placement())["placements"][0]
+    errors = evaluation_figure(placement).axes[0]
+    assert f"band {result.band_um:.2f} µm" in [text.get_text() for text in errors.texts]
+    measured = np.where(result.face % 2 == 1, result.sf_um, result.sb_um)
+    face = result.face[np.nanargmax(measured)]
+    assert errors.get_title(loc="right") == f"worst two-sigma ±{result.worst_two_sigma_um:.2f} µm (face {face})"
+    (bar,) = errors.containers
+    segment = bar.lines[2][0].get_segments()[0]
+    assert np.ptp(segment[:, 1]) == pytest.approx(2 * result.worst_two_sigma_um)
+    assert f"face {face}" in describe(placement)
+
+
+def test_a_single_cycle_has_no_bands_and_says_so() -> None:
+    placement = evaluation_to_dict(one_placement(cycles=1))["placements"][0]
+    figure = evaluation_figure(placement)
+    assert bands(figure.axes[0]) == []
+    assert "± two sigma" not in [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "two-sigma undefined" in describe(placement)
+
+
+def test_axes_carry_units() -> None:
+    errors, reversal = evaluation_figure(evaluation_to_dict(one_placement())["placements"][0]).axes
+    assert "(µm)" in errors.get_ylabel()
+    assert "(µm)" in reversal.get_ylabel()
+    assert "(mm)" in reversal.get_xlabel()
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
+def test_files_are_named_by_placement_and_repeatable(tmp_path: Path, suffix: str) -> None:
+    assert [p.name for p in draw_evaluations(tmp_path, one_placement(), suffix)] == [f"evaluation.{suffix}"]
+    first = [path.read_bytes() for path in draw_evaluations(tmp_path / "a", two_placements(), suffix)]
+    paths = draw_evaluations(tmp_path / "b", two_placements(), suffix)
+    assert [path.name for path in paths] == [f"evaluation-placement-{n}.{suffix}" for n in (1, 2)]
+    assert [path.read_bytes() for path in paths] == first
+
+
+def test_an_unknown_suffix_leaves_no_file(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="gif"):
+        draw_evaluations(tmp_path, one_placement(), "gif")
+    assert list(tmp_path.iterdir()) == []

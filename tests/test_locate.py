@@ -1,0 +1,192 @@
+"""16 points: the pose comes back within its uncertainty, and slips are named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stepgauge.errors import InputError
+from stepgauge.gauge import Gauge
+from stepgauge.locate import locate, read_points
+from stepgauge.placement import Placement, format_placement, parse_placement
+from tests.build import Pose, angles, gauges, inclinations, make_gauge, make_points, make_pose, positions
+
+RADIUS = 1.997
+
+
+def level(gauge: Gauge, blocks: tuple[int, int] | None = None) -> tuple[np.ndarray, tuple[int, int]]:
+    """Points on a level gauge that lies askew."""
+    blocks = blocks or (1, gauge.n_blocks)
+    return make_points(gauge, make_pose(0.7, 0.05, origin=(100, 200, 50)), RADIUS, blocks), blocks
+
+
+@given(gauges(), angles, inclinations, positions, st.integers(0, 2**32 - 1))
+def test_the_pose_comes_back_within_its_stated_uncertainty(gauge, yaw, pitch, origin, seed) -> None:
+    random = np.random.default_rng(seed)
+    pose = make_pose(yaw, pitch, origin=origin)
+    sigma_um = random.uniform(0.1, 3.0)
+    shift = random.uniform(-0.5, 0.5, (16, 3))
+    points = make_points(gauge, pose, RADIUS, (1, gauge.n_blocks), shift) + random.normal(0, sigma_um * 1e-3, (16, 3))
+    found = locate(points, gauge, (1, gauge.n_blocks), sigma_um)
+    truth = pose.placement(gauge)
+    u = found.details["uncertainty"]
+    for name in ("c1", "c2"):
+        off_um = (getattr(found, f"{name}_mm") - getattr(truth, f"{name}_mm")) * 1e3
+        assert (np.abs(off_um) < 6.0 * np.array(u[f"{name}_um"]) + 0.02).all()
+    off_rad = np.degrees(np.arcsin(truth.axis[2])) - found.details["angles"]["pitch_deg"]
+    assert abs(np.radians(off_rad)) * 1e6 < 6.0 * u["pitch_urad"] + 0.1
+    assert abs(found.tip_radius_mm - RADIUS) * 1e3 < 6.0 * u["tip_radius_um"] + 0.01
+
+
+def test_the_stated_uncertainty_is_the_scatter_of_many_probings() -> None:
+    """Monte Carlo against the linear propagation, in all reported quantities."""
+    random = np.random.default_rng(1)
+    gauge = make_gauge(8)
+    points = make_points(gauge, make_pose(0.4, -0.8, origin=(10, 20, 30)), RADIUS, (1, 8))
+    runs = [locate(points + random.normal(0, 1e-3, (16, 3)), gauge, (1, 8), 1.0) for _ in range(400)]
+    stated = runs[0].details["uncertainty"]
+    for name in ("c1_mm", "c2_mm"):
+        scatter_um = np.std([getattr(run, name) for run in runs], axis=0, ddof=1) * 1e3
+        np.testing.assert_allclose(scatter_um, stated[name.replace("mm", "um")], rtol=0.15)
+    for angle in ("yaw", "pitch"):
+        scatter_urad = np.std([np.radians(run.details["angles"][f"{angle}_deg"]) for run in runs], ddof=1) * 1e6
+        assert scatter_urad == pytest.approx(stated[f"{angle}_urad"], rel=0.15)
+    assert np.std([run.tip_radius_mm for run in runs]) * 1e3 == pytest.approx(stated["tip_radius_um"], rel=0.15)
+    tilt_urad = [run.details["angles"]["n1_to_axis_mrad"] * 1e3 for run in runs]
+    assert np.sqrt(np.mean(np.square(tilt_urad))) == pytest.approx(stated["n1_urad"], rel=0.15)
+
+
+@given(gauges(), angles, st.floats(-1.2, 1.2), st.floats(0.3, 2.8), st.booleans(), positions)
+def test_a_gauge_turned_about_its_axis_or_standing_is_found_with_its_up_direction(
+    gauge, yaw, pitch, roll, standing, origin
+) -> None:
+    pose = make_pose(yaw, np.pi / 2 if standing else pitch, roll, origin)
+    found = locate(make_points(gauge, pose, RADIUS, (1, gauge.n_blocks)), gauge, (1, gauge.n_blocks), 0.5)
+    np.testing.assert_allclose(found.rotation, pose.rotation, atol=2e-3)
+    np.testing.assert_allclose(found.c1_mm, pose.placement(gauge).c1_mm, atol=0.02)
+    assert any("up direction" in note for note in found.details["notes"])
+
+
+def test_angles_are_stated_against_the_machine_axes() -> None:
+    gauge = make_gauge(8)
+    yaw, pitch = 0.000610 + np.pi / 2, 0.002
+    angles = locate(make_points(gauge, make_pose(yaw, pitch), RADIUS, (1, 8)), gauge, (1, 8), 1.0).details["angles"]
+    assert angles["yaw_deg"] == pytest.approx(np.degrees(yaw), abs=1e-6)
+    assert angles["pitch_deg"] == pytest.approx(np.degrees(pitch), abs=1e-6)
+    assert angles["nearest_machine_axis"] == "+y"
+    assert angles["from_nearest_axis_deg"] == pytest.approx(np.degrees(np.hypot(0.000610, 0.002)), rel=1e-3)
+
+
+def test_the_normal_of_a_tilted_block_is_reported_and_not_taken_for_the_axis() -> None:
+    """Front and back of the first block lean by 2 mrad; its centre and the axis stay where they are."""
+    gauge, tilt = make_gauge(8), 2e-3
+    pose = make_pose(0.0, 0.0)
+    points = make_points(gauge, pose, RADIUS, (1, 8))
+    leaning = [0, 1, 2, 7]
+    points[leaning, 0] += tilt * points[leaning, 1]
+    found = locate(points, gauge, (1, 8), 1.0)
+    assert found.details["angles"]["n1_to_axis_mrad"] == pytest.approx(2.0, rel=0.01)
+    assert found.details["angles"]["n2_to_axis_mrad"] == pytest.approx(0.0, abs=0.01)
+    np.testing.assert_allclose(found.axis, [1, 0, 0], atol=1e-6)
+
+
+SWAPS = [(4, 5), (6, 7), (1, 8), (4, 12), (6, 14), (8, 16), (1, 9), (3, 4), (5, 7), (12, 13), (7, 15)]
+
+
+@pytest.mark.parametrize("roll", [0.0, -0.9])
+@pytest.mark.parametrize(("one", "other"), SWAPS)
+def test_two_swapped_points_are_named(one: int, other: int, roll: float) -> None:
+    gauge = make_gauge(21)
+    random = np.random.default_rng(one)
+    pose = make_pose(1.0, -0.6, roll, (40, 300, 180))
+    points = make_points(gauge, pose, RADIUS, (1, 21), random.uniform(-0.5, 0.5, (16, 3)))
+    points[[one - 1, other - 1]] = points[[other - 1, one - 1]]
+    with pytest.raises(InputError, match=f"points {one} and {other} look swapped"):
+        locate(points, gauge, (1, 21), 1.0)
+
+
+@pytest.mark.parametrize("point", [1, 4, 5, 6, 8, 9, 12, 16])
+def test_a_point_on_the_next_block_is_named(point: int) -> None:
+    gauge = make_gauge(21)
+    pose = make_pose(1.0, 0.3)
+    points = make_points(gauge, pose, RADIUS, (3, 15))
+    points[point - 1] += 20.0 * pose.rotation[0]
+    own = 3 if point <= 8 else 15
+    with pytest.raises(InputError, match=f"point {point} looks like one on block {own + 1}, not on block {own}"):
+        locate(points, gauge, (3, 15), 1.0)
+
+
+def wrong(points: np.ndarray, blocks: tuple[int, int], gauge: Gauge, match: str, **more: float) -> None:
+    with pytest.raises(InputError, match=match):
+        locate(points, gauge, blocks, 1.0, **more)
+
+
+def test_other_slips_are_named() -> None:
+    gauge = make_gauge(21)
+    points, blocks = level(gauge)
+    wrong(points / 25.4, blocks, gauge, "look like inches")
+    wrong(points * 25.4, blocks, gauge, "multiplied by 25.4")
+    wrong(points / 1000, blocks, gauge, "look like metres")
+    wrong(np.roll(points, 8, axis=0), blocks, gauge, "1-8 and 9-16 look swapped")
+    wrong(points, (1, 20), gauge, "not blocks 1 and 20: the distance fits blocks 1 and 21")
+    wrong(points, blocks, gauge, "tip radius stated", tip_radius_mm=1.5)
+    in_line = points.copy()
+    in_line[1] = (points[0] + points[2]) / 2
+    wrong(in_line, blocks, gauge, "points 1, 2 and 3 are in line")
+    leaning = points.copy()
+    leaning[8] += 0.3
+    wrong(leaning, blocks, gauge, "points 9 to 11 is .* deg off square")
+
+
+def test_sides_that_are_not_square_are_refused() -> None:
+    gauge = make_gauge(21)
+    points, blocks = level(gauge)
+    axis = make_pose(0.7, 0.05).rotation[0]
+    points[3] += 4 * axis
+    points[4] -= 4 * axis
+    wrong(points, blocks, gauge, "side points 4 and 5 are not square to the axis")
+
+
+@given(gauges(), angles, inclinations, positions)
+def test_a_placement_file_says_the_same(gauge, yaw, pitch, origin) -> None:
+    pose: Pose = make_pose(yaw, pitch, origin=origin)
+    one = locate(make_points(gauge, pose, RADIUS, (1, gauge.n_blocks)), gauge, (1, gauge.n_blocks), 1.0)
+    other: Placement = parse_placement(format_placement(one), "placement.toml", gauge)
+    np.testing.assert_allclose(other.c1_mm, one.c1_mm, atol=1e-7)
+    np.testing.assert_allclose(other.rotation, one.rotation, atol=1e-8)
+    assert other.details == one.details or not one.details["notes"]
+
+
+POINTS = "point,x_mm,y_mm,z_mm\n" + "\n".join(f"{i},{i},0,{i % 3}" for i in range(1, 17)) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("\n5,5,0,2", "", ["1 of the 16 points missing", "no 5"]),
+        ("\n5,5,0,2", "\n4,5,0,2", [":6", "twice", "4"]),
+        ("\n5,5,0,2", "\n17,5,0,2", [":6", "unknown point", "17"]),
+        ("\n5,5,0,2", "\n5,5,0", [":6", "cut short"]),
+        ("\n5,5,0,2", "\n5,5,0,abc", [":6", "z_mm", "'abc'"]),
+        ("point,", "points,", [":1", "'point' is missing"]),
+        (",", ";", [":1", "not separated by commas"]),
+        (POINTS, "", ["empty"]),
+    ],
+)
+def test_points_files_that_cannot_be_are_refused(tmp_path: Path, old: str, new: str, words: list[str]) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text(POINTS.replace(old, new))
+    with pytest.raises(InputError) as caught:
+        read_points(path)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_points_may_come_in_any_order(tmp_path: Path) -> None:
+    lines = POINTS.splitlines()
+    path = tmp_path / "points.csv"
+    path.write_text("\n".join([lines[0], *lines[:0:-1]]))
+    np.testing.assert_array_equal(read_points(path)[:, 0], np.arange(1, 17))

@@ -1,0 +1,294 @@
+"""Program text: what is rendered is read back as the same moves; what is not a program is refused with its line."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stepgauge.errors import InputError
+from stepgauge.moves import ProbingSettings, Program
+from stepgauge.plan import ORDERS, ROUTES, PlanOptions, make_program
+from stepgauge.programs import DIALECTS, Dialect, read_program, recognise
+from stepgauge.programs.render import fixed, render, same_moves
+from tests.build import angles, gauges, inclinations, make_gauge, make_pose, positions
+
+dialects = pytest.mark.parametrize("dialect", DIALECTS.values(), ids=DIALECTS)
+settings_of = st.builds(
+    ProbingSettings,
+    standoff_mm=st.decimals(1, 9, places=3).map(float),
+    search_mm=st.decimals("0.1", 5, places=3).map(float),
+    retract_mm=st.decimals(1, 9, places=3).map(float),
+    measuring_speed_mm_s=st.decimals("0.1", 20, places=2).map(float),
+    travel_speed_mm_s=st.decimals(1, 500, places=2).map(float),
+    tip_radius_mm=st.decimals("0.5", 3, places=3).map(float),
+)
+
+
+def plan(settings: ProbingSettings | None = None, yaw: float = 0.3, **options: object) -> Program:
+    gauge = make_gauge(3)
+    choice = PlanOptions(1, 3, **{"cycles": 1, **options})  # type: ignore[arg-type]
+    placement = make_pose(yaw, 0.01, origin=(100.0, -50.0, 30.0)).placement(gauge)
+    return make_program(placement, gauge, choice, settings or ProbingSettings())
+
+
+@dialects
+@given(
+    gauge=gauges(),
+    yaw=angles,
+    pitch=inclinations,
+    origin=positions,
+    settings=settings_of,
+    route=st.sampled_from(ROUTES),
+    order=st.sampled_from(ORDERS),
+    cycles=st.integers(1, 3),
+)
+def test_reading_what_was_rendered_gives_the_same_moves(
+    dialect: Dialect, gauge, yaw, pitch, origin, settings, route, order, cycles
+) -> None:
+    options = PlanOptions(1, gauge.n_blocks, route=route, order=order, cycles=cycles)
+    program = make_program(make_pose(yaw, pitch, origin=origin).placement(gauge), gauge, options, settings)
+    text = render(program, dialect)
+    assert recognise(text, "x") is dialect
+    controller = ProbingSettings(**{**settings.__dict__, **dict.fromkeys(dialect.carries, 77.0)})
+    back = dialect.read(text, "x", controller)
+    assert same_moves(program, back, dialect.decimals)
+    for name in ProbingSettings.__dataclass_fields__:
+        assert getattr(back.settings, name) == pytest.approx(getattr(settings, name), abs=2e-5), name
+
+
+@dialects
+def test_positions_come_back_to_the_printed_digits(dialect: Dialect) -> None:
+    """The text states the numbers; the reader must not lose any: half a unit of the last digit, and no more."""
+    program = plan()
+    back = dialect.read(render(program, dialect), "x", program.settings)
+    half = 0.5 * 10.0**-dialect.decimals
+    goto = ~program.is_measure
+    assert np.abs(program.position_mm - back.position_mm)[goto].max() <= half * 1.001
+    assert np.abs(program.position_mm - back.position_mm).max() <= 2.0 * half
+
+
+def test_same_moves_sees_a_difference() -> None:
+    program = plan()
+    moved = program.position_mm.copy()
+    moved[3, 1] += 2e-3
+    assert same_moves(program, program, 6)
+    assert not same_moves(program, replace(program, position_mm=moved), 3)
+    assert not same_moves(program, plan(yaw=0.31), 3)
+    assert not same_moves(program, plan(cycles=2), 3)
+
+
+@dialects
+def test_numbers_are_plain_decimals(dialect: Dialect) -> None:
+    """No exponent, no negative zero, no more digits than an I++ server reads (16 characters)."""
+    text = render(plan(yaw=0.0), dialect)
+    assert not re.search(r"\d[eE][-+]?\d", text)
+    assert not re.search(r"-0\.0*(?![\d])", text)
+    assert max(map(len, re.findall(r"[-+.\d]+", text))) <= 16
+
+
+def test_fixed_never_prints_a_negative_zero() -> None:
+    assert fixed(-0.0004, 3) == "0.000"
+    assert fixed(-0.0006, 3) == "-0.001"
+    assert fixed(1e-12, 6) == "0.000000"
+    assert fixed(1e6, 1) == "1000000.0"
+
+
+def test_dmis_keeps_to_its_line_length_and_names() -> None:
+    text = render(plan(cycles=12), DIALECTS["dmis"])
+    assert max(map(len, text.splitlines())) <= 80
+    assert all(len(name) <= 16 for name in re.findall(r"F\(([^)]*)\)", text))
+    assert text.index("UNITS/MM,ANGDEC") < text.index("GOTO/")
+    for state in (
+        "PRCOMP/OFF",
+        "SNSET/APPRCH",
+        "SNSET/SEARCH",
+        "SNSET/RETRCT",
+        "FEDRAT/POSVEL,MPM",
+        "FEDRAT/MESVEL,MPM",
+    ):
+        assert state in text
+
+
+def test_dmis_and_ippdme_give_the_outward_normal_and_the_surface_point() -> None:
+    """Face 1 of a gauge along +x from the origin: surface at x = 0, normal -x, tip centre a radius before."""
+    gauge = make_gauge(2)
+    program = make_program(
+        make_pose(0.0, 0.0).placement(gauge), gauge, PlanOptions(1, 2, cycles=1), ProbingSettings(tip_radius_mm=2.0)
+    )
+    dmis, ipp = (render(program, DIALECTS[name]) for name in ("dmis", "ippdme"))
+    assert "PTMEAS/CART,0.000000,0.000000,0.000000,$\n-1.000000000,0.000000000,0.000000000" in dmis
+    assert "PtMeas(X(0.000000), Y(0.000000), Z(0.000000), IJK(-1.000000000, 0.000000000, 0.000000000))" in ipp
+    assert "MS  -2.000      0.000      0.000 ;" in render(program, DIALECTS["jinyoung"])
+    assert "G38.2 X0.000000 Y0.000000 Z0.000000" in render(program, DIALECTS["linuxcnc"])  # 2 mm of search
+
+
+def test_linuxcnc_sets_every_state_that_probing_needs() -> None:
+    lines = render(plan(), DIALECTS["linuxcnc"]).splitlines()
+    states = next(line for line in lines if line.startswith("G21"))
+    assert {"G21", "G90", "G94", "G61"} <= set(states.split())
+    assert lines[-1] == "M2"
+    assert max(map(len, lines)) < 255
+    assert all(" F" in line for line in lines if line.startswith(("G1", "G38.2")))
+
+
+def test_ippdme_tags_rise_and_the_session_is_closed() -> None:
+    text = render(plan(), DIALECTS["ippdme"])
+    commands = text.splitlines()[:-1:2]
+    assert [int(line[:5]) for line in commands] == list(range(1, len(commands) + 1))
+    assert set(text.splitlines()[1:-1:2]) == {"\\\\"}
+    assert commands[0].endswith("StartSession()")
+    assert commands[-1].endswith("EndSession()")
+    assert text.splitlines()[-1] == ":"
+
+
+@dialects
+@given(data=st.data())
+def test_a_truncated_program_is_an_error_with_its_line(dialect: Dialect, data: st.DataObject) -> None:
+    lines = render(plan(), dialect).splitlines()
+    kept = data.draw(st.integers(1, len(lines) - 1))
+    with pytest.raises(InputError, match=r"^x:\d+: "):
+        dialect.read("\n".join(lines[:kept]), "x", ProbingSettings())
+
+
+WRONG = {
+    "jinyoung": [
+        ("MS  ", "MX  ", "not understood"),
+        ("END;", "END;\nMV 1 2 3 ;", "after END"),
+        (" ;\nPO", "\nPO", "not understood"),
+        ("MV  ", "MV  1 ", "3 numbers"),
+        ("MS  ", "MS  x", "is not a number"),
+    ],
+    "dmis": [
+        ("UNITS/MM", "UNITS/INCH", "only millimetres"),
+        ("UNITS/MM,ANGDEC\n", "", "units are set"),
+        ("PRCOMP/OFF", "PRCOMP/ON", "tip centres are wanted"),
+        ("GOTO/", "GOTOX/", "not understood"),
+        ("ENDMES", "$$", "MEAS inside"),
+        ("PTMEAS/CART,", "PTMEAS/CART,nan,", "needs 6 numbers"),
+        ("SNSET/SEARCH", "SNSET/DEPTH", "SNSET not understood"),
+        ("POSVEL,MPM", "POSVEL,INCH", "FEDRAT not understood"),
+        ("ENDFIL", "ENDFIL\nGOTO/1,2,3", "after ENDFIL"),
+    ],
+    "linuxcnc": [
+        ("G21", "G20", "G20 is not accepted"),
+        ("G90", "G91", "G91 is not accepted"),
+        ("G94", "G93", "G93 is not accepted"),
+        ("G61", "G43", "G code not understood"),
+        ("M2", "M2\nG0 X1", "after the end"),
+        ("G38.2 X", "G38.2 U", "not understood"),
+        ("G38.2 ", "G38.2 #5 ", "not understood"),
+        ("F180.000", "F-180", "feed must be positive"),
+        ("G21 G90", "G90", "units are set"),
+    ],
+    "ippdme": [
+        ("GoTo(", "Goto(", "command not understood"),
+        ("IJK(", "IJK(0, ", "needs 3 numbers"),
+        ("GoTo(X(", "GoTo(W(", "fields not understood"),
+        ("Tool.PtMeasPar.Search(", "Tool.Search(", "property not understood"),
+        ("EndSession()", "EndSession()\n99999 Home()", "after EndSession"),
+        ("00012 ", "12 ", "not a tagged command"),
+    ],
+}
+
+
+@pytest.mark.parametrize(("name", "old", "new", "words"), [(name, *case) for name in WRONG for case in WRONG[name]])
+def test_a_wrong_statement_is_an_error_with_its_line(name: str, old: str, new: str, words: str) -> None:
+    text = render(plan(), DIALECTS[name])
+    assert old in text
+    with pytest.raises(InputError, match=rf"^x:\d+: .*{words}"):
+        DIALECTS[name].read(text.replace(old, new, 1), "x", ProbingSettings())
+
+
+def test_a_zero_normal_is_refused() -> None:
+    text = re.sub(r"IJK\([^)]*\)", "IJK(0, 0, 0)", render(plan(), DIALECTS["ippdme"]))
+    with pytest.raises(InputError, match="no direction"):
+        DIALECTS["ippdme"].read(text, "x", ProbingSettings())
+
+
+def test_foreign_and_empty_texts_are_refused(tmp_path: Path) -> None:
+    for name, text in (("letter.txt", "Dear Sir,\nwe are pleased"), ("empty.dmi", "")):
+        path = tmp_path / name
+        path.write_text(text)
+        with pytest.raises(InputError, match="not a measuring program in a known dialect"):
+            read_program(path, ProbingSettings())
+    for dialect, text in (
+        ("dmis", "DMISMN/'x',05.2\nENDFIL\n"),
+        ("linuxcnc", "G21\nG0 X1 Y1 Z1\nM2\n"),
+        ("jinyoung", "MV 1 2 3 ;\nEND;\n"),
+    ):
+        with pytest.raises(InputError, match=r"measures nothing|no moves"):
+            DIALECTS[dialect].read(text, "x", ProbingSettings())
+
+
+def test_programs_in_lower_case_and_with_comments_are_read() -> None:
+    """Case does not matter in DMIS and G-code; $$, ( ) and ; are comments; axis words are modal."""
+    program = plan()
+    for name, extra in (("dmis", "$$ a remark"), ("linuxcnc", "(a remark) ; another")):
+        lines = render(program, DIALECTS[name]).lower().splitlines()
+        text = "\n".join([*lines[:3], extra, *lines[3:]])
+        back = DIALECTS[name].read(text, "x", program.settings)
+        assert same_moves(program, back, 6)
+    modal = "G21 G90\nG1 X0 Y0 Z5 F600\nZ1\nG38.2 Z-1 F60\nG0 Z5\nM2\n"
+    back = DIALECTS["linuxcnc"].read(modal, "x", ProbingSettings(search_mm=0.5))
+    np.testing.assert_allclose(back.position_mm, [[0, 0, 5], [0, 0, 1], [0, 0, -0.5], [0, 0, 5]])
+    np.testing.assert_allclose(back.approach[2], [0, 0, -1])
+    assert (back.settings.travel_speed_mm_s, back.settings.measuring_speed_mm_s) == (10.0, 1.0)
+    assert list(back.line) == [2, 3, 4, 5]
+
+
+def test_a_users_own_template_is_used(tmp_path: Path) -> None:
+    template = tmp_path / "mine.j2"
+    template.write_text(
+        "{% for p in points %}{{ p.name }} {{ p.measure.tip.x | fixed(2) }} {{ p.measure.normal.x | fixed(1) }}\n"
+        "{% endfor %}{{ program.name | plain }} {{ settings.search_mm }} {{ start | length }} {{ finish | length }}\n"
+    )
+    lines = render(plan(yaw=0.0), DIALECTS["dmis"], template).splitlines()
+    assert lines[0] == "C1F1 98.00 -1.0"
+    assert lines[1] == "C1F2 112.00 1.0"
+    assert lines[-1] == "Test gauge 2.0 1 3"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [
+        ("one\n{{ nothing }}", 2, "'nothing' is undefined"),
+        ("{{ settings.speed }}", 1, "speed"),
+        ("one\ntwo {% for %}", 2, "template"),
+        ("{{ 1 / 0 }}", 1, "division by zero"),
+        ("{{ ''.__class__.__mro__ }}", 1, "unsafe|undefined"),
+        ("\n{{ program.__init__.__globals__ }}", 2, "unsafe|undefined"),
+        ("{% include '/etc/passwd' %}", 1, "template"),
+        ("{{ points.clear() }}", 1, "safely|unsafe|not callable"),
+    ],
+)
+def test_a_failing_template_is_an_error_with_its_line(tmp_path: Path, text: str, line: int, words: str) -> None:
+    template = tmp_path / "mine.j2"
+    template.write_text(text)
+    with pytest.raises(InputError, match=rf"mine\.j2:{line}: .*({words})"):
+        render(plan(), DIALECTS["dmis"], template)
+
+
+def test_a_template_may_extend_the_shipped_one_and_read_an_input(tmp_path: Path) -> None:
+    """The block of the log replaced; reading an input of the controller moves nothing."""
+    program, dialect = plan(), DIALECTS["linuxcnc"]
+    template = tmp_path / "clocked.j2"
+    template.write_text(
+        '{% extends "linuxcnc.j2" %}\n{% block log %}\nM66 E0 L0\n(LOG,%d#<_n> %.4f#5399)\n{% endblock %}\n'
+    )
+    text = render(program, dialect, template)
+    assert text.count("M66 E0 L0\n(LOG,%d#<_n> %.4f#5399)\n") == program.n_points
+    assert "#5061" not in text
+    assert same_moves(program, dialect.read(text, "program", program.settings), dialect.decimals)
+
+
+def test_a_template_that_prints_what_no_controller_reads_is_refused(tmp_path: Path) -> None:
+    template = tmp_path / "mine.j2"
+    template.write_text("ok\n20 °C\n")
+    with pytest.raises(InputError, match=r"line 2 .* not ASCII"):
+        render(plan(), DIALECTS["dmis"], template)

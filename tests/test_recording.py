@@ -1,0 +1,125 @@
+"""The recording file: what survives writing and reading, and what is refused with its line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stepgauge.errors import InputError
+from stepgauge.recording import REQUIRED, Recording, join_recordings, read_recording, write_recording
+
+CSV = (
+    "# machine: M: the first\n# no key here\n"
+    "cycle,face,x_mm,y_mm,z_mm,approach_i,approach_j,approach_k,time_s,gauge_temperature_C,humidity\n"
+    "1,1,98.0,0,0,1,0,0,1.5,20.1,45\n"
+    "1,2,112.0,0,0,-1,0,0,3.5,20.1,46\n"
+    "2,1,98.1,0,0,0.6,0.8,0,5.5,20.2,47\n"
+)
+
+
+def read(tmp_path: Path, text: str = CSV) -> Recording:
+    path = tmp_path / "recording.csv"
+    path.write_text(text)
+    return read_recording(path)
+
+
+def test_comments_defaults_and_further_columns_are_kept(tmp_path: Path) -> None:
+    recording = read(tmp_path)
+    assert recording.comments == {"machine": "M: the first"}
+    assert recording.placements == [1]
+    assert recording.frame["humidity"].tolist() == [45, 46, 47]
+    np.testing.assert_allclose(recording.position_mm[:, 0], [98.0, 112.0, 98.1])
+    np.testing.assert_allclose(recording.approach[2], [0.6, 0.8, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("x_mm", "x_inch", [":3", "'x_mm' is missing"]),
+        ("112.0", "", [":5", "x_mm", "finite number", "nothing"]),
+        ("112.0", "nan", [":5", "x_mm"]),
+        ("112.0", "inf", [":5", "x_mm"]),
+        ("112.0", "11l2", [":5", "x_mm", "11l2"]),
+        ("2,1,98.1", "2,1.5,98.1", [":6", "face", "1.5", "whole number"]),
+        ("2,1,98.1", "0,1,98.1", [":6", "cycle"]),
+        ("0.6,0.8,0", "0.6,0.6,0", [":6", "not a unit vector", "0.8485"]),
+        ("20.2", "293.35", [":6", "gauge_temperature_C", "deg C (K or F?)"]),
+        ("20.2", "68.4", [":6", "68.4"]),
+        (",47", ",wet", [":6", "humidity", "wet"]),
+        ("time_s", "speed_mm_s", []),
+        (CSV, "", ["empty"]),
+        (
+            "1,1,98.0,0,0,1,0,0,1.5,20.1,45\n1,2,112.0,0,0,-1,0,0,3.5,20.1,46\n2,1,98.1,0,0,0.6,0.8,0,5.5,20.2,47\n",
+            "",
+            ["no rows"],
+        ),
+        ("3.5,20.1,46", "3.5,20.1,46,99", [":5", "wrong number of cells", "12", "11"]),
+        ("y_mm", "x_mm", [":3", "'x_mm' is there twice"]),
+        ("2,1,98.1", "2,1e30,98.1", [":6", "face", "whole number"]),
+    ],
+)
+def test_files_that_are_no_recording_are_refused(tmp_path: Path, old: str, new: str, words: list[str]) -> None:
+    assert old in CSV
+    if not words:
+        assert len(read(tmp_path, CSV.replace(old, new))) == 3
+        return
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, CSV.replace(old, new))
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_missing_and_binary_files_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="No such file"):
+        read_recording(tmp_path / "none.csv")
+    (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00\x01" * 50)
+    with pytest.raises(InputError):
+        read_recording(tmp_path / "binary.csv")
+
+
+row = st.tuples(
+    st.integers(1, 9), st.integers(1, 102), *[st.floats(-2000, 2000)] * 3, st.floats(-np.pi, np.pi), st.floats(0, 1e5)
+)
+
+
+@given(st.lists(row, min_size=1, max_size=20))
+def test_writing_and_reading_gives_the_same_recording(tmp_path_factory, rows) -> None:
+    cycle, face, x, y, z, angle, time_s = map(np.array, zip(*rows, strict=True))
+    frame = pd.DataFrame(
+        {
+            "placement": 1,
+            "cycle": cycle,
+            "face": face,
+            "x_mm": x,
+            "y_mm": y,
+            "z_mm": z,
+            "approach_i": np.cos(angle),
+            "approach_j": np.sin(angle),
+            "approach_k": 0.0,
+            "time_s": time_s,
+            "note_count": 3.0,
+        }
+    )
+    path = tmp_path_factory.mktemp("recording") / "r.csv"
+    write_recording(path, Recording(frame, {"key": "value: with colon"}))
+    back = read_recording(path)
+    assert back.comments == {"key": "value: with colon"}
+    assert list(back.frame.columns) == [*REQUIRED_ORDER, "time_s", "note_count"]
+    np.testing.assert_allclose(back.position_mm, np.column_stack([x, y, z]), atol=0.51e-7)
+    np.testing.assert_allclose(back.approach[:, 0], np.cos(angle), atol=0.51e-10)
+
+
+REQUIRED_ORDER = ["placement", *REQUIRED]
+
+
+def test_joined_recordings_number_their_placements_on(tmp_path: Path) -> None:
+    one, two = read(tmp_path), read(tmp_path)
+    joined = join_recordings([one, two])
+    assert joined.placements == [1, 2]
+    assert len(joined.of_placement(2)) == 3
+    own = Recording(two.frame.assign(placement=5), two.comments)
+    assert join_recordings([one, own]).placements == [1, 5]
