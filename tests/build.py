@@ -95,14 +95,17 @@ def make_pose(
 
 
 def make_points(gauge: Gauge, pose: Pose, radius: float, blocks: tuple[int, int], shift: Array | None = None) -> Array:
-    """16 tip centres; ``shift (16, 3)`` moves each within its face, in units of half the room there is."""
+    """16 tip centres; ``shift (16, 3)`` moves each within its face, in units of half the room there is.
+
+    Along the gauge a long, narrow block leaves more room than two side points may be askew (12 deg), so its width limits.
+    """
     shift = np.zeros((16, 3)) if shift is None else shift
     width, height = gauge.table.block_width_mm, gauge.table.block_height_mm
     points = []
     for i, block in enumerate(blocks):
         front, back = gauge.position_mm[2 * block - 2 : 2 * block]
         a, half_w, half_h = (front + back) / 2.0, width / 2.0, height / 2.0
-        da, ds, du = (shift[8 * i : 8 * i + 8] * [(back - front) / 6.0, width / 8.0, height / 8.0]).T
+        da, ds, du = (shift[8 * i : 8 * i + 8] * [min((back - front) / 6.0, width / 8.0), width / 8.0, height / 8.0]).T
         points += [
             (front - radius, -0.6 * half_w + ds[0], -0.5 * half_h + du[0]),
             (front - radius, 0.6 * half_w + ds[1], -0.5 * half_h + du[1]),
