@@ -97,7 +97,7 @@ def make_pose(
 def make_points(gauge: Gauge, pose: Pose, radius: float, blocks: tuple[int, int], shift: Array | None = None) -> Array:
     """16 tip centres; ``shift (16, 3)`` moves each within its face, in units of half the room there is.
 
-    Along the gauge a long, narrow block leaves more room than two side points may be askew (12 deg), so its width limits.
+    Along the gauge the width limits: a long, narrow block has room for side points more askew than 12 deg.
     """
     shift = np.zeros((16, 3)) if shift is None else shift
     width, height = gauge.table.block_width_mm, gauge.table.block_height_mm
