@@ -19,7 +19,7 @@ from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Verdict
 from stepgauge.diagnose.search import Library
 from stepgauge.diagnose.select import Selection, Selector, Term
 from stepgauge.diagnose.separate import separate
-from stepgauge.diagnose.solve import Estimate, Solved, solve
+from stepgauge.diagnose.solve import Estimate, Solved
 from stepgauge.diagnose.whitening import Whitening, make_whitening
 from stepgauge.effects import along_approach_um
 from stepgauge.gauge import Gauge
@@ -61,20 +61,20 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine) -> Diagnosis:
     if noise.dof < FEWEST_DOF or noise.sigma_um < SMALLEST_SIGMA_UM:
         return _insufficient(data, noise, whitening, most_telling(Library(shapes, whitening), whitening(data.um)))
     families = list(effect_families(data))
-    selector = Selector(Library(families, whitening), whitening, data.um)
+    selector = Selector(Library(families, whitening), whitening, data)
     selection = selector.select()
-    if selection.terms and (noise.outliers.size or noise.growth):
-        # what looked like outliers or growing scatter may have been the effect: judge the scatter again beside it
-        noise = estimate_noise(replace(data, um=data.um - _displacement_um(_solve(selector, selection, data), data)))
+    if selection.terms:
+        # what looked like scatter, outliers among it, may have been the effect: judge it again beside what was found
+        solved = selector.fit(selection.terms).solved
+        noise = estimate_noise(replace(data, um=data.um - _displacement_um(solved, data)))
         whitening = make_whitening(data, noise.by_row_um)
-        selector = Selector(Library(families, whitening), whitening, data.um)
+        selector = Selector(Library(families, whitening), whitening, data)
         selection = selector.select()
     forms = Library(shapes, whitening)
     located = most_telling(forms, selector.data)
     terms, ranked = _settle(selector, selection.terms)
+    solved = selector.fit(terms).solved
     left, basis = selector.residual(terms)
-    solved = solve([families[t.index] for t in terms], [t.atom for t in terms], data, whitening)
-    left = _smaller(left, whitening(data.um - _displacement_um(solved, data)))
     unexplained = _unexplained(forms, left, basis, selector, terms) or _simpler(forms, left, selector, ranked)
     findings = [_finding(s, r, data) for s, r in zip(solved, ranked, strict=True)]
     findings, placements = _with_separations(findings, solved, ranked, data, noise)
@@ -82,11 +82,6 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine) -> Diagnosis:
     fit = _fit(data, noise, whitening, findings, left, basis)
     verdict: Verdict = "unknown" if unexplained else "effects" if findings else "adequate"
     return _diagnosis(verdict, findings, located, unexplained, fit, noise, data, selection, placements)
-
-
-def _solve(selector: Selector, selection: Selection, data: Residuals) -> list[Solved]:
-    families = [selector.library.families[term.index] for term in selection.terms]
-    return solve(families, [term.atom for term in selection.terms], data, selector.whitening)
 
 
 def _simpler(forms: Library, left: Array, selector: Selector, ranked: Sequence[Rivals]) -> tuple[Located, ...]:
@@ -139,11 +134,6 @@ def _unexplained(
     return tuple(describe(look, extra / (explained + extra)) for look in found[:3])
 
 
-def _smaller(one: Array, other: Array) -> Array:
-    """The residual with the smaller sum of squares: the fitted parameters may lie between the signatures tried."""
-    return other if float(other @ other) < float(one @ one) else one
-
-
 def _displacement_um(solved: Sequence[Solved], data: Residuals) -> Array:
     return sum((along_approach_um(one.effect, data.probings) for one in solved), np.zeros(len(data)))
 
@@ -152,20 +142,27 @@ def _finding(solved: Solved, rival: Rivals, data: Residuals) -> Finding:
     family = solved.family
     kinds = [look.family.kind for look in rival.looks]
     others = tuple(dict.fromkeys(kind for kind in kinds if kind != family.kind))
-    same = tuple(look.family.label for look in rival.looks[1:] if look.family.kind == family.kind)
+    same = tuple(look.family.label for look in rival.looks[1:] if look.family.kind == family.kind and look.family.label != family.label)
     probability = sum(w for kind, w in zip(kinds, rival.weights, strict=True) if kind == family.kind)
     share = np.broadcast_to(along_approach_um(solved.effect, data.probings), (len(data),)).astype(float)
     return Finding(
         family.kind,
         family.label,
         solved.effect,
-        dict(family.choices),
+        _choices(solved),
         solved.parameters,
         min(probability, 1.0 - np.exp(rival.looks[0].log_p)),
         share,
         others,
         same,
     )
+
+
+def _choices(solved: Solved) -> dict[str, object]:
+    """Axis, face, ... of an effect, and the direction that was found for it."""
+    if solved.family.directions is None:
+        return dict(solved.family.choices)
+    return {**solved.family.choices, "direction": getattr(solved.effect, "direction", None)}
 
 
 def _with_separations(
@@ -207,8 +204,11 @@ def _scatter_findings(noise: Noise, data: Residuals) -> list[Finding]:
         found.append(Finding("outliers", "outliers", None, {"rows": rows}, estimate, 0.998, nothing))
     if noise.growth is not None:
         per, rate, p = noise.growth
-        parameters = {"rate": Estimate(rate, None, "um per m or mm/s")}
-        found.append(Finding("noise_growth", f"noise_growth_{per}", None, {"per": per}, parameters, 1.0 - p, nothing))
+        choices: dict[str, object] = {"per": per}
+        if per == "time":
+            choices["start_s"] = float(data.probings.time_s.min())
+        parameters = {"rate": Estimate(rate, None, "um per m, mm/s or h")}
+        found.append(Finding("noise_growth", f"noise_growth_{per}", None, choices, parameters, 1.0 - p, nothing))
     return found
 
 

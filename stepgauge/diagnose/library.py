@@ -1,4 +1,8 @@
-"""Every named effect that a recording could show, as signatures along the approach."""
+"""Every named effect that a recording could show, as signatures along the approach.
+
+An effect with a direction is a family for every machine axis that the gauge was laid along, and one more that may point
+anywhere between them: its components are linear parameters.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +23,14 @@ Array = NDArray[np.float64]
 NOT_LAWS = {"empirical", "error_map", "outliers", "noise_growth"}
 """Kinds that are no law of the mean with parameters of their own: fitted elsewhere or not at all."""
 NEEDS_TIME = {"time", "order"}
+SEEN_SHARE = 0.1
+"""Smallest share of a direction along some gauge axis with which motion in it is looked for."""
+NEAR_AXIS = np.cos(np.radians(5.0))
+MOST_PAUSES = 4
+PAUSE_JUMP = 1.25
+SHORT_PAUSE_S = 10.0
+PRIOR_SIZE = 10.0
+"""Standard deviation of what is expected of a linear parameter before measuring, over the sensible range's bound."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +39,8 @@ class Family:
 
     ``kind`` is the name in the vocabulary, or ``form:...`` for a form without a law. ``atoms``: the non-linear
     parameters of each signature; ``columns (atoms, d, n)``: displacement along the approach in um for a unit of each of
-    the ``d`` linear parameters. ``law``: the effect class, None for a form.
+    the ``d`` linear parameters. ``law``: the effect class, None for a form. ``directions (k, 3)``: unit vectors whose
+    components make the direction of motion, where that is free. ``prior``: see :data:`PRIOR_SIZE`, infinite for none.
     """
 
     kind: str
@@ -39,6 +52,8 @@ class Family:
     covariate: str = ""
     positive: bool = False
     details: dict[str, Any] = field(default_factory=dict)
+    directions: Array | None = None
+    prior: float = np.inf
 
     @property
     def dimension(self) -> int:
@@ -53,31 +68,64 @@ def parameter_count(family: Family) -> int:
 
 def effect_families(data: Residuals) -> Iterator[Family]:
     """Families of all named effects whose signature can be computed from this recording and is not nothing."""
+    axes = np.array(list(data.probings.setting.axis.values()))
     for kind, law in sorted(effect_kinds().items()):
         if kind in NOT_LAWS or (kind == "lever_arm" and data.machine.probe.model == "constant"):
             continue
         if NEEDS_TIME & set(law.covariates) and not data.has_time:
             continue
-        for choices in _choices(law, data):
+        for choices in _choices(law, data, axes):
             family = _family(law, choices, data)
             if family is not None:
                 yield family
 
 
-def _choices(law: type[Effect], data: Residuals) -> Iterator[dict[str, Any]]:
-    names = [p for p in law.parameters() if p.role == "choice"]
-    values = [_values_of(p, data) for p in names]
+def _choices(law: type[Effect], data: Residuals, axes: Array) -> Iterator[dict[str, Any]]:
+    names = [p for p in law.parameters() if p.role == "choice" or p.name == "pause_s"]
+    values = [_values_of(p, data, axes) for p in names]
     for combination in product(*values):
         yield dict(zip((p.name for p in names), combination, strict=True))
 
 
-def _values_of(parameter: Parameter, data: Residuals) -> Sequence[Any]:
+def _values_of(parameter: Parameter, data: Residuals, axes: Array) -> Sequence[Any]:
     if parameter.name == "face":
         return [int(face) for face in np.unique(data.face)]
+    if parameter.name == "direction" and "approach" not in parameter.choices:
+        return list(visible_directions(axes))
+    if parameter.name == "pause_s":
+        return pauses_s(data)
     return parameter.choices or (parameter.default,)
 
 
+def pauses_s(data: Residuals) -> list[float]:
+    """What may count as a pause, s: between the sizes into which the times between touches fall, the clearest first."""
+    gaps = np.unique(np.diff(np.sort(data.frame["time_s"].to_numpy(float))))
+    gaps = gaps[gaps > 0.0]
+    jump = gaps[1:] / gaps[:-1]
+    places = np.argsort(-jump)[:MOST_PAUSES]
+    found = [float(np.sqrt(gaps[i] * gaps[i + 1])) for i in places if jump[i] > PAUSE_JUMP and gaps[i + 1] > SHORT_PAUSE_S]
+    return [float(f"{pause:.3g}") for pause in found] or [60.0]
+
+
+def visible_directions(axes: Array) -> Iterator[str | tuple[float, ...] | Array]:
+    """Directions in which placements of the gauge axes ``(m, 3)`` show a motion.
+
+    Laid along one line, only the motion along it shows: a machine axis by name where the line is near one, else the
+    line. Otherwise the machine axes that show, and then the unit vectors ``(k, 3)`` that span all that shows.
+    """
+    _, size, span = np.linalg.svd(axes, full_matrices=False)
+    span = span[size > SEEN_SHARE]
+    if len(span) == 1:
+        line = axes[0] * np.sign(axes[0][np.abs(axes[0]).argmax()])
+        nearest = int(np.abs(line).argmax())
+        yield "xyz"[nearest] if line[nearest] > NEAR_AXIS else tuple(float(share) for share in line)
+        return
+    yield from (axis for i, axis in enumerate("xyz") if np.abs(axes[:, i]).max() > SEEN_SHARE)
+    yield span
+
+
 def _family(law: type[Effect], choices: dict[str, Any], data: Residuals) -> Family | None:
+    directions = choices.get("direction") if isinstance(choices.get("direction"), np.ndarray) else None
     nonlinear = [p for p in law.parameters() if p.role == "nonlinear" and p.name != "phase_deg"]
     grids = [parameter_grid(law, p, choices, data) for p in nonlinear]
     atoms = [dict(zip((p.name for p in nonlinear), values, strict=True)) for values in product(*grids)]
@@ -89,10 +137,36 @@ def _family(law: type[Effect], choices: dict[str, Any], data: Residuals) -> Fami
     seen = size > 1e-9 * max(float(size.max()), 1e-300)
     if not seen.any() or size.max() == 0.0:
         return None
-    probe = law.model_construct(**(fixed_values(law) | choices | atoms[0]))
+    one = _resolved(choices, 0)
+    label = law.model_construct(**(fixed_values(law) | one | atoms[0])).label
+    if directions is not None:
+        label = law.kind
+        choices = {name: value for name, value in choices.items() if name != "direction"}
     positive = law.kind == "misalignment"
     kept = [atom for atom, keep in zip(atoms, seen, strict=True) if keep]
-    return Family(law.kind, probe.label, choices, kept, columns[seen], law, law.covariates[0], positive)
+    return Family(
+        law.kind,
+        label,
+        choices,
+        kept,
+        columns[seen],
+        law,
+        law.covariates[0],
+        positive,
+        directions=directions,
+        prior=_prior(law),
+    )
+
+
+def _prior(law: type[Effect]) -> float:
+    sizes = [max(abs(bound) for bound in p.sensible) for p in law.parameters() if p.role == "linear" and p.sensible]
+    return PRIOR_SIZE * max(sizes, default=np.inf)
+
+
+def _resolved(choices: dict[str, Any], index: int) -> dict[str, Any]:
+    """Choices with one of the unit vectors of a free direction."""
+    direction = choices.get("direction")
+    return choices | {"direction": tuple(direction[index])} if isinstance(direction, np.ndarray) else choices
 
 
 def fixed_values(law: type[Effect]) -> dict[str, Any]:
@@ -105,11 +179,25 @@ def fixed_values(law: type[Effect]) -> dict[str, Any]:
 
 
 def signatures(law: type[Effect], choices: dict[str, Any], atoms: Sequence[dict[str, Any]], data: Residuals) -> Array:
-    """Displacement along the approach for a unit of each linear parameter, um, shape ``(atoms, d, n)``."""
+    """Displacement along the approach for a unit of each linear parameter, um, shape ``(atoms, d, n)``.
+
+    A free direction (an array ``(k, 3)`` among the choices) has a linear parameter for each of its unit vectors.
+    """
+    direction = choices.get("direction")
+    if isinstance(direction, np.ndarray):
+        each = [signatures(law, _resolved(choices, i), atoms, data) for i in range(len(direction))]
+        return np.concatenate(each, axis=1)
     if len(atoms) > 1 and all(isinstance(value, float | int) for atom in atoms for value in atom.values()):
         together = {name: np.array([float(atom[name]) for atom in atoms])[:, None] for name in atoms[0]}
         return np.stack(_columns(law, choices, together, data, len(atoms)), axis=1)
     return np.concatenate([np.stack(_columns(law, choices, atom, data, 1), axis=1) for atom in atoms])
+
+
+def family_signatures(family: Family, atom: dict[str, Any], data: Residuals) -> Array:
+    """One signature of a family in another recording, shape ``(d, n)``."""
+    assert family.law is not None
+    choices = family.choices if family.directions is None else family.choices | {"direction": family.directions}
+    return np.asarray(signatures(family.law, choices, [atom], data)[0], float)
 
 
 def _columns(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import optimize, stats
 
 from stepgauge.diagnose.residuals import Residuals
 
@@ -46,11 +46,10 @@ def estimate_noise(data: Residuals) -> Noise:
     misses.
     """
     basis, repeats = _free_columns(data)
-    keep = np.ones(len(data), bool)
     weight = np.ones(len(data))
     growth = None
     for _ in range(2):
-        keep = _without_outliers(data.um / weight, basis / weight[:, None], keep)
+        keep = _without_outliers(data.um / weight, basis / weight[:, None])
         residual, leverage = _fit(data.um / weight, basis / weight[:, None], keep)
         growth = _growth(data, residual, leverage, keep) if growth is None else growth
         if growth is None:
@@ -105,9 +104,9 @@ def _fit(um: Array, basis: Array, keep: NDArray[np.bool_]) -> tuple[Array, Array
     return residual, leverage
 
 
-def _without_outliers(um: Array, basis: Array, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _without_outliers(um: Array, basis: Array) -> NDArray[np.bool_]:
     """Take out one row after the other while the largest studentised residual is too large to be chance."""
-    keep = keep.copy()
+    keep = np.ones(len(um), bool)
     for _ in range(int(MOST_OUTLIERS * len(um))):
         residual, leverage = _fit(um, basis, keep)
         free = np.sqrt(np.maximum(1.0 - leverage, 1e-9))
@@ -130,6 +129,9 @@ def _covariates(data: Residuals) -> dict[str, Array]:
     found["position"] = data.probings.certified_mm() * 1e-3
     if "speed_mm_s" in data.frame:
         found["speed"] = data.probings.speed_mm_s.astype(float)
+    if data.has_time:
+        time_s = data.probings.time_s
+        found["time"] = (time_s - time_s.min()) / 3600.0
     return {name: values for name, values in found.items() if np.ptp(values) > 1e-6 * max(np.abs(values).max(), 1e-9)}
 
 
@@ -139,25 +141,32 @@ def _growth(
     """Covariate with which the squares grow, its rate over sigma and the p-value; None if none does."""
     used = keep & (leverage < 0.9)
     square = residual[used] ** 2 / (1.0 - leverage[used])
-    tests = []
+    score = stats.norm.ppf((stats.rankdata(square) - 0.5) / len(square))
     covariates = _covariates(data)
-    # repeats of a face share their mean, so that their squares are not independent: one number for each set of repeats
-    group = data.group[used]
-    count = np.bincount(group)
-    there = count > 0
-    by_group = np.bincount(group, square)[there] / count[there]
+    tests = []
     for name, values in covariates.items():
         c = values[used] ** 2
-        result = stats.spearmanr(np.bincount(group, c)[there] / count[there], by_group)
-        if result.statistic > 0:
-            slope, offset = np.polyfit(c, square, 1)
-            tests.append((float(result.pvalue) * len(covariates) / 2.0, name, slope, max(offset, 0.05 * square.mean())))
-    if not tests:
+        # repeats of a face share their mean, so that their squares are not independent: each set of repeats counts once
+        by_group = np.bincount(data.group[used], score * (c - c.mean()))
+        t = by_group.sum() / max(float(np.linalg.norm(by_group)), 1e-300)
+        tests.append((float(stats.t.logsf(t, np.count_nonzero(by_group) - 1)), name))
+    log_p, name = min(tests, default=(0.0, ""))
+    p = float(np.exp(log_p)) * len(covariates)
+    if p > GROWTH_P:
         return None
-    p, name, slope, offset = min(tests)
-    if p > GROWTH_P or slope <= 0:
-        return None
-    return name, float(np.sqrt(slope / offset)), p
+    return name, _rate(square, covariates[name][used]), p
+
+
+def _rate(square: Array, covariate: Array) -> float:
+    """The rate for which the squares are likeliest with variances in proportion to 1 + (rate covariate)^2."""
+    largest = float(np.abs(covariate).max())
+
+    def unlikely(log_rate: float) -> float:
+        growth = 1.0 + (np.exp(log_rate) * covariate) ** 2
+        return float(np.log((square / growth).mean()) + np.log(growth).mean())
+
+    found = optimize.minimize_scalar(unlikely, bounds=(np.log(0.03 / largest), np.log(30.0 / largest)), method="bounded")
+    return float(np.exp(found.x))
 
 
 def _weights(data: Residuals, covariate: str, rate: float) -> Array:

@@ -1,6 +1,7 @@
 """How much each family would explain, and how surprising that is after so many looks.
 
-The gain of a signature is what it takes off the whitened sum of squares. Its significance counts every look: within a
+The gain of a signature is what it takes off the whitened sum of squares, less the price of a size beyond what occurs (a
+normal prior, wide as against the sensible range: it bears on what is badly determined, and hardly on anything else). Its significance counts every look: within a
 family by the length of the curve that its whitened signatures draw on the unit sphere (Hotelling's tube: the chance
 that pure noise comes as near to any point of the curve), between families by their number (Bonferroni).
 """
@@ -73,9 +74,10 @@ class Library:
         white = self._white[index]
         beside = white - (white @ model) @ model.T if model.shape[1] else white
         total = self._square[index]
+        family = self.families[index]
         if white.shape[1] == 1:
-            return _gain_one(beside[:, 0], total[:, 0], residual, self.families[index].positive)
-        return _gain_more(beside, total, residual)
+            return _gain_one(beside[:, 0], total[:, 0], residual, family.positive, family.prior**-2)
+        return _gain_more(beside, total, residual, family.prior**-2)
 
     def looks(self, residual: Array, model: Array, dof: int, variance: float = 1.0) -> list[Look]:
         """The best signature of every family, most surprising first."""
@@ -105,23 +107,25 @@ def _whitened(columns: Array, whitening: Whitening) -> Array:
     return np.concatenate([whitening(columns[i : i + size]) for i in range(0, len(columns), size)])
 
 
-def _gain_one(beside: Array, total: Array, residual: Array, positive: bool) -> Array:
+def _gain_one(beside: Array, total: Array, residual: Array, positive: bool, stiffness: float) -> Array:
     left = (beside**2).sum(axis=1)
     dot = beside @ residual
     with np.errstate(divide="ignore", invalid="ignore"):
-        gain = np.where(left > COLLINEAR * total, dot**2 / left, 0.0)
+        gain = np.where(left > COLLINEAR * total, dot**2 / (left + stiffness), 0.0)
     return np.where(dot > 0, gain, 0.0) if positive else gain
 
 
-def _gain_more(beside: Array, total: Array, residual: Array) -> Array:
+def _gain_more(beside: Array, total: Array, residual: Array, stiffness: float) -> Array:
     scale = np.sqrt(np.maximum(total, 1e-300))
     unit = beside / scale[..., None]
     gram = unit @ np.swapaxes(unit, 1, 2)
+    stiff = stiffness / np.maximum(scale**2, 1e-300)
     dot = unit @ residual
     value, vector = np.linalg.eigh(gram)
     share = np.einsum("aij,ai->aj", vector, dot)
+    against = np.einsum("aij,ai->aj", vector**2, stiff)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(value > COLLINEAR, share**2 / value, 0.0).sum(axis=1)
+        return np.where(value > COLLINEAR, share**2 / (value + against), 0.0).sum(axis=1)
 
 
 def _curve_length(white: Array) -> float:

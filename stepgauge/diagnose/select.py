@@ -1,7 +1,8 @@
 """Which effects are there: terms are added, exchanged and dropped until nothing improves.
 
 A term enters when the chance that noise looks like it, after all looks, is below a bar; every term must stay below the
-bar beside the others, and is exchanged for whatever explains more in its place.
+bar beside the others, and is exchanged for whatever explains more in its place. Between two steps the non-linear
+parameters are fitted: what a grid leaves of one effect must not pass for another.
 """
 
 from __future__ import annotations
@@ -11,8 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.search import Library, Look
-from stepgauge.diagnose.whitening import Whitening, orthonormal
+from stepgauge.diagnose.solve import Fitted, solve
+from stepgauge.diagnose.whitening import Whitening
 
 Array = NDArray[np.float64]
 FALSE_ALARM = 0.004
@@ -41,32 +44,39 @@ class Step:
 
 @dataclass(frozen=True)
 class Selection:
-    """The terms chosen, what was decided on the way, and the residual they leave (whitened)."""
+    """The terms chosen, and what was decided on the way."""
 
     terms: tuple[Term, ...]
     trail: tuple[Step, ...]
-    residual: Array
 
 
 class Selector:
     """Searches the library of named effects for the terms of a recording."""
 
-    def __init__(self, library: Library, whitening: Whitening, um: Array) -> None:
-        self.library, self.whitening = library, whitening
-        self.data = whitening(um)
+    def __init__(self, library: Library, whitening: Whitening, data: Residuals) -> None:
+        self.library, self.whitening, self.residuals = library, whitening, data
+        self.data = whitening(data.um)
         self.dof = whitening.dof
         self.bar = np.log(FALSE_ALARM / max(len(library.families), 1))
         self.trail: list[Step] = []
+        self._fits: dict[tuple[Term, ...], Fitted] = {}
 
     def columns(self, terms: tuple[Term, ...]) -> Array:
         """Whitened signatures of terms, shape ``(n, d)``."""
         parts = [self.library.white(term.index)[term.atom] for term in terms]
         return np.concatenate(parts).T if parts else np.zeros((len(self.data), 0))
 
+    def fit(self, terms: tuple[Term, ...]) -> Fitted:
+        """All parameters of the terms fitted together, the non-linear ones from where the signatures stand."""
+        if terms not in self._fits:
+            families = [self.library.families[term.index] for term in terms]
+            self._fits[terms] = solve(families, [term.atom for term in terms], self.residuals, self.whitening)
+        return self._fits[terms]
+
     def residual(self, terms: tuple[Term, ...]) -> tuple[Array, Array]:
         """What terms leave, and the orthonormal columns they take."""
-        basis = orthonormal(self.columns(terms))
-        return self.data - basis @ (basis.T @ self.data), basis
+        fit = self.fit(terms)
+        return fit.left, fit.basis
 
     def looks(self, terms: tuple[Term, ...]) -> list[Look]:
         """All families beside the terms, most surprising first."""
@@ -92,7 +102,7 @@ class Selector:
             self._log("added", best)
             terms = self._exchange((*terms, self.term_of(best)))
         terms = self._drop(terms)
-        return Selection(terms, tuple(self.trail), self.residual(terms)[0])
+        return Selection(terms, tuple(self.trail))
 
     def _exchange(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
         """Replace each term by the best in its place, as long as that changes anything."""
