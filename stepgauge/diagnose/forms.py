@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 BINS = 8
 HARMONICS = 6
 MOST_PERIODS = 400
+PRIOR_SIZE = 3.0
+"""Standard deviation of what is expected of a form's coefficients, over that of the residuals."""
 SIDES = ("approach", "gauge", "front", "back")
 """Along every approach; along the gauge axis; on front faces only; on back faces only."""
 
@@ -90,7 +92,10 @@ def _mask(data: Residuals, side: str) -> Array:
 def _make(form: str, covariate: str, side: str, columns: Array, data: Residuals) -> Family:
     atoms = [{"atom": i} for i in range(len(columns))]
     details = {"form": form, "side": side}
-    return Family(f"form:{form}", f"{form} in {covariate}, {side}", {}, atoms, columns, None, covariate, False, details)
+    label = f"{form} in {covariate}, {side}"
+    # a form describes residuals: one that is all but an origin shift must not grow beyond them to show
+    prior = PRIOR_SIZE * max(float(data.um.std()), 1e-9)
+    return Family(f"form:{form}", label, {}, atoms, columns, None, covariate, details=details, prior=prior)
 
 
 def _shapes(covariate: Covariate) -> Iterator[tuple[str, Array, Array | None]]:

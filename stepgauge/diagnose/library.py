@@ -28,8 +28,10 @@ SEEN_SHARE = 0.1
 NEAR_AXIS = np.cos(np.radians(5.0))
 MOST_PAUSES = 4
 PAUSE_JUMP = 1.25
+MOST_PAUSED = 0.15
+"""Largest share of touches that follow a pause: what every touch follows is none."""
 SHORT_PAUSE_S = 10.0
-PRIOR_SIZE = 10.0
+PRIOR_SIZE = 3.0
 """Standard deviation of what is expected of a linear parameter before measuring, over the sensible range's bound."""
 
 
@@ -99,11 +101,11 @@ def _values_of(parameter: Parameter, data: Residuals, axes: Array) -> Sequence[A
 
 def pauses_s(data: Residuals) -> list[float]:
     """What may count as a pause, s: between the sizes into which the times between touches fall, the clearest first."""
-    gaps = np.unique(np.diff(np.sort(data.frame["time_s"].to_numpy(float))))
-    gaps = gaps[gaps > 0.0]
-    jump = gaps[1:] / gaps[:-1]
-    places = np.argsort(-jump)[:MOST_PAUSES]
-    found = [float(np.sqrt(gaps[i] * gaps[i + 1])) for i in places if jump[i] > PAUSE_JUMP and gaps[i + 1] > SHORT_PAUSE_S]
+    gaps = np.sort(np.diff(np.sort(data.frame["time_s"].to_numpy(float))))
+    gaps = np.unique(gaps[len(gaps) - int(MOST_PAUSED * len(gaps)) :])
+    jump = gaps[1:] / np.maximum(gaps[:-1], 1e-9)
+    places = [i for i in np.argsort(-jump)[:MOST_PAUSES] if jump[i] > PAUSE_JUMP and gaps[i + 1] > SHORT_PAUSE_S]
+    found = [float(np.sqrt(gaps[i] * gaps[i + 1])) for i in places]
     return [float(f"{pause:.3g}") for pause in found] or [60.0]
 
 

@@ -20,6 +20,8 @@ from stepgauge.diagnose.whitening import Whitening
 Array = NDArray[np.float64]
 FALSE_ALARM = 0.004
 """Chance that any named effect enters where there is none."""
+FURTHER_FALSE_ALARM = 0.001
+"""The same for every further effect: a second cause at the same time is rarer than a first."""
 MOST_TERMS = 4
 ROUNDS = 6
 
@@ -58,6 +60,7 @@ class Selector:
         self.data = whitening(data.um)
         self.dof = whitening.dof
         self.bar = np.log(FALSE_ALARM / max(len(library.families), 1))
+        self.further_bar = np.log(FURTHER_FALSE_ALARM / max(len(library.families), 1))
         self.trail: list[Step] = []
         self._fits: dict[tuple[Term, ...], Fitted] = {}
 
@@ -96,7 +99,7 @@ class Selector:
         terms: tuple[Term, ...] = ()
         while len(terms) < MOST_TERMS:
             best = self.looks(terms)[0]
-            if best.log_p > self.bar:
+            if best.log_p > (self.further_bar if terms else self.bar):
                 self._log("not added", best)
                 break
             self._log("added", best)

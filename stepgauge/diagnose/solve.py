@@ -123,6 +123,12 @@ class _Law:
         effect = self.law.model_construct(**self.values(parameters))
         return np.broadcast_to(along_approach_um(effect, data.probings), (len(data),)).astype(float)
 
+    def sizes(self, parameters: Array) -> Array:
+        """Linear parameters over the standard deviation of what is expected of them."""
+        if not np.isfinite(self.family.prior):
+            return np.zeros(0)
+        return parameters[: self.free or len(self.linear)] / self.family.prior
+
     def scales(self, parameters: Array) -> Array:
         """How far a parameter is moved to see its effect."""
         return np.array(
@@ -147,7 +153,8 @@ def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Whit
     def left(moved: Array) -> Array:
         parts = np.split(start + moved * scale, cuts)
         shares = [law.displacement_um(part, data) for law, part in zip(laws, parts, strict=True)]
-        return white - whitening(np.sum(shares, axis=0))
+        sizes = np.concatenate([law.sizes(part) for law, part in zip(laws, parts, strict=True)])
+        return np.concatenate([white - whitening(np.sum(shares, axis=0)), sizes])
 
     found = least_squares(
         left, np.zeros(len(start)), method="lm" if len(white) > len(start) else "trf", max_nfev=60 * len(start)
@@ -160,7 +167,7 @@ def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Whit
         own = slice(first, first + len(part))
         solved.append(_solved(law, part, covariance[own, own]))
         first += len(part)
-    return Fitted(tuple(solved), left(moved), orthonormal(found.jac))
+    return Fitted(tuple(solved), left(moved)[: len(white)], orthonormal(found.jac[: len(white)]))
 
 
 def _covariance(jacobian: Array, scale: Array) -> Array:
