@@ -35,6 +35,7 @@ FEWEST_DOF = 8
 SMALLEST_SIGMA_UM = 1e-5
 """Recordings that repeat better than this do so by construction, and give no scale to judge anything by."""
 SETTLING_ROUNDS = 3
+SAME_NOISE = 0.03
 SIMPLER = 6.0
 """By how much Schwarz' criterion must prefer one form to several laws."""
 NO_SEPARATION = "the same in every placement and at every speed within this travel; log the temperatures"
@@ -66,10 +67,12 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine) -> Diagnosis:
     if selection.terms:
         # what looked like scatter, outliers among it, may have been the effect: judge it again beside what was found
         solved = selector.fit(selection.terms).solved
-        noise = estimate_noise(replace(data, um=data.um - _displacement_um(solved, data)))
-        whitening = make_whitening(data, noise.by_row_um)
-        selector = Selector(Library(families, whitening), whitening, data)
-        selection = selector.select()
+        again = estimate_noise(replace(data, um=data.um - _displacement_um(solved, data)))
+        if not _same(noise, again):
+            noise = again
+            whitening = make_whitening(data, noise.by_row_um)
+            selector = Selector(Library(families, whitening), whitening, data)
+            selection = selector.select()
     forms = Library(shapes, whitening)
     located = most_telling(forms, selector.data)
     terms, ranked = _settle(selector, selection.terms)
@@ -82,6 +85,12 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine) -> Diagnosis:
     fit = _fit(data, noise, whitening, findings, left, basis)
     verdict: Verdict = "unknown" if unexplained else "effects" if findings else "adequate"
     return _diagnosis(verdict, findings, located, unexplained, fit, noise, data, selection, placements)
+
+
+def _same(one: Noise, other: Noise) -> bool:
+    """Whether two judgements of the scatter differ too little to matter."""
+    alike = np.isfinite(one.by_row_um) == np.isfinite(other.by_row_um)
+    return bool(alike.all()) and np.allclose(one.by_row_um, other.by_row_um, rtol=SAME_NOISE)
 
 
 def _simpler(forms: Library, left: Array, selector: Selector, ranked: Sequence[Rivals]) -> tuple[Located, ...]:

@@ -63,6 +63,7 @@ class Selector:
         self.further_bar = np.log(FURTHER_FALSE_ALARM / max(len(library.families), 1))
         self.trail: list[Step] = []
         self._fits: dict[tuple[Term, ...], Fitted] = {}
+        self._looks: dict[tuple[Term, ...], list[Look]] = {}
 
     def columns(self, terms: tuple[Term, ...]) -> Array:
         """Whitened signatures of terms, shape ``(n, d)``."""
@@ -83,8 +84,10 @@ class Selector:
 
     def looks(self, terms: tuple[Term, ...]) -> list[Look]:
         """All families beside the terms, most surprising first."""
-        left, basis = self.residual(terms)
-        return self.library.looks(left, basis, self.dof - basis.shape[1])
+        if terms not in self._looks:
+            left, basis = self.residual(terms)
+            self._looks[terms] = self.library.looks(left, basis, self.dof - basis.shape[1])
+        return self._looks[terms]
 
     def term_of(self, look: Look) -> Term:
         """The term that a look means."""

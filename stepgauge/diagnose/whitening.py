@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,8 +35,7 @@ class Whitening:
         v = self.side * self.inverse_sigma
         flat = x.reshape(-1, x.shape[-1])
         by_face = np.zeros((len(flat), len(self.shrink)))
-        order = np.argsort(self.face, kind="stable")
-        starts = np.flatnonzero(np.diff(self.face[order], prepend=-1))
+        order, starts = self._by_face
         by_face[:, self.face[order][starts]] = np.add.reduceat((flat * v)[:, order], starts, axis=1)
         taken = (by_face * (1.0 - self.shrink) / np.maximum(self.strength, 1e-300))[:, self.face]
         return (flat - taken * v).reshape(x.shape)
@@ -44,6 +44,12 @@ class Whitening:
         """Whitened columns ``(..., n)`` orthogonal to the nuisances."""
         x = self.scaled(columns)
         return x - (x @ self.nuisance) @ self.nuisance.T
+
+    @cached_property
+    def _by_face(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Rows sorted by face, and where each face begins among them."""
+        order = np.argsort(self.face, kind="stable")
+        return order, np.flatnonzero(np.diff(self.face[order], prepend=-1))
 
     @property
     def dof(self) -> int:
