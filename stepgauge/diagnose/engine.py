@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stepgauge.diagnose.confounded import Rivals, rivals
 from stepgauge.diagnose.forms import form_families
 from stepgauge.diagnose.holdout import holdout_rms, make_folds
-from stepgauge.diagnose.library import effect_families, parameter_count
+from stepgauge.diagnose.library import effect_families
 from stepgauge.diagnose.locate import describe, most_telling
 from stepgauge.diagnose.noise import Noise, estimate_noise
 from stepgauge.diagnose.residuals import Residuals, make_residuals
@@ -19,6 +19,7 @@ from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Verdict
 from stepgauge.diagnose.search import Library
 from stepgauge.diagnose.select import Selection, Selector, Term
 from stepgauge.diagnose.separate import separate
+from stepgauge.diagnose.simpler import EXPLAINED, simpler
 from stepgauge.diagnose.solve import Estimate, Solved
 from stepgauge.diagnose.whitening import Whitening, make_whitening
 from stepgauge.effects import along_approach_um
@@ -29,15 +30,11 @@ from stepgauge.recording import Recording
 Array = NDArray[np.float64]
 UNKNOWN_FALSE_ALARM = 0.004
 """Chance that structure without a law is seen where there is none."""
-EXPLAINED = 0.85
-"""A named law must make up this share of the structure that it is in, or the structure counts as unknown."""
 FEWEST_DOF = 8
 SMALLEST_SIGMA_UM = 1e-5
 """Recordings that repeat better than this do so by construction, and give no scale to judge anything by."""
 SETTLING_ROUNDS = 3
 SAME_NOISE = 0.03
-SIMPLER = 6.0
-"""By how much Schwarz' criterion must prefer one form to several laws."""
 NO_SEPARATION = "the same in every placement and at every speed within this travel; log the temperatures"
 
 
@@ -75,10 +72,15 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine) -> Diagnosis:
             selection = selector.select()
     forms = Library(shapes, whitening)
     located = most_telling(forms, selector.data)
-    terms, ranked = _settle(selector, selection.terms)
-    solved = selector.fit(terms).solved
+    terms = _settle(selector, selection.terms)
+    instead = simpler(forms, selector, terms, noise)
+    if instead is not None:
+        terms = _settle(selector, instead.kept)
+    solved, ranked = selector.fit(terms).solved, [rivals(selector, terms, place) for place in range(len(terms))]
     left, basis = selector.residual(terms)
-    unexplained = _unexplained(forms, left, basis, selector, terms) or _simpler(forms, left, selector, ranked)
+    unexplained = _unexplained(forms, left, basis, selector, terms)
+    if instead is not None and not unexplained:
+        unexplained = (describe(instead.form, instead.share),)
     findings = [_finding(s, r, data) for s, r in zip(solved, ranked, strict=True)]
     findings, placements = _with_separations(findings, solved, ranked, data, noise)
     findings += _scatter_findings(noise, data)
@@ -93,30 +95,8 @@ def _same(one: Noise, other: Noise) -> bool:
     return bool(alike.all()) and np.allclose(one.by_row_um, other.by_row_um, rtol=SAME_NOISE)
 
 
-def _simpler(forms: Library, left: Array, selector: Selector, ranked: Sequence[Rivals]) -> tuple[Located, ...]:
-    """A single form that explains as much as several laws with fewer parameters (Schwarz), or a law needed twice.
-
-    Physics that has no name is imitated by piling up laws that are flexible enough; one form in one covariate then does
-    the same for less.
-    """
-    if len(ranked) < 2:
-        return ()
-    families = [r.looks[0].family for r in ranked]
-    log_n = float(np.log(max(selector.dof, 2)))
-    total = float(selector.data @ selector.data)
-    named = float(left @ left) + log_n * sum(parameter_count(family) for family in families)
-    none = np.zeros((len(left), 0))
-    looks = forms.looks(selector.data, none, selector.dof)
-    best = min(looks, key=lambda look: total - look.gain + log_n * parameter_count(look.family))
-    form = total - best.gain + log_n * parameter_count(best.family)
-    labels = [family.label for family in families]
-    if form + SIMPLER < named or len(set(labels)) < len(labels):
-        return (describe(best, best.gain / max(total - selector.dof, 1.0)),)
-    return ()
-
-
-def _settle(selector: Selector, terms: tuple[Term, ...]) -> tuple[tuple[Term, ...], list[Rivals]]:
-    """The likeliest law in every place, each judged beside what now stands in the others, and its rivals."""
+def _settle(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
+    """The likeliest law in every place, each judged beside what now stands in the others."""
     for _ in range(SETTLING_ROUNDS):
         before = terms
         for place in range(len(terms)):
@@ -124,7 +104,7 @@ def _settle(selector: Selector, terms: tuple[Term, ...]) -> tuple[tuple[Term, ..
             terms = (*terms[:place], selector.term_of(best), *terms[place + 1 :])
         if terms == before:
             break
-    return terms, [rivals(selector, terms, place) for place in range(len(terms))]
+    return terms
 
 
 def _unexplained(

@@ -62,12 +62,6 @@ class Family:
         return int(self.columns.shape[1])
 
 
-def parameter_count(family: Family) -> int:
-    """Fitted parameters of a family: the linear ones, and those that its signatures were searched for."""
-    searched = len(family.atoms[0]) if len(family.atoms) > 1 else 0
-    return family.dimension + searched
-
-
 def effect_families(data: Residuals) -> Iterator[Family]:
     """Families of all named effects whose signature can be computed from this recording and is not nothing."""
     axes = np.array(list(data.probings.setting.axis.values()))

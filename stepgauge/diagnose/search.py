@@ -38,13 +38,19 @@ huge amplitude.
 class Look:
     """The best signature of a family: which one, what it gains, and how surprising that is.
 
-    ``gain`` is in units of variance one; ``log_p``: logarithm of the family's p-value, all its looks counted.
+    ``gain`` is in units of variance one; ``log_p``: logarithm of the family's p-value, all its looks counted;
+    ``looks``: how many independent signatures the family amounts to.
     """
 
     family: Family
     atom: int
     gain: float
     log_p: float
+    looks: float
+
+    def price(self, rows: int, families: int) -> float:
+        """What it takes to say which law with which values (Schwarz' criterion, and what was searched), in nats."""
+        return 0.5 * self.family.dimension * float(np.log(max(rows, 2))) + float(np.log(self.looks * families))
 
     @property
     def score(self) -> float:
@@ -114,9 +120,8 @@ class _Stack:
             gain = float(own[atom])
             variance = min(1.0, (total - gain) / max(dof - family.dimension, 1))
             scaled = gain / max(variance, 1e-12)
-            yield Look(
-                family, atom, gain, log_p_value(scaled, family.dimension, dof, self.lengths[place], len(own))
-            )
+            looks = min(1.0 + self.lengths[place] * np.sqrt(scaled / (2.0 * np.pi)), float(len(own)))
+            yield Look(family, atom, gain, log_p_value(scaled, family.dimension, dof, looks), looks)
 
     def _gains(self, left: Array, model: Array) -> Array:
         """Gain of every signature, shape ``(atoms,)``."""
@@ -170,10 +175,9 @@ def _curve_length(unit: Array, gram: Array) -> float:
 
 
 @lru_cache(maxsize=100_000)
-def log_p_value(gain: float, dimension: int, dof: int, length: float, count: int) -> float:
-    """Logarithm of the chance that noise gains as much anywhere in a family."""
+def log_p_value(gain: float, dimension: int, dof: int, looks: float) -> float:
+    """Logarithm of the chance that noise gains as much anywhere in a family of so many independent signatures."""
     if gain <= 0.0:
         return 0.0
     single = float(stats.f.logsf(gain / dimension, dimension, max(dof - dimension, 1)))
-    looks = min(1.0 + length * np.sqrt(gain) / np.sqrt(2.0 * np.pi), float(count))
     return min(single + float(np.log(looks)), 0.0)
