@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from stepgauge.diagnose.grids import parameter_grid
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.effects import Effect, Parameter, along_approach_um, effect_kinds
+from stepgauge.effects.base import Axis, Vector
 from stepgauge.errors import InputError
+from stepgauge.recording import APPROACH
 
 Array = NDArray[np.float64]
 NOT_LAWS = {"empirical", "error_map", "outliers", "noise_growth"}
@@ -64,33 +66,50 @@ class Family:
 
 def effect_families(data: Residuals) -> Iterator[Family]:
     """Families of all named effects whose signature can be computed from this recording and is not nothing."""
-    axes = np.array(list(data.probings.setting.axis.values()))
+    directions = list(visible_directions(np.array(list(data.probings.setting.axis.values()))))
     for kind, law in sorted(effect_kinds().items()):
         if kind in NOT_LAWS or (kind == "lever_arm" and data.machine.probe.model == "constant"):
             continue
         if NEEDS_TIME & set(law.covariates) and not data.has_time:
             continue
-        for choices in _choices(law, data, axes):
-            family = _family(law, choices, data)
-            if family is not None:
+        for choices in _choices(law, data):
+            atoms = _atoms(law, choices, data)
+            try:
+                columns = signatures(law, choices, atoms, data)
+            except (InputError, ValueError):
+                continue  # impossible choices (travel and direction the same), or a column this recording lacks
+            if has_free_direction(law):
+                yield from _directed(law, choices, atoms, columns, directions, data)
+            elif (family := _family(law, choices, atoms, columns)) is not None:
                 yield family
 
 
-def _choices(law: type[Effect], data: Residuals, axes: Array) -> Iterator[dict[str, Any]]:
+def has_free_direction(law: type[Effect]) -> bool:
+    """Whether an effect moves the readings along any direction of the machine."""
+    return "direction" in law.model_fields and law.model_fields["direction"].annotation == Axis | Vector
+
+
+def _choices(law: type[Effect], data: Residuals) -> Iterator[dict[str, Any]]:
     names = [p for p in law.parameters() if p.role == "choice" or p.name == "pause_s"]
-    values = [_values_of(p, data, axes) for p in names]
+    values = [_values_of(p, data, law) for p in names]
     for combination in product(*values):
         yield dict(zip((p.name for p in names), combination, strict=True))
 
 
-def _values_of(parameter: Parameter, data: Residuals, axes: Array) -> Sequence[Any]:
+def _values_of(parameter: Parameter, data: Residuals, law: type[Effect]) -> Sequence[Any]:
     if parameter.name == "face":
         return [int(face) for face in np.unique(data.face)]
-    if parameter.name == "direction" and "approach" not in parameter.choices:
-        return list(visible_directions(axes))
+    if parameter.name == "direction" and has_free_direction(law):
+        return ["approach"]  # what it is along the approach is known by then; the direction takes a share of it
     if parameter.name == "pause_s":
         return pauses_s(data)
     return parameter.choices or (parameter.default,)
+
+
+def _atoms(law: type[Effect], choices: dict[str, Any], data: Residuals) -> list[dict[str, Any]]:
+    nonlinear = [p for p in law.parameters() if p.role == "nonlinear" and p.name != "phase_deg"]
+    grids = [parameter_grid(law, p, choices, data) for p in nonlinear]
+    return [dict(zip((p.name for p in nonlinear), values, strict=True)) for values in product(*grids)]
 
 
 def pauses_s(data: Residuals) -> list[float]:
@@ -120,35 +139,52 @@ def visible_directions(axes: Array) -> Iterator[str | tuple[float, ...] | Array]
     yield span
 
 
-def _family(law: type[Effect], choices: dict[str, Any], data: Residuals) -> Family | None:
-    directions = choices.get("direction") if isinstance(choices.get("direction"), np.ndarray) else None
-    nonlinear = [p for p in law.parameters() if p.role == "nonlinear" and p.name != "phase_deg"]
-    grids = [parameter_grid(law, p, choices, data) for p in nonlinear]
-    atoms = [dict(zip((p.name for p in nonlinear), values, strict=True)) for values in product(*grids)]
-    try:
-        columns = signatures(law, choices, atoms, data)
-    except (InputError, ValueError):
-        return None  # impossible choices (travel and direction the same), or a column this recording lacks
-    size = np.sqrt((columns**2).mean(axis=2)).max(axis=1)
+def _directed(
+    law: type[Effect],
+    choices: dict[str, Any],
+    atoms: list[dict[str, Any]],
+    along: Array,
+    directions: Sequence[str | tuple[float, ...] | Array],
+    data: Residuals,
+) -> Iterator[Family]:
+    """One family for every direction, from the signatures of a motion along each approach."""
+    approach = data.frame[APPROACH].to_numpy(float)
+    for direction in directions:
+        if isinstance(direction, np.ndarray):
+            columns = np.concatenate([along * (approach @ unit) for unit in direction], axis=1)
+            rest = {name: value for name, value in choices.items() if name != "direction"}
+            family = _family(law, rest, atoms, columns, direction)
+        else:
+            unit = np.eye(3)["xyz".index(direction)] if isinstance(direction, str) else np.array(direction)
+            family = _family(law, choices | {"direction": direction}, atoms, along * (approach @ unit))
+        if family is not None:
+            yield family
+
+
+def _family(
+    law: type[Effect],
+    choices: dict[str, Any],
+    atoms: list[dict[str, Any]],
+    columns: Array,
+    directions: Array | None = None,
+) -> Family | None:
+    size = np.sqrt(np.einsum("adn,adn->ad", columns, columns) / columns.shape[2]).max(axis=1)
     seen = size > 1e-9 * max(float(size.max()), 1e-300)
     if not seen.any() or size.max() == 0.0:
         return None
-    one = _resolved(choices, 0)
-    label = law.model_construct(**(fixed_values(law) | one | atoms[0])).label
-    if directions is not None:
-        label = law.kind
-        choices = {name: value for name, value in choices.items() if name != "direction"}
-    positive = law.kind == "misalignment"
+    label = law.kind
+    if directions is None:
+        label = law.model_construct(**(fixed_values(law) | choices | atoms[0])).label
     kept = [atom for atom, keep in zip(atoms, seen, strict=True) if keep]
     return Family(
         law.kind,
         label,
         choices,
         kept,
-        columns[seen],
+        columns if seen.all() else columns[seen],
         law,
         law.covariates[0],
-        positive,
+        law.kind == "misalignment",
         directions=directions,
         prior=_prior(law),
     )
@@ -157,12 +193,6 @@ def _family(law: type[Effect], choices: dict[str, Any], data: Residuals) -> Fami
 def _prior(law: type[Effect]) -> float:
     sizes = [max(abs(bound) for bound in p.sensible) for p in law.parameters() if p.role == "linear" and p.sensible]
     return PRIOR_SIZE * max(sizes, default=np.inf)
-
-
-def _resolved(choices: dict[str, Any], index: int) -> dict[str, Any]:
-    """Choices with one of the unit vectors of a free direction."""
-    direction = choices.get("direction")
-    return choices | {"direction": tuple(direction[index])} if isinstance(direction, np.ndarray) else choices
 
 
 def fixed_values(law: type[Effect]) -> dict[str, Any]:
@@ -175,14 +205,7 @@ def fixed_values(law: type[Effect]) -> dict[str, Any]:
 
 
 def signatures(law: type[Effect], choices: dict[str, Any], atoms: Sequence[dict[str, Any]], data: Residuals) -> Array:
-    """Displacement along the approach for a unit of each linear parameter, um, shape ``(atoms, d, n)``.
-
-    A free direction (an array ``(k, 3)`` among the choices) has a linear parameter for each of its unit vectors.
-    """
-    direction = choices.get("direction")
-    if isinstance(direction, np.ndarray):
-        each = [signatures(law, _resolved(choices, i), atoms, data) for i in range(len(direction))]
-        return np.concatenate(each, axis=1)
+    """Displacement along the approach for a unit of each linear parameter, um, shape ``(atoms, d, n)``."""
     if len(atoms) > 1 and all(isinstance(value, float | int) for atom in atoms for value in atom.values()):
         together = {name: np.array([float(atom[name]) for atom in atoms])[:, None] for name in atoms[0]}
         return np.stack(_columns(law, choices, together, data, len(atoms)), axis=1)
@@ -192,8 +215,8 @@ def signatures(law: type[Effect], choices: dict[str, Any], atoms: Sequence[dict[
 def family_signatures(family: Family, atom: dict[str, Any], data: Residuals) -> Array:
     """One signature of a family in another recording, shape ``(d, n)``."""
     assert family.law is not None
-    choices = family.choices if family.directions is None else family.choices | {"direction": family.directions}
-    return np.asarray(signatures(family.law, choices, [atom], data)[0], float)
+    free = [{}] if family.directions is None else [{"direction": tuple(unit)} for unit in family.directions]
+    return np.concatenate([signatures(family.law, family.choices | one, [atom], data)[0] for one in free])
 
 
 def _columns(

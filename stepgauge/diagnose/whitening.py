@@ -42,8 +42,25 @@ class Whitening:
 
     def __call__(self, columns: Array) -> Array:
         """Whitened columns ``(..., n)`` orthogonal to the nuisances."""
-        x = self.scaled(columns)
-        return x - (x @ self.nuisance) @ self.nuisance.T
+        take, give = self._low_rank
+        x = (columns * self.inverse_sigma).reshape(-1, columns.shape[-1])
+        x -= (x @ take) @ give
+        return x.reshape(columns.shape)
+
+    @cached_property
+    def _low_rank(self) -> tuple[Array, Array]:
+        """Matrices ``(n, k)`` and ``(k, n)`` of the projection: shrinking by face, then taking the nuisances out.
+
+        With V the faces' columns and g their shrinking, (I - V g V') (I - N N') = I - [V N] M [V N]'.
+        """
+        faces = len(self.shrink)
+        v = (self.face[:, None] == np.arange(faces)) * (self.side * self.inverse_sigma)[:, None]
+        g = (1.0 - self.shrink) / np.maximum(self.strength, 1e-300)
+        take = np.hstack([v, self.nuisance])
+        middle = np.eye(take.shape[1])
+        middle[:faces, :faces] = np.diag(g)
+        middle[:faces, faces:] = -g[:, None] * (v.T @ self.nuisance)
+        return take, middle @ take.T
 
     @cached_property
     def _by_face(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
