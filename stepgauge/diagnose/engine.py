@@ -13,7 +13,7 @@ from stepgauge.diagnose.forms import form_families
 from stepgauge.diagnose.holdout import holdout_rms, make_folds
 from stepgauge.diagnose.library import effect_families
 from stepgauge.diagnose.locate import describe, most_telling
-from stepgauge.diagnose.noise import Noise, estimate_noise
+from stepgauge.diagnose.noise import Noise, estimate_noise, with_lone_rows
 from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Verdict
 from stepgauge.diagnose.search import Library
@@ -22,7 +22,6 @@ from stepgauge.diagnose.separate import separate
 from stepgauge.diagnose.simpler import EXPLAINED, simpler
 from stepgauge.diagnose.solve import Estimate, Solved
 from stepgauge.diagnose.whitening import Whitening, make_whitening
-from stepgauge.effects import along_approach_um
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.recording import Recording
@@ -61,15 +60,13 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine) -> Diagnosis:
     families = list(effect_families(data))
     selector = Selector(Library(families, whitening), whitening, data)
     selection = selector.select()
-    if selection.terms:
-        # what looked like scatter, outliers among it, may have been the effect: judge it again beside what was found
-        solved = selector.fit(selection.terms).solved
-        again = estimate_noise(replace(data, um=data.um - _displacement_um(solved, data)))
-        if not _same(noise, again):
-            noise = again
-            whitening = make_whitening(data, noise.by_row_um)
-            selector = Selector(Library(families, whitening), whitening, data)
-            selection = selector.select()
+    # what looked like scatter, outliers among it, may have been the effect, and the other way round
+    again = _judged_again(noise, selector, selection.terms, data)
+    if not _same(noise, again):
+        noise = again
+        whitening = make_whitening(data, noise.by_row_um)
+        selector = Selector(Library(families, whitening), whitening, data)
+        selection = selector.select()
     forms = Library(shapes, whitening)
     located = most_telling(forms, selector.data)
     terms = _settle(selector, selection.terms)
@@ -87,6 +84,14 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine) -> Diagnosis:
     fit = _fit(data, noise, whitening, findings, left, basis)
     verdict: Verdict = "unknown" if unexplained else "effects" if findings else "adequate"
     return _diagnosis(verdict, findings, located, unexplained, fit, noise, data, selection, placements)
+
+
+def _judged_again(noise: Noise, selector: Selector, terms: tuple[Term, ...], data: Residuals) -> Noise:
+    """The scatter beside the effects found, and the rows that stand alone beside them."""
+    left_um = data.um - _displacement_um(selector.fit(terms).solved, data)
+    if terms:
+        noise = estimate_noise(replace(data, um=left_um))
+    return with_lone_rows(noise, left_um, data)
 
 
 def _same(one: Noise, other: Noise) -> bool:
@@ -124,16 +129,16 @@ def _unexplained(
 
 
 def _displacement_um(solved: Sequence[Solved], data: Residuals) -> Array:
-    return sum((along_approach_um(one.effect, data.probings) for one in solved), np.zeros(len(data)))
+    return sum((one.displacement_um(data) for one in solved), np.zeros(len(data)))
 
 
 def _finding(solved: Solved, rival: Rivals, data: Residuals) -> Finding:
     family = solved.family
     kinds = [look.family.kind for look in rival.looks]
     others = tuple(dict.fromkeys(kind for kind in kinds if kind != family.kind))
-    same = tuple(look.family.label for look in rival.looks[1:] if look.family.kind == family.kind and look.family.label != family.label)
+    labels = [look.family.label for look in rival.looks[1:] if look.family.kind == family.kind]
+    same = tuple(label for label in labels if label != family.label)
     probability = sum(w for kind, w in zip(kinds, rival.weights, strict=True) if kind == family.kind)
-    share = np.broadcast_to(along_approach_um(solved.effect, data.probings), (len(data),)).astype(float)
     return Finding(
         family.kind,
         family.label,
@@ -141,7 +146,7 @@ def _finding(solved: Solved, rival: Rivals, data: Residuals) -> Finding:
         _choices(solved),
         solved.parameters,
         min(probability, 1.0 - np.exp(rival.looks[0].log_p)),
-        share,
+        solved.displacement_um(data),
         others,
         same,
     )

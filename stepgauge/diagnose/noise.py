@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ OUTLIER_P = 0.002
 GROWTH_P = 0.0003
 """Chance of seeing growing scatter in an undisturbed recording."""
 MOST_OUTLIERS = 0.1
+MOST_LONE = 0.03
+NEAR = 3.0
+"""Standard deviations within which a repeat counts as good."""
 KNOT_ROWS = 16
 """Rows of one placement per knot of the slow change with time that is taken out before the scatter is judged."""
 
@@ -60,6 +63,27 @@ def estimate_noise(data: Residuals) -> Noise:
     by_row = np.where(keep, sigma * weight, np.inf)
     rate = None if growth is None else (growth[0], sigma * growth[1], growth[2])
     return Noise(sigma, by_row, dof, np.flatnonzero(~keep), rate, repeats)
+
+
+def with_lone_rows(noise: Noise, left_um: Array, data: Residuals) -> Noise:
+    """The scatter with other outliers where a model that knows the other faces knows better than the repeats.
+
+    Of two repeats that differ the repeats alone cannot say which is bad; ``left_um (n,)``, what a model leaves, can. A
+    face that is off in all its repeats is no matter of outliers.
+    """
+    along = left_um * data.side
+    middle = np.array([np.median(along[data.placement == i]) for i in range(int(data.placement.max()) + 1)])
+    typical = np.where(np.isfinite(noise.by_row_um), noise.by_row_um, noise.sigma_um)
+    off = np.abs(along - middle[data.placement]) / np.hypot(typical, data.gauge.u_um[data.face - 1])
+    far = off > -stats.t.ppf(OUTLIER_P / (2.0 * len(data)), max(noise.dof, 1))
+    near = np.bincount(data.group, off < NEAR) > 0
+    lone = far & near[data.group]
+    if not lone.any() or lone.sum() > MOST_LONE * len(data):
+        return noise
+    with_lone = np.bincount(data.group, lone) > 0
+    good = np.isfinite(noise.by_row_um) | (with_lone[data.group] & (off < NEAR))
+    good &= ~lone
+    return replace(noise, by_row_um=np.where(good, typical, np.inf), outliers=np.flatnonzero(~good))
 
 
 def _free_columns(data: Residuals) -> tuple[Array, bool]:
@@ -165,7 +189,8 @@ def _rate(square: Array, covariate: Array) -> float:
         growth = 1.0 + (np.exp(log_rate) * covariate) ** 2
         return float(np.log((square / growth).mean()) + np.log(growth).mean())
 
-    found = optimize.minimize_scalar(unlikely, bounds=(np.log(0.03 / largest), np.log(30.0 / largest)), method="bounded")
+    bounds = (np.log(0.03 / largest), np.log(30.0 / largest))
+    found = optimize.minimize_scalar(unlikely, bounds=bounds, method="bounded")
     return float(np.exp(found.x))
 
 

@@ -1,9 +1,10 @@
 """How much each family would explain, and how surprising that is after so many looks.
 
 The gain of a signature is what it takes off the whitened sum of squares, less the price of a size beyond what occurs (a
-normal prior, wide as against the sensible range: it bears on what is badly determined, and hardly on anything else). Its significance counts every look: within a
-family by the length of the curve that its whitened signatures draw on the unit sphere (Hotelling's tube: the chance
-that pure noise comes as near to any point of the curve), between families by their number (Bonferroni).
+normal prior, wide as against the sensible range: it bears on what is badly determined, and hardly on anything else).
+Its significance counts every look: within a family by the length of the curve that its whitened signatures draw on the
+unit sphere (Hotelling's tube: the chance that pure noise comes as near to any point of the curve), between families by
+their number (Bonferroni).
 """
 
 from __future__ import annotations

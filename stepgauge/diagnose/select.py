@@ -7,11 +7,13 @@ parameters are fitted: what a grid leaves of one effect must not pass for anothe
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnose.holdout import Folds, holdout_rms, make_folds
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.search import Library, Look
 from stepgauge.diagnose.solve import Fitted, solve
@@ -22,6 +24,8 @@ FALSE_ALARM = 0.004
 """Chance that any named effect enters where there is none."""
 FURTHER_FALSE_ALARM = 0.001
 """The same for every further effect: a second cause at the same time is rarer than a first."""
+SAME_IN_REPEATS = 0.05
+"""Share of a displacement's square that may differ between repeats where it counts as the same in all cycles."""
 MOST_TERMS = 4
 ROUNDS = 6
 
@@ -108,7 +112,7 @@ class Selector:
             self._log("added", best)
             terms = self._exchange((*terms, self.term_of(best)))
         terms = self._drop(terms)
-        return Selection(terms, tuple(self.trail))
+        return Selection(self._repeated(terms), tuple(self.trail))
 
     def _exchange(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
         """Replace each term by the best in its place, as long as that changes anything."""
@@ -142,7 +146,35 @@ class Selector:
                 return self._drop(others)
         return terms
 
+    def _repeated(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
+        """Only terms that help to predict whole cycles, of those that say the same in every cycle.
+
+        What a single bad probing looks like is significant, and wrong in all other cycles.
+        """
+        folds = [one for one in make_folds(self.residuals) if one.by == "cycles"]
+        shares = [solved.displacement_um(self.residuals) for solved in self.fit(terms).solved]
+        for place in range(len(terms)):
+            if not folds or _varies_between_repeats(shares[place], self.residuals.group):
+                continue
+            others = shares[:place] + shares[place + 1 :]
+            if self._held_out_um(shares, folds[0]) > self._held_out_um(others, folds[0]):
+                self._log("dropped: does not predict other cycles", self.look_at(terms[place].index, ()))
+                return self._repeated(terms[:place] + terms[place + 1 :])
+        return terms
+
+    def _held_out_um(self, shares: Sequence[Array], folds: Folds) -> float:
+        with np.errstate(divide="ignore"):
+            sigma_um = 1.0 / self.whitening.inverse_sigma
+        design = np.array(shares).T if shares else np.zeros((len(self.residuals), 0))
+        return holdout_rms(self.residuals, sigma_um, design, folds)
+
     def look_at(self, index: int, others: tuple[Term, ...]) -> Look:
         """One family beside other terms."""
         family = self.library.families[index]
         return next(look for look in self.looks(others) if look.family is family)
+
+
+def _varies_between_repeats(um: Array, group: NDArray[np.intp]) -> bool:
+    """Whether a displacement differs between repeats of the same probing."""
+    mean = np.bincount(group, um) / np.bincount(group)
+    return float(((um - mean[group]) ** 2).sum()) > SAME_IN_REPEATS * float(((um - um.mean()) ** 2).sum())

@@ -1,9 +1,9 @@
 """Named laws, or one form without a name that says the same in fewer words.
 
-Physics that has no name is imitated by piling up laws that are flexible enough. Each law costs its fitted parameters and
-the search that found it (a description length); where one form in one covariate leaves as little for less, the laws that
-it replaces were imitations. So are several laws of one kind at once, and laws that leave more than the scatter of the
-repeats.
+Physics that has no name is imitated by piling up laws that are flexible enough. Each law costs its fitted parameters
+and the search that found it (a description length); where one form in one covariate leaves as little for less, the laws
+that it replaces were imitations. So are several laws of one kind at once, and laws that leave more than the scatter of
+the repeats.
 """
 
 from __future__ import annotations
@@ -24,8 +24,11 @@ MARGIN = 3.0
 MISFIT_MARGIN = -8.0
 """The same where the laws do not fit as well as the scatter of the repeats would let them."""
 MISFIT_P = 0.002
+PILE_MISFIT_P = 0.02
+"""The same for several laws at once, which could bend to fit and do not."""
 EXPLAINED = 0.85
 """A law that makes up this share of what a form explains is that law, in a shape a little off its ideal."""
+PILE_EXPLAINED = 0.93
 MAY_REPEAT = {"block_defect", "step_change"}
 """Kinds of which two at once are nothing odd, even with the same choices."""
 
@@ -47,10 +50,13 @@ def simpler(forms: Library, selector: Selector, terms: tuple[Term, ...], noise: 
     if repeated:
         kept = tuple(term for term in terms if term not in repeated)
         return _with_form(forms, selector, terms, kept)[1]
-    margin = MISFIT_MARGIN if _misfit(selector, terms, noise) else MARGIN
-    found = [_with_form(forms, selector, terms, kept) for kept in _subsets(terms)]
-    saved, best = max(found, key=lambda one: one[0])
-    return best if saved > margin else None
+    margin = MISFIT_MARGIN if _misfit(selector, terms, noise, MISFIT_P, EXPLAINED) else MARGIN
+    saved, best = max((_with_form(forms, selector, terms, kept) for kept in _subsets(terms)), key=lambda one: one[0])
+    if saved > margin:
+        return best
+    if len(terms) > 1 and _misfit(selector, terms, noise, PILE_MISFIT_P, PILE_EXPLAINED):
+        return _with_form(forms, selector, terms, terms)[1]
+    return None
 
 
 def _subsets(terms: tuple[Term, ...]) -> Iterator[tuple[Term, ...]]:
@@ -66,15 +72,15 @@ def _repeated(selector: Selector, terms: Sequence[Term]) -> set[Term]:
     return {term for term, name in zip(terms, names, strict=True) if counts[name] > 1}
 
 
-def _misfit(selector: Selector, terms: tuple[Term, ...], noise: Noise) -> bool:
+def _misfit(selector: Selector, terms: tuple[Term, ...], noise: Noise, chance: float, share: float) -> bool:
     """Whether the laws leave more between the sets of repeats than within them, and not just a little of it all."""
     left, basis = selector.residual(terms)
     dof = selector.dof - basis.shape[1] - noise.dof
     between = float(left @ left) - noise.dof
-    if dof < 1 or stats.f.sf(between / dof, dof, noise.dof) > MISFIT_P:
+    if dof < 1 or stats.f.sf(between / dof, dof, noise.dof) > chance:
         return False
     explained = float(selector.data @ selector.data - left @ left)
-    return explained < EXPLAINED * (explained + between - dof)
+    return explained < share * (explained + between - dof)
 
 
 def _with_form(

@@ -18,8 +18,8 @@ from stepgauge.effects import Effect, along_approach_um
 Array = NDArray[np.float64]
 STEP = 1e-4
 """Share of a parameter's scale by which it is moved to find the slope."""
-FROZEN = {"time_s", "supports_mm"}
-"""Parameters in which the displacement has no slope, or too little to be fitted further than the grid."""
+FROZEN = {"time_s"}
+"""Parameters in which the displacement has no slope: as fine as the grid."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,10 @@ class Solved:
     family: Family
     effect: Effect
     parameters: dict[str, Estimate]
+
+    def displacement_um(self, data: Residuals) -> Array:
+        """Along the approach, shape ``(n,)``."""
+        return np.broadcast_to(along_approach_um(self.effect, data.probings), (len(data),)).astype(float)
 
 
 @dataclass(frozen=True)
@@ -77,7 +81,12 @@ class _Law:
         self.family, self.law, self.atom = family, family.law, dict(family.atoms[atom])
         known = {p.name: p for p in self.law.parameters()}
         self.linear = [name for name, p in known.items() if p.role == "linear"]
-        moving = [name for name, value in self.atom.items() if value is not None and name not in FROZEN]
+        moving = [
+            part
+            for name, value in self.atom.items()
+            if value is not None and name not in FROZEN
+            for part in _parts(name, value)
+        ]
         phase = ["phase_deg"] if "phase_deg" in known else []
         components = [f"component {i}" for i in range(self.free)]
         self.names = [*(components or self.linear), *moving, *phase]
@@ -103,6 +112,8 @@ class _Law:
             names = [f"component {i}" for i in range(self.free)] or self.linear
             values |= dict(zip(names, map(float, coefficients), strict=True))
         self.atom |= {name: values[name] for name in self.atom}
+        for name, value in self.atom.items():
+            values |= dict(zip(_parts(name, value), value, strict=True)) if isinstance(value, tuple) else {}
         return np.array([values[name] for name in self.names], float)
 
     def values(self, parameters: Array) -> dict[str, Any]:
@@ -116,6 +127,9 @@ class _Law:
                 self.linear[0]: size,
                 "direction": tuple(vector / size) if size > 0.0 else tuple(self.family.directions[0]),
             }
+        for name, value in self.atom.items():
+            if isinstance(value, tuple):
+                fitted[name] = tuple(fitted.pop(part) for part in _parts(name, value))
         return fixed_values(self.law) | self.family.choices | self.atom | fitted
 
     def displacement_um(self, parameters: Array, data: Residuals) -> Array:
@@ -133,10 +147,15 @@ class _Law:
         """How far a parameter is moved to see its effect."""
         return np.array(
             [
-                max(abs(value), 1e-3) if name not in ("phase_deg", "at_mm") else 10.0
+                10.0 if name == "phase_deg" or "_mm" in name else max(abs(value), 1e-3)
                 for name, value in zip(self.names, parameters, strict=True)
             ]
         )
+
+
+def _parts(name: str, value: object) -> list[str]:
+    """Names of the numbers of a parameter: its own, or one for each of several."""
+    return [f"{name} {i}" for i in range(len(value))] if isinstance(value, tuple) else [name]
 
 
 def _sine(coefficients: Array) -> tuple[Array, float]:
@@ -210,6 +229,7 @@ def _solved(law: _Law, parameters: Array, covariance: Array) -> Solved:
     estimates = {
         name: Estimate(float(values[name]), None if np.isnan(spread) else float(spread), law.units[name])
         for name, spread in _spreads(law, parameters, covariance).items()
+        if name in law.units
     }
     for name in FROZEN & set(law.atom):
         if isinstance(law.atom[name], float):

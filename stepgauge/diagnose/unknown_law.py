@@ -214,20 +214,20 @@ def _of_covariate(
     mask, middle = MASK[side], float(x.mean())
     centred = f"{mask}({name} - {middle:.9g})"
     place = _place(located, side, data, whitening, left_um)
-    if located.form == "trend":
-        yield [centred], None
+    one_term = {
+        "trend": centred,
+        "power": f"{mask}max({name}, 0.1)**{place:.9g}",
+        "decay": f"{mask}(1 + {name})**(-{place:.9g})",
+        "step": f"{mask}step({name} - {place:.9g})",
+    }
+    if located.form in one_term:
+        yield [one_term[located.form]], None
     elif located.form == "bow":
         yield [centred, f"{centred}**2"], None
     elif located.form == "wander":
         for knots in KNOTS:
             yield [mask + term for term in _ramps(name, x, knots)], None
-    elif located.form == "power" and place is not None:
-        yield [f"{mask}max({name}, 0.1)**{place:.9g}"], None
-    elif located.form == "decay" and place is not None:
-        yield [f"{mask}(1 + {name})**(-{place:.9g})"], None
-    elif located.form == "step" and place is not None:
-        yield [f"{mask}step({name} - {place:.9g})"], None
-    elif located.form == "period" and place is not None:
+    elif located.form == "period":
         for period in _finer(place, x):
             angle = f"(2 * pi * {name} / {period:.9g})"
             yield [f"{mask}sin{angle}", f"{mask}cos{angle}"], period
@@ -235,8 +235,8 @@ def _of_covariate(
         yield [mask + term for term in _stairs(name, x)], None
 
 
-def _place(located: Located, side: str, data: Residuals, whitening: Whitening, left_um: Array) -> float | None:
-    """Where a step is, or the period, as far as the grid of the forms knows."""
+def _place(located: Located, side: str, data: Residuals, whitening: Whitening, left_um: Array) -> float:
+    """Where a step is, the period, the power, as far as the grid of the forms knows; NaN for a form without one."""
     target = whitening(left_um)
     for family in form_families(data):
         atoms = family.details.get("atoms")
@@ -244,12 +244,12 @@ def _place(located: Located, side: str, data: Residuals, whitening: Whitening, l
         if same and family.details["side"] == side and atoms is not None:
             gains = [_gain(whitening(columns), target) for columns in family.columns]
             return float(atoms[int(np.argmax(gains))])
-    return None
+    return float("nan")
 
 
-def _described(place: float | None, located: Located) -> bool:
+def _described(place: float, located: Located) -> bool:
     """Whether a place is the one that the words name."""
-    return place is not None and f"{place:.4g}" in located.where
+    return f"{place:.4g}" in located.where
 
 
 def _gain(white: Array, target: Array) -> float:
