@@ -15,6 +15,7 @@ OUTLIER_P = 0.002
 """Chance of calling any row of an undisturbed recording an outlier."""
 GROWTH_P = 0.0003
 """Chance of seeing growing scatter in an undisturbed recording."""
+GROWTH_RANKS_P = 0.01
 MOST_OUTLIERS = 0.1
 MOST_LONE = 0.03
 NEAR = 3.0
@@ -162,27 +163,46 @@ def _covariates(data: Residuals) -> dict[str, Array]:
 def _growth(
     data: Residuals, residual: Array, leverage: Array, keep: NDArray[np.bool_]
 ) -> tuple[str, float, float] | None:
-    """Covariate with which the squares grow, its rate over sigma and the p-value; None if none does."""
+    """Covariate with which the squares grow, its rate over sigma and the p-value; None if none does.
+
+    A likelihood ratio, counted at the degrees of freedom that the rows have left; and, for it believes in the normal
+    distribution, the ranks of the squares must grow as well.
+    """
     used = keep & (leverage < 0.9)
     square = residual[used] ** 2 / (1.0 - leverage[used])
-    score = stats.norm.ppf((stats.rankdata(square) - 0.5) / len(square))
+    share = float((1.0 - leverage[used]).mean())
+    score = stats.norm.ppf((stats.rankdata(square) - 0.5) / max(len(square), 1))
     covariates = _covariates(data)
     tests = []
     for name, values in covariates.items():
-        c = values[used] ** 2
-        # repeats of a face share their mean, so that their squares are not independent: each set of repeats counts once
-        by_group = np.bincount(data.group[used], score * (c - c.mean()))
-        t = by_group.sum() / max(float(np.linalg.norm(by_group)), 1e-300)
-        tests.append((float(stats.t.logsf(t, np.count_nonzero(by_group) - 1)), name))
-    log_p, name = min(tests, default=(0.0, ""))
-    p = float(np.exp(log_p)) * len(covariates)
-    if p > GROWTH_P:
+        rate, gain = _rate(square, values[used])
+        ranks_p = stats.norm.sf(_rank_score(score, values[used] ** 2, data.group[used]))
+        if ranks_p < GROWTH_RANKS_P:
+            tests.append((gain * share, name, rate))
+    if not tests:
         return None
-    return name, _rate(square, covariates[name][used]), p
+    gain, name, rate = max(tests)
+    p = 0.5 * float(stats.chi2.sf(gain, 1)) * len(covariates)
+    return (name, rate, p) if p <= GROWTH_P else None
 
 
-def _rate(square: Array, covariate: Array) -> float:
-    """The rate for which the squares are likeliest with variances in proportion to 1 + (rate covariate)^2."""
+def _rank_score(score: Array, covariate: Array, group: NDArray[np.intp]) -> float:
+    """Correlation of normal scores with a covariate, in standard deviations of chance.
+
+    Repeats of a face share their mean: two of m residuals correlate by -1 / (m - 1), their squares by its square.
+    """
+    c = covariate - covariate.mean()
+    kinship = 1.0 / np.maximum(np.bincount(group) - 1.0, 1.0) ** 2
+    squares = np.bincount(group, c**2)
+    variance = squares.sum() + float((kinship * (np.bincount(group, c) ** 2 - squares)).sum())
+    return float(score @ c / np.sqrt(max(variance, 1e-300)))
+
+
+def _rate(square: Array, covariate: Array) -> tuple[float, float]:
+    """The rate for which the squares are likeliest with variances as 1 + (rate covariate)^2, and its likelihood ratio.
+
+    The ratio is twice the logarithm of the likelihood over that of no growth.
+    """
     largest = float(np.abs(covariate).max())
 
     def unlikely(log_rate: float) -> float:
@@ -191,7 +211,7 @@ def _rate(square: Array, covariate: Array) -> float:
 
     bounds = (np.log(0.03 / largest), np.log(30.0 / largest))
     found = optimize.minimize_scalar(unlikely, bounds=bounds, method="bounded")
-    return float(np.exp(found.x))
+    return float(np.exp(found.x)), len(square) * (float(np.log(square.mean())) - float(found.fun))
 
 
 def _weights(data: Residuals, covariate: str, rate: float) -> Array:
