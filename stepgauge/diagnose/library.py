@@ -7,7 +7,7 @@ anywhere between them: its components are linear parameters.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 NOT_LAWS = {"empirical", "error_map", "outliers", "noise_growth"}
 """Kinds that are no law of the mean with parameters of their own: fitted elsewhere or not at all."""
 NEEDS_TIME = {"time", "order"}
+LENGTHS = {"coordinate", "position"}
 SEEN_SHARE = 0.1
 """Smallest share of a direction along some gauge axis with which motion in it is looked for."""
 NEAR_AXIS = np.cos(np.radians(5.0))
@@ -78,10 +79,23 @@ def effect_families(data: Residuals) -> Iterator[Family]:
                 columns = signatures(law, choices, atoms, data)
             except (InputError, ValueError):
                 continue  # impossible choices (travel and direction the same), or a column this recording lacks
+            family = None
             if has_free_direction(law):
                 yield from _directed(law, choices, atoms, columns, directions, data)
-            elif (family := _family(law, choices, atoms, columns)) is not None:
-                yield family
+            else:
+                family = _family(law, choices, atoms, columns)
+            if family is not None:
+                yield replace(family, prior=max(family.prior, _needed(family, data)))
+
+
+def _needed(family: Family, data: Residuals) -> float:
+    """The size that moves readings as far as they are off, for laws that grow with a length.
+
+    What is sensible for metres is nothing for a gauge of micrometres.
+    """
+    if not LENGTHS & {family.covariate}:
+        return 0.0
+    return float(data.um.std() / max(np.sqrt((family.columns**2).mean(axis=2)).max(), 1e-300))
 
 
 def has_free_direction(law: type[Effect]) -> bool:

@@ -17,6 +17,8 @@ GROWTH_P = 0.0003
 """Chance of seeing growing scatter in an undisturbed recording."""
 GROWTH_RANKS_P = 0.01
 MOST_OUTLIERS = 0.1
+LARGE = 3000
+MOST_DATUM = 0.5
 MOST_LONE = 0.03
 NEAR = 3.0
 """Standard deviations within which a repeat counts as good."""
@@ -50,10 +52,11 @@ def estimate_noise(data: Residuals) -> Noise:
     misses.
     """
     basis, repeats = _free_columns(data)
+    told = ~_datum_rows(data)
     weight = np.ones(len(data))
     growth = None
     for _ in range(2):
-        keep = _without_outliers(data.um / weight, basis / weight[:, None])
+        keep = _without_outliers(data.um / weight, basis / weight[:, None], told)
         residual, leverage = _fit(data.um / weight, basis / weight[:, None], keep)
         growth = _growth(data, residual, leverage, keep) if growth is None else growth
         if growth is None:
@@ -61,9 +64,10 @@ def estimate_noise(data: Residuals) -> Noise:
         weight = _weights(data, growth[0], growth[1])
     dof = int(keep.sum() - _rank(basis[keep]))
     sigma = float(np.sqrt((residual[keep] ** 2).sum() / max(dof, 1)))
-    by_row = np.where(keep, sigma * weight, np.inf)
+    good = keep | ~told
+    by_row = np.where(good, sigma * weight, np.inf)
     rate = None if growth is None else (growth[0], sigma * growth[1], growth[2])
-    return Noise(sigma, by_row, dof, np.flatnonzero(~keep), rate, repeats)
+    return Noise(sigma, by_row, dof, np.flatnonzero(~good), rate, repeats)
 
 
 def with_lone_rows(noise: Noise, left_um: Array, data: Residuals) -> Noise:
@@ -129,9 +133,20 @@ def _fit(um: Array, basis: Array, keep: NDArray[np.bool_]) -> tuple[Array, Array
     return residual, leverage
 
 
-def _without_outliers(um: Array, basis: Array) -> NDArray[np.bool_]:
-    """Take out one row after the other while the largest studentised residual is too large to be chance."""
-    keep = np.ones(len(um), bool)
+def _datum_rows(data: Residuals) -> NDArray[np.bool_]:
+    """Rows that read the same in all repeats while others scatter: a datum that was set, not probed."""
+    spread = np.array([np.ptp(data.um[data.group == g]) for g in range(int(data.group.max()) + 1)])
+    count = np.bincount(data.group)
+    datum = (count > 1) & (spread < 1e-6)
+    return datum[data.group] if datum.sum() < MOST_DATUM * (count > 1).sum() else np.zeros(len(data), bool)
+
+
+def _without_outliers(um: Array, basis: Array, told: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Take out one row after the other while the largest studentised residual is too large to be chance.
+
+    Of large recordings all that are too large at once: the scatter that they are judged by hardly knows them.
+    """
+    keep = told.copy()
     for _ in range(int(MOST_OUTLIERS * len(um))):
         residual, leverage = _fit(um, basis, keep)
         free = np.sqrt(np.maximum(1.0 - leverage, 1e-9))
@@ -144,7 +159,10 @@ def _without_outliers(um: Array, basis: Array) -> NDArray[np.bool_]:
         t = standard[worst] / np.sqrt(rss / dof)
         if np.log(2.0 * keep.sum()) + stats.t.logsf(t, dof) > np.log(OUTLIER_P):
             break
-        keep[worst] = False
+        if len(um) < LARGE:
+            keep[worst] = False
+        else:
+            keep &= standard < -stats.t.ppf(OUTLIER_P / (2.0 * keep.sum()), dof) * np.sqrt(rss / dof)
     return keep
 
 
