@@ -60,8 +60,8 @@ def parse_mpe(text: str, cap_um: float | None = None) -> PermissibleError:
 def decide(value_um: float, limit_um: float, expanded_um: float) -> Outcome:
     """Whether a test value proves conformity with plus and minus a limit, nonconformity, or neither (ISO 14253-1).
 
-    ``expanded_um`` is the expanded uncertainty of the test value: it narrows the zone in which conformity is proven, and
-    widens that beyond which nonconformity is.
+    ``expanded_um`` is the expanded uncertainty of the test value: it narrows the zone in which conformity is proven,
+    and widens that beyond which nonconformity is.
     """
     size = abs(value_um)
     if size <= limit_um - expanded_um:

@@ -12,7 +12,7 @@ POSITIONS_SOURCE = "ISO 10360-2:2009, 6.3 and Table 1 (orientation in the measur
 LONGEST_SHARE = 0.66
 """The longest test length of a position, as a share of the machine's travel along that line (ISO 10360-2:2009, 6.3)."""
 SAME_DIRECTION_DEG = 10.0
-"""A gauge turned less than this from a diagonal or an axis is taken to lie along it: a gauge is laid by hand, and what is
+"""A gauge turned less than this from a diagonal or an axis is taken to lie along it: it is laid by hand, and what is
 tested is the line it lies on."""
 
 
@@ -26,7 +26,7 @@ class Orientation:
     end: tuple[float, float, float]
 
     def ends_mm(self, travel_mm: Array) -> tuple[Array, Array]:
-        """Where the line starts and ends, machine coordinates; ``travel_mm (3, 2)`` are the lowest and highest x, y, z."""
+        """Where the line starts and ends, machine coordinates; ``travel_mm (3, 2)``: lowest and highest x, y, z."""
         low, size = travel_mm[:, 0], travel_mm[:, 1] - travel_mm[:, 0]
         return low + size * np.array(self.start), low + size * np.array(self.end)
 

@@ -20,8 +20,8 @@ class TestConditions:
 
     ``temperature_u_K``: of the gauge temperature; ``alignment_mrad``: of the angle between gauge axis and evaluated
     axis, in each of the two directions across it; ``fixture_um``: of the length, by how the gauge is held;
-    ``tip_diameter_u_um``: of a stated tip diameter that does not come from the machine's own qualification (which is part
-    of what is tested).
+    ``tip_diameter_u_um``: of a stated tip diameter that does not come from the machine's own qualification (which is
+    part of what is tested).
     """
 
     __test__ = False
@@ -66,10 +66,10 @@ def length_uncertainty(
 
     Notes
     -----
-    Certificate: both faces' uncertainties, uncorrelated, which is never too small for faces with a common reference.
-    Expansion: L (T - T_ref) u(alpha). Temperature: L alpha u(T). Alignment: a tilt with standard uncertainty u in each of
-    the two directions across the axis lengthens L by L u^2 on average with a standard deviation of L u^2; both together
-    give sqrt(2) L u^2. Fixture and tip as stated.
+    Certificate: both faces' uncertainties as if uncorrelated, which is rather too large where they grow together along
+    the gauge. Expansion: L (T - T_ref) u(alpha). Temperature: L alpha u(T). Alignment: a tilt with standard uncertainty
+    u in each of the two directions across the axis shortens L by L u^2 on average, with a standard deviation of L u^2;
+    both together give sqrt(2) L u^2. Fixture and tip as stated.
     """
     first, second = sorted(faces)
     length_mm = float(gauge.position_mm[second - 1] - gauge.position_mm[first - 1])
