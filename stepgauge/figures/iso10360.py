@@ -57,7 +57,7 @@ def _draw(axes: Axes, test: LengthTest, lengths: Sequence[TestLength]) -> None:
             markeredgewidth=0.8,
             zorder=3,
         )
-    axes.set_xlim(0.0, 1.06 * longest)
+    axes.set_xlim(-0.03 * longest, 1.06 * longest)
     axes.spines[["top", "right"]].set_visible(False)
 
 

@@ -18,14 +18,15 @@ from stepgauge.report.standards import (
     recording_lines,
     rules_table,
     standard_content,
+    unmet,
 )
 from stepgauge.standards.iso10360 import KINDS, LengthTest
-from stepgauge.standards.iso10360_files import length_test_to_dict
+from stepgauge.standards.iso10360_files import length_test_to_dict, verdicts
 
 METHOD = (
     "The error is the indicated length less the certified one at the gauge's recorded temperature. A unidirectional "
-    "length lies between faces of one side; a bidirectional one between the front of a block and the back of a later one, and "
-    "the effective tip diameter is taken off. Conformity is proven where |E| ≤ MPE − U, nonconformity where "
+    "length lies between faces of one side; a bidirectional one between the front of a block and the back of a later "
+    "one, and the effective tip diameter is taken off. Conformity is proven where |E| ≤ MPE − U, nonconformity where "
     "|E| > MPE + U; between these nothing is proven (ISO 14253-1). U is k times the test value uncertainty, in which "
     "the machine has no part (ISO/TS 23165). The repeatability range is the largest minus the smallest error of the "
     "three repeats; what makes the test uncertain is the same in all three, so nothing is taken off its limit."
@@ -40,7 +41,7 @@ def length_test_content(test: LengthTest, stated: Stated, machine: Machine | Non
         "Length measurement test",
         "Errors of length measurement of a coordinate measuring machine by ISO 10360-2:2009, with a step gauge",
         _summary(data),
-        data["statements"],
+        [*verdicts(test), *unmet(data["rules"])],
         [gauge_section(test.gauge), _specification(data), _conditions(data), _recording(data, machine)],
         [(figure_svg(length_test_figure(test)), caption(data))],
         rules_table(data["rules"], data["excluded"]),
@@ -148,10 +149,12 @@ def _positions(data: dict[str, Any]) -> PrintedTable:
 def _errors(data: dict[str, Any], kind: str) -> PrintedTable:
     repeats = max(len(one["errors_um"]) for one in data["lengths"] if one["kind"] == kind)
     columns = [Column("Position"), Column("Faces", words=True), Column("Nominal", "mm"), Column("Certified", "mm")]
-    columns += [Column(f"E, repeat {repeat + 1}", "µm") for repeat in range(repeats)]
+    columns += [Column(f"E{repeat + 1}", "µm") for repeat in range(repeats)]
     columns += [Column("Range", "µm"), Column("MPE", "µm"), Column("U", "µm"), Column("Decision", words=True)]
     rows = [_error_row(one, repeats) for one in data["lengths"] if one["kind"] == kind]
-    return PrintedTable(f"Errors of {kind} lengths", columns, rows, "– not measured or not defined.")
+    return PrintedTable(
+        f"Errors of {kind} lengths", columns, rows, "E1, E2, E3: errors of the repeats. – not measured or not defined."
+    )
 
 
 def _error_row(one: dict[str, Any], repeats: int) -> list[str]:

@@ -127,6 +127,12 @@ def rules_table(rules: Sequence[dict[str, Any]], excluded: Sequence[dict[str, st
     return PrintedTable("Rules of the standard, and what was left out", columns, rows)
 
 
+def unmet(rules: Sequence[dict[str, Any]]) -> list[str]:
+    """One sentence that names the rules that are not met or not checked; none where there are none."""
+    asked = [rule["asks"] for rule in rules if not rule["met"]]
+    return ["Not met, or not checked (see the table of rules): " + "; ".join(asked) + "."] if asked else []
+
+
 def gauge_section(gauge: Gauge) -> Section:
     """The gauge and its certificate."""
     stored = gauge_to_dict(gauge)

@@ -122,6 +122,11 @@ def _length(one: TestLength) -> dict[str, Any]:
 
 def statements(test: LengthTest) -> list[str]:
     """What can be said of the machine, and what the test leaves open, in sentences."""
+    return verdicts(test) + [text[0].upper() + text[1:] + "." for text in incomplete(test.rules)]
+
+
+def verdicts(test: LengthTest) -> list[str]:
+    """What can be said of the machine, without the rules that were not met."""
     said = [_verdict(test, kind) for kind in KINDS if test.lengths(kind)]
     said += [text for kind in KINDS for text in _repeatability(test, kind)]
     said += [text for kind in KINDS for text in _remeasure(test, kind)]
@@ -131,7 +136,6 @@ def statements(test: LengthTest) -> list[str]:
             + "; ".join(test.missing)
             + "."
         )
-    said += [text[0].upper() + text[1:] + "." for text in incomplete(test.rules)]
     return said
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -142,8 +143,8 @@ def excluded_parts(
         Excluded(f"placement {number}", f"{POSITIONS} positions are tested, the first ones are used", POSITIONS_SOURCE)
         for number in numbers[POSITIONS:]
     ]
-    for position in positions:
-        parts += _cycles_left(position) + _faces_left(position)
+    parts += _left(positions, _cycles_left, f"{REPEATS} repeats are tested, the first complete ones are used")
+    parts += _left(positions, partial(_faces_left, tip=tip), f"{LENGTHS} lengths of each kind are tested")
     if tip is None:
         parts.append(
             Excluded("all bidirectional lengths", "there is no tip diameter to take off", "ISO 10360-2, Annex B")
@@ -159,18 +160,33 @@ def excluded_parts(
     return tuple(parts)
 
 
-def _cycles_left(position: Position) -> list[Excluded]:
+def _left(positions: Sequence[Position], name: Callable[[Position], str], reason: str) -> list[Excluded]:
+    """What positions leave out, those together that leave out the same."""
+    numbers: dict[str, list[str]] = {}
+    for position in positions:
+        numbers.setdefault(name(position), []).append(str(position.number))
+    return [
+        Excluded(f"position{'s' if len(where) > 1 else ''} {', '.join(where)}: {what}", reason, TEST)
+        for what, where in numbers.items()
+        if what
+    ]
+
+
+def _cycles_left(position: Position) -> str:
     used = {cycle for one in position.lengths for cycle in one.cycles}
     left = [str(cycle) for cycle in position.table.cycles if cycle not in used]
-    what = f"position {position.number}: cycle{'s' if len(left) > 1 else ''} {', '.join(left)}"
-    return [Excluded(what, f"{REPEATS} repeats are tested, the first complete ones are used", TEST)] if left else []
+    return f"cycle{'s' if len(left) > 1 else ''} {', '.join(left)}" if left else ""
 
 
-def _faces_left(position: Position) -> list[Excluded]:
+def _faces_left(position: Position, tip: TipDiameter | None) -> str:
+    """Faces that no length needs; both of the block that the tip diameter comes from are needed."""
+    faces = {int(face) for face in position.table.faces}
     used = {face for one in position.lengths for face in one.faces}
-    left = [int(face) for face in position.table.faces if face not in used]
-    what = f"position {position.number}: {len(left)} of {len(position.table.faces)} faces"
-    return [Excluded(what, f"{LENGTHS} lengths of each kind are tested", TEST)] if left else []
+    if tip is not None and tip.own_block:
+        front = min(face for face in faces if face % 2 and face + 1 in faces)
+        used |= {front, front + 1}
+    left = sorted(faces - used)
+    return f"{len(left)} of {len(faces)} faces (the first is face {left[0]})" if left else ""
 
 
 def describe(one: TestLength) -> str:
