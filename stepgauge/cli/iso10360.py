@@ -153,9 +153,7 @@ def _write(folder: Path, test: LengthTest, machine: Machine | None, options: dic
     from stepgauge.standards.iso10360_files import write_length_test
 
     paths = write_length_test(folder, test)
-    figure, report = folder / f"iso10360.{options['suffix']}", folder / "iso10360.pdf"
-    if figure == report:
-        figure = folder / "iso10360-figure.pdf"
+    figure, report = folder / f"iso10360-figure.{options['suffix']}", folder / "iso10360.pdf"
     save_figure(length_test_figure(test), figure)
     content = length_test_content(test, stated_from(options), machine)
     for note in write_report(report, content, options["template"] or template()):

@@ -91,8 +91,8 @@ def _write(
     if turned:
         off_mm = max(one.tip_off_ram_mm() for one in turned)
         say(
-            "ISO 10360-2 tests E0 with the stylus tip on the axis of the ram. Where the stylus is turned it lies off that"
-            f" axis, here by up to {off_mm:.0f} mm with stylus and probe body: agree on it, or test with a stylus that is"
+            "ISO 10360-2 tests E0 with the stylus tip on the axis of the ram. Where the stylus is turned it lies off"
+            f" it, here by up to {off_mm:.0f} mm with stylus and probe body: agree on it, or test with a stylus that is"
             " thin enough to stay upright (--stylus machine)"
         )
     for note in dict.fromkeys(note for _, note in texts.values()):
