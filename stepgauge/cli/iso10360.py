@@ -152,12 +152,12 @@ def _write(folder: Path, test: LengthTest, machine: Machine | None, options: dic
     from stepgauge.report.standards import template
     from stepgauge.standards.iso10360_files import write_length_test
 
-    paths = write_length_test(folder, test)
     figure, report = folder / f"iso10360-figure.{options['suffix']}", folder / "iso10360.pdf"
-    save_figure(length_test_figure(test), figure)
     content = length_test_content(test, stated_from(options), machine)
-    for note in write_report(report, content, options["template"] or template()):
+    for note in write_report(report, content, options["template"] or template()):  # first: a template may fail
         say(f"note: {note}")
+    paths = write_length_test(folder, test)
+    save_figure(length_test_figure(test), figure)
     return [*paths, figure, report]
 
 

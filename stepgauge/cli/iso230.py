@@ -85,15 +85,15 @@ def _write(folder: Path, test: PositioningTest, machine: Machine | None, options
     from stepgauge.report.standards import template
     from stepgauge.standards.iso230_files import write_positioning
 
+    report = folder / "iso230.pdf"
+    content = positioning_content(test, stated_from(options), machine)
+    for note in write_report(report, content, options["template"] or template()):  # first: a template may fail
+        say(f"note: {note}")
     paths = write_positioning(folder, test)
     for one in test.axes:
         tail = f"-placement-{one.placement}" if len(test.axes) > 1 else ""
         paths.append(folder / f"iso230-figure{tail}.{options['suffix']}")
         save_figure(positioning_figure(one), paths[-1])
-    report = folder / "iso230.pdf"
-    content = positioning_content(test, stated_from(options), machine)
-    for note in write_report(report, content, options["template"] or template()):
-        say(f"note: {note}")
     return [*paths, report]
 
 

@@ -106,9 +106,8 @@ def _label(axes: Axes, test: AxisTest) -> None:
     axes.set_xlabel(f"position on {test.nearest} (mm)")
     axes.set_ylabel("deviation, position reached − target (µm)")
     axes.set_title(f"{test.name}, {len(test.runs)} runs", loc="left", fontweight="bold")
-    axes.set_title(
-        f"R = {p.R_um:.2f}, R↑ = {p.up.R_um:.2f}, R↓ = {p.down.R_um:.2f}, mean B = {p.mean_B_um:.2f} µm", loc="right"
-    )
+    mean_B = f"{p.mean_B_um:.2f}".replace("-", "−")
+    axes.set_title(f"R = {p.R_um:.2f}, R↑ = {p.up.R_um:.2f}, R↓ = {p.down.R_um:.2f}, mean B = {mean_B} µm", loc="right")
 
 
 def _legend(figure: Figure) -> None:
