@@ -54,7 +54,7 @@ def line_length_mm(point_mm: ArrayLike, direction: ArrayLike, travel_mm: Array) 
     ``travel_mm (3, 2)``. 0 where the line misses the travel.
     """
     point, along = np.asarray(point_mm, float), np.asarray(direction, float)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         crossing = np.sort((travel_mm - point[:, None]) / along[:, None], axis=1)
     moving = along != 0.0
     outside = (point < travel_mm[:, 0]) | (point > travel_mm[:, 1])
