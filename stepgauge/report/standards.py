@@ -118,6 +118,10 @@ def _said(text: str | None) -> str | None:
     return clean(text) or None if text is not None else None
 
 
+def _file_names(paths: Sequence[str]) -> str:
+    return ", ".join(Path(path).name for path in paths if path)
+
+
 def rules_table(rules: Sequence[dict[str, Any]], excluded: Sequence[dict[str, str]] = ()) -> PrintedTable:
     """Rules with what was found, then what was left out and why, each with its source."""
     words = {True: "met", False: "not met", None: "not checked"}
@@ -160,9 +164,8 @@ def machine_lines(section: Section, machine: Machine | None) -> None:
 
 def recording_lines(section: Section, data: dict[str, Any]) -> None:
     """The recording's files and what they say of themselves."""
-    names = [Path(name).name for name in data["recording"].split(", ") if name]
-    section.add("Recordings", ", ".join(names) or "not stated")
+    section.add("Recordings", _file_names(data["recording"].split(", ")) or "not stated")
     for key, value in sorted(data["comments"].items()):
-        section.add(key, value)
+        section.add(key, _file_names(value.split("; ")) if key == "program" else value)
     if not {"date", "measured", "time"} & set(data["comments"]):
         section.missing.append("date of the measurement (the recording does not say)")

@@ -110,7 +110,7 @@ def _bidirectional(tip: TipDiameter | None) -> Rule:
             " (--tip-diameter states the qualified one)"
         )
         return Rule(source, asks, found, False)
-    return Rule(source, asks, f"{tip.diameter_mm:.5f} mm, {tip.origin}", True)
+    return Rule(source, asks, f"{tip.diameter_mm:.5f} mm, {tip.origin} as such", True)
 
 
 def _expansion(gauge: Gauge) -> Rule:

@@ -14,7 +14,7 @@ from stepgauge.placement import Placement
 from stepgauge.recording import Recording
 
 OWN_BLOCK = "the gauge's own first complete block, mean over the placements"
-STATED = "stated (qualification on a sphere)"
+STATED = "stated"
 FAR_OFF_MM = 0.05
 """A stated diameter this far from what the gauge's own blocks give is another tip, or a radius."""
 
