@@ -62,14 +62,13 @@ def _mark_reversal(axes: Axes, test: AxisTest) -> None:
     at = test.targets.machine_mm[row]
     ends = test.parameters.up.mean_um[row], test.parameters.down.mean_um[row]
     axes.plot([at, at], ends, color=REVERSAL, linewidth=2.2, zorder=6)
-    left = row > len(test.targets.machine_mm) // 2
     axes.annotate(
         f"B = {test.parameters.B_um:.2f} µm",
-        (at, sum(ends) / 2.0),
-        xytext=(-6 if left else 6, 0),
+        (at, min(ends)),
+        xytext=(0, -7),
         textcoords="offset points",
-        ha="right" if left else "left",
-        va="center",
+        ha="center",
+        va="top",
         color=REVERSAL,
         fontweight="bold",
         zorder=7,

@@ -68,8 +68,9 @@ def _each(positions: Sequence[Position], asks: str, count: Callable[[Position], 
 
 
 def _count_lengths(position: Position) -> int:
-    """Of the kind that there are most of: bidirectional ones may be missing for want of a tip diameter."""
-    return max(len(position.of_kind("bidirectional")), len(position.of_kind("unidirectional")))
+    """Of the kind that has fewest; a kind that is missing altogether is another rule's."""
+    counts = [len(position.of_kind(kind)) for kind in ("bidirectional", "unidirectional")]
+    return min((count for count in counts if count), default=0)
 
 
 def _count_repeats(position: Position) -> int:

@@ -119,7 +119,7 @@ def choose(pairs: Sequence[Faces], gauge: Gauge, wanted_mm: Sequence[float] | No
     """
     sizes = np.array([nominal_length_mm(gauge, pair) for pair in pairs])
     if wanted_mm is not None:
-        return [pairs[_nearest(sizes, length)] for length in sorted(wanted_mm)]
+        return list(dict.fromkeys(pairs[_nearest(sizes, length)] for length in sorted(wanted_mm)))
     left, chosen = list(range(len(pairs))), []
     for target in np.linspace(sizes[0], sizes[-1], LENGTHS)[[0, 4, 1, 2, 3]] if len(pairs) else ():
         if left:
