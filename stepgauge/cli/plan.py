@@ -138,6 +138,8 @@ def command(source: str | None, gauge: str, output: str, dialect: str, template:
 
         plan_seven(source, gauge, output, dialect, template, options)
         return
+    if options["allow_short"] or options["stylus"] != "auto":
+        raise click.UsageError("--allow-short and --stylus go with --iso10360.")
     if source is None:
         raise click.UsageError("Missing argument 'PLACEMENT|POINTS' (or --iso10360).")
     from stepgauge.collision import make_tool

@@ -121,6 +121,7 @@ def test_a_gauge_that_does_not_fit_leaves_nothing_unless_allowed(run: Run, tmp_p
         (("plan", "p.toml", "--iso10360", *G, "-m", "bridge-cmm", "-d", "dmis", "-o", "{o}"), ["leave"]),
         (("plan", "--iso10360", *G, "-m", "bridge-cmm", "--blocks", "1:4", "-d", "dmis", "-o", "{o}"), ["--blocks"]),
         (("plan", *G, "-d", "dmis", "-o", "{o}"), ["Missing argument"]),
+        (("plan", "p.toml", *G, "-d", "dmis", "--allow-short", "-o", "{o}"), ["go with --iso10360"]),
     ],
 )
 def test_wrong_input_is_one_line_and_leaves_nothing(

@@ -16,7 +16,7 @@ from stepgauge.standards.measuring_line import ORIENTATIONS
 from stepgauge.standards.test_value import TestConditions, length_uncertainty
 from stepgauge.standards.tip import OWN_BLOCK
 from tests.build import make_gauge, make_machine
-from tests.standards.made import TIP_MM, joined, made
+from tests.standards.made import START_MM, TIP_MM, joined, made
 
 GAUGE = make_gauge(blocks=21, u_um=0.1)
 SPEC = Specification(parse_mpe("1.8 + L/350"), 1.5)
@@ -37,6 +37,11 @@ def seven(error=lambda _, __: 0.0, cycles: int = 3, only: int = 7, **more) -> Re
         start = np.full(3, 300.0) - along * GAUGE.position_mm[-1] / 2.0
         parts.append(made(GAUGE, error, along, cycles, start_mm=start, **more))
     return joined(*parts)
+
+
+def beside(count: int, **more) -> Recording:
+    """The gauge along x in as many places."""
+    return joined(*(made(GAUGE, start_mm=START_MM + 5.0 * place, **more) for place in range(count)))
 
 
 def rules_met(test) -> dict[str, bool | None]:
@@ -140,14 +145,14 @@ def test_too_few_positions_repeats_and_lengths_are_named() -> None:
 
 
 def test_missing_diagonals_are_named() -> None:
-    test = length_test(joined(*[made(GAUGE)] * 7), GAUGE, SPEC, ALL, STATED, CUBE)
+    test = length_test(beside(7), GAUGE, SPEC, ALL, STATED, CUBE)
     rule = next(rule for rule in test.rules if "body diagonals" in rule.asks)
     assert rule.met is False
     assert rule.found.count("body diagonal") == 4
 
 
 def test_what_is_left_out_is_named() -> None:
-    recording = joined(*[made(GAUGE, cycles=5)] * 8)
+    recording = beside(8, cycles=5)
     test = length_test(recording, GAUGE, SPEC, ALL, STATED)
     left = [part.what for part in test.excluded]
     assert "placement 8" in left
@@ -184,7 +189,11 @@ def test_fronts_alone_are_unidirectional_only() -> None:
 def test_single_errors_outside_may_be_measured_again_up_to_five(spikes: int, allowed: int) -> None:
     """One repeat of the longest length of some positions is 4.5 um off."""
     parts = [
-        made(GAUGE, lambda cycle, face, bad=number <= spikes: 4.5 if bad and cycle == 2 and face == 42 else 0.0)
+        made(
+            GAUGE,
+            lambda cycle, face, bad=number <= spikes: 4.5 if bad and cycle == 2 and face == 42 else 0.0,
+            start_mm=START_MM + number,
+        )
         for number in range(1, 8)
     ]
     test = length_test(joined(*parts), GAUGE, SPEC, ALL, STATED)
@@ -228,6 +237,11 @@ def test_two_recordings_under_one_placement() -> None:
     frame = pd.concat([made(GAUGE).frame] * 2)
     with pytest.raises(InputError, match="probed twice in cycle 1"):
         length_test(Recording(frame, {}, "r.csv"), GAUGE, SPEC)
+
+
+def test_one_file_given_for_two_positions() -> None:
+    with pytest.raises(InputError, match="placement 2 repeats the readings of placement 1"):
+        length_test(joined(made(GAUGE), made(GAUGE)), GAUGE, SPEC)
 
 
 def test_a_radius_for_a_diameter() -> None:
