@@ -116,7 +116,7 @@ def _test(recording: Recording, gauge: Gauge, machine: Machine | None, options: 
     from stepgauge.placement import read_placement
     from stepgauge.standards.decision import parse_mpe
     from stepgauge.standards.iso10360 import Choices, Specification, length_test
-    from stepgauge.standards.test_value import TestConditions
+    from stepgauge.standards.length_uncertainty import TestConditions
 
     return length_test(
         recording,

@@ -42,7 +42,7 @@ def plan_seven(
             expected=f"lengths of {LONGEST_SHARE:.0%} of the travel along each line",
         )
     texts = {one.orientation.number: program_text(one.program, dialect, template) for one in positions if one.program}
-    _write(Path(output), positions, texts, dialect, machine, template)
+    _write(Path(output), positions, texts, dialect, machine)
 
 
 def _check_options(source: str | None, options: dict[str, Any]) -> None:
@@ -70,7 +70,6 @@ def _write(
     texts: dict[int, tuple[str, str]],
     dialect: str,
     machine: Machine,
-    template: str | None,
 ) -> None:
     import json
 
@@ -78,13 +77,13 @@ def _write(
     from stepgauge.programs import DIALECTS
     from stepgauge.standards.iso10360_plan_files import machine_with_probe, placement_text, plan_to_dict
 
-    suffix = Path(template).suffix if template and not template.endswith(".j2") else DIALECTS[dialect].suffix
+    language = DIALECTS[dialect]
     for one in positions:
         if one.placement is None or one.probe is None:
             continue
         name = f"position-{one.orientation.number}"
         write_text(folder / f"{name}.toml", placement_text(one))
-        write_text(folder / f"{name}{suffix}", texts[one.orientation.number][0], newline=DIALECTS[dialect].newline)
+        write_text(folder / f"{name}{language.suffix}", texts[one.orientation.number][0], newline=language.newline)
         write_text(folder / f"{name}-machine.toml", machine_with_probe(machine, one.probe))
     write_text(folder / "plan.json", json.dumps(plan_to_dict(positions, machine), indent=1) + "\n")
     turned = [one for one in positions if one.turned(machine)]

@@ -21,6 +21,7 @@ from stepgauge.placement import Placement
 from stepgauge.recording import Recording
 from stepgauge.standards.decision import Outcome, PermissibleError, decide, together
 from stepgauge.standards.iso10360_rules import POSITIONS, excluded_parts, rules_of
+from stepgauge.standards.length_uncertainty import TestConditions, TestUncertainty, length_uncertainty
 from stepgauge.standards.lengths import (
     REPEATS,
     Faces,
@@ -34,7 +35,6 @@ from stepgauge.standards.lengths import (
 )
 from stepgauge.standards.measuring_line import line_length_mm, orientation_of
 from stepgauge.standards.rules import Excluded, Rule
-from stepgauge.standards.test_value import TestConditions, TestUncertainty, length_uncertainty
 from stepgauge.standards.tip import TipDiameter, tip_diameter
 
 Array = NDArray[np.float64]
@@ -178,7 +178,7 @@ def length_test(
     machine: Machine | None = None,
     placements: Sequence[Placement] = (),
 ) -> LengthTest:
-    """Test of the errors of length measurement with a step gauge (ISO 10360-2:2009, 6.3).
+    """Test of the errors of length measurement with a step gauge (ISO 10360-2:2009, clause 6).
 
     Parameters
     ----------

@@ -14,9 +14,9 @@ from stepgauge.standards.decision import DECISION_SOURCE
 from stepgauge.standards.gauge_table import gauge_to_dict
 from stepgauge.standards.iso10360 import KINDS, REMEASURE_SOURCE, LengthTest, Position, TestLength
 from stepgauge.standards.iso10360_rules import describe
+from stepgauge.standards.length_uncertainty import SOURCE as UNCERTAINTY_SOURCE
 from stepgauge.standards.lengths import Kind
 from stepgauge.standards.rules import incomplete
-from stepgauge.standards.test_value import SOURCE as UNCERTAINTY_SOURCE
 
 CSV_COLUMNS = (
     "position",
@@ -148,7 +148,8 @@ def _verdict(test: LengthTest, kind: Kind) -> str:
     }
     outcome = test.outcome(kind)
     assert outcome is not None
-    tail = "" if test.complete else ", for what was measured: the test is not complete"
+    tail = ", with the contributions to U that were stated" if test.missing else ""
+    tail += "" if test.complete else ", for what was measured: the test is not complete"
     name = "E" if kind == "bidirectional" else "unidirectional errors, which alone are no E of the standard"
     return f"{kind.capitalize()} lengths ({name}): {words[outcome]} ({DECISION_SOURCE}){tail}."
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 POSITIONS = 7
 DIAGONALS = 4
-TEST = "ISO 10360-2:2009, 6.3"
+TEST = "ISO 10360-2:2009, clause 6 (acceptance and reverification tests)"
 LARGEST_GAP = 0.4
 """No two neighbouring lengths of a position may be farther apart than this share of the longest. The standard asks for
 lengths well spread over the line without a number; this one is ours."""

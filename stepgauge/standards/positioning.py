@@ -142,36 +142,46 @@ def positioning_test(
 
 def _axis_test(table: FaceTable, gauge: Gauge, tip: TipDiameter, pairing: Pairing, machine: Machine | None) -> AxisTest:
     blocks, runs = _complete(table)
-    front, back = (_readings(table, faces, runs) for faces in (2 * blocks - 1, 2 * blocks))
-    front_mm, back_mm = gauge.position_mm[2 * blocks - 2], gauge.position_mm[2 * blocks - 1]
-    error_f = (front - front[0].mean()) * 1e3
-    error_b = (back - front[0].mean() - tip.diameter_mm) * 1e3
-    middle = (front_mm + back_mm) / 2.0
-    if pairing == "middle":
-        error_f += carry(error_f.mean(axis=1), front_mm, middle)[:, None]
-        error_b += carry(error_b.mean(axis=1), back_mm, middle)[:, None]
-    nearest = int(np.abs(table.axis).argmax())
-    off_deg = float(np.degrees(np.arccos(min(abs(table.axis[nearest]), 1.0))))
-    against = bool(off_deg <= ALONG_AXIS_DEG and table.axis[nearest] < 0.0)
-    parameters = _deviations(error_f, error_b, against)
+    nearest, off_deg = _nearest_axis(table.axis)
+    along = off_deg <= ALONG_AXIS_DEG
+    against = along and bool(table.axis[nearest] < 0.0)
+    middle = gauge.block_centre_mm[blocks - 1]
     order = slice(None, None, -1 if against else 1)
-    targets = Targets(blocks[order], middle[order], _coordinates(table, middle, nearest)[order])
-    travel = None if machine is None else float(np.ptp(machine.travel_mm[nearest]))
-    name = "xyz"[nearest] if off_deg <= ALONG_AXIS_DEG else None
     return AxisTest(
         table.placement,
-        name,
+        "xyz"[nearest] if along else None,
         "xyz"[nearest],
         off_deg,
         against,
-        targets,
+        Targets(blocks[order], middle[order], _coordinates(table, middle, nearest)[order]),
         tuple(int(run) for run in runs),
-        parameters,
+        _deviations(*_errors_um(table, gauge, tip, pairing, blocks, runs), against),
         table.temperature_C,
-        travel,
+        None if machine is None else float(np.ptp(machine.travel_mm[nearest])),
         rules_of(middle, len(runs), off_deg, ALONG_AXIS_DEG, tip, table.temperature_C),
         _excluded(table, blocks, runs),
     )
+
+
+def _nearest_axis(direction: Array) -> tuple[int, float]:
+    """Index of the machine axis that a direction is nearest to, and the angle between them in degrees."""
+    nearest = int(np.abs(direction).argmax())
+    return nearest, float(np.degrees(np.arccos(min(abs(direction[nearest]), 1.0))))
+
+
+def _errors_um(
+    table: FaceTable, gauge: Gauge, tip: TipDiameter, pairing: Pairing, blocks: Counts, runs: Counts
+) -> tuple[Array, Array]:
+    """Indicated less certified position at the targets, from fronts and from backs, each ``(targets, runs)``."""
+    front, back = (_readings(table, faces, runs) for faces in (2 * blocks - 1, 2 * blocks))
+    zero_mm = front[0].mean()
+    errors = (front - zero_mm) * 1e3, (back - zero_mm - tip.diameter_mm) * 1e3
+    if pairing == "faces":
+        return errors
+    middle = gauge.block_centre_mm[blocks - 1]
+    at_mm = gauge.position_mm[2 * blocks - 2], gauge.position_mm[2 * blocks - 1]
+    front_um, back_um = (e + carry(e.mean(axis=1), at, middle)[:, None] for e, at in zip(errors, at_mm, strict=True))
+    return front_um, back_um
 
 
 def _coordinates(table: FaceTable, along_mm: Array, axis: int) -> Array:

@@ -6,14 +6,16 @@ import json
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
 from stepgauge.recording import Recording
 from stepgauge.standards.decision import parse_mpe
 from stepgauge.standards.iso10360 import Choices, Specification, length_test
 from stepgauge.standards.iso10360_files import length_test_csv, length_test_to_dict, statements
+from stepgauge.standards.length_uncertainty import TestConditions, length_uncertainty
 from stepgauge.standards.measuring_line import ORIENTATIONS
-from stepgauge.standards.test_value import TestConditions, length_uncertainty
 from stepgauge.standards.tip import OWN_BLOCK
 from tests.build import make_gauge, make_machine
 from tests.standards.made import START_MM, TIP_MM, joined, made
@@ -68,6 +70,24 @@ def test_errors_by_hand() -> None:
     assert longest.outcomes == ["not decidable", "does not conform", "conforms"]
     assert test.lengths("unidirectional")[-1].error_um == pytest.approx([3.4] * 3, abs=1e-6)
     assert [one.nominal_mm for one in test.lengths("bidirectional")] == [30, 130, 210, 310, 410]
+
+
+@given(
+    i=st.floats(-1, 1),
+    j=st.floats(-1, 1),
+    k=st.floats(0.1, 1),
+    seed=st.integers(0, 2**32 - 1),
+    temperature=st.floats(15.0, 25.0),
+)
+def test_errors_wherever_the_gauge_lies(i: float, j: float, k: float, seed: int, temperature: float) -> None:
+    """E is the error of the end face less that of the first face, in any direction and at any recorded temperature."""
+    errors = np.random.default_rng(seed).normal(0.0, 1.0, (4, 43))
+    recording = made(GAUGE, lambda cycle, face: errors[cycle, face], (i, j, k), temperature_C=temperature)
+    test = length_test(recording, GAUGE, SPEC, choices=STATED)
+    for kind in ("bidirectional", "unidirectional"):
+        for one in test.lengths(kind):
+            first, end = one.faces
+            assert one.error_um == pytest.approx(errors[1:, end] - errors[1:, first], abs=1e-5)
 
 
 def test_backs_as_unidirectional_lengths_and_lengths_of_choice() -> None:
