@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 POSITIONS_SOURCE = "ISO 10360-2:2009, clause 6, Table 1 (orientation in the measuring volume)"
 LONGEST_SHARE = 0.66
-"""The longest test length of a position, as a share of the machine's travel along that line (ISO 10360-2:2009, clause 6)."""
+"""The longest test length of a position, as a share of the travel along that line (ISO 10360-2:2009, clause 6)."""
 SAME_DIRECTION_DEG = 10.0
 """A gauge turned less than this from a diagonal or an axis is taken to lie along it: it is laid by hand, and what is
 tested is the line it lies on."""
