@@ -128,7 +128,7 @@ def evaluate(
         faces the gauge does not have, approaches against the side of the face, positions that are not this gauge's,
         a section without a single complete block
     """
-    _check_faces(recording, gauge)
+    check_faces(recording, gauge)
     numbers = recording.placements
     if placements and len(placements) != len(numbers):
         raise InputError(
@@ -146,7 +146,8 @@ def evaluate(
     return Evaluation(gauge, section, r_eff_from, tuple(results), recording.path, recording.comments)
 
 
-def _check_faces(recording: Recording, gauge: Gauge) -> None:
+def check_faces(recording: Recording, gauge: Gauge) -> None:
+    """The recording must not name another gauge, nor have faces that this one has not (:class:`InputError`)."""
     serial = recording.comments.get("gauge_serial", gauge.table.serial)
     if serial != gauge.table.serial:
         raise InputError(
