@@ -1,4 +1,4 @@
-"""The proof on a real controller: LinuxCNC with a hidden screw error, measured, compensated by COMP_FILE, measured again.
+"""The proof on a real controller: LinuxCNC with a hidden screw error, compensated by COMP_FILE and measured again.
 
 Exit code 0: what is left of XM is within the controller's latch error and the interpolation of the table; 1: it is not;
 2: wrong input, LinuxCNC missing or stopped.

@@ -89,7 +89,9 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
     metavar="DEG",
     help="Largest angle between gauge and axis, deg.",
 )
-@click.option("--placement", type=click.IntRange(1), metavar="N", help="Which placement, if several lie along the axis.")
+@click.option(
+    "--placement", type=click.IntRange(1), metavar="N", help="Which placement, if several lie along the axis."
+)
 @click.option(
     "--file-type",
     type=click.IntRange(0, 1),
@@ -97,7 +99,9 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
     show_default=True,
     help="linuxcnc: COMP_FILE_TYPE, 0 positions, 1 trims.",
 )
-@click.option("--joint", type=click.IntRange(0, 30), help="Number of the axis in the controller. Default: x 0, y 1, z 2.")
+@click.option(
+    "--joint", type=click.IntRange(0, 30), help="Number of the axis in the controller. Default: x 0, y 1, z 2."
+)
 @click.option("--plot", callback=check_figure, metavar="FILE", help="The table as a figure (png, svg or pdf).")
 def command(evaluation: str, axis: str, to: str, output: str, **options: Any) -> None:
     """An error table of one axis, ready for a controller, from an evaluation.
@@ -137,7 +141,8 @@ def command(evaluation: str, axis: str, to: str, output: str, **options: Any) ->
     _tell(table)
     if to == "linuxcnc":
         joint = "xyz".index(axis) if options["joint"] is None else options["joint"]
-        say(f"for the INI file, [JOINT_{joint}]: COMP_FILE = {Path(output).name}, COMP_FILE_TYPE = {options['file_type']}")
+        kind = options["file_type"]
+        say(f"for the INI file, [JOINT_{joint}]: COMP_FILE = {Path(output).name}, COMP_FILE_TYPE = {kind}")
         say("note: BACKLASH of that joint has no effect beside a COMP_FILE; the reversal is in the table")
     say("wrote " + ", ".join(str(one) for one in written))
 

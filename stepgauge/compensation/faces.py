@@ -250,9 +250,8 @@ def _notes(
     one: Mapping[str, Any], axis: str, tip: TipRadius | None, unknown: list[str], no_expansion: bool
 ) -> list[str]:
     angle = angle_deg(one, axis)
-    notes = [
-        f"the gauge lay {angle:.3f} deg off {axis}: {np.sin(np.radians(angle)):.2%} of other axes' errors are in the table"
-    ]
+    share = np.sin(np.radians(angle))
+    notes = [f"the gauge lay {angle:.3f} deg off {axis}: {share:.2%} of other axes' errors are in the table"]
     if tip is None:
         blocks = ", ".join(map(str, one["r_eff_blocks"]))
         notes.append(

@@ -49,8 +49,9 @@ class CompensationTable:
     """Errors of an axis by indicated machine coordinate; all arrays of shape ``(n,)``, coordinates rising.
 
     ``positive_um``, ``negative_um``: indicated minus true when the axis travels in its positive, negative sense;
-    ``u_...``: their standard uncertainties; ``from_positive``, ``from_negative``: whether that sense was measured around
-    this place (else it is the other sense plus the reversal at the nearest end, or an extension that was asked for).
+    ``u_...``: their standard uncertainties; ``from_positive``, ``from_negative``: whether that sense was measured
+    around this place (else it is the other sense plus the reversal at the nearest end, or an extension that was asked
+    for).
     ``about``: what it was made from; ``notes``: what a person must know before it goes into a controller.
     """
 
@@ -96,9 +97,9 @@ def make_table(faces: AxisFaces, options: TableOptions) -> CompensationTable:
     _check_inside(faces, np.array([zero]), options, "the zero of the table")
     senses = _senses(faces, options)
     rows = {sense: _rows(faces, position, sense, options) for sense in (1, -1)}
-    level = sum(_rows(faces, np.array([zero]), sense, options) for sense in senses) / len(senses)
+    level = np.mean([_rows(faces, np.array([zero]), sense, options) for sense in senses], axis=0)
     if options.travel != "both":
-        merged = sum(rows[sense] for sense in senses) / len(senses)
+        merged = np.mean([rows[sense] for sense in senses], axis=0)
         rows = {1: merged, -1: merged}
     value = {sense: faces.combine(rows[sense] - level) for sense in rows}
     u = {sense: faces.uncertainty_um(rows[sense] - level, position - zero) for sense in rows}
@@ -137,7 +138,7 @@ def _grid(faces: AxisFaces, options: TableOptions) -> Array:
         first, last = np.ceil(low / options.step_mm - 1e-9), np.floor(high / options.step_mm + 1e-9)
         count = last - first + 1
         if count > LARGEST_TABLE:
-            raise InputError("--step", "the table would be too long", found=f"{count:.0f} rows", expected="a larger step")
+            raise InputError("--step", "the table is too long", found=f"{count:.0f} rows", expected="a larger step")
         grid = np.arange(first, last + 1) * options.step_mm
     if len(grid) < 2:
         raise InputError(
@@ -198,7 +199,9 @@ def _notes(table: CompensationTable, faces: AxisFaces, options: TableOptions) ->
     beyond = (x < low - 1e-6) | (x > high + 1e-6)
     if beyond.any():
         how = "held at the end value" if options.extend == "hold" else "continued with the slope of the fitted line"
-        notes.append(f"extrapolated: {beyond.sum()} of {len(x)} rows lie outside {low:.3f} to {high:.3f} mm and are {how}")
+        notes.append(
+            f"extrapolated: {beyond.sum()} of {len(x)} rows lie outside {low:.3f} to {high:.3f} mm and are {how}"
+        )
     if options.travel in ("both", "mean"):
         one = ((~table.from_positive | ~table.from_negative) & ~beyond).sum()
         if one:
@@ -208,5 +211,7 @@ def _notes(table: CompensationTable, faces: AxisFaces, options: TableOptions) ->
             )
     if options.travel == "mean":
         notes.append(f"mean of both senses; the mean reversal, not in the table, is {faces.mean_reversal_text(x)}")
-    notes.append(f"beyond {x[0]:.3f} and {x[-1]:.3f} mm a controller holds the end values: outside, nothing is corrected")
+    notes.append(
+        f"beyond {x[0]:.3f} and {x[-1]:.3f} mm a controller holds the end values: outside, nothing is corrected"
+    )
     return notes

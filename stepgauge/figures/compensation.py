@@ -3,14 +3,29 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from stepgauge.compensation.table import CompensationTable
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
 
 WIDTH_MM, HEIGHT_MM = 170.0, 100.0
+GREY = COLORS["grey"]
+
+
+class Curve(NamedTuple):
+    """One line of the upper panel; ``measured`` marks the rows that this sense of travel was measured around."""
+
+    label: str
+    color: str
+    marker: str
+    value_um: NDArray[np.float64]
+    u_um: NDArray[np.float64]
+    measured: NDArray[np.bool_]
 
 
 def draw_compensation(path: str | Path, table: CompensationTable) -> None:
@@ -19,45 +34,59 @@ def draw_compensation(path: str | Path, table: CompensationTable) -> None:
 
 
 def compensation_figure(table: CompensationTable) -> Figure:
-    """Error by coordinate in positive and negative travel with two standard uncertainties; their difference below."""
+    """Error by coordinate and sense of travel with two standard uncertainties; positive minus negative travel below."""
     with figure_style():
         figure = new_figure(WIDTH_MM, HEIGHT_MM)
         errors, reversal = figure.subplots(2, 1, sharex=True, height_ratios=[3.0, 1.0])
-        x = table.position_mm
-        errors.axhline(0.0, color=COLORS["grey"], linewidth=0.7)
-        one = table.travel != "both"
-        for sense, label, color, marker in (
-            ("positive", "mean of both senses" if table.travel == "mean" else "positive travel", CYCLE[0], ">"),
-            ("negative", "negative travel", CYCLE[1], "<"),
-        ):
-            if one and sense != ("negative" if table.travel == "negative" else "positive"):
-                continue
-            value, u = getattr(table, f"{sense}_um"), getattr(table, f"u_{sense}_um")
-            measured = np.ones(len(x), bool) if table.travel == "mean" else getattr(table, f"from_{sense}")
-            errors.fill_between(x, value - 2 * u, value + 2 * u, color=color, alpha=0.18, linewidth=0)
-            errors.plot(x, value, color=color, linewidth=0.9)
-            for where, fill in ((measured, color), (~measured, "white")):
-                errors.plot(
-                    x[where], value[where], marker=marker, color=color, markerfacecolor=fill, linestyle="none", label="_"
-                )
-            errors.plot([], [], color=color, marker=marker, label=label)
-        errors.plot([], [], color=COLORS["grey"], marker="o", markerfacecolor="white", linestyle="none", label="inferred")
-        errors.fill_between([], [], [], color=COLORS["grey"], alpha=0.3, linewidth=0, label="± 2 u")
-        reversal.axhline(0.0, color=COLORS["grey"], linewidth=0.7)
-        reversal.plot(x, table.reversal_um, color=COLORS["measured"], marker="D", markersize=2.5, linewidth=1.0)
-        errors.axvline(table.zero_at_mm, color=COLORS["grey"], linewidth=0.7, linestyle=(0, (2, 2)))
-        errors.annotate(
-            "zero", (table.zero_at_mm, 1.0), xycoords=("data", "axes fraction"), xytext=(2, -8), textcoords="offset points",
-            fontsize=7, color=COLORS["grey"],
-        )  # fmt: skip
-        errors.set_ylabel("indicated − true (µm)")
-        reversal.set_ylabel("reversal (µm)")
-        reversal.set_xlabel(f"machine coordinate {table.axis} (mm)")
-        low, high = reversal.get_ylim()
-        if high - low < 1.0:
-            reversal.set_ylim((low + high - 1.0) / 2.0, (low + high + 1.0) / 2.0)
-        errors.set_title(f"Error table of axis {table.axis}: {len(table)} rows", loc="left", fontweight="bold")
-        for axes in (errors, reversal):
-            axes.spines[["top", "right"]].set_visible(False)
+        errors.axhline(0.0, color=GREY, linewidth=0.7)
+        for curve in _curves(table):
+            _draw(errors, table.position_mm, curve)
+        errors.plot([], [], color=GREY, marker="o", markerfacecolor="white", linestyle="none", label="inferred")
+        errors.fill_between([], [], [], color=GREY, alpha=0.3, linewidth=0, label="± 2 u")
+        _mark_zero(errors, table.zero_at_mm)
+        reversal.axhline(0.0, color=GREY, linewidth=0.7)
+        reversal.plot(table.position_mm, table.reversal_um, color=COLORS["measured"], marker="D", markersize=2.5)
+        _label(errors, reversal, table)
         figure.legend(loc="outside upper center", ncols=4, frameon=False)
     return figure
+
+
+def _curves(table: CompensationTable) -> list[Curve]:
+    everywhere = np.ones(len(table), bool)
+    positive = Curve("positive travel", CYCLE[0], ">", table.positive_um, table.u_positive_um, table.from_positive)
+    negative = Curve("negative travel", CYCLE[1], "<", table.negative_um, table.u_negative_um, table.from_negative)
+    mean = Curve("mean of both senses", COLORS["model"], "o", table.mean_um, table.u_positive_um, everywhere)
+    return {"both": [positive, negative], "mean": [mean], "positive": [positive], "negative": [negative]}[table.travel]
+
+
+def _draw(axes: Axes, x: NDArray[np.float64], curve: Curve) -> None:
+    low, high = curve.value_um - 2 * curve.u_um, curve.value_um + 2 * curve.u_um
+    axes.fill_between(x, low, high, color=curve.color, alpha=0.18, linewidth=0)
+    axes.plot(x, curve.value_um, color=curve.color, linewidth=0.9, marker=curve.marker, label=curve.label)
+    inferred = ~curve.measured
+    axes.plot(
+        x[inferred],
+        curve.value_um[inferred],
+        linestyle="none",
+        marker=curve.marker,
+        color=curve.color,
+        markerfacecolor="white",
+        label="_inferred",
+    )
+
+
+def _mark_zero(axes: Axes, x: float) -> None:
+    axes.axvline(x, color=GREY, linewidth=0.7, linestyle=(0, (2, 2)))
+    axes.text(x, 0.98, " zero", transform=axes.get_xaxis_transform(), va="top", fontsize=7, color=GREY)
+
+
+def _label(errors: Axes, reversal: Axes, table: CompensationTable) -> None:
+    errors.set_ylabel("indicated − true (µm)")
+    reversal.set_ylabel("reversal (µm)")
+    reversal.set_xlabel(f"machine coordinate {table.axis} (mm)")
+    errors.set_title(f"Error table of axis {table.axis}: {len(table)} rows", loc="left", fontweight="bold")
+    low, high = reversal.get_ylim()
+    if high - low < 1.0:
+        reversal.set_ylim((low + high - 1.0) / 2.0, (low + high + 1.0) / 2.0)
+    for axes in (errors, reversal):
+        axes.spines[["top", "right"]].set_visible(False)
