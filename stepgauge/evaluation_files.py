@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge import __version__
+from stepgauge.dates import first_moment
 from stepgauge.errors import InputError
 from stepgauge.evaluate import Evaluation, PlacementResult
 from stepgauge.files import read_text, write_text
@@ -55,7 +56,7 @@ def evaluation_to_dict(evaluation: Evaluation) -> dict[str, Any]:
         "recording": evaluation.path,
         "comments": dict(evaluation.comments),
         "machine": evaluation.comments.get("machine"),
-        "measured_at": evaluation.comments.get("measured_at"),
+        "measured_at": first_moment(evaluation.comments.get("measured_at"), evaluation.path),
         "gauge": {
             "name": gauge.table.name,
             "serial": gauge.table.serial,

@@ -1,0 +1,1 @@
+"""Limits and evaluations as the standards have them."""
