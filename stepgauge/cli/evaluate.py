@@ -63,6 +63,7 @@ def command(
     stepgauge evaluate recording.csv --gauge step-gauge-420 -o result
     stepgauge evaluate x.csv y.csv --gauge my-gauge.toml --blocks 2:20 --r-eff all -o result
     """
+    from stepgauge.dates import parse_moment
     from stepgauge.evaluate import evaluate
     from stepgauge.evaluation_files import write_evaluation
     from stepgauge.figures.evaluation import draw_evaluations
@@ -73,6 +74,8 @@ def command(
     from stepgauge.standards.mpe import Mpe
 
     limit = Mpe.parse(mpe) if mpe else None
+    if measured_at:
+        parse_moment(measured_at, "--measured-at")
     steps = read_gauge(gauge)
     section = parse_blocks(blocks, steps) if blocks else None
     placements = [read_placement(path, steps) for path in placement_files]

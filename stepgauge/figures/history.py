@@ -17,7 +17,7 @@ from stepgauge.history.trend import Series
 
 WIDTH_MM, PANEL_MM, HEAD_MM = 170.0, 38.0, 26.0
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-LIMIT_COLOR, GREY = COLORS["before"], COLORS["grey"]
+LIMIT_COLOR, GREY = COLORS["model"], COLORS["grey"]
 LABELS = {
     "scale_ppm": "scale error\n(µm/m)",
     "reversal_um": "mean reversal\nXR (µm)",

@@ -40,9 +40,9 @@ class Trend:
 class Series:
     """One quantity in one direction, by date; ``u`` is NaN where an entry has none.
 
-    ``centre``, ``reach``: middle and half width of the control chart for individual values (ISO 7870-2: three sigma, from
-    the mean moving range / 1.128), widened for few values; NaN with fewer than five. Where there is a drift, the chart
-    follows the trend line: the drift is one finding, a value beside it another.
+    ``centre``, ``reach``: middle and half width of the control chart for individual values (ISO 7870-2: three sigma,
+    from the mean moving range / 1.128), widened for few values; NaN with fewer than five. Where there is a drift, the
+    chart follows the trend line: the drift is one finding, a value beside it another.
     """
 
     quantity: str
@@ -186,12 +186,11 @@ def _beyond_limit(one: Series, limit: float | None, unit: str) -> list[Alert]:
 
 
 def _beyond_control(one: Series, unit: str) -> list[Alert]:
-    return [
-        _warning(
-            "control", one, row, f"{one.value[row]:.3g} {unit}, control chart: {one.centre[row]:.3g} +- {one.reach:.2g}"
-        )
-        for row in np.flatnonzero(one.beyond).tolist()
-    ]
+    found = []
+    for row in np.flatnonzero(one.beyond).tolist():
+        chart = f"{one.centre[row]:.3g} +- {one.reach:.2g} {unit}"
+        found.append(_warning("control", one, row, f"{one.value[row]:.3g} {unit}, outside its control chart {chart}"))
+    return found
 
 
 def _warning(kind: str, one: Series, row: int, text: str) -> Alert:
