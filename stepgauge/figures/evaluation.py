@@ -263,7 +263,7 @@ def _add_legend(figure: Figure, rows: Sequence[Mapping[str, Any]]) -> None:
     figure.legend(
         handles=entries,
         loc="outside upper center",
-        ncols=min(len(entries), 6),
+        ncols=len(entries) if len(entries) <= 6 else 4,
         columnspacing=1.2,
         handlelength=1.8,
         frameon=False,

@@ -163,7 +163,7 @@ def fit_trend(start: datetime.datetime, days: Array, value: Array, u: Array) -> 
 
 
 def judge(series: Sequence[Series], limits: Mapping[str, float]) -> list[Alert]:
-    """Every value beyond its limit (``limits`` by quantity) or three sigma, and drifts beyond twice their uncertainty."""
+    """Every value beyond its limit (``limits`` by quantity) or its chart, and drifts beyond twice their uncertainty."""
     found = []
     for one in series:
         unit = QUANTITIES[one.quantity].unit
