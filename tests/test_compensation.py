@@ -194,7 +194,7 @@ def test_linuxcnc_file_has_nothing_but_triplets_and_no_more_than_it_takes() -> N
     table = table_of(GAUGE, measured(GAUGE))
     text = render_table(table, FORMATS["linuxcnc"])
     assert all(re.fullmatch(r"\S+ \S+ \S+", line) for line in text.splitlines())
-    with pytest.raises(InputError, match=r"too long for LinuxCNC.*found 468 rows; expected at most 255"):
+    with pytest.raises(InputError, match=r"too long for LinuxCNC.*found 468 rows; expected at most 256"):
         render_table(table_of(GAUGE, measured(GAUGE), step_mm=0.5), FORMATS["linuxcnc"])
 
 

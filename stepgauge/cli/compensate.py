@@ -29,7 +29,7 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
 @click.option(
     "--template",
     metavar="FILE",
-    help="Your own Jinja template instead of the shipped one ('stepgauge shipped' lists those to copy).",
+    help="Your own Jinja template; start from a copy: 'stepgauge shipped compensation-siemens.j2 --copy-to mine'.",
 )
 @click.option(
     "--tip-radius",
@@ -97,7 +97,7 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
     type=click.IntRange(0, 1),
     default=0,
     show_default=True,
-    help="linuxcnc: COMP_FILE_TYPE, 0 positions, 1 trims.",
+    help="linuxcnc: COMP_FILE_TYPE, 0 positions, 1 trims. siemens: number of the measuring system, 0 or 1.",
 )
 @click.option(
     "--joint", type=click.IntRange(0, 30), help="Number of the axis in the controller. Default: x 0, y 1, z 2."
@@ -143,7 +143,7 @@ def command(evaluation: str, axis: str, to: str, output: str, **options: Any) ->
         joint = "xyz".index(axis) if options["joint"] is None else options["joint"]
         kind = options["file_type"]
         say(f"for the INI file, [JOINT_{joint}]: COMP_FILE = {Path(output).name}, COMP_FILE_TYPE = {kind}")
-        say("note: BACKLASH of that joint has no effect beside a COMP_FILE; the reversal is in the table")
+        say("note: lengths in mm, as LINEAR_UNITS must be; BACKLASH of that joint has no effect beside a COMP_FILE")
     say("wrote " + ", ".join(str(one) for one in written))
 
 

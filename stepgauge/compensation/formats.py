@@ -41,9 +41,11 @@ class Format:
 FORMATS = {
     known.name: known
     for known in (
-        Format("linuxcnc", "LinuxCNC screw compensation (COMP_FILE)", "linuxcnc.j2", "both", True, False, 255),
-        Format("siemens", "Siemens SINUMERIK $AA_ENC_COMP", "siemens.j2", "mean", False, True, None),
-        Format("csv", "table for any other controller", "csv.j2", "both", True, False, None),
+        Format(
+            "linuxcnc", "LinuxCNC screw compensation (COMP_FILE)", "compensation-linuxcnc.j2", "both", True, False, 256
+        ),
+        Format("siemens", "Siemens SINUMERIK $AA_ENC_COMP", "compensation-siemens.j2", "mean", False, True, None),
+        Format("csv", "table for any other controller", "compensation-csv.j2", "both", True, False, None),
     )
 }
 
