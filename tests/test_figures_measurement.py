@@ -191,6 +191,12 @@ def test_table_of_a_compensation() -> None:
     np.testing.assert_allclose(points(errors, ">")[: len(table), 1], table.positive_um)
     np.testing.assert_allclose(points(reversal, "D")[:, 1], table.reversal_um)
     assert fits(figure)
+    for travel, marker in (("mean", "o"), ("positive", ">"), ("negative", "<")):
+        table = table_of(GAUGE, measured(GAUGE, reversal_um=3.0), travel=travel, step_mm=10.0)
+        figure = compensation_figure(table)
+        (axes,) = figure.axes
+        np.testing.assert_allclose(points(axes, marker)[: len(table), 1], table.mean_um)
+        assert fits(figure)
 
 
 def test_history_with_limits_and_an_outlier() -> None:

@@ -152,6 +152,13 @@ def test_a_drift_is_one_finding_and_no_alarm_of_the_chart() -> None:
     assert trend.per_year == pytest.approx(0.5 * 365.25 / 90.0, abs=3 * trend.u_per_year)
 
 
+def test_another_stylus_starts_anew() -> None:
+    radii = [2.0, 2.0004, 1.5, 1.4998, 2.0002]
+    entries = [entry(30.0 * i, 0.0, r_eff_mm=r) for i, r in enumerate(radii)]
+    series = next(s for s in make_series(entries) if s.quantity == "r_eff_change_um")
+    np.testing.assert_allclose(series.value, [0.0, 0.4, 0.0, -0.2, 0.2], atol=1e-9)
+
+
 def test_limits_hold_for_sizes() -> None:
     series = make_series([entry(0, -4.0), entry(90, 2.0), entry(180, 4.5, band_um=3.0)])
     found = judge(series, {"scale_ppm": 3.0, "band_um": 2.0})

@@ -117,12 +117,12 @@ def command(evaluation: str, axis: str, to: str, output: str, **options: Any) ->
     stepgauge compensate result --axis x --to csv -o x.csv --plot x.png
     """
     from stepgauge.compensation import FORMATS, axis_faces, make_table, render_table, write_table
-    from stepgauge.evaluation_files import read_evaluation
+    from stepgauge.report.reading import find_evaluation, read_checked_evaluation
 
-    path = _evaluation_path(evaluation)
+    path = find_evaluation(evaluation)
     known = FORMATS[to]
     faces = axis_faces(
-        read_evaluation(path),
+        read_checked_evaluation(path),
         path,
         axis,
         _tip(options),
@@ -145,11 +145,6 @@ def command(evaluation: str, axis: str, to: str, output: str, **options: Any) ->
         say(f"for the INI file, [JOINT_{joint}]: COMP_FILE = {Path(output).name}, COMP_FILE_TYPE = {kind}")
         say("note: lengths in mm, as LINEAR_UNITS must be; BACKLASH of that joint has no effect beside a COMP_FILE")
     say("wrote " + ", ".join(str(one) for one in written))
-
-
-def _evaluation_path(given: str) -> Path:
-    path = Path(given)
-    return path / "evaluation.json" if path.is_dir() else path
 
 
 def _tip(options: dict[str, Any]) -> TipRadius | None:

@@ -66,6 +66,10 @@ def command(folder: str, output: str, limits: dict[str, float], **options: Any) 
     evaluation ('evaluate --measured-at', or '# measured_at:' in the recording), else a date such as 2026-03-02 in the
     names of its folders. Trend lines are weighted by repeatability; a control chart needs five dates.
 
+    A constant reversal of an axis shows in R_eff, minus half of it: a step gauge sees it as a smaller tip. R_eff is
+    compared with the first one of the same tip (within 50 um). Evaluations that name no machine are '(unnamed)':
+    'evaluate --machine-name'.
+
     The store is an SQLite file for other programs; it is brought up to date at every call and can always be rebuilt.
 
     \b

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from stepgauge.compensation.table import CompensationTable
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
 
-WIDTH_MM, HEIGHT_MM = 170.0, 100.0
+WIDTH_MM, HEIGHT_MM, ALONE_MM = 170.0, 100.0, 75.0
 GREY = COLORS["grey"]
 
 
@@ -36,17 +37,20 @@ def draw_compensation(path: str | Path, table: CompensationTable) -> None:
 def compensation_figure(table: CompensationTable) -> Figure:
     """Error by coordinate and sense of travel with two standard uncertainties; positive minus negative travel below."""
     with figure_style():
-        figure = new_figure(WIDTH_MM, HEIGHT_MM)
-        errors, reversal = figure.subplots(2, 1, sharex=True, height_ratios=[3.0, 1.0])
+        both = table.travel == "both"
+        figure = new_figure(WIDTH_MM, HEIGHT_MM if both else ALONE_MM)
+        errors = figure.subplots(
+            2 if both else 1, 1, sharex=True, squeeze=False, height_ratios=[3, 1] if both else [1]
+        )[0, 0]
         errors.axhline(0.0, color=GREY, linewidth=0.7)
         for curve in _curves(table):
             _draw(errors, table.position_mm, curve)
         errors.plot([], [], color=GREY, marker="o", markerfacecolor="white", linestyle="none", label="inferred")
         errors.fill_between([], [], [], color=GREY, alpha=0.3, linewidth=0, label="± 2 u")
         _mark_zero(errors, table.zero_at_mm)
-        reversal.axhline(0.0, color=GREY, linewidth=0.7)
-        reversal.plot(table.position_mm, table.reversal_um, color=COLORS["measured"], marker="D", markersize=2.5)
-        _label(errors, reversal, table)
+        if both:
+            _draw_reversal(figure.axes[1], table)
+        _label(figure.axes, table)
         figure.legend(loc="outside upper center", ncols=4, frameon=False)
     return figure
 
@@ -80,13 +84,19 @@ def _mark_zero(axes: Axes, x: float) -> None:
     axes.text(x, 0.98, " zero", transform=axes.get_xaxis_transform(), va="top", fontsize=7, color=GREY)
 
 
-def _label(errors: Axes, reversal: Axes, table: CompensationTable) -> None:
-    errors.set_ylabel("indicated − true (µm)")
-    reversal.set_ylabel("reversal (µm)")
-    reversal.set_xlabel(f"machine coordinate {table.axis} (mm)")
-    errors.set_title(f"Error table of axis {table.axis}: {len(table)} rows", loc="left", fontweight="bold")
-    low, high = reversal.get_ylim()
+def _draw_reversal(axes: Axes, table: CompensationTable) -> None:
+    axes.axhline(0.0, color=GREY, linewidth=0.7)
+    axes.plot(table.position_mm, table.reversal_um, color=COLORS["measured"], marker="D", markersize=2.5)
+    axes.set_ylabel("reversal (µm)")
+    low, high = axes.get_ylim()
     if high - low < 1.0:
-        reversal.set_ylim((low + high - 1.0) / 2.0, (low + high + 1.0) / 2.0)
-    for axes in (errors, reversal):
+        axes.set_ylim((low + high - 1.0) / 2.0, (low + high + 1.0) / 2.0)
+
+
+def _label(panels: Sequence[Axes], table: CompensationTable) -> None:
+    errors = panels[0]
+    errors.set_ylabel("indicated − true (µm)")
+    panels[-1].set_xlabel(f"machine coordinate {table.axis} (mm)")
+    errors.set_title(f"Error table of axis {table.axis}: {len(table)} rows", loc="left", fontweight="bold")
+    for axes in panels:
         axes.spines[["top", "right"]].set_visible(False)

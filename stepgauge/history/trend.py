@@ -14,6 +14,7 @@ from stepgauge.history.entries import QUANTITIES, HistoryEntry
 Array = NDArray[np.float64]
 YEAR_DAYS = 365.25
 FEWEST_FOR_CONTROL = 5
+OTHER_TIP_UM = 50.0
 _RANGE_TO_SIGMA = 1.128
 """Mean of the range of two normal values over their standard deviation (d2 of Shewhart charts, ISO 7870-2)."""
 OUTSIDE = 0.0027
@@ -126,12 +127,24 @@ def _limits(level: Array) -> tuple[float, float]:
 
 def _values(name: str, entries: list[HistoryEntry]) -> tuple[Array, Array]:
     if name == "r_eff_change_um":
-        r_eff = np.array([entry.r_eff_mm for entry in entries]) * 1e3
-        value = r_eff - r_eff[0]
+        value = _from_first_of_tip(np.array([entry.r_eff_mm for entry in entries]) * 1e3)
     else:
         value = np.array([getattr(entry, name) for entry in entries])
     u = np.array([getattr(entry, f"u_{name}", np.nan) for entry in entries])
     return value, np.where(u > 0, u, np.nan)
+
+
+def _from_first_of_tip(r_eff_um: Array) -> Array:
+    """R_eff minus the first one of its tip: a radius that is 50 um off all before is that of another stylus."""
+    firsts: list[float] = []
+    change = np.empty_like(r_eff_um)
+    for row, radius in enumerate(r_eff_um.tolist()):
+        first = next((known for known in firsts if abs(radius - known) < OTHER_TIP_UM), None)
+        if first is None:
+            first = radius
+            firsts.append(radius)
+        change[row] = radius - first
+    return change
 
 
 def fit_trend(start: datetime.datetime, days: Array, value: Array, u: Array) -> Trend | None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from stepgauge.cli import main
 from stepgauge.recording import read_recording, write_recording
-from tests.cli.conftest import Run
+from tests.cli.conftest import Result, Run
 from tests.conftest import ROOT
 
 EXAMPLE = ROOT / "examples" / "compensation"
@@ -35,9 +37,25 @@ def mean_um(placement: dict) -> np.ndarray:
     return np.array([row["xm_um"] for row in placement["faces"] if row["xm_um"] is not None])
 
 
+def plain_run(*arguments: object) -> Result:
+    """A command that must go well, without what it said."""
+    main([str(argument) for argument in arguments])
+    return Result(0, "", "")
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The measurement before, made once."""
+    folder = tmp_path_factory.mktemp("first")
+    measure(plain_run, folder, "before", EXAMPLE / "machine.toml", "placement.toml", "1:21", 1)
+    return folder
+
+
 @pytest.fixture
-def before(run: Run, tmp_path: Path) -> dict:
-    return measure(run, tmp_path, "before", EXAMPLE / "machine.toml", "placement.toml", "1:21", 1)
+def before(first: Path, tmp_path: Path) -> dict:
+    """A copy of it in the folder of the test."""
+    shutil.copytree(first, tmp_path, dirs_exist_ok=True)
+    return json.loads((tmp_path / "before" / "evaluation.json").read_text())["placements"][0]
 
 
 def test_measured_again_with_the_table_applied_xm_is_noise(run: Run, tmp_path: Path, before: dict) -> None:
@@ -101,6 +119,17 @@ def test_no_evaluation_is_said(run: Run, tmp_path: Path) -> None:
     result = run("compensate", tmp_path, "--axis", "x", "--to", "csv", "-o", tmp_path / "x.csv")
     assert result.code == 2
     assert "evaluation.json: no such file" in result.err
+
+
+def test_an_incomplete_evaluation_is_named(run: Run, tmp_path: Path, before: dict) -> None:
+    path = tmp_path / "before" / "evaluation.json"
+    data = json.loads(path.read_text())
+    del data["placements"][0]["origin_mm"]
+    path.write_text(json.dumps(data))
+    result = run("compensate", path, "--axis", "x", "--to", "csv", "-o", tmp_path / "x.csv")
+    assert result.code == 2
+    assert "origin_mm" in result.err
+    assert len(result.err.splitlines()) == 1
 
 
 def test_an_older_evaluation_says_what_is_unknown(run: Run, tmp_path: Path, before: dict) -> None:
