@@ -162,8 +162,8 @@ def axis_faces(
         _radius_rows(rows, one["r_eff_blocks"]),
         None if tip is None else (2e3 * tip.r_eff_mm, (2.0 * tip.u_um) ** 2),
         abs((expansion_u or 0.0) * warm_K) * 1e3,
-        _about(evaluation, one, path, axis, offset_mm),
-        tuple(_notes(one, axis, tip, unknown, expansion_u is None and warm_K != 0.0)),
+        _about(evaluation, one, path, axis, offset_mm, tip),
+        tuple(_notes(one, axis, unknown, expansion_u is None and warm_K != 0.0)),
     )
 
 
@@ -227,7 +227,12 @@ def _warmer_K(evaluation: Mapping[str, Any], one: Mapping[str, Any]) -> float:
 
 
 def _about(
-    evaluation: Mapping[str, Any], one: Mapping[str, Any], path: str | Path, axis: str, offset_mm: float
+    evaluation: Mapping[str, Any],
+    one: Mapping[str, Any],
+    path: str | Path,
+    axis: str,
+    offset_mm: float,
+    tip: TipRadius | None,
 ) -> dict[str, Any]:
     gauge = evaluation["gauge"]
     return {
@@ -243,23 +248,16 @@ def _about(
         "gauge_temperature_C": one["gauge_temperature_C"],
         "angle_deg": angle_deg(one, axis),
         "offset_mm": offset_mm,
+        "r_eff_blocks": list(one["r_eff_blocks"]),
+        "tip_radius_mm": None if tip is None else tip.r_eff_mm,
+        "u_tip_radius_um": None if tip is None else tip.u_um,
     }
 
 
-def _notes(
-    one: Mapping[str, Any], axis: str, tip: TipRadius | None, unknown: list[str], no_expansion: bool
-) -> list[str]:
+def _notes(one: Mapping[str, Any], axis: str, unknown: list[str], no_expansion: bool) -> list[str]:
     angle = angle_deg(one, axis)
     share = np.sin(np.radians(angle))
     notes = [f"the gauge lay {angle:.3f} deg off {axis}: {share:.2%} of other axes' errors are in the table"]
-    if tip is None:
-        blocks = ", ".join(map(str, one["r_eff_blocks"]))
-        notes.append(
-            f"no tip radius was given: R_eff is from block {blocks} of this recording, which hides the reversal there;"
-            " the table holds only how the reversal changes along the axis (--tip-radius)"
-        )
-    else:
-        notes.append(f"effective tip radius {tip.r_eff_mm:.6f} mm, u = {tip.u_um:.3g} um, known from elsewhere")
     temperature = one["gauge_temperature_C"]
     notes.append(
         "no gauge temperature was recorded: the certificate's was assumed"

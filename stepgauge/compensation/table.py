@@ -139,7 +139,7 @@ def _grid(faces: AxisFaces, options: TableOptions) -> Array:
         count = last - first + 1
         if count > LARGEST_TABLE:
             raise InputError("--step", "the table is too long", found=f"{count:.0f} rows", expected="a larger step")
-        grid = np.arange(first, last + 1) * options.step_mm
+        grid = np.arange(first, last + 1) * options.step_mm + 0.0  # no negative zero
     if len(grid) < 2:
         raise InputError(
             "--step" if options.step_mm else "--range",
@@ -193,7 +193,7 @@ def _extension(faces: AxisFaces, x: Array, measured: tuple[float, float], sense:
 
 
 def _notes(table: CompensationTable, faces: AxisFaces, options: TableOptions) -> list[str]:
-    notes = []
+    notes = [_tip_note(faces)] if options.travel == "both" else []
     low, high = _measured_range(faces, options)
     x = table.position_mm
     beyond = (x < low - 1e-6) | (x > high + 1e-6)
@@ -215,3 +215,15 @@ def _notes(table: CompensationTable, faces: AxisFaces, options: TableOptions) ->
         f"beyond {x[0]:.3f} and {x[-1]:.3f} mm a controller holds the end values: outside, nothing is corrected"
     )
     return notes
+
+
+def _tip_note(faces: AxisFaces) -> str:
+    """Where the reversal of a table with both senses of travel comes from."""
+    tip = faces.about["tip_radius_mm"]
+    if tip is not None:
+        return f"effective tip radius {tip:.6f} mm, u = {faces.about['u_tip_radius_um']:.3g} um, known from elsewhere"
+    blocks = ", ".join(map(str, faces.about["r_eff_blocks"]))
+    return (
+        f"no tip radius was given: R_eff is from block {blocks} of this recording, which hides the reversal there;"
+        " the table holds only how the reversal changes along the axis (--tip-radius)"
+    )

@@ -56,10 +56,16 @@ def compensation_figure(table: CompensationTable) -> Figure:
 
 
 def _curves(table: CompensationTable) -> list[Curve]:
-    everywhere = np.ones(len(table), bool)
     positive = Curve("positive travel", CYCLE[0], ">", table.positive_um, table.u_positive_um, table.from_positive)
     negative = Curve("negative travel", CYCLE[1], "<", table.negative_um, table.u_negative_um, table.from_negative)
-    mean = Curve("mean of both senses", COLORS["model"], "o", table.mean_um, table.u_positive_um, everywhere)
+    mean = Curve(
+        "mean of both senses",
+        COLORS["model"],
+        "o",
+        table.mean_um,
+        table.u_positive_um,
+        table.from_positive & table.from_negative,
+    )
     return {"both": [positive, negative], "mean": [mean], "positive": [positive], "negative": [negative]}[table.travel]
 
 
