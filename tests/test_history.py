@@ -58,9 +58,9 @@ def test_an_entry_by_hand(tmp_path: Path) -> None:
 
 
 def test_the_uncertainties_of_an_entry_are_its_scatter(tmp_path: Path) -> None:
-    """Monte Carlo: 300 evaluations with noise, four cycles each."""
+    """Monte Carlo: 200 evaluations with noise, four cycles each."""
     entries = []
-    for seed in range(300):
+    for seed in range(200):
         path = write(tmp_path, when="2024-05-06", noise_um=0.5, cycles=4, seed=seed)
         entries += read_entries(path, tmp_path, str(seed))
     for name in ("scale_ppm", "reversal_um"):
@@ -136,10 +136,10 @@ def test_the_control_chart_cries_wolf_as_seldom_as_three_sigma_do() -> None:
     random = np.random.default_rng(5)
     for count in (FEWEST_FOR_CONTROL, 8, 20):
         outside = 0
-        for _ in range(150):
+        for _ in range(100):
             entries = [entry(30.0 * i, v) for i, v in enumerate(random.normal(0, 0.1, count))]
             outside += int(make_series(entries)[0].beyond.sum())
-        assert outside / (150 * count) < 0.01
+        assert outside / (100 * count) < 0.01
 
 
 def test_a_drift_is_one_finding_and_no_alarm_of_the_chart() -> None:

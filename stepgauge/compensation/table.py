@@ -199,9 +199,8 @@ def _notes(table: CompensationTable, faces: AxisFaces, options: TableOptions) ->
     beyond = (x < low - 1e-6) | (x > high + 1e-6)
     if beyond.any():
         how = "held at the end value" if options.extend == "hold" else "continued with the slope of the fitted line"
-        notes.append(
-            f"extrapolated: {beyond.sum()} of {len(x)} rows lie outside {low:.3f} to {high:.3f} mm and are {how}"
-        )
+        where = f"{beyond.sum()} of {len(x)} rows lie outside {low:.3f} to {high:.3f} mm"
+        notes.append(f"extrapolated: {where} and are {how}; how wrong they are there is not in the uncertainty")
     if options.travel in ("both", "mean"):
         one = ((~table.from_positive | ~table.from_negative) & ~beyond).sum()
         if one:
