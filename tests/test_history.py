@@ -227,7 +227,10 @@ def test_a_damaged_or_foreign_store_is_not_used(archive: Path, tmp_path: Path) -
     store.write_bytes(b"this is not a data base at all, but long enough to be read as one" * 40)
     with pytest.raises(InputError, match=r"the store is damaged.*--rebuild"):
         refresh_store(store, archive)
-    assert len(refresh_store(store, archive, rebuild=True).entries) == 3
+    found = refresh_store(store, archive, rebuild=True)
+    assert len(found.entries) == 3
+    assert "it is now h.sqlite.damaged" in found.remarks[0]
+    assert (tmp_path / "h.sqlite.damaged").read_bytes().startswith(b"this is not a data base")
     content = bytearray(store.read_bytes())
     content[100:4096] = b"\xff" * 3996
     store.write_bytes(content)
@@ -238,6 +241,8 @@ def test_a_damaged_or_foreign_store_is_not_used(archive: Path, tmp_path: Path) -
     connection.close()
     with pytest.raises(InputError, match=r"not a store of this stepgauge; found version 0, tables recipes"):
         refresh_store(tmp_path / "other.sqlite", archive)
+    refresh_store(tmp_path / "other.sqlite", archive, rebuild=True)
+    assert (tmp_path / "other.sqlite.damaged").exists(), "somebody's recipes are not thrown away"
     refresh_store(store, archive, rebuild=True)
     elsewhere = tmp_path / "elsewhere"
     shutil.copytree(archive / "2024-01-01", elsewhere / "2024-01-01")

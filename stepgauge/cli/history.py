@@ -82,7 +82,7 @@ def command(folder: str, output: str, limits: dict[str, float], **options: Any) 
     store = options["store"] or Path(output) / "history.sqlite"
     found = refresh_store(store, folder, options["date_from"], options["rebuild"], _progress)
     for remark in found.remarks:
-        say(f"left out: {remark}")
+        say(remark)
     gone = f", {found.gone} gone" if found.gone else ""
     say(f"{found.read} files read, {found.unchanged} unchanged{gone}")
     entries = _of_one_machine(found.entries, folder, options["machine"], options["gauge"])

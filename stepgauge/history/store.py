@@ -7,7 +7,7 @@ import hashlib
 import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 from stepgauge.errors import InputError
@@ -40,7 +40,8 @@ def refresh_store(
     """Bring the store up to date with the evaluation.json files below ``root``.
 
     Only new and changed files are read; entries of files that are gone are dropped. The same call again changes
-    nothing. ``rebuild`` throws the store away first. ``progress`` is told how many of how many files are done.
+    nothing. ``rebuild`` throws the store away first (what is no readable store is kept as ``.damaged``). ``progress`` is
+    told how many of how many files are done.
 
     Raises
     ------
@@ -53,11 +54,28 @@ def refresh_store(
     files = sorted(folder.rglob("evaluation.json"))
     if not files:
         raise InputError(folder, "no evaluation.json in this folder or below it", expected="results of 'evaluate'")
-    if rebuild:
-        path.unlink(missing_ok=True)
+    said = _set_aside(path) if rebuild and path.exists() else []
     with _open(path) as connection:
         _check_origin(connection, path, folder)
-        return _refresh(connection, folder, files, date_from, progress)
+        found = _refresh(connection, folder, files, date_from, progress)
+    return replace(found, remarks=(*said, *found.remarks))
+
+
+def _set_aside(path: Path) -> list[str]:
+    """Remove our own store; anything else under that name is kept under another, for it may be somebody's."""
+    if path.is_dir():
+        raise InputError(path, "this is a folder", expected="a file to keep the store in")
+    try:
+        with closing(sqlite3.connect(path)) as connection:
+            connection.execute("SELECT path, placement, measured_at FROM entry").fetchall()
+        path.unlink()
+        return []
+    except sqlite3.DatabaseError:
+        aside = path.with_name(path.name + ".damaged")
+        path.replace(aside)
+        return [f"what was at {path} was no readable store; it is now {aside.name}"]
+    except OSError as error:
+        raise InputError(path, f"cannot write here: {error.strerror or error}") from None
 
 
 @contextmanager
@@ -126,7 +144,10 @@ def _refresh(
     for name in gone:
         _forget(connection, name)
     entries, twice = _without_copies(_entries(connection))
-    remarks = [text for (text,) in connection.execute("SELECT remark FROM file WHERE remark != '' ORDER BY path")]
+    remarks = [
+        f"left out: {text}"
+        for (text,) in connection.execute("SELECT remark FROM file WHERE remark != '' ORDER BY path")
+    ]
     return Refreshed(tuple(entries), read, len(files) - read, len(gone), (*remarks, *twice))
 
 
@@ -175,5 +196,5 @@ def _without_copies(entries: list[HistoryEntry]) -> tuple[list[HistoryEntry], li
         if original == entry.path:
             kept.append(entry)
         else:
-            said[entry.path] = f"{entry.path}: the same as {original}; counted once"
+            said[entry.path] = f"{entry.path}: the same as {original}, counted once"
     return kept, list(said.values())
