@@ -50,9 +50,8 @@ class CompensationTable:
 
     ``positive_um``, ``negative_um``: indicated minus true when the axis travels in its positive, negative sense;
     ``u_...``: their standard uncertainties; ``from_positive``, ``from_negative``: whether that sense was measured
-    around this place (else it is the other sense plus the reversal at the nearest end, or an extension that was asked
-    for).
-    ``about``: what it was made from; ``notes``: what a person must know before it goes into a controller.
+    around this place (else it follows the other one, or is an extension that was asked for). ``about``: what it was
+    made from; ``notes``: what a person must know before it goes into a controller.
     """
 
     axis: str

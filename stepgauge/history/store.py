@@ -40,8 +40,8 @@ def refresh_store(
     """Bring the store up to date with the evaluation.json files below ``root``.
 
     Only new and changed files are read; entries of files that are gone are dropped. The same call again changes
-    nothing. ``rebuild`` throws the store away first (what is no readable store is kept as ``.damaged``). ``progress`` is
-    told how many of how many files are done.
+    nothing. ``rebuild`` throws the store away first (what is no readable store is kept as ``.damaged``). ``progress``
+    is told how many of how many files are done.
 
     Raises
     ------
