@@ -46,6 +46,12 @@ class CertificateTable(Table):
     laboratory: str = Field(min_length=1, description="laboratory that calibrated the gauge")
     date: datetime.date = Field(description="date of calibration, e.g. 2026-03-02")
     coverage_factor: float = Field(ge=1, le=4, description="coverage factor k of uncertainty_um")
+    degrees_of_freedom: float | None = Field(
+        None, ge=1, description="effective degrees of freedom of uncertainty_um; without it infinite"
+    )
+    correlation: float | None = Field(
+        None, ge=0, le=1, description="correlation coefficient between the positions of any two faces; without it 0"
+    )
     example: bool = Field(False, description="true when the certificate is invented for demonstration")
 
 
@@ -64,6 +70,11 @@ class Gauge:
     position_mm: NDArray[np.float64]
     u_um: NDArray[np.float64]
     path: str = ""
+
+    @property
+    def correlation(self) -> float:
+        """Correlation coefficient between the certified positions of any two faces; 0 where it is not stated."""
+        return self.certificate.correlation or 0.0
 
     @property
     def n_faces(self) -> int:

@@ -56,6 +56,7 @@ VERBS = {
     "evaluate": ("stepgauge.cli.evaluate", "recording + certificate -> errors with two-sigma bands"),
     "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> what is wrong with the model"),
     "uncertainty": ("stepgauge.cli.uncertainty", "how sure the errors are: Monte Carlo of a program or a recording"),
+    "budget": ("stepgauge.cli.budget", "how sure the errors are: uncertainty budget (GUM), Monte Carlo beside it"),
     "effects": ("stepgauge.cli.effects", "what can bend a machine's readings: equations, parameters, units"),
     "report": ("stepgauge.cli.report", "evaluation -> a report to print and sign (PDF, HTML)"),
     "probe": ("stepgauge.cli.probe", "the probe itself: map, qualify, compensate, bench"),

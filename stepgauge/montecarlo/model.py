@@ -49,7 +49,7 @@ from stepgauge.moves import Program
 from stepgauge.placement import Placement
 from stepgauge.readout import machine_effects
 from stepgauge.recording import Recording
-from stepgauge.uncertain import replaced
+from stepgauge.uncertain import Uncertain, replaced
 
 Array = NDArray[np.float64]
 BY_FACE = ("xf_um", "sf_um", "xb_um", "sb_um", "xm_um", "xr_um")
@@ -105,7 +105,7 @@ class Model:
 
     def values(self, seed: int, runs: Sequence[int], only: str | None = None) -> Array:
         """All quantities of some runs, shape ``(runs, quantities)``; ``only``: see :func:`inputs.draw`."""
-        draws = draw(self.inputs, seed, runs, self.gauge.n_faces, self.n_rows, only)
+        draws = draw(self.inputs, seed, runs, self.gauge.n_faces, self.n_rows, only, self.gauge.correlation)
         drawn = _Drawn(self, draws)
         return np.concatenate([_evaluated(self, part, drawn) for part in self.parts], axis=1)
 
@@ -114,6 +114,22 @@ class Model:
         if self.sign > 0:
             return self.values(0, [0], only=NOTHING)[0]
         return np.concatenate([_reported(result) for result in self.nominal.results])
+
+    def response_um(self, part: Part, scalar: Uncertain) -> Array:
+        """What one standard uncertainty of a scalar input does to the readings of a placement, um, shape ``(n,)``.
+
+        A central difference through the virtual CMM (JCGM 100:2008, 5.1.3 note 2).
+        """
+        ends = np.array([[scalar.value + scalar.u], [scalar.value - scalar.u]])
+        drawn = _Drawn(self, Draws(2, {scalar.key: ends}, None, None))
+        um = np.broadcast_to(self.sign * _displacement_um(self, part, drawn), (2, len(part)))
+        return (um[0] - um[1]) / 2.0
+
+    def noise_um(self, part: Part) -> Array:
+        """Standard deviation of every probing of a placement along its approach, um, shape ``(n,)``."""
+        drawn = _Drawn(self, Draws(1, {}, None, None))
+        sigma = scatter_um(drawn.effects(), Probings(part.columns, self.setting), drawn.repeatability_um())[-1]
+        return np.broadcast_to(sigma, (1, len(part)))[0]
 
 
 class _Drawn:
@@ -291,17 +307,18 @@ def recording_model(
     gauge: Gauge,
     u_gauge_temperature_K: float = 0.0,
     origin: REffOrigin = "first",
+    blocks: tuple[int, int] | None = None,
 ) -> Model:
-    """The model of a measurement that was made.
+    """The model of a measurement that was made; ``blocks``: first and last of the used section, as in ``evaluate``.
 
     The effects of the machine file are taken as disturbances of this measurement: only their uncertain parameters
     count. The repeatability is that of the recording, pooled over its faces, where it has repeats.
     """
-    axes = {r.placement: r.axis for r in evaluate(recording, gauge, r_eff_from=origin).results}
+    axes = {r.placement: r.axis for r in evaluate(recording, gauge, blocks, origin).results}
     setting = Setting.of(machine, gauge, axes)
     inputs = collect_inputs(machine, gauge, u_gauge_temperature_K)
-    model = _model(recording, machine, gauge, setting, inputs, origin, -1.0)
-    pooled = _pooled_deviation_um(model)
+    model = _model(recording, machine, gauge, setting, inputs, origin, -1.0, blocks)
+    pooled, _ = pooled_deviation_um(model)
     if not np.isfinite(pooled):
         return model
     table = machine.table.model_copy(update={"repeatability_um": pooled})
@@ -317,8 +334,9 @@ def _model(
     inputs: Inputs,
     origin: REffOrigin,
     sign: float,
+    blocks: tuple[int, int] | None = None,
 ) -> Model:
-    nominal = evaluate(recording, gauge, r_eff_from=origin)
+    nominal = evaluate(recording, gauge, blocks, origin)
     parts, first = [], 0
     for number in recording.placements:
         part = _part(recording.of_placement(number), gauge, nominal.blocks, number, first, sign)
@@ -358,12 +376,16 @@ def _mean_of_face(readings: Readings) -> Array:
     return face_statistics(readings.off_mm, readings.face, faces).mean_mm[readings.face - 1]
 
 
-def _pooled_deviation_um(model: Model) -> float:
-    """Standard deviation of one probing from the repeats of all faces; NaN without repeats."""
+def pooled_deviation_um(model: Model) -> tuple[float, int]:
+    """Standard deviation of one probing from the repeats of all faces, um, and its degrees of freedom.
+
+    JCGM 100:2008, 4.2.4: the sum of n - 1 over the faces. NaN and 0 without repeats.
+    """
     results = model.nominal.results
     deviation = np.concatenate([np.where(r.face % 2 == 1, r.sf_um, r.sb_um) for r in results])
     freedom = np.concatenate([np.maximum(r.count - 1, 0) for r in results])
     known = np.isfinite(deviation) & (freedom > 0)
     if not known.any():
-        return float("nan")
-    return float(np.sqrt((deviation[known] ** 2 * freedom[known]).sum() / freedom[known].sum()))
+        return float("nan"), 0
+    total = int(freedom[known].sum())
+    return float(np.sqrt((deviation[known] ** 2 * freedom[known]).sum() / total)), total

@@ -1,0 +1,1 @@
+"""What standards ask for: uncertainty of measurement (GUM)."""
