@@ -57,7 +57,11 @@ class StandardUncertainty(Table):
     dof: float | None = Field(None, ge=1, description="degrees of freedom; without it infinite")
 
 
-Stated = Annotated[StandardUncertainty, BeforeValidator(lambda v: v if isinstance(v, dict) else {"u": v})]
+def _plain_number(value: Any) -> Any:
+    return value if isinstance(value, dict | StandardUncertainty) else {"u": value}
+
+
+Stated = Annotated[StandardUncertainty, BeforeValidator(_plain_number)]
 
 
 class UncertaintyTable(Table):
