@@ -59,6 +59,7 @@ VERBS = {
     "budget": ("stepgauge.cli.budget", "how sure the errors are: uncertainty budget (GUM), Monte Carlo beside it"),
     "effects": ("stepgauge.cli.effects", "what can bend a machine's readings: equations, parameters, units"),
     "report": ("stepgauge.cli.report", "evaluation -> a report to print and sign (PDF, HTML)"),
+    "dcc": ("stepgauge.cli.dcc", "Digital Calibration Certificates (XML): write, check, import a gauge's"),
     "probe": ("stepgauge.cli.probe", "the probe itself: map, qualify, compensate, bench"),
     "shipped": ("stepgauge.cli.shipped", "list or copy the shipped gauges, machines and templates"),
 }
