@@ -20,9 +20,10 @@ from stepgauge.dcc.elements import (
 )
 from stepgauge.dcc.read import MEASURED, NOMINAL
 from stepgauge.dcc.units import CELSIUS, MILLIMETRE, ONE, PER_KELVIN
-from stepgauge.dcc.write import FACE, ONLY_ITEMS
+from stepgauge.dcc.write import FACE
 from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge
+from stepgauge.statements import ONLY_ITEMS
 
 EXPANSION, REFERENCE_TEMPERATURE = "stepgauge_expansion", "stepgauge_referenceTemperature"
 WIDTH, HEIGHT, MATERIAL = "stepgauge_blockWidth", "stepgauge_blockHeight", "stepgauge_material"

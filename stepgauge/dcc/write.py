@@ -25,6 +25,7 @@ from stepgauge.dcc.units import CELSIUS, MICROMETRE, MILLIMETRE, ONE
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.standards.budget_files import StoredBudget, StoredLine
+from stepgauge.statements import METHOD, ONLY_ITEMS, traceability, uncertainty_text
 
 ERRORS = {
     "xf": ("Forward error XF", "stepgauge_forwardError"),
@@ -33,13 +34,6 @@ ERRORS = {
     "xr": ("Reversal XR", "stepgauge_reversal"),
 }
 FACE, POSITION, RADIUS = "stepgauge_face", f"{REFERENCE} stepgauge_position", f"{MEASURED} stepgauge_effectiveRadius"
-ONLY_ITEMS = "The results relate only to the item calibrated, in the condition and at the time of the calibration."
-METHOD = (
-    "Linear displacement errors with a step gauge (H. Pahk and J. Kim, equations 1 to 13). Tip centres are projected "
-    "on the gauge axis; the front face of the first used block is the reference. XF: faces probed along the axis; XB: "
-    "faces probed against it, less twice the effective radius; between two such faces interpolated; "
-    "XM = (XF + XB)/2; XR = XB - XF."
-)
 
 
 def machine_certificate(
@@ -89,30 +83,6 @@ def _statements(evaluation: dict[str, Any], budget: StoredBudget, said: Laborato
     if told.remarks:
         found.append(statement(told.remarks))
     return found
-
-
-def traceability(said: Laboratory, gauge: Gauge) -> str:
-    """How the results are traceable: through the gauge's certificate, and what the laboratory adds."""
-    table, own = gauge.table, gauge.certificate
-    text = (
-        f"The lengths are traceable through step gauge {table.name}, serial number {table.serial}, certificate "
-        f"{own.number} of {own.laboratory}, {own.date.isoformat()}."
-    )
-    return f"{text} {said.statements.traceability}" if said.statements.traceability else text
-
-
-def uncertainty_text(budget: StoredBudget) -> str:
-    """What the expanded uncertainties are and what they leave out."""
-    text = (
-        "Expanded uncertainty U = k u by the Guide to the Expression of Uncertainty in Measurement (JCGM 100:2008); "
-        f"k is Student's t for a coverage probability of {budget.coverage_percent:g} % and the effective degrees of "
-        "freedom. "
-        f"Counted: {', '.join(source.name for source in budget.sources)}."
-    )
-    text += "".join(f" Assumed: {one}." for one in budget.assumptions)
-    if budget.not_included:
-        text += f" Not stated and not counted: {', '.join(gap.what for gap in budget.not_included)}."
-    return text
 
 
 def _result(

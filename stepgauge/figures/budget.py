@@ -10,20 +10,13 @@ import numpy as np
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
 from stepgauge.standards.budget_files import StoredBudget, StoredLine
+from stepgauge.statements import source_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 NAMES = {"r_eff": "R_eff", "xf": "XF", "xb": "XB", "xm": "XM", "xr": "XR"}
-SOURCES = {
-    "certificate": "gauge certificate",
-    "gauge.expansion_per_K": "expansion of the gauge",
-    "gauge temperature": "temperature of the gauge",
-    "machine.temperature_C": "temperature of the scales",
-    "machine.scale_expansion_per_K": "expansion of the scales",
-    "probe.pretravel_um": "pre-travel",
-}
 MOST = 8
 """Sources with a bar of their own; the smaller ones are added in quadrature as "others"."""
 
@@ -55,11 +48,6 @@ def farthest(budget: StoredBudget, placement: int, quantity: str = "xm") -> Stor
     return max(lines, key=lambda line: line.face or 0, default=None)
 
 
-def readable(name: str) -> str:
-    """A source as a person calls it."""
-    return SOURCES.get(name, name.replace("_", " "))
-
-
 def label(line: StoredLine) -> str:
     """``XM at face 21 (200 mm)``."""
     name = NAMES.get(line.quantity, line.quantity)
@@ -80,7 +68,7 @@ def _draw_bars(axes: Axes, budget: StoredBudget, lines: Sequence[StoredLine]) ->
         at = place + (0.5 * (len(lines) - 1) - i) * height
         bars = axes.barh(at, values, height=height * 0.92, color=CYCLE[i], label=f"{label(line)}, k = {line.k:.2f}")
         axes.bar_label(bars, fmt="%.3f", padding=2, fontsize=6.5)
-    axes.set_yticks(place, [readable(name) for name in rows])
+    axes.set_yticks(place, [source_name(name) for name in rows])
     axes.axhline(1.5, color="black", linewidth=0.5)
     axes.grid(visible=False, axis="y")
     axes.margins(x=0.12)
