@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.dcc.gauge_write import EXPANSION, HEIGHT, REFERENCE_TEMPERATURE, WIDTH
-from stepgauge.dcc.read import ERROR, MEASURED, NOMINAL, Document, Quantity, read_document
+from stepgauge.dcc.read import ERROR, EXAMPLE, MEASURED, NOMINAL, Document, Quantity, read_document
 from stepgauge.dcc.units import CELSIUS_ZERO_K, LENGTH, TEMPERATURE
 from stepgauge.errors import InputError
 from stepgauge.files import write_text
@@ -168,6 +168,9 @@ def _certificate(document: Document, found: GaugeImport) -> None:
     if missing:
         raise InputError(document.path, "the certificate lacks what every DCC has", expected=", ".join(missing))
     found.certificate.update(stated)
+    if EXAMPLE in document.marks:
+        found.certificate["example"] = True
+        found.report.append("the certificate says that it is an example, not a real calibration")
     found.report.append(f"certificate {document.number} of {document.laboratory}, {document.performed_to}")
 
 

@@ -18,7 +18,7 @@ from stepgauge.dcc.elements import (
     statement,
     words,
 )
-from stepgauge.dcc.read import MEASURED, NOMINAL
+from stepgauge.dcc.read import EXAMPLE, MEASURED, NOMINAL
 from stepgauge.dcc.units import CELSIUS, MILLIMETRE, ONE, PER_KELVIN
 from stepgauge.dcc.write import FACE
 from stepgauge.errors import InputError
@@ -40,7 +40,7 @@ def gauge_certificate(gauge: Gauge, said: Laboratory) -> Element:
     item.append(_properties(gauge))
     statements = [statement(ONLY_ITEMS, reference="7.8.2.1 l)")]
     if gauge.certificate.example:
-        statements.insert(0, statement("Example certificate: this gauge was not calibrated."))
+        statements.insert(0, statement("Example certificate: this gauge was not calibrated.", EXAMPLE))
     if said.statements.traceability:
         statements.append(statement(said.statements.traceability, reference="7.8.4.1 c)"))
     return certificate(administrative(said, item, statements), [_result(gauge, said)])

@@ -19,6 +19,8 @@ from stepgauge.errors import InputError
 
 Array = NDArray[np.float64]
 MEASURED, ERROR = "basic_measuredValue", "basic_measurementError"
+EXAMPLE = "stepgauge_example"
+"""Kind of the statement that a certificate is invented for demonstration."""
 NOMINAL, REFERENCE = "basic_nominalValue", "basic_referenceValue"
 QUANTITIES = ("quantity", "itemQuantity", "measuringEquipmentQuantity")
 
@@ -67,7 +69,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Document:
-    """What a certificate says; None where it does not."""
+    """What a certificate says; None where it does not. ``marks``: kinds of its statements."""
 
     path: str
     version: str
@@ -81,6 +83,7 @@ class Document:
     serial: str | None
     quantities: tuple[Quantity, ...]
     texts: tuple[tuple[str, str], ...]
+    marks: frozenset[str]
 
     def of_kind(self, kind: str) -> list[Quantity]:
         """Quantities with this ``refType``."""
@@ -108,6 +111,7 @@ def parse_document(root: Element, path: str | Path) -> Document:
     _check_results(quantities)
     core, data = find(root, "dcc:administrativeData/dcc:coreData"), find(root, "dcc:administrativeData")
     item = find(root, "dcc:administrativeData/dcc:items/dcc:item")
+    statements = find_all(root, "dcc:administrativeData/dcc:statements/dcc:statement")
     return Document(
         str(path),
         version,
@@ -121,6 +125,7 @@ def parse_document(root: Element, path: str | Path) -> Document:
         _serial(item),
         tuple(quantities),
         tuple(_texts(root)),
+        frozenset(kind for one in statements for kind in (one.get("refType") or "").split()),
     )
 
 

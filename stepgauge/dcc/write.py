@@ -20,7 +20,7 @@ from stepgauge.dcc.elements import (
     statement,
     words,
 )
-from stepgauge.dcc.read import ERROR, MEASURED, REFERENCE
+from stepgauge.dcc.read import ERROR, EXAMPLE, MEASURED, REFERENCE
 from stepgauge.dcc.units import CELSIUS, MICROMETRE, MILLIMETRE, ONE
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
@@ -64,9 +64,11 @@ def _statements(evaluation: dict[str, Any], budget: StoredBudget, said: Laborato
         statement(traceability(said, gauge), reference="7.8.4.1 c)"),
     ]
     if "seed" in evaluation["comments"]:
-        found.insert(0, statement("Simulated recording: no machine was measured. This certificate is an example."))
+        text = "Simulated recording: no machine was measured. This certificate is an example."
+        found.insert(0, statement(text, EXAMPLE))
     if evaluation["gauge"]["example"]:
-        found.insert(0, statement("The certificate of the step gauge is an example: this is not a real calibration."))
+        text = "The certificate of the step gauge is an example: this is not a real calibration."
+        found.insert(0, statement(text, EXAMPLE))
     if said.method.deviations:
         found.append(statement(said.method.deviations, reference="7.8.2.1 n)"))
     if told.external:

@@ -65,6 +65,7 @@ def test_round_trip_of_the_shipped_gauge(tmp_path: Path) -> None:
         assert getattr(gauge.table, key) == pytest.approx(getattr(original.table, key))
     assert gauge.certificate.number == "EXAMPLE-2026-017"
     assert gauge.certificate.coverage_factor == 2.0
+    assert gauge.certificate.example
 
 
 @settings(max_examples=25)

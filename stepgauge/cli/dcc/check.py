@@ -19,7 +19,7 @@ def command(certificate: str, schema: str | None) -> None:
     \b
     stepgauge dcc check certificate.xml
     """
-    from stepgauge.dcc.read import parse_document
+    from stepgauge.dcc.read import EXAMPLE, parse_document
     from stepgauge.dcc.results import read_errors
     from stepgauge.dcc.write import FACE
     from stepgauge.dcc.xml import read_xml, validate
@@ -30,6 +30,8 @@ def command(certificate: str, schema: str | None) -> None:
     document = parse_document(root, certificate)
     say(f"DCC {document.version}, number {document.number}, laboratory {document.laboratory}")
     say(f"item: {document.item}, {document.manufacturer} {document.model or ''}, serial number {document.serial}")
+    if EXAMPLE in document.marks:
+        say("an example: the certificate says that it is no real calibration")
     if document.of_kind("stepgauge_effectiveRadius"):
         radii, lists = read_errors(document)
         for radius in radii:
