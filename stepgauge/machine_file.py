@@ -98,6 +98,11 @@ class Machine:
         """The probe that the table describes: pre-travel and forces in any direction."""
         return make_probe(self.probe, self.probe_path or self.path)
 
+    def u_gauge_temperature_K(self, asked: float | None = None) -> float:
+        """Standard uncertainty of the gauge's temperature: as asked, or as the file states, or 0 where it does not."""
+        stated = self.stated.gauge_temperature_K
+        return asked if asked is not None else stated.u if stated is not None else 0.0
+
     @property
     def travel_mm(self) -> NDArray[np.float64]:
         """Limits as ``(3, 2)``: lowest and highest x, y, z."""

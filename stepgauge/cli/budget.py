@@ -152,9 +152,7 @@ def _model(
     from stepgauge.programs import read_program
     from stepgauge.recording import is_recording_file, join_recordings, read_recording
 
-    thermometer, origin = machine.stated.gauge_temperature_K, options["origin"]
-    asked = options["u_gauge_temperature"]
-    u_temperature = asked if asked is not None else thermometer.u if thermometer else 0.0
+    u_temperature, origin = machine.u_gauge_temperature_K(options["u_gauge_temperature"]), options["origin"]
     if is_recording_file(sources[0]):
         tables = [read_recording(path) for path in sources]
         recording = tables[0] if len(tables) == 1 else join_recordings(tables)

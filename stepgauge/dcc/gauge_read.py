@@ -181,7 +181,7 @@ def _faces(document: Document, wanted: Wanted, found: GaugeImport) -> None:
     lists = [one for one in document.quantities if one.part == "results" and len(one.values) > 2]
     measured = _measured(document, lists, wanted.positions)
     nominal = _nominal(lists, measured, wanted.nominal)
-    deviation = ERROR in measured.kinds or (MEASURED not in measured.kinds and bool(_DEVIATION.search(measured.name)))
+    deviation = measured.is_kind(ERROR) or (not measured.is_kind(MEASURED) and bool(_DEVIATION.search(measured.name)))
     position_mm = measured.scaled(LENGTH, 1e-3)
     nominal_mm = None if nominal is None else nominal.scaled(LENGTH, 1e-3)
     if deviation:
@@ -225,11 +225,11 @@ def _measured(document: Document, lists: Sequence[Quantity], asked: str | None) 
         if len(named) == 1:
             return named[0]
         raise InputError(document.path, f"no single list {asked!r} (--positions)", expected=_names(lists))
-    wrong = [one for one in lists if MEASURED in one.kinds and not one.is_of(LENGTH)]
+    wrong = [one for one in lists if one.is_kind(MEASURED) and not one.is_of(LENGTH)]
     if wrong:
         wrong[0].scaled(LENGTH, 1e-3)  # raises, naming place and unit
-    sure = [one for one in lists if one.is_of(LENGTH) and one.expanded is not None and NOMINAL not in one.kinds]
-    marked = [one for one in sure if MEASURED in one.kinds] or sure
+    sure = [one for one in lists if one.is_of(LENGTH) and one.expanded is not None and not one.is_kind(NOMINAL)]
+    marked = [one for one in sure if one.is_kind(MEASURED)] or sure
     if len(marked) != 1:
         what = "several lists could be the positions" if marked else "no list of lengths has uncertainties"
         hint = f"--positions with one of {_names(marked)}" if marked else "positions of the faces with si:expandedUnc"
@@ -244,7 +244,7 @@ def _nominal(lists: Sequence[Quantity], measured: Quantity, asked: str | None) -
         if len(named) != 1:
             raise InputError(measured.where, f"no single list {asked!r} (--nominal)", expected=_names(beside))
         return named[0]
-    marked = [one for one in beside if NOMINAL in one.kinds]
+    marked = [one for one in beside if one.is_kind(NOMINAL)]
     return next(iter(marked or [one for one in beside if one.is_of(LENGTH) and _NOMINAL.search(one.name)]), None)
 
 

@@ -22,6 +22,15 @@ MEASURED, ERROR = "basic_measuredValue", "basic_measurementError"
 EXAMPLE = "stepgauge_example"
 """Kind of the statement that a certificate is invented for demonstration."""
 NOMINAL, REFERENCE = "basic_nominalValue", "basic_referenceValue"
+WRAPPER = "measurementUncertaintyUnivariate"
+FORMS = (
+    ("expandedUnc", "uncertainty", False, True),
+    ("expandedMU", "valueExpandedMU", True, True),
+    ("coverageInterval", "standardUnc", False, False),
+    ("standardMU", "valueStandardMU", True, False),
+    ("coverageIntervalMU", "valueStandardMU", True, False),
+)
+"""How D-SI states an uncertainty, until 2.1 and (wrapped) since 2.2: tag, tag of the value, wrapped, expanded."""
 QUANTITIES = ("quantity", "itemQuantity", "measuringEquipmentQuantity")
 
 
@@ -44,6 +53,10 @@ class Quantity:
     path: str
     where: str
     group: str
+
+    def is_kind(self, kind: str) -> bool:
+        """Whether this is of a kind or of one derived from it (``basic_measurementError_error``)."""
+        return any(one == kind or one.startswith(f"{kind}_") for one in self.kinds)
 
     def is_of(self, dimension: Dimension) -> bool:
         return self.unit.dimension == dimension
@@ -86,8 +99,8 @@ class Document:
     marks: frozenset[str]
 
     def of_kind(self, kind: str) -> list[Quantity]:
-        """Quantities with this ``refType``."""
-        return [one for one in self.quantities if kind in one.kinds]
+        """Quantities of this ``refType`` or one derived from it."""
+        return [one for one in self.quantities if one.is_kind(kind)]
 
 
 def read_document(path: str | Path) -> Document:
@@ -182,8 +195,8 @@ def _check_results(quantities: list[Quantity]) -> None:
     results = [one for one in quantities if one.part == "results"]
     sure = {one.group for one in results if one.expanded is not None}
     for one in results:
-        measured = MEASURED in one.kinds and one.group not in sure
-        if one.expanded is None and (ERROR in one.kinds or measured):
+        measured = one.is_kind(MEASURED) and one.group not in sure
+        if one.expanded is None and (one.is_kind(ERROR) or measured):
             expected = "si:expandedUnc with its coverage factor"
             raise InputError(one.where, f"{one.name} is a result without an uncertainty", expected=expected)
 
@@ -219,41 +232,30 @@ def _unit(numbers: Element, tag: str, name: str, path: str | Path) -> tuple[str,
 def _uncertainty(
     numbers: Element, single: bool, name: str, count: int, path: str | Path
 ) -> tuple[Array | None, Array | None, Array | None]:
-    """Expanded uncertainty, k and coverage probability by value; of a standard uncertainty k is 1."""
+    """Uncertainty, k and coverage probability by value; a standard uncertainty has k = 1."""
     tail = "" if single else "XMLList"
-    expanded = next(
-        (e for e in (find(numbers, f"si:expandedUnc{tail}"), _newer(numbers, "expandedMU", tail)) if e is not None),
-        None,
-    )
-    if expanded is not None:
-        value_tag = "uncertainty" if find(expanded, f"si:uncertainty{tail}") is not None else "valueExpandedMU"
-        u = _floats(expanded, value_tag + tail, name, path)
-        k = _floats(expanded, f"coverageFactor{tail}", name, path)
-        p = _floats(expanded, f"coverageProbability{tail}", name, path)
-    else:
-        standard = find(numbers, f"si:coverageInterval{tail}")
-        if standard is None:
-            standard = _newer(numbers, "standardMU", tail)
-        if standard is None:
-            return None, None, None
-        value_tag = "standardUnc" if find(standard, f"si:standardUnc{tail}") is not None else "valueStandardMU"
-        u, k, p = _floats(standard, value_tag + tail, name, path), np.ones(1), np.array([0.6827])
-        expanded = standard
-    where = place(expanded, path)
-    if u is None or k is None:
+    form = _form(numbers, tail)
+    if form is None:
+        return None, None, None
+    found, value_tag, is_expanded = form
+    where, u = place(found, path), _floats(found, value_tag + tail, name, path)
+    k = _floats(found, f"coverageFactor{tail}", name, path) if is_expanded else np.ones(1)
+    p = _floats(found, f"coverageProbability{tail}", name, path) if is_expanded else None
+    if u is None or k is None or not u.size or not k.size:
         raise InputError(where, f"the uncertainty of {name} is not complete", expected="uncertainty and coverageFactor")
     if (u < 0).any() or (k < 1).any():
         raise InputError(where, f"the uncertainty of {name} is impossible", found=f"U {u.min():g}, k {k.min():g}")
-    return (
-        _spread(u, count, name, where),
-        _spread(k, count, name, where),
-        None if p is None else _spread(p, count, name, where),
-    )
+    probability = None if p is None else _spread(p, count, name, where)
+    return _spread(u, count, name, where), _spread(k, count, name, where), probability
 
 
-def _newer(numbers: Element, tag: str, tail: str) -> Element | None:
-    """D-SI 2.2 and later wrap the uncertainty in ``measurementUncertaintyUnivariate``."""
-    return find(numbers, f"si:measurementUncertaintyUnivariate{tail}/si:{tag}{tail}")
+def _form(numbers: Element, tail: str) -> tuple[Element, str, bool] | None:
+    """The element of the uncertainty, the tag of its value and whether it is an expanded one; None without."""
+    for tag, value_tag, wrapped, is_expanded in FORMS:
+        found = find(numbers, f"si:{WRAPPER}{tail}/si:{tag}{tail}" if wrapped else f"si:{tag}{tail}")
+        if found is not None:
+            return found, value_tag, is_expanded
+    return None
 
 
 def _spread(values: Array, count: int, name: str, where: str) -> Array:

@@ -119,13 +119,13 @@ def draw(
     n_faces: int,
     n_rows: int,
     only: str | None = None,
-    correlation: float = 0.0,
+    correlation: Array | None = None,
 ) -> Draws:
     """The draws of some runs, always the same for a run number and a seed.
 
     Every run has its own counter-based stream (Philox, key = seed and run), so that nothing depends on which process
     draws it or together with which others. ``only``: hold all inputs but this one at their best estimates.
-    ``correlation``: of the certified positions of any two faces.
+    ``correlation``: matrix of the certified positions, ``(n_faces, n_faces)``; None for independent ones.
     """
     uniform = np.empty((len(runs), len(inputs.scalars)))
     certificate = np.empty((len(runs), n_faces)) if inputs.certificate and only in (None, CERTIFICATE) else None
@@ -141,12 +141,17 @@ def draw(
             certificate[row] = faces
         if noise is not None:
             random.standard_normal(out=noise[row])
-        if certificate is not None and correlation:  # drawn last: the other numbers are those of independent faces
-            common = random.standard_normal()
-            certificate[row] = np.sqrt(correlation) * common + np.sqrt(1.0 - correlation) * faces
+    if certificate is not None and correlation is not None:
+        certificate = certificate @ _square_root(correlation)
     scalar = {
         scalar.key: scalar.draw(uniform[:, i : i + 1])
         for i, scalar in enumerate(inputs.scalars)
         if only in (None, scalar.key)
     }
     return Draws(len(runs), scalar, certificate, noise)
+
+
+def _square_root(correlation: Array) -> Array:
+    """The symmetric square root of a correlation matrix, which may be singular (fully correlated faces)."""
+    values, vectors = np.linalg.eigh(correlation)
+    return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T)

@@ -83,11 +83,11 @@ def _certificate(model: Model, part: Part) -> Term | None:
         return None
     dof = gauge.certificate.degrees_of_freedom or math.inf
     um = _independent(u, dof, CERTIFICATE)
-    if gauge.correlation:
-        certain = np.flatnonzero(u)
-        for i, first in enumerate(certain):
-            for second in certain[i + 1 :]:
-                set_correlation(gauge.correlation, um[first], um[second])
+    if gauge.correlation is not None:
+        correlation = gauge.correlation[np.ix_(faces - 1, faces - 1)]
+        for i, j in zip(*np.nonzero(np.triu(correlation, 1)), strict=True):
+            if u[i] and u[j]:
+                set_correlation(min(float(correlation[i, j]), 1.0), um[i], um[j])
     return Term(Source(CERTIFICATE, "B", _range(u), "um", dof, "gauge file: uncertainty_um, coverage_factor"), um)
 
 
@@ -227,12 +227,14 @@ def cosine_rms(u1_rad: float, u2_rad: float) -> float:
 def assumptions(model: Model, asked: Asked) -> list[str]:
     certificate = model.gauge.certificate
     said = []
-    if certificate.correlation is None:
-        said.append(
-            "the certificate states no correlation of its positions: they are taken as independent (correlation 0)"
-        )
-    else:
-        said.append(f"any two certified positions have the correlation coefficient {certificate.correlation:g}")
+    if certificate.correlation is None and certificate.proportional_um_per_m is None:
+        said.append("the certificate states no correlation of its positions: taken as independent (correlation 0)")
+    if certificate.proportional_um_per_m is not None:
+        per_m = f"{certificate.proportional_um_per_m:g} um per m of the certificate's uncertainty"
+        said.append(f"{per_m} are proportional to the position and common to all faces")
+    if certificate.correlation is not None:
+        rest = " apart from that" if certificate.proportional_um_per_m is not None else ""
+        said.append(f"any two certified positions have the correlation coefficient {certificate.correlation:g}{rest}")
     if certificate.degrees_of_freedom is None:
         said.append("the certificate states no degrees of freedom: they are taken as infinite")
     if asked.repeats == "pooled":

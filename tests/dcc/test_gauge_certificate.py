@@ -126,6 +126,32 @@ def test_a_list_without_face_1_begins_at_face_2(tmp_path: Path) -> None:
     assert any("face 1 is not in the list" in line for line in found.report)
 
 
+@pytest.mark.parametrize("form", ["expandedMU", "standardMU", "coverageInterval"])
+def test_other_forms_of_uncertainty(tmp_path: Path, form: str) -> None:
+    """D-SI since 2.2 wraps the uncertainty; a standard uncertainty has no coverage factor."""
+    u = [float(v) for v in shipped()[0].u_um * 1e-3]
+    head = "<si:measurementUncertaintyUnivariateXMLList>{}</si:measurementUncertaintyUnivariateXMLList>"
+    expanded = " ".join(f"{2.0 * v:.7f}" for v in u)
+    standard = " ".join(f"{v:.7f}" for v in u)
+    stated = {
+        "expandedMU": head.format(
+            f"<si:expandedMUXMLList><si:valueExpandedMUXMLList>{expanded}</si:valueExpandedMUXMLList>"
+            "<si:coverageFactorXMLList>2</si:coverageFactorXMLList>"
+            "<si:coverageProbabilityXMLList>.95</si:coverageProbabilityXMLList></si:expandedMUXMLList>"
+        ),
+        "standardMU": head.format(
+            f"<si:standardMUXMLList><si:valueStandardMUXMLList>{standard}</si:valueStandardMUXMLList>"
+            "</si:standardMUXMLList>"
+        ),
+        "coverageInterval": f"<si:coverageIntervalXMLList><si:standardUncXMLList>{standard}</si:standardUncXMLList>"
+        "</si:coverageIntervalXMLList>",
+    }
+    text = swap(r"(basic_measuredValue.*?)<si:expandedUncXMLList>.*?</si:expandedUncXMLList>", rf"\1{stated[form]}")
+    gauge = write_gauge(tmp_path / "g.toml", import_gauge(put(tmp_path, text)))
+    same(gauge, shipped()[0])
+    assert gauge.certificate.coverage_factor == (2.0 if form == "expandedMU" else 1.0)
+
+
 def test_coverage_factors_that_differ_are_made_one(tmp_path: Path) -> None:
     k = " ".join(["2.000", "3.000"] * (shipped()[0].n_faces // 2))
     text = swap(r"(basic_measuredValue.*?<si:coverageFactorXMLList>)[^<]*", rf"\g<1>{k}")

@@ -85,10 +85,10 @@ def test_it_says_who_what_and_when() -> None:
     text = " ".join(machine_xml().split())
     for words in (
         "The results relate only to the item calibrated",
-        "traceable through step gauge Step gauge 420, serial number SG-420-001, certificate EXAMPLE-2026-0420",
+        "traceable through Step gauge 420, serial number SG-420-001, certificate EXAMPLE-2026-0420",
         "Simulated recording: no machine was measured",
         "is an example: this is not a real calibration",
-        "Not stated and not counted: temperature of the scales",
+        "Not stated and therefore not counted: temperature of the scales",
         "The machine was not adjusted",
     ):
         assert words in text

@@ -18,7 +18,7 @@ from scipy import stats
 from stepgauge.errors import InputError
 from stepgauge.evaluate import evaluate
 from stepgauge.evaluation_files import evaluation_to_dict
-from stepgauge.gauge import Gauge
+from stepgauge.gauge import Gauge, read_gauge
 from stepgauge.machine_file import Machine, StandardUncertainty, UncertaintyTable, read_machine
 from stepgauge.montecarlo import Model, recording_model, run_monte_carlo
 from stepgauge.placement import make_placement, write_placement
@@ -108,6 +108,29 @@ def test_certificate_by_hand_with_its_correlation(r: float | None) -> None:
         )
     said = " ".join(budget.assumptions)
     assert ("independent (correlation 0)" in said) == (r is None)
+
+
+def test_a_proportional_part_is_common_to_all_faces() -> None:
+    """U = a + b S with a common b S: between two faces b (S2 - S1) is left of it, and R_eff hardly sees it."""
+    gauge = quiet_gauge()
+    certificate = gauge.certificate.model_copy(update={"proportional_um_per_m": 2.0})
+    common = 1.0 * gauge.position_mm * 1e-3  # standard uncertainty, k = 2
+    own = 0.05
+    gauge = replace(gauge, certificate=certificate, u_um=np.hypot(own, common))
+    budget = make_budget(modelled(gauge))
+    xf = line(budget, "xf_um", 11)
+    assert xf.contribution["certificate"] == pytest.approx(math.hypot(own * math.sqrt(2.0), common[10]), rel=1e-6)
+    r_eff = line(budget, "r_eff_mm").contribution["certificate"]
+    assert r_eff == pytest.approx(math.hypot(own * math.sqrt(2.0), common[1]) / 2.0, rel=1e-6)
+    assert any("2 um per m" in one and "common to all faces" in one for one in budget.assumptions)
+
+
+def test_a_part_larger_than_the_whole_is_an_error(tmp_path: Path) -> None:
+    for name in ("step-gauge-420.toml", "step-gauge-420.csv"):
+        text = find_data("step-gauge-420", "gauge").with_name(name).read_text(encoding="utf-8")
+        (tmp_path / name).write_text(text.replace("[certificate]", "[certificate]\nproportional_um_per_m = 5.0"))
+    with pytest.raises(InputError, match=r"csv:\d+: uncertainty_um is smaller than its part"):
+        read_gauge(tmp_path / "step-gauge-420.toml")
 
 
 def test_xb_of_the_radius_block_is_certain_by_construction() -> None:
@@ -220,9 +243,9 @@ urad = { value = 0.0, u = 3.0 }
 """
 
 
-@pytest.mark.parametrize("r", [0.0, 0.8])
+@pytest.mark.parametrize(("r", "per_m"), [(0.0, None), (0.8, None), (1.0, None), (0.3, 0.7)])
 @pytest.mark.parametrize("origin", ["first", "all"])
-def test_monte_carlo_of_the_same_model_agrees(tmp_path: Path, r: float, origin: str) -> None:
+def test_monte_carlo_of_the_same_model_agrees(tmp_path: Path, r: float, per_m: float | None, origin: str) -> None:
     source = find_data("bridge-cmm", "machine", "machines").read_text(encoding="utf-8")
     source = source.replace("temperature_C = 20.0", "temperature_C = { value = 20.0, u = 0.2 }")
     (tmp_path / "machine.toml").write_text(source + UNCERTAIN, encoding="utf-8")
@@ -231,7 +254,9 @@ def test_monte_carlo_of_the_same_model_agrees(tmp_path: Path, r: float, origin: 
     recording = Recording(
         run(3, axis=ALONG_X).recording.frame.assign(gauge_temperature_C=21.0), {}, "recording.csv"
     )  # fmt: skip
-    model = modelled(replace(quiet_gauge(r), table=shipped()[0].table), machine, recording, 0.1, origin)
+    gauge = replace(quiet_gauge(r), table=shipped()[0].table)
+    gauge = replace(gauge, certificate=gauge.certificate.model_copy(update={"proportional_um_per_m": per_m}))
+    model = modelled(gauge, machine, recording, 0.1, origin)
     runs = 3000
     budget = make_budget(model, monte_carlo=run_monte_carlo(model, runs, seed=3))
     compared = 0
