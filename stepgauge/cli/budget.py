@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -120,7 +121,9 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
     model = _model(sources, cmm, steps, placements, options)
     asked = Asked(placements, options["repeats"], options["percent"])
     runs = options["runs"]
-    budget = make_budget(model, asked, _monte_carlo(model, runs, options["seed"]) if runs else None)
+    simulated = _monte_carlo(model, runs, options["seed"]) if runs else None
+    with click.progressbar(length=100, label="budget", file=sys.stderr) as bar:
+        budget = make_budget(model, asked, simulated, _percent(bar))
     written = write_budget(output, model, budget, runs)
     stored = read_budget(written[0])
     written += draw_budget(output, stored, options["suffix"])
@@ -178,8 +181,8 @@ def _monte_carlo(model: Model, runs: int, seed: int) -> Any:
     if not model.inputs.names:
         return None
     with click.progressbar(length=100, label="Monte Carlo", file=sys.stderr) as bar:
+        return run_monte_carlo(model, runs, seed, progress=_percent(bar))
 
-        def progress(done: int, total: int) -> None:
-            bar.update(100 * done // total - bar.pos)
 
-        return run_monte_carlo(model, runs, seed, progress=progress)
+def _percent(bar: Any) -> Callable[[int, int], None]:
+    return lambda done, total: bar.update(100 * done // total - bar.pos)

@@ -8,8 +8,9 @@ effects of the machine file: one number for all faces, its response taken throug
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +25,7 @@ from stepgauge.standards.budget_sources import Asked, Source, Term, assumptions,
 from stepgauge.standards.coverage import Expanded, expand
 
 Array = NDArray[np.float64]
+Progress = Callable[[int, int], None]
 RADIUS_SHARE = {"xf_um": 0.0, "xb_um": -2.0, "xm_um": -1.0, "xr_um": -2.0}
 """How each error changes with the effective radius, by definition."""
 NEGLIGIBLE = 1e-12
@@ -59,7 +61,9 @@ class Budget:
     percent: float
 
 
-def make_budget(model: Model, asked: Asked | None = None, monte_carlo: Summary | None = None) -> Budget:
+def make_budget(
+    model: Model, asked: Asked | None = None, monte_carlo: Summary | None = None, progress: Progress | None = None
+) -> Budget:
     """The budget of R_eff and of XF, XB, XM and XR at every face of every placement.
 
     Parameters
@@ -67,6 +71,7 @@ def make_budget(model: Model, asked: Asked | None = None, monte_carlo: Summary |
     model : of a recording or a program, from :mod:`stepgauge.montecarlo`
     asked : what else is stated
     monte_carlo : of the same model, to stand beside the budget
+    progress : called with the quantities done and the quantities in all
 
     Raises
     ------
@@ -79,13 +84,19 @@ def make_budget(model: Model, asked: Asked | None = None, monte_carlo: Summary |
         raise InputError(
             "--placement", "one placement file per placement", found=len(asked.placements), expected=expected
         )
-    best = dict(zip(model.quantities, model.best(), strict=True))
     lines: list[Line] = []
     sources: dict[str, Source] = {}
+    count = itertools.count(1)
+    total = sum(1 + len(RADIUS_SHARE) * len(part.readings.faces) for part in model.parts)
+
+    def step() -> None:
+        if progress is not None:
+            progress(next(count), total)
+
     for index, part in enumerate(model.parts):
         sources_of = terms(model, part, asked, asked.placements[index] if asked.placements else None)
         sources |= {term.source.name: _wider(sources.get(term.source.name), term.source) for term in sources_of}
-        lines += _lines(model, part, sources_of, best, asked.percent, monte_carlo)
+        lines += _lines(model, part, sources_of, asked, monte_carlo, step)
     if not sources:
         raise InputError(model.machine.path, "nothing that counts has an uncertainty")
     return Budget(
@@ -118,42 +129,76 @@ def sensitivities(model: Model, part: Part) -> dict[str, Array]:
     return {**by_face, "r_eff_mm": errors.r_eff_mm * 1e3}
 
 
+@dataclass(frozen=True)
+class _Balance:
+    """What all lines of one placement share; ``u_radius``: standard uncertainty of R_eff, um."""
+
+    model: Model
+    part: Part
+    terms: Sequence[Term]
+    u_radius: float
+    percent: float
+    monte_carlo: Summary | None
+    column: dict[Quantity, int]
+
+    def line(self, quantity: Quantity, weights: Array, through: float, value: float) -> Line:
+        """A line; the sources are independent of each other, so that their contributions add in quadrature."""
+        from GTC import uncertainty
+
+        parts = _weighed(self.terms, weights)
+        contribution = {name: float(uncertainty(number)) for name, number in parts.items()}
+        face = quantity.face
+        return Line(
+            quantity.name,
+            quantity.placement,
+            face,
+            None if face is None else float(self.model.gauge.position_mm[face - 1]),
+            value * (1e3 if face is None else 1.0),
+            expand(_total(parts.values()), self.percent),
+            contribution,
+            abs(through) * self.u_radius,
+            math.hypot(*(u for name, u in contribution.items() if name in self.model.inputs.names)),
+            self._from_runs(quantity),
+        )
+
+    def _from_runs(self, quantity: Quantity) -> tuple[float, float, float] | None:
+        """u, low and high of the Monte Carlo, um."""
+        if self.monte_carlo is None:
+            return None
+        i, scale = self.column[quantity], 1e3 if quantity.face is None else 1.0
+        u, low, high = (scale * float(v[i]) for v in (self.monte_carlo.u, self.monte_carlo.low, self.monte_carlo.high))
+        return u, low, high
+
+
 def _lines(
     model: Model,
     part: Part,
     terms: Sequence[Term],
-    best: dict[Any, Any],
-    percent: float,
+    asked: Asked,
     monte_carlo: Summary | None,
+    progress: Callable[[], None],
 ) -> list[Line]:
     share = sensitivities(model, part)
-    radius = _weighed(terms, share["r_eff_mm"])
+    radius = expand(_total(_weighed(terms, share["r_eff_mm"]).values()), asked.percent)
+    column = {} if monte_carlo is None else {quantity: i for i, quantity in enumerate(monte_carlo.quantities)}
+    balance = _Balance(model, part, terms, radius.u, asked.percent, monte_carlo, column)
+    best = dict(zip(model.quantities, model.best(), strict=True))
     lines = []
-    wanted: list[tuple[Quantity, Array, float]] = [(Quantity("r_eff_mm", part.placement), share["r_eff_mm"], 1.0)]
-    for name, coefficient in RADIUS_SHARE.items():
-        for i, face in enumerate(part.readings.faces):
-            wanted.append((Quantity(name, part.placement, int(face)), share[name][:, i], coefficient))
-    for quantity, weights, coefficient in wanted:
-        if math.isnan(best[quantity]) or not _defined(weights, part):
-            continue
-        parts = radius if quantity.face is None else _weighed(terms, weights)
-        value = best[quantity] * (1e3 if quantity.face is None else 1.0)
-        known = [number for name, number in parts.items() if name in model.inputs.names]
-        lines.append(
-            Line(
-                quantity.name,
-                quantity.placement,
-                quantity.face,
-                None if quantity.face is None else float(model.gauge.position_mm[quantity.face - 1]),
-                float(value),
-                expand(_total(parts.values()), percent),
-                {name: expand(number, percent).u for name, number in parts.items()},
-                abs(coefficient) * expand(_total(radius.values()), percent).u,
-                expand(_total(known), percent).u,
-                _from_runs(monte_carlo, quantity),
-            )
-        )
+    for quantity, weights, through in _wanted(part, share):
+        value = float(best[quantity])
+        if not math.isnan(value) and _defined(weights, part):
+            lines.append(balance.line(quantity, weights, through, value))
+        progress()
     return lines
+
+
+def _wanted(part: Part, share: dict[str, Array]) -> list[tuple[Quantity, Array, float]]:
+    """Every quantity with its sensitivities to the readings and to R_eff."""
+    found = [(Quantity("r_eff_mm", part.placement), share["r_eff_mm"], 1.0)]
+    for name, through in RADIUS_SHARE.items():
+        for i, face in enumerate(part.readings.faces):
+            found.append((Quantity(name, part.placement, int(face)), share[name][:, i], through))
+    return found
 
 
 def _defined(weights: Array, part: Part) -> bool:
@@ -169,11 +214,3 @@ def _weighed(terms: Sequence[Term], weights: Array) -> dict[str, Any]:
 
 def _total(numbers: Any) -> Any:
     return sum(numbers, 0.0)
-
-
-def _from_runs(monte_carlo: Summary | None, quantity: Any) -> tuple[float, float, float] | None:
-    if monte_carlo is None:
-        return None
-    i = monte_carlo.quantities.index(quantity)
-    scale = 1e3 if quantity.face is None else 1.0
-    return tuple(scale * float(v[i]) for v in (monte_carlo.u, monte_carlo.low, monte_carlo.high))  # type: ignore[return-value]
