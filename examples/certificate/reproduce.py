@@ -7,35 +7,38 @@ runs the commands of README.md one after the other, shows each, and leaves every
 
 from __future__ import annotations
 
+import contextlib
 import shlex
 import sys
 from pathlib import Path
 
 from stepgauge.cli import cli
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).resolve().parent
 STEPS = (
-    "dcc export-gauge step-gauge-420 -c {here}/gauge-laboratory.toml -o {d}/gauge-certificate.xml",
-    "dcc import-gauge {d}/gauge-certificate.xml -o {d}/gauge.toml",
-    "locate {here}/../demo/points.csv -g {d}/gauge.toml -m {here}/machine.toml -o {d}/placement.toml",
-    "plan {d}/placement.toml -g {d}/gauge.toml -m {here}/machine.toml -d dmis --cycles 5 -o {d}/program.dmi",
-    "simulate {d}/program.dmi -m {here}/machine.toml -g {d}/gauge.toml -p {d}/placement.toml --seed 17"
-    " --gauge-temperature 20.4 -o {d}/recording.csv",
-    "evaluate {d}/recording.csv -g {d}/gauge.toml -o {d}/result",
-    "budget {d}/recording.csv -g {d}/gauge.toml -m {here}/machine.toml -p {d}/placement.toml -o {d}/result",
-    "report {d}/result -g {d}/gauge.toml -m {here}/machine.toml -p {d}/placement.toml --budget {d}/result"
-    " -c {here}/certificate.toml -o {d}/certificate.pdf",
-    "dcc write {d}/result -c {here}/certificate.toml -g {d}/gauge.toml -m {here}/machine.toml -o {d}/certificate.xml",
-    "dcc check {d}/certificate.xml",
+    "dcc export-gauge step-gauge-420 -c {here}/gauge-laboratory.toml -o gauge-certificate.xml",
+    "dcc import-gauge gauge-certificate.xml -o gauge.toml",
+    "locate {here}/../demo/points.csv -g gauge.toml -m {here}/machine.toml -o placement.toml",
+    "plan placement.toml -g gauge.toml -m {here}/machine.toml -d dmis --cycles 5 -o program.dmi",
+    "simulate program.dmi -m {here}/machine.toml -g gauge.toml -p placement.toml --seed 17"
+    " --gauge-temperature 20.4 -o recording.csv",
+    "evaluate recording.csv -g gauge.toml -o result",
+    "budget recording.csv -g gauge.toml -m {here}/machine.toml -p placement.toml -o result",
+    "report result -g gauge.toml -m {here}/machine.toml -p placement.toml --budget result"
+    " -c {here}/certificate.toml -o certificate.pdf",
+    "dcc write result -c {here}/certificate.toml -g gauge.toml -m {here}/machine.toml -o certificate.xml",
+    "dcc check certificate.xml",
 )
 
 
 def main(folder: Path) -> None:
-    """Run all steps; ``folder`` is made if it is missing."""
-    for step in STEPS:
-        arguments = [part.format(here=HERE, d=folder) for part in step.split()]
-        print("$ stepgauge", shlex.join(arguments), file=sys.stderr)
-        cli.main(args=arguments, prog_name="stepgauge", standalone_mode=False)
+    """Run all steps in ``folder``, which is made if it is missing."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with contextlib.chdir(folder):
+        for step in STEPS:
+            arguments = [part.format(here=HERE) for part in step.split()]
+            print("$ stepgauge", shlex.join(arguments), file=sys.stderr)
+            cli.main(args=arguments, prog_name="stepgauge", standalone_mode=False)
 
 
 if __name__ == "__main__":

@@ -137,10 +137,11 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
 
 
 def _said(line: StoredLine, percent: float) -> str:
-    dof = "infinite" if line.dof is None else f"{line.dof:.0f}"
+    from stepgauge.statements import dof_text
+
     runs = f"; Monte Carlo u {line.monte_carlo.u_um:.3f} um" if line.monte_carlo else ""
     return (
-        f"{line.value_um:.3f} um, u {line.u_um:.3f} um, effective dof {dof},"
+        f"{line.value_um:.3f} um, u {line.u_um:.3f} um, effective dof {dof_text(line.dof, 'infinite')},"
         f" U {line.expanded_um:.3f} um (k = {line.k:.2f}, {percent:g} %){runs}"
     )
 
@@ -154,10 +155,13 @@ def _model(
     from stepgauge.plan import parse_blocks
     from stepgauge.programs import read_program
     from stepgauge.recording import is_recording_file, join_recordings, read_recording
+    from stepgauge.report.reading import check_machine
 
     u_temperature, origin = machine.u_gauge_temperature_K(options["u_gauge_temperature"]), options["origin"]
     if is_recording_file(sources[0]):
         tables = [read_recording(path) for path in sources]
+        for table in tables:
+            check_machine({"comments": table.comments}, machine)
         recording = tables[0] if len(tables) == 1 else join_recordings(tables)
         blocks = parse_blocks(options["blocks"], gauge) if options["blocks"] else None
         return recording_model(recording, machine, gauge, u_temperature, origin, blocks)

@@ -69,6 +69,9 @@ def import_gauge(path: str | Path, wanted: Wanted | None = None) -> GaugeImport:
     could be them, has a wrong unit, or where something is neither in it nor stated (all of that at once, with options).
     """
     document, wanted = read_document(path), wanted or Wanted()
+    if document.of_kind("stepgauge_effectiveRadius"):
+        item = f"{document.item}, serial number {document.serial}"
+        raise InputError(path, "this is the certificate of a machine", found=item, expected="that of a step gauge")
     found = GaugeImport()
     _table(document, wanted, found)
     _certificate(document, found)

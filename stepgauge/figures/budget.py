@@ -56,7 +56,7 @@ def label(line: StoredLine) -> str:
 
 def _draw_bars(axes: Axes, budget: StoredBudget, lines: Sequence[StoredLine]) -> None:
     names = sorted(lines[-1].contributions_um, key=lambda name: lines[-1].contributions_um[name], reverse=True)
-    shown, rest = names[:MOST], names[MOST:]
+    shown, rest = (names, []) if len(names) <= MOST + 1 else (names[:MOST], names[MOST:])
     rows = [*shown, *(["others"] if rest else []), "combined u", f"expanded U ({budget.coverage_percent:g} %)"]
     place = np.arange(len(rows))[::-1]
     height = 0.8 / len(lines)
@@ -73,7 +73,7 @@ def _draw_bars(axes: Axes, budget: StoredBudget, lines: Sequence[StoredLine]) ->
     axes.grid(visible=False, axis="y")
     axes.margins(x=0.12)
     axes.set_xlabel("Contribution to the standard uncertainty / µm")
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.24))
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
 
 
 def _draw_along(axes: Axes, budget: StoredBudget, placement: int) -> None:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.effects import Effect, Probings, Setting
-from stepgauge.effects.thermal import ScaleTemperature, UncompensatedScales
+from stepgauge.effects.thermal import REFERENCE_C, ScaleTemperature, UncompensatedScales
 from stepgauge.effects.totals import added_up, scatter_um
 from stepgauge.evaluate import Evaluation, PlacementResult, Readings, evaluate, project_readings
 from stepgauge.face_errors import (
@@ -53,6 +53,7 @@ from stepgauge.uncertain import Uncertain, replaced
 
 Array = NDArray[np.float64]
 BY_FACE = ("xf_um", "sf_um", "xb_um", "sb_um", "xm_um", "xr_um")
+SCALE_KEYS = {"machine.temperature_C", "machine.scale_expansion_per_K"}
 SCALARS = ("r_eff_mm", "u_r_eff_mm", "span_mm", "band_um", "worst_two_sigma_um")
 
 
@@ -272,12 +273,17 @@ def _projected(xyz_um: tuple[Array, Array, Array], axis: Array) -> Array:
 
 
 def _sensor_um(model: Model, part: Part, drawn: _Drawn) -> Array | float:
-    """What compensated scales read too long or short because their sensor is off: -alpha_s (true - recorded) x."""
-    if not model.machine.table.scales_compensated or "machine.temperature_C" not in drawn.scalar:
+    """What compensated scales read wrong where temperature or expansion are not as the controller takes them.
+
+    -(alpha_s (T - 20) - alpha_0 (T_0 - 20)) x, with the values of the machine file for alpha_0 and T_0.
+    """
+    table = model.machine.table
+    if not table.scales_compensated or not SCALE_KEYS & drawn.scalar.keys():
         return 0.0
-    warmer_K = drawn.scale_temperature() - model.machine.table.temperature_C
+    taken = table.scale_expansion_per_K * (table.temperature_C - REFERENCE_C)
+    true = drawn.setting().scale_expansion_per_K * (drawn.scale_temperature() - REFERENCE_C)
     x_um = _projected((part.columns["x_mm"], part.columns["y_mm"], part.columns["z_mm"]), part.readings.axis) * 1e3
-    return -drawn.setting().scale_expansion_per_K * warmer_K * x_um
+    return -(true - taken) * x_um
 
 
 def program_model(

@@ -10,7 +10,7 @@ from stepgauge.figures.budget import budget_figure, farthest, label
 from stepgauge.figures.style import figure_style
 from stepgauge.report.numbers import UNDEFINED, clean, number
 from stepgauge.standards.budget_files import StoredBudget, StoredLine, StoredSource
-from stepgauge.statements import source_name, uncertainty_text
+from stepgauge.statements import dof_text, source_name, uncertainty_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,7 +42,7 @@ def _placement(budget: StoredBudget, placement: int) -> dict[str, Any]:
         "totals": _totals(lines, budget),
         "figure": _svg(budget_figure(budget, placement)),
         "caption": f"Placement {placement}: what the uncertainty of R_eff and of the farthest XM is made of; "
-        "u and U of XM along the gauge, with the Monte Carlo simulation beside it",
+        f"u and U of XM along the gauge{', with the Monte Carlo beside it' if budget.monte_carlo_runs else ''}",
     }
 
 
@@ -53,7 +53,7 @@ def _source(source: StoredSource, lines: Sequence[StoredLine]) -> dict[str, Any]
         "name": clean(source_name(source.name)),
         "type": source.type,
         "u": f"{low if low == high else f'{low} to {high}'} {unit}",
-        "dof": "∞" if source.dof is None else f"{source.dof:.0f}",
+        "dof": dof_text(source.dof),
         "contributions": [number(line.contributions_um.get(source.name), 3) for line in lines],
     }
 
@@ -72,7 +72,7 @@ def _totals(lines: Sequence[StoredLine], budget: StoredBudget) -> list[dict[str,
     rows = [
         ("of these through R_eff", [number(line.through_r_eff_um, 3) for line in lines], False),
         ("Combined u", [number(line.u_um, 3) for line in lines], True),
-        ("Effective degrees of freedom", ["∞" if line.dof is None else f"{line.dof:.0f}" for line in lines], False),
+        ("Effective degrees of freedom", [dof_text(line.dof) for line in lines], False),
         ("Coverage factor k", [f"{line.k:.2f}" for line in lines], False),
         (f"Expanded U ({budget.coverage_percent:g} %)", [number(line.expanded_um, 3) for line in lines], True),
     ]

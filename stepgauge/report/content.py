@@ -22,7 +22,7 @@ from stepgauge.machine_file import Machine
 from stepgauge.placement import Placement
 from stepgauge.report.budget import budget_content, uncertain_faces
 from stepgauge.report.certificate import certificate_content, not_stated
-from stepgauge.report.numbers import clean, number, quantity
+from stepgauge.report.numbers import UNDEFINED, clean, number, quantity
 from stepgauge.report.sections import (
     DATE_MISSING,
     Section,
@@ -155,7 +155,14 @@ def _summary(result: dict[str, Any], budget: StoredBudget | None) -> dict[str, s
         "u_r_eff": quantity(result["u_r_eff_mm"] * 1e3, 2, "µm"),
         "expanded_r_eff": quantity(expanded["r_eff"], 2, "µm"),
         "expanded_xm": quantity(expanded["xm"], 2, "µm"),
+        "band_interval": _band_interval(result["placement"], budget),
     }
+
+
+def _band_interval(placement: int, budget: StoredBudget | None) -> str:
+    """95 % interval of the band of XM by Monte Carlo; a dash without one."""
+    bands = [] if budget is None else [band for band in budget.bands if band.placement == placement]
+    return f"{number(bands[0].low_95_um, 2)} to {quantity(bands[0].high_95_um, 2, 'µm')}" if bands else UNDEFINED
 
 
 def _sections(evaluation: dict[str, Any], sources: Sources) -> list[Section]:

@@ -51,14 +51,29 @@ class Line:
 
 
 @dataclass(frozen=True)
+class Band:
+    """The band of XM (its largest minus its smallest value) of a placement, um: no linear quantity, by Monte Carlo."""
+
+    placement: int
+    value: float
+    u: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
 class Budget:
-    """All lines, the sources they come from, what was assumed, and what nobody stated (what, and how to state it)."""
+    """All lines, the sources they come from, what was assumed, and what nobody stated (what, and how to state it).
+
+    ``bands``: one per placement, where there is a Monte Carlo.
+    """
 
     sources: tuple[Source, ...]
     lines: tuple[Line, ...]
     assumptions: tuple[str, ...]
     not_included: tuple[tuple[str, str], ...]
     percent: float
+    bands: tuple[Band, ...] = ()
 
 
 def make_budget(
@@ -105,7 +120,15 @@ def make_budget(
         tuple(assumptions(model, asked)),
         tuple(missing(model, asked)),
         asked.percent,
+        () if monte_carlo is None else tuple(_band(monte_carlo, part.placement) for part in model.parts),
     )
+
+
+def _band(monte_carlo: Summary, placement: int) -> Band:
+    i = monte_carlo.index("band_um", None, placement)
+    columns = (monte_carlo.value, monte_carlo.u, monte_carlo.low, monte_carlo.high)
+    value, u, low, high = (float(column[i]) for column in columns)
+    return Band(placement, value, u, low, high)
 
 
 def _wider(one: Source | None, other: Source) -> Source:

@@ -54,6 +54,11 @@ def budget_to_dict(model: Model, budget: Budget, runs: int) -> dict[str, Any]:
         "sources": [_source(source) for source in budget.sources],
         "assumptions": list(budget.assumptions),
         "not_included": [{"what": what, "state_by": how} for what, how in budget.not_included],
+        "bands": [
+            {"placement": b.placement, "value_um": b.value, "u_um": b.u, "low_95_um": b.low, "high_95_um": b.high}
+            for b in budget.bands
+            if math.isfinite(b.value)
+        ],
         "quantities": [_line(line) for line in budget.lines],
     }
 
@@ -155,6 +160,16 @@ class StoredSource(_Stored):
     stated_by: str
 
 
+class StoredBand(_Stored):
+    """The band of XM of one placement, by Monte Carlo."""
+
+    placement: int
+    value_um: float
+    u_um: float
+    low_95_um: float
+    high_95_um: float
+
+
 class StoredGap(_Stored):
     """What nobody stated."""
 
@@ -175,6 +190,7 @@ class StoredBudget(_Stored):
     sources: list[StoredSource] = Field(min_length=1)
     assumptions: list[str]
     not_included: list[StoredGap]
+    bands: list[StoredBand] = Field(default_factory=list)
     quantities: list[StoredLine] = Field(min_length=1)
 
     def find(self, quantity: str, placement: int, face: int | None) -> StoredLine | None:

@@ -18,7 +18,7 @@ from stepgauge.dcc.xml import parse_xml, validate
 from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge, read_gauge
 from tests.build import gauges
-from tests.dcc.made import SAID, SCHEMA, gauge_xml, laboratory, needs_schema
+from tests.dcc.made import SAID, SCHEMA, gauge_xml, laboratory, machine_xml, needs_schema
 from tests.measured import shipped
 
 
@@ -280,6 +280,11 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert (code, "expected NAME.toml" in told) == (2, True)
     code, told = call("dcc", "export-gauge", "step-gauge-420", "-c", SAID, "-o", out)
     assert (code, "key item.serial is not that of the gauge; found B700-0042" in told) == (2, True)
+
+
+def test_the_certificate_of_a_machine_is_no_gauge(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"this is the certificate of a machine; found Coordinate .* B700-0042"):
+        import_gauge(put(tmp_path, machine_xml()), STATED)
 
 
 def test_the_gauge_certificate_names_the_gauge() -> None:

@@ -186,6 +186,21 @@ def test_temperature_and_expansion_of_the_gauge_by_hand() -> None:
     assert xf.contribution["gauge.expansion_per_K"] == pytest.approx(length_um * 2.0 * 0.5e-6, rel=1e-3)
 
 
+@pytest.mark.parametrize("compensated", [True, False])
+def test_temperature_and_expansion_of_the_scales_by_hand(compensated: bool) -> None:
+    """x alpha_s u(T_s) and x (T_s - 20) u(alpha_s), whoever corrects for the scales' temperature."""
+    gauge, machine = shipped()
+    table = machine.table.model_copy(update={"temperature_C": 21.0, "scales_compensated": compensated})
+    uncertain = (
+        Uncertain("machine.temperature_C", 21.0, 0.1),
+        Uncertain("machine.scale_expansion_per_K", 11.5e-6, 1e-6),
+    )
+    budget = make_budget(modelled(gauge, replace(machine, table=table, uncertain=uncertain), RECORDING))
+    xf, length_um = line(budget, "xf_um", 11), gauge.position_mm[10] * 1e3
+    assert xf.contribution["machine.temperature_C"] == pytest.approx(length_um * 11.5e-6 * 0.1, rel=1e-3)
+    assert xf.contribution["machine.scale_expansion_per_K"] == pytest.approx(length_um * 1.0 * 1e-6, rel=1e-3)
+
+
 def test_resolution_probing_and_degrees_of_freedom_by_hand() -> None:
     gauge = replace(quiet_gauge(), u_um=np.zeros(quiet_gauge().n_faces))
     stated = UncertaintyTable(resolution_um=0.6, probing_um=StandardUncertainty(u=0.3, dof=8))
@@ -267,6 +282,9 @@ def test_monte_carlo_of_the_same_model_agrees(tmp_path: Path, r: float, per_m: f
             assert one.monte_carlo[0] == pytest.approx(one.expanded.u, rel=4.0 / math.sqrt(2.0 * runs))
             compared += 1
     assert compared > 40
+    band = budget.bands[0]
+    assert band.value == pytest.approx(model.nominal.results[0].band_um)
+    assert band.low < band.high
 
 
 def test_budget_of_gaps_has_a_line_for_every_defined_error_only() -> None:
@@ -392,6 +410,10 @@ def test_command_line(tmp_path: Path) -> None:
     assert "99 %" in full
     assert read_budget(tmp_path / "out").quantities[-1].face == 5
     assert "too few runs" in call("--runs", "1")
+    other = ["-m", str(tmp_path / "other.toml")]
+    source = find_data("bridge-cmm", "machine", "machines").read_text(encoding="utf-8")
+    (tmp_path / "other.toml").write_text(source.replace('name = "Bridge CMM"', 'name = "Another"'))
+    assert "not the machine of this recording; found Another" in call(*other)
     assert "one placement file per placement" in call("-p", "a", "-p", "b") or "no such file" in call("-p", "a")
 
 
