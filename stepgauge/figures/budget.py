@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NAMES = {"r_eff": "R_eff", "xf": "XF", "xb": "XB", "xm": "XM", "xr": "XR"}
+ALONG_MM = 58.0
+"""Height of the lower panel."""
 MOST = 8
 """Sources with a bar of their own; the smaller ones are added in quadrature as "others"."""
 
@@ -34,8 +36,9 @@ def draw_budget(folder: str | Path, budget: StoredBudget, suffix: str = "png") -
 @figure_style()
 def budget_figure(budget: StoredBudget, placement: int) -> Figure:
     """Contributions to R_eff and to XM at its farthest face; U of XM along the gauge with the Monte Carlo's."""
-    figure = new_figure(160.0, 130.0)
-    upper, lower = figure.subplots(2, 1, height_ratios=(1.25, 1.0))
+    bars_mm = 18.0 + 6.5 * (min(len(budget.sources), MOST + 1) + 2)
+    figure = new_figure(160.0, bars_mm + ALONG_MM)
+    upper, lower = figure.subplots(2, 1, height_ratios=(bars_mm, ALONG_MM))
     lines = (budget.find("r_eff", placement, None), farthest(budget, placement))
     _draw_bars(upper, budget, [line for line in lines if line is not None])
     _draw_along(lower, budget, placement)

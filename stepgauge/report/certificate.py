@@ -54,6 +54,7 @@ def not_stated(said: Laboratory) -> list[str]:
         ("procedure of the laboratory", said.method.name),
         ("air temperature", said.conditions.temperature_C),
         ("adjustment or repair", said.statements.adjustment),
+        ("additions to, deviations from and exclusions from the method", said.method.deviations),
         ("person who authorises the certificate", [one for one in said.persons if one.signs]),
     )
     return [what for what, value in asked if not value]
