@@ -12,12 +12,21 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import AfterValidator, Field, StringConstraints, model_validator
 
 from stepgauge.config import Table, check_table, read_toml
 from stepgauge.errors import InputError
 
-Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
+
+def _printable(text: str) -> str:
+    """Control characters belong into no certificate, and XML has no place for them."""
+    wrong = [mark for mark in text if mark != "\n" and not mark.isprintable()]
+    if wrong:
+        raise ValueError(f"text without control characters, not {wrong[0]!r}")
+    return text
+
+
+Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1), AfterValidator(_printable)]
 Country = Annotated[str, StringConstraints(pattern="^[A-Z]{2}$")]
 Place = Literal["laboratory", "customer", "laboratoryBranch", "customerBranch", "other"]
 Interval = Annotated[tuple[float, float], Field(strict=False)]

@@ -16,9 +16,11 @@ from pypdf import PdfReader
 
 from stepgauge.certificate_file import read_laboratory
 from stepgauge.cli import main
+from stepgauge.dcc.elements import to_bytes
 from stepgauge.dcc.read import read_document
 from stepgauge.dcc.results import read_errors
-from stepgauge.dcc.xml import read_xml, validate
+from stepgauge.dcc.write import machine_certificate
+from stepgauge.dcc.xml import parse_xml, read_xml, validate
 from stepgauge.errors import InputError
 from stepgauge.gauge import read_gauge
 from stepgauge.report.content import Sources, Stated, make_content
@@ -153,6 +155,7 @@ def test_html_has_the_same_sections() -> None:
         ("[person]\nname = 'A'\n", r"found \[person\]; expected \[\[person\]\]"),
         ("[[person]]\nrole = 'A'\n", r"key person\[1\].name is missing"),
         ("[customer]\nname = ' '\n", "key customer.name is wrong"),
+        ('[customer]\nname = "a\\u0007"\n', "key customer.name is wrong.*control characters"),
     ],
 )
 def test_wrong_files_are_named(tmp_path: Path, text: str, message: str) -> None:
@@ -167,7 +170,6 @@ def test_the_shipped_form_is_empty_and_every_key_of_it_is_known(tmp_path: Path) 
     assert empty.certificate.number is None
     assert empty.persons == ()
     filled = re.sub(r"^# (?=[\w\[]+(?: =|\]))", "", form.read_text(), flags=re.MULTILINE)
-    filled = filled.replace("[[person]] ", "[[person]] ")
     (tmp_path / "filled.toml").write_text(filled)
     said = read_laboratory(tmp_path / "filled.toml")
     assert said.certificate.number == "2026-017"
@@ -175,6 +177,21 @@ def test_the_shipped_form_is_empty_and_every_key_of_it_is_known(tmp_path: Path) 
     for table in (said.certificate, said.laboratory, said.item, said.method, said.conditions, said.statements):
         unset = [name for name, value in table.model_dump().items() if value in (None, [])]
         assert unset == [], f"the form does not show {unset}"
+
+
+def test_everything_stated_still_validates(tmp_path: Path) -> None:
+    """The form with every key in use, printed and digital."""
+    form = (folder("templates") / "reports" / "certificate.toml").read_text()
+    filled = re.sub(r"^# (?=[\w\[]+(?: =|\]))", "", form, flags=re.MULTILINE).replace('"..."', '"Some <words> & more"')
+    (tmp_path / "filled.toml").write_text(filled)
+    said = read_laboratory(tmp_path / "filled.toml")
+    evaluation, budget = evaluated()
+    text = to_bytes(machine_certificate(evaluation, budget, said, *shipped())).decode()
+    for words in ("7.8.8", "7.8.2.1 p)", "Decision rule: Some", "Place of the calibration: Measuring room 2"):
+        assert words in text
+    assert all("No. 2026-017" in page for page in texts(render_pdf(content(laboratory=said)).data))
+    if SCHEMA.is_file():
+        validate(parse_xml(text.encode(), "c.xml"), SCHEMA, "c.xml")
 
 
 def test_conformity_is_printed_with_its_decision_rule() -> None:

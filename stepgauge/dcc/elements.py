@@ -39,12 +39,17 @@ class Numbers:
 
 def words(tag: str, text: str, **attributes: str) -> Element:
     """An element with a text in the language of the certificate."""
-    return getattr(D, tag)(D.content(" ".join(text.split()), lang=LANGUAGE), **attributes)
+    return getattr(D, tag)(D.content(one_line(text), lang=LANGUAGE), **attributes)
+
+
+def one_line(text: str) -> str:
+    """Text that XML can hold: control characters and line breaks are spaces."""
+    return " ".join("".join(mark if mark.isprintable() else " " for mark in text).split())
 
 
 def plain_name(text: str) -> Element:
     """A name that is the same in every language."""
-    return D.name(D.content(" ".join(text.split())))
+    return D.name(D.content(one_line(text)))
 
 
 def quantity(name: str, kind: str, numbers: Numbers, tag: str = "quantity") -> Element:
@@ -61,7 +66,6 @@ def _real(numbers: Numbers) -> Element:
                 S.uncertainty(_number(numbers.expanded[0], numbers.decimals)),
                 S.coverageFactor(_number(numbers.k[0], 3)),
                 S.coverageProbability(_number(numbers.percent / 100.0, 4)),
-                S.distribution("normal"),
             )
         )
     return real
@@ -75,7 +79,6 @@ def _list(numbers: Numbers) -> Element:
                 S.uncertaintyXMLList(_row(numbers.expanded, numbers.decimals)),
                 S.coverageFactorXMLList(_row(numbers.k, 3)),
                 S.coverageProbabilityXMLList(_number(numbers.percent / 100.0, 4)),
-                S.distributionXMLList("normal"),
             )
         )
     return found
@@ -99,8 +102,8 @@ def condition(name: str, kind: str, numbers: Sequence[tuple[str, str, Numbers]],
 
 
 def identifications(known: Sequence[tuple[str, str, str | None]]) -> Element:
-    """Issuer, name and value of every number that is known; None where none is."""
-    given = [(issuer, name, value) for issuer, name, value in known if value]
+    """Issuer, name and value of every number that is known."""
+    given = [(issuer, name, one_line(value)) for issuer, name, value in known if value]
     return D.identifications(
         *(D.identification(D.issuer(issuer), D.value(value), words("name", name)) for issuer, name, value in given)
     )
@@ -209,8 +212,10 @@ def machine_item(said: Laboratory, name: str) -> Element:
     """The item that was calibrated, with what the laboratory says of it; ``name`` stands where it does not."""
     check_demanded(said)
     item = D.item(words("name", said.item.name or name))
-    if said.item.condition:
-        item.append(words("description", f"Condition: {said.item.condition}"))
+    known = (("Condition", said.item.condition), ("Software", said.item.software))
+    described = ". ".join(f"{label}: {text}" for label, text in known if text)
+    if described:
+        item.append(words("description", described))
     assert said.item.manufacturer is not None
     item.append(D.manufacturer(plain_name(said.item.manufacturer)))
     if said.item.model:

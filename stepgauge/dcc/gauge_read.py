@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.dcc.elements import one_line
 from stepgauge.dcc.gauge_write import EXPANSION, HEIGHT, REFERENCE_TEMPERATURE, WIDTH
 from stepgauge.dcc.read import ERROR, EXAMPLE, MEASURED, NOMINAL, Document, Quantity, read_document
 from stepgauge.dcc.units import CELSIUS_ZERO_K, LENGTH, TEMPERATURE
@@ -29,10 +30,8 @@ _NOMINAL = re.compile(r"nominal|nenn", re.IGNORECASE)
 _DEVIATION = re.compile(r"deviation|error|abweichung", re.IGNORECASE)
 _EXPANSION = re.compile(r"expansion|ausdehnung", re.IGNORECASE)
 _REFERENCE = re.compile(r"reference.*temperature|bezugstemperatur|referenztemperatur", re.IGNORECASE)
-_WIDTH, _HEIGHT = (
-    re.compile(r"block.*width|width.*block", re.IGNORECASE),
-    re.compile(r"block.*height|height.*block", re.I),
-)
+_WIDTH = re.compile(r"block.*width|width.*block", re.IGNORECASE)
+_HEIGHT = re.compile(r"block.*height|height.*block", re.IGNORECASE)
 _MATERIAL = re.compile(r"^(material|werkstoff)", re.IGNORECASE)
 
 
@@ -105,13 +104,10 @@ def _format(found: GaugeImport, csv_name: str) -> tuple[str, str]:
     import tomli_w
 
     tables = {"gauge": {**found.table, "faces": csv_name}, "certificate": found.certificate}
-    said = "".join(f"# {line}\n" for line in found.report)
+    said = "".join(f"# {one_line(line)}\n" for line in found.report)
     rows = [f"{face},{nominal:.12g},{position:.12g},{u:.9g}" for face, nominal, position, u in found.rows]
     csv_text = "\n".join(["face,nominal_mm,position_mm,uncertainty_um", *rows]) + "\n"
     return f"# Made from a Digital Calibration Certificate.\n{said}{tomli_w.dumps(tables)}", csv_text
-
-
-# --- the tables --------------------------------------------------------------------------------------------------
 
 
 def _table(document: Document, wanted: Wanted, found: GaugeImport) -> None:
@@ -175,9 +171,6 @@ def _certificate(document: Document, found: GaugeImport) -> None:
         found.certificate["example"] = True
         found.report.append("the certificate says that it is an example, not a real calibration")
     found.report.append(f"certificate {document.number} of {document.laboratory}, {document.performed_to}")
-
-
-# --- the faces ---------------------------------------------------------------------------------------------------
 
 
 def _faces(document: Document, wanted: Wanted, found: GaugeImport) -> None:

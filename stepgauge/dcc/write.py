@@ -69,6 +69,8 @@ def _statements(evaluation: dict[str, Any], budget: StoredBudget, said: Laborato
     if evaluation["gauge"]["example"]:
         text = "The certificate of the step gauge is an example: this is not a real calibration."
         found.insert(0, statement(text, EXAMPLE))
+    if said.certificate.place_text:
+        found.append(statement(f"Place of the calibration: {said.certificate.place_text}.", reference="7.8.2.1 c)"))
     if said.method.deviations:
         found.append(statement(said.method.deviations, reference="7.8.2.1 n)"))
     if told.external:

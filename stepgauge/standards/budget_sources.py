@@ -56,6 +56,7 @@ class Term:
 
 
 def terms(model: Model, part: Part, asked: Asked, placement: Placement | None) -> list[Term]:
+    """All sources that are stated, as GTC numbers that are independent from source to source."""
     found = [_certificate(model, part), _repeatability(model, part, asked.repeats)]
     found += [_scalar(model, part, index) for index in range(len(model.inputs.scalars))]
     found += [_probing(model, part), _resolution(model, part), _alignment(model, part, placement)]

@@ -276,6 +276,9 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     data = tomllib.loads((tmp_path / "my.toml").read_text())
     assert (data["gauge"]["name"], data["gauge"]["faces"]) == ("Mine", "my.csv")
     assert str(tmp_path) not in (tmp_path / "my.toml").read_text()
+    two_lines = 'Mine\n[gauge]\nserial = "forged"'
+    assert call("dcc", "import-gauge", out, "-o", tmp_path / "two.toml", "--name", two_lines)[0] == 0
+    assert tomllib.loads((tmp_path / "two.toml").read_text())["gauge"]["name"] == two_lines
     code, told = call("dcc", "import-gauge", out, "-o", tmp_path / "my.csv")
     assert (code, "expected NAME.toml" in told) == (2, True)
     code, told = call("dcc", "export-gauge", "step-gauge-420", "-c", SAID, "-o", out)
