@@ -14,19 +14,6 @@ METHOD = (
     "XM = (XF + XB) / 2 is the mean error, XR = XB − XF the reversal; s is the standard deviation over the cycles. "
     "The band is the largest minus the smallest XM. (H. Pahk and J. Kim, equations 1 to 13.)"
 )
-SOURCES = {
-    "certificate": "gauge certificate",
-    "gauge.expansion_per_K": "expansion of the gauge",
-    "gauge temperature": "temperature of the gauge",
-    "machine.temperature_C": "temperature of the scales",
-    "machine.scale_expansion_per_K": "expansion of the scales",
-    "probe.pretravel_um": "pre-travel",
-}
-
-
-def source_name(name: str) -> str:
-    """A source of uncertainty as a person calls it."""
-    return SOURCES.get(name, name.replace("_", " "))
 
 
 def dof_text(dof: float | None, infinite: str = "∞") -> str:
@@ -52,7 +39,7 @@ def uncertainty_text(budget: StoredBudget, assumptions: bool = True) -> str:
         "Expanded uncertainty U = k u by the Guide to the Expression of Uncertainty in Measurement (JCGM 100:2008); "
         f"k is Student's t for a coverage probability of {budget.coverage_percent:g} % and the effective degrees of "
         f"freedom, here {low if low == high else f'{low} to {high}'}. "
-        f"Counted: {', '.join(source_name(source.name) for source in budget.sources)}."
+        f"Counted: {', '.join(source.label for source in budget.sources)}."
     )
     text += "".join(f" Assumed: {one}." for one in budget.assumptions if assumptions)
     if budget.not_included:

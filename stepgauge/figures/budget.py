@@ -10,7 +10,6 @@ import numpy as np
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
 from stepgauge.standards.budget_files import StoredBudget, StoredLine
-from stepgauge.statements import source_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,7 +70,8 @@ def _draw_bars(axes: Axes, budget: StoredBudget, lines: Sequence[StoredLine]) ->
         at = place + (0.5 * (len(lines) - 1) - i) * height
         bars = axes.barh(at, values, height=height * 0.92, color=CYCLE[i], label=f"{label(line)}, k = {line.k:.2f}")
         axes.bar_label(bars, fmt="%.3f", padding=2, fontsize=6.5)
-    axes.set_yticks(place, [source_name(name) for name in rows])
+    labels = {source.name: source.label for source in budget.sources}
+    axes.set_yticks(place, [labels.get(name, name) for name in rows])
     axes.axhline(1.5, color="black", linewidth=0.5)
     axes.grid(visible=False, axis="y")
     axes.margins(x=0.12)

@@ -116,6 +116,17 @@ class Model:
             return self.values(0, [0], only=NOTHING)[0]
         return np.concatenate([_reported(result) for result in self.nominal.results])
 
+    def label(self, name: str) -> str:
+        """``effect[2].urad`` as ``squareness xy: urad``; other inputs as they are."""
+        place = effect_key(name)
+        if place is None:
+            return name
+        return f"{self.effect_of(place[0]).label.replace('_', ' ')}: {'.'.join(place[1])}"
+
+    def effect_of(self, index: int) -> Effect:
+        """The effect of the machine file with this index; uncompensated scales come before those of the file."""
+        return self.effects[len(self.effects) - len(self.machine.effects) + index]
+
     def response_um(self, part: Part, scalar: Uncertain) -> Array:
         """What one standard uncertainty of a scalar input does to the readings of a placement, um, shape ``(n,)``.
 

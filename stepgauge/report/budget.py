@@ -10,7 +10,7 @@ from stepgauge.figures.budget import budget_figure, farthest, label
 from stepgauge.figures.style import figure_style
 from stepgauge.report.numbers import UNDEFINED, clean, number
 from stepgauge.standards.budget_files import StoredBudget, StoredLine, StoredSource
-from stepgauge.statements import dof_text, source_name, uncertainty_text
+from stepgauge.statements import dof_text, uncertainty_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,7 +22,7 @@ def budget_content(budget: StoredBudget) -> dict[str, Any]:
     """The text of the section, and for each placement its table and figure."""
     placements = sorted({line.placement for line in budget.quantities})
     return {
-        "text": uncertainty_text(budget),
+        "text": uncertainty_text(budget, assumptions=False),
         "placements": [_placement(budget, placement) for placement in placements],
         "assumptions": [clean(one) for one in budget.assumptions],
         "not_included": [f"{clean(gap.what)}; to be stated by {clean(gap.state_by)}" for gap in budget.not_included],
@@ -50,7 +50,7 @@ def _source(source: StoredSource, lines: Sequence[StoredLine]) -> dict[str, Any]
     low, high = _short(source.u_min), _short(source.u_max)
     unit = source.unit.replace("um", "µm").replace("urad", "µrad")
     return {
-        "name": clean(source_name(source.name)),
+        "name": clean(source.label),
         "type": source.type,
         "u": f"{low if low == high else f'{low} to {high}'} {unit}",
         "dof": dof_text(source.dof),

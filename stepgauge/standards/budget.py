@@ -135,7 +135,7 @@ def _wider(one: Source | None, other: Source) -> Source:
     if one is None:
         return other
     u = (min(one.u[0], other.u[0]), max(one.u[1], other.u[1]))
-    return Source(other.name, other.kind, u, other.unit, min(one.dof, other.dof), other.stated_by)
+    return Source(other.name, other.label, other.kind, u, other.unit, min(one.dof, other.dof), other.stated_by)
 
 
 def sensitivities(model: Model, part: Part) -> dict[str, Array]:

@@ -70,6 +70,7 @@ def _finite(value: float) -> float | None:
 def _source(source: Source) -> dict[str, Any]:
     return {
         "name": source.name,
+        "label": source.label,
         "type": source.kind,
         "u_min": source.u[0],
         "u_max": source.u[1],
@@ -152,6 +153,7 @@ class StoredSource(_Stored):
     """One source of uncertainty."""
 
     name: str
+    label: str
     type: str
     u_min: float
     u_max: float

@@ -12,13 +12,21 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.machine_file import StandardUncertainty
-from stepgauge.montecarlo.inputs import CERTIFICATE, GAUGE_TEMPERATURE, REPEATABILITY
+from stepgauge.montecarlo.inputs import CERTIFICATE, EXPANSION, GAUGE_TEMPERATURE, REPEATABILITY, effect_key
 from stepgauge.montecarlo.model import Model, Part, pooled_deviation_um
 from stepgauge.placement import Placement
 from stepgauge.standards.coverage import APPROXIMATELY_95
 
 Array = NDArray[np.float64]
 Repeats = Literal["pooled", "face"]
+LABELS = {
+    CERTIFICATE: "gauge certificate",
+    EXPANSION: "expansion of the gauge",
+    GAUGE_TEMPERATURE: "temperature of the gauge",
+    "machine.temperature_C": "temperature of the scales",
+    "machine.scale_expansion_per_K": "expansion of the scales",
+    "probe.pretravel_um": "pre-travel",
+}
 PROBING, RESOLUTION, ALIGNMENT = "probing", "resolution", "alignment"
 
 
@@ -37,9 +45,13 @@ class Asked:
 
 @dataclass(frozen=True)
 class Source:
-    """A line of the list of sources: ``u`` in ``unit`` (two numbers where it varies by face), type A or B."""
+    """A line of the list of sources: ``u`` in ``unit`` (two numbers where it varies by face), type A or B.
+
+    ``name`` is its key, as in the Monte Carlo, ``label`` what a person calls it.
+    """
 
     name: str
+    label: str
     kind: Literal["A", "B"]
     u: tuple[float, float]
     unit: str
@@ -89,7 +101,12 @@ def _certificate(model: Model, part: Part) -> Term | None:
         for i, j in zip(*np.nonzero(np.triu(correlation, 1)), strict=True):
             if u[i] and u[j]:
                 set_correlation(min(float(correlation[i, j]), 1.0), um[i], um[j])
-    return Term(Source(CERTIFICATE, "B", _range(u), "um", dof, "gauge file: uncertainty_um, coverage_factor"), um)
+    return Term(
+        Source(
+            CERTIFICATE, LABELS[CERTIFICATE], "B", _range(u), "um", dof, "gauge file: uncertainty_um, coverage_factor"
+        ),
+        um,
+    )
 
 
 def _repeatability(model: Model, part: Part, repeats: Repeats) -> Term | None:
@@ -104,7 +121,7 @@ def _repeatability(model: Model, part: Part, repeats: Repeats) -> Term | None:
         return None
     u, dof = sigma / np.sqrt(count), float(freedom) if freedom else math.inf
     said = "recording: pooled over the faces" if freedom else "machine file: repeatability_um"
-    source = Source(REPEATABILITY, "A" if freedom else "B", _range(u), "um", dof, said)
+    source = Source(REPEATABILITY, REPEATABILITY, "A" if freedom else "B", _range(u), "um", dof, said)
     return Term(source, _independent(u, dof, REPEATABILITY))
 
 
@@ -132,7 +149,7 @@ def _repeats_by_face(model: Model, part: Part, count: NDArray[np.int64]) -> Term
     u = np.nan_to_num(deviation) / np.sqrt(count)
     um = [ureal(0.0, float(v), float(n - 1)) if v > 0 else 0.0 for v, n in zip(u, count, strict=True)]
     dof = float((count - 1)[result.count > 0].min())
-    return Term(Source(REPEATABILITY, "A", _range(u), "um", dof, "recording: by face, n - 1"), um)
+    return Term(Source(REPEATABILITY, REPEATABILITY, "A", _range(u), "um", dof, "recording: by face, n - 1"), um)
 
 
 def _scalar(model: Model, part: Part, index: int) -> Term | None:
@@ -149,16 +166,20 @@ def _scalar(model: Model, part: Part, index: int) -> Term | None:
     stated = model.machine.stated.gauge_temperature_K if scalar.key == GAUGE_TEMPERATURE else None
     dof = scalar.dof or (stated.dof if stated is not None and stated.u == scalar.u else None) or math.inf
     one = ureal(0.0, 1.0, dof, label=scalar.key)
-    source = Source(scalar.key, "B", (scalar.u, scalar.u), _unit(scalar.key), dof, _stated_by(scalar.key))
+    label = LABELS.get(scalar.key) or model.label(scalar.key)
+    u, unit, stated_by = (scalar.u, scalar.u), _unit(model, scalar.key), _stated_by(scalar.key)
+    source = Source(scalar.key, label, "B", u, unit, dof, stated_by)
     return Term(source, [float(v) * one for v in mean])
 
 
-def _unit(key: str) -> str:
-    """The unit that the name of a key ends in."""
-    if key == GAUGE_TEMPERATURE:
-        return "K"
-    endings = {"_per_K": "1/K", "_C": "K", "_um": "um", "ppm": "ppm", "urad": "urad", ".um": "um", "_K": "K"}
-    return next((unit for ending, unit in endings.items() if key.endswith(ending)), "as the key")
+def _unit(model: Model, key: str) -> str:
+    """The unit of an uncertain value: as its effect has it, or as the name of its key ends."""
+    place = effect_key(key)
+    if place is not None:
+        known = {one.name: one.unit for one in model.effect_of(place[0]).parameters()}
+        return known.get(place[1][0], "")
+    units = {GAUGE_TEMPERATURE: "K", "machine.temperature_C": "K", "probe.pretravel_um": "um"}
+    return units.get(key, "1/K")
 
 
 def _stated_by(key: str) -> str:
@@ -173,7 +194,7 @@ def _probing(model: Model, part: Part) -> Term | None:
         return None
     dof = stated.dof or math.inf
     u = np.full(len(part.readings.faces), stated.u)
-    source = Source(PROBING, "B", _range(u), "um", dof, "machine file: [uncertainty] probing_um")
+    source = Source(PROBING, PROBING, "B", _range(u), "um", dof, "machine file: [uncertainty] probing_um")
     return Term(source, _independent(u, dof, PROBING))
 
 
@@ -183,7 +204,7 @@ def _resolution(model: Model, part: Part) -> Term | None:
     if step is None:
         return None
     u = np.full(len(part.readings.faces), step / math.sqrt(12.0))
-    source = Source(RESOLUTION, "B", _range(u), "um", math.inf, "machine file: [uncertainty] resolution_um")
+    source = Source(RESOLUTION, RESOLUTION, "B", _range(u), "um", math.inf, "machine file: [uncertainty] resolution_um")
     return Term(source, _independent(u, math.inf, RESOLUTION))
 
 
@@ -200,7 +221,9 @@ def _alignment(model: Model, part: Part, placement: Placement | None) -> Term | 
     position_um = model.gauge.position_mm[part.readings.faces - 1] * 1e3
     one = ureal(0.0, 1.0, math.inf, label=ALIGNMENT)
     largest = max(u_rad) * 1e6
-    source = Source(ALIGNMENT, "B", (min(u_rad) * 1e6, largest), "urad", math.inf, "placement file: [uncertainty]")
+    source = Source(
+        ALIGNMENT, ALIGNMENT, "B", (min(u_rad) * 1e6, largest), "urad", math.inf, "placement file: [uncertainty]"
+    )
     return Term(source, [float(v) * cosine * one for v in position_um])
 
 
@@ -219,8 +242,8 @@ def axis_uncertainty_rad(placement: Placement) -> tuple[float, float] | None:
 def cosine_rms(u1_rad: float, u2_rad: float) -> float:
     """Root mean square of (d1^2 + d2^2) / 2 for two independent normal angles.
 
-    The error always has one sign; it is not corrected, so that its mean counts with its spread about it
-    (JCGM 100:2008, F.2.4.5): E[(d1^2 + d2^2)^2] = 3 u1^4 + 3 u2^4 + 2 u1^2 u2^2.
+    The error always has one sign (JCGM 100:2008, F.2.4.4). It is not corrected here: its root mean square holds its
+    mean as well as its spread, from E[(d1^2 + d2^2)^2] = 3 u1^4 + 3 u2^4 + 2 u1^2 u2^2.
     """
     return math.sqrt(3.0 * u1_rad**4 + 3.0 * u2_rad**4 + 2.0 * (u1_rad * u2_rad) ** 2) / 2.0
 

@@ -186,6 +186,16 @@ def test_temperature_and_expansion_of_the_gauge_by_hand() -> None:
     assert xf.contribution["gauge.expansion_per_K"] == pytest.approx(length_um * 2.0 * 0.5e-6, rel=1e-3)
 
 
+def test_a_gauge_temperature_that_was_not_recorded_can_be_stated() -> None:
+    """The certificate's temperature is taken; how far it may be off is for the person to say."""
+    recording = Recording(RECORDING.frame.drop(columns="gauge_temperature_C"), {}, "cold.csv")
+    silent = make_budget(modelled(quiet_gauge(), recording=recording))
+    assert "temperature of the gauge (not recorded; taken as the certificate's)" in [w for w, _ in silent.not_included]
+    stated = make_budget(modelled(quiet_gauge(), recording=recording, u_K=0.5))
+    xf = line(stated, "xf_um", 11).contribution["gauge temperature"]
+    assert xf == pytest.approx(quiet_gauge().position_mm[10] * 1e3 * 11.5e-6 * 0.5, rel=1e-3)
+
+
 @pytest.mark.parametrize("compensated", [True, False])
 def test_temperature_and_expansion_of_the_scales_by_hand(compensated: bool) -> None:
     """x alpha_s u(T_s) and x (T_s - 20) u(alpha_s), whoever corrects for the scales' temperature."""
@@ -282,6 +292,9 @@ def test_monte_carlo_of_the_same_model_agrees(tmp_path: Path, r: float, per_m: f
             assert one.monte_carlo[0] == pytest.approx(one.expanded.u, rel=4.0 / math.sqrt(2.0 * runs))
             compared += 1
     assert compared > 40
+    sources = {one.name: (one.label, one.unit) for one in budget.sources}
+    assert sources["effect[1].ppm"] == ("scale error y: ppm", "um/m")
+    assert sources["effect[2].urad"] == ("squareness xy: urad", "urad")
     band = budget.bands[0]
     assert band.value == pytest.approx(model.nominal.results[0].band_um)
     assert band.low < band.high
