@@ -300,6 +300,21 @@ def test_monte_carlo_of_the_same_model_agrees(tmp_path: Path, r: float, per_m: f
     assert band.low < band.high
 
 
+def test_runs_of_another_correlation_are_not_continued(tmp_path: Path) -> None:
+    """An interrupted Monte Carlo goes on only with the same certificate."""
+
+    def stop(done: int, total: int) -> None:
+        if done > total // 2:
+            raise KeyboardInterrupt
+
+    kept = tmp_path / "runs"
+    with pytest.raises(KeyboardInterrupt):
+        run_monte_carlo(modelled(quiet_gauge(), recording=RECORDING), 3000, 1, checkpoint=kept, progress=stop)
+    correlated = modelled(quiet_gauge(1.0), recording=RECORDING)
+    resumed = run_monte_carlo(correlated, 3000, 1, checkpoint=kept)
+    np.testing.assert_array_equal(resumed.u, run_monte_carlo(correlated, 3000, 1).u)
+
+
 def test_budget_of_gaps_has_a_line_for_every_defined_error_only() -> None:
     evaluation = with_gaps()
     recording = run(3).recording
@@ -385,6 +400,13 @@ def test_wrong_keys_of_the_machine_file(tmp_path: Path, table: str, message: str
     (tmp_path / "machine.toml").write_text(f"[uncertainty]\n{table}\n{source}")
     with pytest.raises(InputError, match=message):
         read_machine(tmp_path / "machine.toml")
+
+
+def test_what_is_asked_goes_before_what_the_machine_file_states() -> None:
+    machine = shipped()[1]
+    stated = replace(machine, stated=UncertaintyTable(gauge_temperature_K=StandardUncertainty(u=0.2)))
+    assert (machine.u_gauge_temperature_K(), stated.u_gauge_temperature_K()) == (0.0, 0.2)
+    assert (stated.u_gauge_temperature_K(0.0), stated.u_gauge_temperature_K(0.5)) == (0.0, 0.5)
 
 
 def test_values_that_nothing_depends_on_stand_with_nothing(machine: Machine) -> None:
