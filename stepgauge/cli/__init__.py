@@ -61,8 +61,10 @@ VERBS = {
     "compensate": ("stepgauge.cli.compensate", "evaluation -> an error table for a controller"),
     "figures": ("stepgauge.cli.figures", "the figures of a measurement, for the wall and the report"),
     "history": ("stepgauge.cli.history", "many evaluations of one machine -> trends and warnings"),
+    "budget": ("stepgauge.cli.budget", "how sure the errors are: uncertainty budget (GUM), Monte Carlo beside it"),
     "effects": ("stepgauge.cli.effects", "what can bend a machine's readings: equations, parameters, units"),
     "report": ("stepgauge.cli.report", "evaluation -> a report to print and sign (PDF, HTML)"),
+    "dcc": ("stepgauge.cli.dcc", "Digital Calibration Certificates (XML): write, check, import a gauge's"),
     "probe": ("stepgauge.cli.probe", "the probe itself: map, qualify, compensate, bench"),
     "shipped": ("stepgauge.cli.shipped", "list or copy the shipped gauges, machines and templates"),
 }
