@@ -1,1 +1,1 @@
-"""What standards make of the same recordings: length measurement by ISO 10360-2, positioning by ISO 230-2, uncertainty."""
+"""What standards make of recordings: length measurement (ISO 10360-2), positioning (ISO 230-2), uncertainty (GUM)."""
