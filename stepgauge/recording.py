@@ -38,7 +38,8 @@ PROBINGS = "probings"
 """Comment with the number of rows, by which a file that was cut is known."""
 MOST_COUNT = 10_000_000
 """Larger numbers of cycles, faces or placements are no counts."""
-_TEMPERATURE_C = (-10.0, 60.0)
+TEMPERATURE_C = (-10.0, 60.0)
+"""Temperatures of gauge and scales that may be, deg C."""
 
 
 @dataclass(frozen=True)
@@ -231,7 +232,7 @@ def _check_values(frame: pd.DataFrame, path: str | Path, first_line: int) -> Non
     for name in OPTIONAL:
         if name.endswith("_C") and name in frame:
             values = frame[name].to_numpy(float)
-            outside = (values < _TEMPERATURE_C[0]) | (values > _TEMPERATURE_C[1])
+            outside = (values < TEMPERATURE_C[0]) | (values > TEMPERATURE_C[1])
             hint = temperature_hint(float(values[outside.argmax()]))
             what = "is no temperature in deg C (K or F?)"
             _refuse(outside, frame, path, first_line, name, what, f"-10 to 60 deg C ({hint})")

@@ -126,7 +126,7 @@ def check_positions(off_mm: Array, along: Array, face: NDArray[np.int64], gauge:
         return
     certified = gauge.position_mm[face - 1]
     slope = float(np.polyfit(certified, along, 1)[0]) if np.ptp(certified) else 1.0
-    if abs(slope + 1.0) < 0.05:
+    if -1.5 < slope < -0.5:
         _refuse_reversed(along, certified, face, slope, path)
     reach = np.abs(certified - np.median(certified))
     wrong = np.abs(off_mm - middle) > tip + WRONG_GAUGE_MM + 1e-3 * reach

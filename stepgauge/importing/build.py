@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -12,16 +13,19 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge
 from stepgauge.importing.departures import from_target
-from stepgauge.importing.expected import Expected, expected_by_log, expected_by_program
+from stepgauge.importing.expected import Expected, check_beside, expected_by_log, expected_by_program
 from stepgauge.importing.faces import nearest_faces, tip_distance_mm
 from stepgauge.importing.log import ProbeLog
 from stepgauge.importing.matching import Match, match
 from stepgauge.moves import Program
 from stepgauge.numerals import number
 from stepgauge.placement import Placement
-from stepgauge.recording import APPROACH, OPTIONAL, POSITION, Recording
+from stepgauge.recording import APPROACH, OPTIONAL, POSITION, TEMPERATURE_C, Recording
+from stepgauge.units import temperature_hint, unit_hint
 
 Array = NDArray[np.float64]
+_OURS = ("import", "points", "probings", "log", "tip_radius_mm")
+"""Comments that an exported recording carries and that are made anew."""
 SURFACE_MM = 0.1
 """Points nearer to their faces than the smallest tip radius are surface points."""
 
@@ -58,6 +62,9 @@ def build_recording(
     options: ImportOptions,
 ) -> Import:
     """The recording of a log (see :func:`stepgauge.importing.import_log`)."""
+    stated = number(log.comments.get("tip_radius_mm", ""))
+    if log.tip_radius_mm is None and np.isfinite(stated):
+        log = replace(log, tip_radius_mm=float(stated))
     if gauge is not None and placement is not None:
         return _build_matched(log, gauge, placement, program, options)
     _check_end(log, options)
@@ -69,8 +76,10 @@ def _build_matched(
 ) -> Import:
     log = _one_placement(log)
     _check_directions(log, gauge, placement)
-    radius = options.tip_radius_mm or log.tip_radius_mm or placement.tip_radius_mm
-    surface = _is_surface(log, gauge, placement, options, radius)
+    check_beside(log, gauge, placement)
+    stated = options.tip_radius_mm or log.tip_radius_mm
+    surface = _is_surface(log, gauge, placement, options, stated or placement.tip_radius_mm)
+    radius = stated or placement.tip_radius_mm if surface else stated  # that of a placement is an effective one
     log = replace(log, surface=surface)
     if program is None:
         _check_end(log, options)
@@ -112,13 +121,13 @@ def _finish(
     report: list[str],
     options: ImportOptions,
 ) -> Import:
-    comments["log"] = f"{log.path} ({log.form})"
-    if gauge is not None:
-        comments |= {"gauge": gauge.table.name, "gauge_serial": gauge.table.serial}
+    comments["log"] = f"{Path(log.path).name} ({log.form})"
     if radius is not None:
         comments["tip_radius_mm"] = f"{radius:g}"
-    said = {key: value for key, value in log.comments.items() if key not in OPTIONAL and key != "import"}
-    comments = {**comments, **said, "import": "\n".join(report)}
+    said = {key: value for key, value in log.comments.items() if key not in (*OPTIONAL, *_OURS)}
+    ours = {} if gauge is None else {"gauge": gauge.table.name, "gauge_serial": gauge.table.serial}
+    # what the file says of its gauge stays, so that it is compared with the gauge that was given
+    comments = {**ours, **said, **comments, "import": "\n".join(report)}
     return Import(Recording(frame, comments, log.path), tuple(report))
 
 
@@ -162,14 +171,20 @@ def _check_directions(log: ProbeLog, gauge: Gauge, placement: Placement) -> None
     if stated is None or not (stated != face).any():
         return
     row = int((stated != face).argmax())
+    spans = [float(np.ptp(along)) for along in (log.position_mm @ placement.axis, _certified(stated, gauge))]
     swapped = float(np.mean(stated == np.where(face % 2 == 1, face + 1, face - 1)))
-    hint = " (fronts and backs are swapped)" if swapped > 0.5 else ""
+    hint = " (fronts and backs are swapped)" if swapped > 0.5 else unit_hint(*spans)
     raise InputError(
         log.at(row),
         f"the stated face is not the one that the point lies at{hint}",
         found=f"face {stated[row]:g}, {int((stated != face).sum())} of {len(log)} rows differ",
         expected=f"face {face[row]} of {gauge.table.name} as placed",
     )
+
+
+def _certified(face: Array, gauge: Gauge) -> Array:
+    known = (face >= 1) & (face <= gauge.n_faces)
+    return gauge.position_mm[face[known].astype(int) - 1] if known.any() else np.zeros(1)
 
 
 def _is_surface(
@@ -233,11 +248,27 @@ def _add_columns(frame: pd.DataFrame, log: ProbeLog, row: NDArray[np.int64], opt
             frame[name] = values[row]
     for name in OPTIONAL:
         value = number(log.comments.get(name, ""))
-        if np.isfinite(value) and name not in log.columns and (name != "time_s"):
+        if np.isfinite(value) and name not in log.columns and name != "time_s":
             frame[name] = value
+    for name in frame.columns:
+        if name.endswith("_C") and name in OPTIONAL:
+            _check_temperature(log, row, frame[name].to_numpy(float), name)
     if options.gauge_temperature_C is not None:
         frame["gauge_temperature_C"] = options.gauge_temperature_C
     frame["placement"] = frame["placement"].astype(np.int64)
+
+
+def _check_temperature(log: ProbeLog, row: NDArray[np.int64], values: Array, name: str) -> None:
+    low, high = TEMPERATURE_C
+    outside = (values < low) | (values > high)
+    if outside.any():
+        at = int(outside.argmax())
+        raise InputError(
+            log.at(row[at]),
+            f"{name} is no temperature in deg C",
+            found=f"{values[at]:g}",
+            expected=f"{low:g} to {high:g} deg C ({temperature_hint(float(values[at]))})",
+        )
 
 
 def _matched_words(log: ProbeLog, frame: pd.DataFrame, matched: Match) -> list[str]:

@@ -18,6 +18,8 @@ from stepgauge.units import unit_hint
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 FOREIGN = -1
+ACCEPTABLE = ("missing", "doubled", "order", "foreign")
+"""Kinds of departures that ``--accept`` knows."""
 SHOWN = 5
 """Further departures that a message names one by one."""
 
@@ -100,14 +102,16 @@ def refuse(comparison: Comparison, departures: Sequence[Departure]) -> NoReturn:
     """The error of the first departure, with a word on the others."""
     first, log, expected = departures[0], comparison.log, comparison.expected
     more = _more(comparison, departures[1:]) + _failures(log)
+    if first.kind in ACCEPTABLE:
+        more += f" (--accept {first.kind} takes it as it is)"
     if first.row >= len(log):
-        _refuse_end(comparison, first.point, len(expected) - len(departures), more)
+        _refuse_end(comparison, first.point, len(expected) - len(departures))
     if first.point >= len(expected) and comparison.keyed == "place":
         raise InputError(
             log.at(first.row),
             "the log goes on after the last point (two runs in one file?)",
             found=f"{len(log)} points",
-            expected=f"{len(expected)} of {expected.source}{more}",
+            expected=f"{len(expected)} of {expected.source} (--accept runs counts the cycles on){_failures(log)}",
         )
     if comparison.keyed == "place":
         _refuse_place(comparison, first, more)
@@ -164,7 +168,7 @@ def _refuse_named(comparison: Comparison, departure: Departure, more: str) -> No
     raise InputError(log.at(departure.row), what, found=called, expected=wanted + more)
 
 
-def _refuse_end(comparison: Comparison, point: int, points: int, more: str) -> NoReturn:
+def _refuse_end(comparison: Comparison, point: int, points: int) -> NoReturn:
     log, expected = comparison.log, comparison.expected
     line = f"program line {expected.line[point]}, " if expected.line[point] else ""
     raise InputError(
@@ -172,7 +176,7 @@ def _refuse_end(comparison: Comparison, point: int, points: int, more: str) -> N
         f"the log ends before point {point + 1} ({line}{expected.place(point)}): the run was stopped, or the file is"
         " cut",
         found=f"{points} points" + (f" and {log.cut}" if log.cut else ""),
-        expected=f"{len(expected)} of {expected.source}" + more,
+        expected=f"{len(expected)} of {expected.source}{_failures(log)} (--accept missing takes it as it is)",
     )
 
 

@@ -14,7 +14,7 @@ from collections import Counter
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.importing.log import ProbeLog
+from stepgauge.importing.log import ProbeLog, counted, unit_vectors
 from stepgauge.moves import ProbingSettings
 from stepgauge.programs.dmis import statements
 from stepgauge.programs.reading import Reader
@@ -60,6 +60,9 @@ class _Output:
         arguments = [part.strip() for part in (rest or "").split(",")]
         if kind == "FA" and major == "FEAT":
             self._measured(name or "", arguments)
+            return
+        if major == "TEXT":
+            self._text(rest or "")
             return
         action = getattr(self, f"_{major.lower()}", None)
         if action is None or (kind and major not in ("SNSDEF", "DATSET")):
@@ -111,9 +114,10 @@ class _Output:
             self.reader.fail("TIME not understood", found=repr(text), expected="hh:mm:ss")
         self.clock = clock.hour * 3600.0 + clock.minute * 60.0 + clock.second + clock.microsecond * 1e-6
 
-    def _text(self, arguments: list[str]) -> None:
-        key, colon, value = ",".join(arguments[1:]).strip().strip("'").partition(":")
-        if arguments[0].upper() == "OUTFIL" and colon:
+    def _text(self, rest: str) -> None:
+        where, _, words = rest.partition(",")
+        key, colon, value = words.strip().strip("'").partition(":")
+        if where.strip().upper() == "OUTFIL" and colon:
             self.comments[key.strip()] = value.strip()
         else:
             self.dropped["TEXT"] += 1
@@ -127,7 +131,7 @@ class _Output:
         if abs(size - 1.0) > _UNIT_LENGTH:
             self.reader.fail(f"the normal of FA({name}) is not a unit vector", found=f"length {size:.4f}", expected="1")
         self.points.append([value * self._scale() for value in values[:3]])
-        self.normals.append([value / size for value in values[3:]])
+        self.normals.append(values[3:])
         self.labels.append(name)
         self.lines.append(self.reader.line)
         self.seconds.append(np.nan if self.clock is None else self.clock)
@@ -153,7 +157,7 @@ def read(text: str, path: str) -> ProbeLog:
         np.array(output.points),
         np.array(output.lines),
         label=output.labels,
-        approach=-np.array(output.normals) + 0.0,
+        approach=-unit_vectors(np.array(output.normals)) + 0.0,
         time_s=clock,
         columns=columns,
         comments=output.comments,
@@ -162,7 +166,7 @@ def read(text: str, path: str) -> ProbeLog:
         cut="no ENDFIL" if output.header and not output.ended else "",
         dropped=sum(1 for line in lines if not line.split("$$")[0].strip()),
         mapped=_mapped(output, columns, clock),
-        left_out=(*output.notes, *(f"dropped: {count} {name}" for name, count in sorted(output.dropped.items()))),
+        left_out=(*output.notes, *counted(output.dropped)),
     )
 
 

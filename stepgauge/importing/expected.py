@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 
 from stepgauge.gauge import Gauge
 from stepgauge.importing.alignment import align
-from stepgauge.importing.faces import Where, cycles_of, faces_met, faces_touched, probed_faces
+from stepgauge.importing.faces import (
+    Where,
+    check_mostly_on_blocks,
+    cycles_of,
+    faces_met,
+    faces_touched,
+    probed_faces,
+)
 from stepgauge.importing.log import ProbeLog
 from stepgauge.moves import Program
 from stepgauge.placement import Placement
@@ -92,11 +99,19 @@ def expected_by_program(program: Program, gauge: Gauge, placement: Placement) ->
     )
 
 
+def _where(log: ProbeLog) -> Where:
+    at = [log.at(row) for row in range(len(log))]
+    return Where(at, "the probing", "point", "points of this gauge in this placement")
+
+
+def check_beside(log: ProbeLog, gauge: Gauge, placement: Placement) -> None:
+    """:class:`InputError` where most rows lie beside the blocks: another placement, or another unit."""
+    check_mostly_on_blocks(log.position_mm, gauge, placement, _where(log))
+
+
 def faces_of_log(log: ProbeLog, gauge: Gauge, placement: Placement) -> Rows:
     """The face of every row of a log, from its approaches where it has them, else from its positions."""
-    where = Where(
-        [log.at(row) for row in range(len(log))], "the probing", "point", "points of this gauge in this placement"
-    )
+    where = _where(log)
     if log.approach is None or log.surface:
         return faces_touched(log.position_mm, gauge, placement, where)
     return faces_met(log.position_mm, log.approach, gauge, placement, where)
@@ -130,16 +145,22 @@ def _likeliest_order(face: Rows) -> tuple[str, Rows, Rows] | None:
     seen, count = np.unique(face, return_counts=True)
     usual = seen[count > count.max() // 2]
     best: tuple[int, str, Rows, Rows] | None = None
-    for cycles in sorted({int(np.median(count)), int(count.max())}):
+    for cycles in sorted({int(np.median(count)), int(count.max())}, reverse=True):
         for order in ORDERS:
             options = PlanOptions((int(seen[0]) + 1) // 2, (int(seen[-1]) + 1) // 2, order=order, cycles=cycles)
             planned = np.array([pair for pair in faces_in_order(options) if pair[1] in usual], dtype=np.int64)
             pairs = align(planned[:, 1].tolist(), face.tolist())
             if pairs is not None:
-                edits = len(planned) + len(face) - 2 * len(pairs)
+                edits = _edits(len(planned), len(face), pairs)
                 if best is None or edits < best[0]:
                     best = edits, f"the order '{order}' of {cycles} cycles", planned[:, 1], planned[:, 0]
     return None if best is None or best[0] > MOST_DIFFERENT * len(face) else best[1:]
+
+
+def _edits(planned: int, rows: int, pairs: Rows) -> int:
+    """Points missing and rows too much; what a log lacks at its end counts as one, for it is one event."""
+    end = planned - 1 - int(pairs[-1, 0]) if len(pairs) else 0
+    return planned + rows - 2 * len(pairs) - end + int(end > 0)
 
 
 def _mean_place(position_mm: Array, face: Rows, wanted: Rows) -> Array:

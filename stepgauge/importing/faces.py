@@ -152,6 +152,14 @@ def _check_approach(along: Array, where: Where) -> None:
         )
 
 
+def check_mostly_on_blocks(position_mm: Array, gauge: Gauge, placement: Placement, where: Where) -> None:
+    """:class:`InputError` where most points lie beside the blocks; a few may be points of something else."""
+    tip = placement.to_gauge(gauge, position_mm)
+    half = np.array([gauge.table.block_width_mm, gauge.table.block_height_mm]) / 2.0
+    if (np.abs(tip[:, 1:]) > half).any(axis=1).mean() > 0.5:
+        _check_on_face(tip, gauge, where)
+
+
 def _check_on_face(tip: Array, gauge: Gauge, where: Where) -> None:
     half = np.array([gauge.table.block_width_mm, gauge.table.block_height_mm]) / 2.0
     beside = (np.abs(tip[:, 1:]) > half).any(axis=1)

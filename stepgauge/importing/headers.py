@@ -11,6 +11,7 @@ from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION
 from stepgauge.units import Unit, find_unit
 
 NORMAL = ["normal_i", "normal_j", "normal_k"]
+DIRECTIONS = (*APPROACH, *NORMAL)
 TARGETS = [*POSITION, *APPROACH, *NORMAL, *COUNTS, *OPTIONAL[1:]]
 """What a column may be mapped to."""
 QUANTITY = {
@@ -60,7 +61,7 @@ def read_header(cells: Sequence[str], mapping: Mapping[str, str]) -> list[Column
     chosen = {header.casefold(): target for target, header in mapping.items()}
     columns = []
     for place, header in enumerate(cells):
-        name, unit = split_unit(header)
+        name, unit = (header.strip(), None) if _target(header) in DIRECTIONS else split_unit(header)  # the k of i, j, k
         target = chosen.get(header.casefold()) or chosen.get(name.casefold())
         if target is None:
             target = header.strip() if header.strip() in TARGETS else _target(name)

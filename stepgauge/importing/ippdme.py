@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.importing.log import ProbeLog
+from stepgauge.importing.log import ProbeLog, counted, unit_vectors
 from stepgauge.numerals import number
 from stepgauge.recording import comment_lines
 
@@ -58,8 +58,9 @@ class _Session:
         self.state: dict[str, float] = {}
         self.states: list[dict[str, float]] = []
         self.dropped: Counter[str] = Counter()
-        self.days, self.last_s = 0, -math.inf
+        self.days, self.last_s, self.start_s = 0, -math.inf, math.nan
         self.ended = False
+        self.seconds = math.nan
 
     def fail(self, what: str, found: object = None, expected: object = None) -> NoReturn:
         raise InputError(f"{self.path}:{self.line}", what, found=found, expected=expected)
@@ -71,10 +72,12 @@ class _Session:
             self.dropped["lines without a tag"] += 1
             return
         tag, rest = match["tag"], match["rest"].strip()
+        self.seconds = self._seconds(match["before"])
+        self.start_s = self.seconds if math.isnan(self.start_s) else self.start_s
         if tag.startswith("E"):
             self.dropped["events"] += 1
         elif rest[0] in "&%#!":
-            self._answer(tag, rest[0], rest[1:].strip(), match["before"])
+            self._answer(tag, rest[0], rest[1:].strip())
         else:
             self._command(tag, rest)
 
@@ -87,28 +90,33 @@ class _Session:
             self._unanswered(waiting)
         self.open[tag] = _Command(self.line, match[1], match[2])
         self.ended |= match[1] == "EndSession"
+        if match[1] == "SetProp":
+            self._note_temperatures(dict(_FIELD.findall(match[2])))
 
-    def _answer(self, tag: str, kind: str, rest: str, before: str) -> None:
+    def _answer(self, tag: str, kind: str, rest: str) -> None:
         command = self.open.get(tag)
         if command is None:
             self.dropped["answers without a command"] += 1
             return
         if kind == "#":
-            self._data(command, rest, before)
+            self._data(command, rest)
         elif kind == "!":
             command.failed = rest
             self.failures.append((self.line, f"{command.name}: {rest}"))
         elif kind == "%":
             self._complete(self.open.pop(tag))
 
-    def _data(self, command: _Command, rest: str, before: str) -> None:
+    def _data(self, command: _Command, rest: str) -> None:
         found = dict(_FIELD.findall(rest))
         if not found or rest.count("(") != rest.count(")"):
             self.fail("the answer is cut, or not understood", found=repr(rest[:60]), expected="# X(..), Y(..), Z(..)")
         command.fields |= found
         command.answer_line = self.line
-        command.seconds = self._seconds(before)
-        for name, value in found.items():
+        command.seconds = self.seconds
+        self._note_temperatures(found)
+
+    def _note_temperatures(self, fields: dict[str, str]) -> None:
+        for name, value in fields.items():
             if name.lower() in _TEMPERATURES:
                 self.state[_TEMPERATURES[name.lower()]] = self._number(value, name)
 
@@ -171,14 +179,14 @@ def read(text: str, path: str) -> ProbeLog:
         position,
         np.array([point.answer_line for point in session.points]),
         approach=_approaches(session),
-        time_s=seconds - seconds[0] if timed else None,
+        time_s=(seconds - session.start_s).round(6) if timed else None,
         columns=columns,
         comments=comments,
         cut="" if session.ended else "no EndSession()",
         failures=tuple(session.failures),
         dropped=sum(1 for line in lines if not line.strip() or line.lstrip().startswith("#")),
         mapped=("X, Y, Z are tip centres, approach = minus IJK" + (", time_s from the clock" if timed else ""), *kept),
-        left_out=tuple(f"dropped: {count} {name}" for name, count in sorted(session.dropped.items())),
+        left_out=counted(session.dropped),
     )
 
 
@@ -198,8 +206,8 @@ def _approaches(session: _Session) -> Array | None:
         normal = np.array([session._number(part, "IJK") for part in stated.split(",")])
         if normal.shape != (3,) or np.linalg.norm(normal) < 1e-9:
             session.fail("IJK is no direction", found=stated, expected="three numbers, not all 0")
-        approach[row] = -normal / np.linalg.norm(normal) + 0.0
-    return approach
+        approach[row] = -normal
+    return unit_vectors(approach) + 0.0
 
 
 def _columns(session: _Session) -> tuple[dict[str, Array], tuple[str, ...]]:

@@ -63,3 +63,16 @@ class ProbeLog:
     def at(self, row: int) -> str:
         """``file:line`` of a row (counted from 0)."""
         return f"{self.path}:{self.line[row]}"
+
+
+def unit_vectors(vectors: Array) -> Array:
+    """Rows scaled to length 1; rows whose printed digits are those of a unit vector are left as they are."""
+    size = np.linalg.norm(vectors, axis=1)
+    return np.where(np.abs(size - 1.0)[:, None] < 1e-9, vectors, vectors / size[:, None])
+
+
+def counted(dropped: Mapping[str, int]) -> tuple[str, ...]:
+    """Words on what was left out, how often each."""
+    if not dropped:
+        return ()
+    return ("dropped: " + ", ".join(f"{count} {name}" for name, count in sorted(dropped.items())),)

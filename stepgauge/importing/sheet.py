@@ -19,7 +19,7 @@ from stepgauge.errors import InputError
 from stepgauge.importing.cells import Cell, Cells, mark_of, read_text_cells, read_workbook_cells
 from stepgauge.importing.clock import seconds_of
 from stepgauge.importing.headers import NORMAL, QUANTITY, Column, check_columns, read_header, with_units
-from stepgauge.importing.log import ProbeLog
+from stepgauge.importing.log import ProbeLog, unit_vectors
 from stepgauge.numerals import Numerals, looks_numeric
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, comment_lines
 from stepgauge.units import Unit, find_unit
@@ -83,6 +83,7 @@ def read_sheet(path: str | Path, kind: str, layout: TableLayout) -> ProbeLog:
     approach, words = _approach(table, layout)
     columns, kept, left_out = _further(table, layout)
     time = table.column("time_s")
+    comments = comment_lines(cells.comments)
     return ProbeLog(
         str(path),
         "table" if kind == "csv" else "workbook",
@@ -91,8 +92,8 @@ def read_sheet(path: str | Path, kind: str, layout: TableLayout) -> ProbeLog:
         approach=approach,
         time_s=None if time is None else _time(table, time),
         columns=columns,
-        comments=comment_lines(cells.comments),
-        surface=None,
+        comments=comments,
+        surface={"surface": True, "tip centres": False}.get(comments.get("points", "")),
         dropped=cells.blank + len(cells.comments),
         mapped=(*cells.notes, *_mapped(table, layout), *words, *kept),
         left_out=left_out,
@@ -132,6 +133,9 @@ def _find_header(cells: Cells, layout: TableLayout) -> tuple[int, list[Column]]:
             return at, columns
         if sum(bool(name) and not looks_numeric(name) for name in names) > len(best):
             best = [name for name in names if name]
+    unknown = [header for header in layout.columns.values() if best and header not in best]
+    if unknown:
+        raise InputError(cells.path, f"there is no column {unknown[0]!r}", found=", ".join(best)[:200])
     raise InputError(
         cells.path,
         "no row names the columns x, y and z",
@@ -203,8 +207,7 @@ def _approach(table: _Table, layout: TableLayout) -> tuple[Array | None, tuple[s
             raise InputError(
                 table.at(row), "the direction is not a unit vector", found=f"length {size[row]:.4f}", expected="1"
             )
-        exact = np.abs(size - 1.0) < 1e-9
-        return sign * np.where(exact[:, None], vector, vector / size[:, None]) + 0.0, (words,)
+        return sign * unit_vectors(vector) + 0.0, (words,)
     return None, ()
 
 
@@ -255,10 +258,15 @@ def _counts(table: _Table, column: Column) -> NDArray[np.int64]:
 def _mapped(table: _Table, layout: TableLayout) -> list[str]:
     words = []
     for column in table.columns:
-        if column.target is None:
+        if column.target is None or column.header == column.target:
             continue
         quantity = QUANTITY.get(column.target)
         unit = _unit(column, layout).name if quantity else ""
         words.append(f"{column.header} -> {column.target}{f' (from {unit})' if unit else ''}")
     decimal = "comma" if table.decimal == "," else "point"
-    return [f"decimal {decimal}", f"mapped: {', '.join(words)}"]
+    same = [column.header for column in table.columns if column.target == column.header]
+    return [
+        f"decimal {decimal}",
+        *([f"mapped: {', '.join(words)}"] if words else []),
+        *([f"taken as named: {', '.join(same)}"] if same else []),
+    ]
