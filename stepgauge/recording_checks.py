@@ -7,7 +7,7 @@ evidence.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +47,7 @@ def check_recording(recording: Recording, gauge: Gauge) -> None:
 
 def check_gauge(recording: Recording, gauge: Gauge) -> None:
     """Serial number and highest face of the recording against the gauge's."""
-    serial = stated_serial(recording)
+    serial = stated_serial(recording.comments)
     if serial not in (None, gauge.table.serial):
         raise InputError(
             recording.path,
@@ -65,12 +65,12 @@ def check_gauge(recording: Recording, gauge: Gauge) -> None:
         )
 
 
-def stated_serial(recording: Recording) -> str | None:
+def stated_serial(comments: Mapping[str, str]) -> str | None:
     """The gauge's serial number that a recording states in its comments (``gauge_serial`` or ``serial``)."""
     for key in ("gauge_serial", "serial"):
-        if key in recording.comments:
-            return recording.comments[key].strip()
-    match = re.search(r"\bserial[: ]+(\S+)", recording.comments.get("gauge", ""))
+        if key in comments:
+            return comments[key].strip()
+    match = re.search(r"\bserial[: ]+(\S+)", comments.get("gauge", ""))
     return match[1] if match else None
 
 

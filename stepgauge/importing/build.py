@@ -21,6 +21,7 @@ from stepgauge.moves import Program
 from stepgauge.numerals import number
 from stepgauge.placement import Placement
 from stepgauge.recording import APPROACH, OPTIONAL, POSITION, TEMPERATURE_C, Recording
+from stepgauge.recording_checks import stated_serial
 from stepgauge.units import temperature_hint, unit_hint
 
 Array = NDArray[np.float64]
@@ -125,8 +126,9 @@ def _finish(
     if radius is not None:
         comments["tip_radius_mm"] = f"{radius:g}"
     said = {key: value for key, value in log.comments.items() if key not in (*OPTIONAL, *_OURS)}
-    ours = {} if gauge is None else {"gauge": gauge.table.name, "gauge_serial": gauge.table.serial}
-    # what the file says of its gauge stays, so that it is compared with the gauge that was given
+    ours: dict[str, str] = {}
+    if gauge is not None and stated_serial(said) is None:  # else it is compared with the gauge that was given
+        ours = {"gauge": gauge.table.name, "gauge_serial": gauge.table.serial}
     comments = {**ours, **said, **comments, "import": "\n".join(report)}
     return Import(Recording(frame, comments, log.path), tuple(report))
 

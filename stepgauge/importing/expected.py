@@ -58,9 +58,8 @@ class Expected:
     def tiled(self, runs: int) -> Expected:
         """The same points several times over; the cycles count on."""
         cycle = np.concatenate([self.cycle + run * int(self.cycle.max()) for run in range(runs)])
-        arrays: dict[str, Any] = {
-            name: np.concatenate([getattr(self, name)] * runs) for name in ("face", "target_mm", "approach")
-        }
+        names = ("face", "line", "target_mm", "approach")
+        arrays: dict[str, Any] = {name: np.concatenate([getattr(self, name)] * runs) for name in names}
         return replace(self, cycle=cycle, name=tuple(self.name) * runs, **arrays)
 
     def at_surface(self, tip_radius_mm: float) -> Expected:
@@ -143,7 +142,7 @@ def expected_by_log(log: ProbeLog, gauge: Gauge, placement: Placement) -> Expect
 def _likeliest_order(face: Rows) -> tuple[str, Rows, Rows] | None:
     """Name, faces and cycles of the order with the fewest differences; None where all differ too much."""
     seen, count = np.unique(face, return_counts=True)
-    usual = seen[count > count.max() // 2]
+    usual = seen[2 * count >= count.max()]
     best: tuple[int, str, Rows, Rows] | None = None
     for cycles in sorted({int(np.median(count)), int(count.max())}, reverse=True):
         for order in ORDERS:

@@ -117,7 +117,7 @@ def _temperature(words: Sequence[str]) -> str | None:
 def with_units(columns: Sequence[Column], units: Sequence[str]) -> list[Column]:
     """The columns with the units of a row of units below the header."""
     return [
-        replace(column, unit=find_unit(unit) or column.unit) if unit else column
+        replace(column, unit=find_unit(unit.strip("[]()")) or column.unit) if unit else column
         for column, unit in zip(columns, [*units, *[""] * len(columns)], strict=False)
     ]
 

@@ -83,7 +83,7 @@ class _Session:
 
     def _command(self, tag: str, rest: str) -> None:
         match = _COMMAND.fullmatch(rest)
-        if match is None:
+        if match is None or rest.count("(") != rest.count(")"):
             self.fail("the command is cut, or not understood", found=repr(rest[:60]), expected="PtMeas(X(..), ..)")
         waiting = self.open.pop(tag, None)
         if waiting is not None and waiting.name == "PtMeas":
