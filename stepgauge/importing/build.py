@@ -21,12 +21,14 @@ from stepgauge.moves import Program
 from stepgauge.numerals import number
 from stepgauge.placement import Placement
 from stepgauge.recording import APPROACH, OPTIONAL, POSITION, TEMPERATURE_C, Recording
-from stepgauge.recording_checks import stated_serial
+from stepgauge.recording_checks import LARGEST_RADIUS_MM, axis_from_approaches, stated_serial
 from stepgauge.units import temperature_hint, unit_hint
 
 Array = NDArray[np.float64]
 _OURS = ("import", "points", "probings", "log", "tip_radius_mm")
 """Comments that an exported recording carries and that are made anew."""
+CLEAR = 0.25
+"""Points are at the surface, or a tip radius before it, if they are nearer to that than this share of the radius."""
 SURFACE_MM = 0.1
 """Points nearer to their faces than the smallest tip radius are surface points."""
 
@@ -79,7 +81,15 @@ def _build_matched(
     _check_directions(log, gauge, placement)
     check_beside(log, gauge, placement)
     stated = options.tip_radius_mm or log.tip_radius_mm
-    surface = _is_surface(log, gauge, placement, options, stated or placement.tip_radius_mm)
+    before_mm = tip_distance_mm(log.position_mm, gauge, placement)
+    surface = _is_surface(log, before_mm, options, stated or placement.tip_radius_mm)
+    if surface is None:
+        raise InputError(
+            log.path,
+            "whether the points are tip centres is not stated, and their distance from the faces does not show it",
+            found=f"{before_mm:.4f} mm before the certified faces on average",
+            expected="--points centres or --points surface",
+        )
     radius = stated or placement.tip_radius_mm if surface else stated  # that of a placement is an effective one
     log = replace(log, surface=surface)
     if program is None:
@@ -103,13 +113,17 @@ def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) ->
             found=f"no {', '.join([*lacking, *(['direction'] if log.approach is None else [])])}",
             expected="--gauge and --placement (faces follow from the positions), and --program where it is known",
         )
-    surface = bool(log.surface if options.surface is None else options.surface)
     radius = options.tip_radius_mm or log.tip_radius_mm
+    found = _is_surface(log, _width_radius_mm(log, gauge), options, radius)
+    surface = bool(found)
     position = log.position_mm - _radius(radius, log) * log.approach if surface else log.position_mm
     frame = pd.DataFrame({"placement": options.placement, "cycle": log.columns["cycle"], "face": log.columns["face"]})
     frame[POSITION], frame[APPROACH] = position, log.approach
     _add_columns(frame, log, np.arange(len(log)), options)
-    report = [f"{log.form}: {len(log)} rows, faces as stated", *_surface_words(surface, radius, log)]
+    words = (
+        _surface_words(surface, radius, log) if found is not None else ["points are taken as tip centres (not stated)"]
+    )
+    report = [f"{log.form}: {len(log)} rows, faces as stated", *words]
     return _finish(log, frame, gauge, radius, {}, [*report, *log.mapped, *_dropped(log)], options)
 
 
@@ -189,28 +203,35 @@ def _certified(face: Array, gauge: Gauge) -> Array:
     return gauge.position_mm[face[known].astype(int) - 1] if known.any() else np.zeros(1)
 
 
-def _is_surface(
-    log: ProbeLog, gauge: Gauge, placement: Placement, options: ImportOptions, radius: float | None
-) -> bool:
-    """Whether the points are compensated by the tip radius: as stated, checked against the gauge; else as it shows."""
-    before_mm = tip_distance_mm(log.position_mm, gauge, placement)
-    limit = radius / 2.0 if radius else SURFACE_MM
-    shows = None if np.isnan(before_mm) or abs(before_mm) > 3.0 * max(radius or 0.0, 10.0) else before_mm < limit
+def _width_radius_mm(log: ProbeLog, gauge: Gauge | None) -> float:
+    """Half of how much wider than certified the blocks are read: the tip radius for tip centres; NaN if unknown."""
+    face = log.columns["face"].astype(np.int64)
+    sides = [face % 2 == side for side in (1, 0)]
+    if gauge is None or log.approach is None or face.max() > gauge.n_faces or not all(side.any() for side in sides):
+        return float("nan")
+    axis = axis_from_approaches(list(log.approach.T), face, log.path)
+    off_mm = log.position_mm @ axis - gauge.position_mm[face - 1]
+    front, back = (float(np.median(off_mm[side])) for side in sides)
+    return (back - front) / 2.0
+
+
+def _is_surface(log: ProbeLog, before_mm: float, options: ImportOptions, radius: float | None) -> bool | None:
+    """Whether the points are compensated by the tip radius: as stated, checked against the gauge; else as it shows.
+
+    ``before_mm``: how far before the certified faces they stand, NaN if unknown. None: neither stated nor to be seen.
+    """
+    limit = CLEAR * radius if radius else SURFACE_MM
+    at_centre = abs(before_mm - radius) < limit if radius else limit <= before_mm < LARGEST_RADIUS_MM
+    shows = True if abs(before_mm) < limit else False if at_centre else None
     stated = log.surface if options.surface is None else options.surface
     if stated is None:
-        if shows is None:
-            raise InputError(
-                log.path,
-                "the file does not say whether its points are tip centres",
-                expected="--points centres or --points surface",
-            )
         return shows
     if shows is not None and radius and shows != stated:
         kinds = ("tip centres", "compensated by the tip radius")
         raise InputError(
             log.path,
             f"the points are said to be {kinds[stated]}, but they are {kinds[shows]}",
-            found=f"points {before_mm:.4f} mm before the faces of {gauge.table.name} on average",
+            found=f"points {before_mm:.4f} mm before the certified faces on average",
             expected=f"about {0.0 if stated else radius:g} mm with a tip radius of {radius:g} mm",
         )
     return stated
@@ -302,4 +323,4 @@ def _surface_words(surface: bool, radius: float | None, log: ProbeLog) -> list[s
 
 
 def _dropped(log: ProbeLog) -> list[str]:
-    return [*log.left_out, f"dropped: {log.dropped} lines that are blank or comments"]
+    return [*log.left_out, *([f"dropped: {log.dropped} lines that are blank or comments"] if log.dropped else [])]

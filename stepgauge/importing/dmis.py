@@ -22,7 +22,7 @@ from stepgauge.units import LENGTH_MM
 
 Array = NDArray[np.float64]
 _STATEMENT = re.compile(r"(?:([A-Z]+)\(([^()]*)\)\s*=\s*)?([A-Z]+)(?:\s*[/=]\s*(.*))?", re.IGNORECASE | re.DOTALL)
-_UNITS = {"MM": "mm", "CM": "cm", "M": "m", "INCH": "inch"}
+_MM = {"MM": 1.0, "CM": 10.0, "M": 1000.0, "INCH": LENGTH_MM["inch"]}
 _POINT = re.compile(r"C(\d+)F(\d+)|P(\d+)C(\d+)F(\d+)", re.IGNORECASE)
 _UNIT_LENGTH = 0.01
 """Normals are printed with a few digits; a vector this far from length 1 is no direction."""
@@ -72,9 +72,9 @@ class _Output:
 
     def _units(self, arguments: list[str]) -> None:
         name = arguments[0].upper()
-        if name not in _UNITS:
-            self.reader.fail("unit of length not understood", found=f"UNITS/{name}", expected=", ".join(_UNITS))
-        self.mm = LENGTH_MM[_UNITS[name]]
+        if name not in _MM:
+            self.reader.fail("unit of length not understood", found=f"UNITS/{name}", expected=", ".join(_MM))
+        self.mm = _MM[name]
 
     def _prcomp(self, arguments: list[str]) -> None:
         state = arguments[0].upper()
@@ -171,7 +171,7 @@ def read(text: str, path: str) -> ProbeLog:
 
 
 def _mapped(output: _Output, columns: dict[str, Array], clock: Array | None) -> tuple[str, ...]:
-    unit = "mm (not stated)" if output.mm is None else f"UNITS of {output.mm:g} mm"
+    unit = "mm (not stated)" if output.mm is None else next(u for u, mm in _MM.items() if mm == output.mm)
     state = {None: "not stated", True: "on", False: "off"}[output.surface]
     words = [f"FA() in {unit}, PRCOMP {state}; approach = minus the normal i,j,k"]
     if columns:

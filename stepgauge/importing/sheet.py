@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -95,13 +95,15 @@ def read_sheet(path: str | Path, kind: str, layout: TableLayout) -> ProbeLog:
         comments=comments,
         surface={"surface": True, "tip centres": False}.get(comments.get("points", "")),
         dropped=cells.blank + len(cells.comments),
-        mapped=(*cells.notes, *_mapped(table, layout), *words, *kept),
+        mapped=(*table.cells.notes, *_mapped(table, layout), *words, *kept),
         left_out=left_out,
     )
 
 
 def _make_table(cells: Cells, layout: TableLayout) -> _Table:
     at, columns = _find_header(cells, layout)
+    if at:
+        cells = replace(cells, notes=(*cells.notes, f"dropped: {at} rows above the header"))
     body = list(zip(cells.rows, cells.lines, strict=True))[at + 1 :]
     if body and _is_units(body[0][0]):
         columns = with_units(columns, [str(cell) for cell in body[0][0]])

@@ -165,8 +165,12 @@ def test_points_of_one_side_are_not_those_of_the_other(tmp_path_factory) -> None
     text = path.read_text()
     assert "# points: surface" in text
     path.write_text(text.replace("# points: surface\n", ""))
-    with pytest.raises(InputError, match="compensated by the tip radius, not tip centres; found an effective"):
-        case.stated(path, "csv")
-    options = ImportOptions(surface=True)
-    back = import_log(path, "csv", case.gauge, None, None, options).recording
-    same(back, case.recording, [])
+    unsaid = case.stated(path, "csv")  # the width of the blocks shows it
+    assert "surface points, turned back into tip centres with the tip radius 1.5 mm" in unsaid.report
+    same(unsaid.recording, case.recording, [])
+    with pytest.raises(
+        InputError, match=r"said to be tip centres, but they are compensated .*found points -0.00\d+ mm"
+    ):
+        import_log(path, "csv", case.gauge, None, None, ImportOptions(surface=False))
+    unseen = import_log(path, "csv")  # without a gauge nothing shows
+    assert "points are taken as tip centres (not stated)" in unseen.report
