@@ -13,7 +13,7 @@ from pathlib import Path
 
 import openpyxl
 
-from stepgauge.exporting import ExportOptions, export_recording, write_export
+from stepgauge.exporting import Export, ExportOptions, export_recording, write_export
 from stepgauge.files import write_text
 from stepgauge.gauge import read_gauge
 from stepgauge.machine import Conditions, run_program
@@ -68,16 +68,23 @@ def workbook(recording: Recording, path: Path) -> None:
     book.save(path)
 
 
+def bare(export: Export) -> bytes:
+    """A log as the machine itself writes it, without the comments that stepgauge puts above."""
+    lines = export.content.splitlines(keepends=True)
+    return b"".join(line for line in lines if not line.startswith(b"#"))
+
+
 def main() -> None:
     """Write all files beside this one."""
     recording = measure()
-    bare = Recording(recording.frame, {"seed": "3"}, "measurement")
     write_export(HERE / "dmis.dmo", export_recording(recording, "dmis", ExportOptions(surface=True)))
-    write_export(HERE / "ippdme.log", export_recording(bare, "ippdme"))
-    write_export(HERE / "linuxcnc-log.txt", export_recording(bare, "linuxcnc"))
-    write_export(
-        HERE / "linuxcnc-probeopen.txt", export_recording(bare, "linuxcnc", ExportOptions(log_form="probeopen"))
-    )
+    for name, form, log_form in (
+        ("ippdme.log", "ippdme", "log"),
+        ("linuxcnc-log.txt", "linuxcnc", "log"),
+        ("linuxcnc-probeopen.txt", "linuxcnc", "probeopen"),
+    ):
+        export = export_recording(recording, form, ExportOptions(log_form=log_form))
+        (HERE / name).write_bytes(bare(export))
     (HERE / "protokoll.csv").write_bytes(german_table(recording).encode("cp1252"))
     workbook(recording, HERE / "points.xlsx")
 
