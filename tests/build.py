@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import signal
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,6 +118,11 @@ def make_points(gauge: Gauge, pose: Pose, radius: float, blocks: tuple[int, int]
             (back + radius, ds[7], du[7]),
         ]
     return pose.place(np.array(points))
+
+
+def heed_interrupts() -> None:
+    """For a child process: a shell that starts the tests in the background makes it ignore Ctrl-C otherwise."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 angles = st.floats(-np.pi, np.pi)

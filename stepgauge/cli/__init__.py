@@ -55,6 +55,8 @@ VERBS = {
     "import": ("stepgauge.cli.import_", "a controller's log, DMIS output, a table -> a recording"),
     "export": ("stepgauge.cli.export", "recording -> DMIS, I++ DME, LinuxCNC, CSV, Excel"),
     "evaluate": ("stepgauge.cli.evaluate", "recording + certificate -> errors with two-sigma bands"),
+    "iso10360": ("stepgauge.cli.iso10360", "recordings in seven positions -> length measurement test of ISO 10360-2"),
+    "iso230": ("stepgauge.cli.iso230", "recording along an axis -> positioning accuracy of ISO 230-2"),
     "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> what is wrong with the model"),
     "uncertainty": ("stepgauge.cli.uncertainty", "how sure the errors are: Monte Carlo of a program or a recording"),
     "effects": ("stepgauge.cli.effects", "what can bend a machine's readings: equations, parameters, units"),

@@ -185,12 +185,12 @@ def _placement(result: dict[str, Any]) -> dict[str, Any]:
     return {
         "number": str(result["placement"]),
         "caption": f"Placement {result['placement']}: {describe(result)}",
-        "figure": _svg(evaluation_figure(result)),
+        "figure": figure_svg(evaluation_figure(result)),
         "faces": [_face(row) for row in result["faces"]],
     }
 
 
-def _svg(figure: Figure) -> str:
+def figure_svg(figure: Figure) -> str:
     """A figure as SVG, letters as outlines: no font is needed to show it, and the same data give the same text."""
     buffer = io.StringIO()
     with figure_style():

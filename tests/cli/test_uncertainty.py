@@ -30,6 +30,7 @@ from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
 from stepgauge.recording import read_recording, write_recording
 from stepgauge.resources import find_data
+from tests.build import heed_interrupts
 
 
 @pytest.fixture
@@ -98,7 +99,9 @@ def stepgauge(*arguments: str) -> subprocess.CompletedProcess[str]:
 @pytest.mark.skipif(os.name != "posix", reason="sends SIGINT to a process")
 def test_an_interrupted_command_goes_on_when_it_is_repeated(folder: Path) -> None:
     arguments = [sys.executable, "-m", "stepgauge", *command(folder, "recording.csv", "--jobs", "2", "--runs", "20000")]
-    process = subprocess.Popen([*arguments, "-o", str(folder / "a")], stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [*arguments, "-o", str(folder / "a")], stderr=subprocess.PIPE, text=True, preexec_fn=heed_interrupts
+    )
     done = folder / "a" / ".uncertainty-runs" / "done.u8"
     waited_until = time.monotonic() + 60
     while not (done.exists() and 1 in done.read_bytes()) and time.monotonic() < waited_until:

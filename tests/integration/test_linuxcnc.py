@@ -21,6 +21,7 @@ from stepgauge.programs import DIALECTS, read_program
 from stepgauge.programs.render import render
 from stepgauge.recording import read_recording
 from stepgauge.tables import read_numbers
+from tests.build import heed_interrupts
 from tests.conftest import ROOT
 from tests.test_import_linuxcnc import make_setup
 
@@ -157,7 +158,8 @@ def test_the_controller_stops_where_the_gauge_was_not_expected(tmp_path: Path, s
 
 
 def test_an_interrupted_run_leaves_no_process_behind(tmp_path: Path):
-    process = subprocess.Popen(command(tmp_path / "out"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    process = subprocess.Popen(command(tmp_path / "out"), **pipes, text=True, preexec_fn=heed_interrupts)
     deadline = time.monotonic() + 60.0
     while not {"milltask", "rtapi_app"} <= processes() and time.monotonic() < deadline:
         time.sleep(0.1)
