@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 _PLAIN = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_DIGITS = re.compile(r"[\d.,]+")
 _EXPONENT = re.compile(r"[eE][-+]?\d+$")
 _SPACES = dict.fromkeys(map(ord, "\u00a0\u2009\u202f"), " ")
 _MINUS = {ord("\u2212"): "-", ord("\u2013"): "-"}
@@ -26,6 +27,9 @@ class Numerals:
 
     def number(self, text: str) -> float:
         """The number of a cell; NaN where the cell is none, or its thousands are not in groups of three."""
+        plain = text if self.decimal == "." else text.replace(",", ".") if "." not in text else ""
+        if _PLAIN.fullmatch(plain):
+            return float(plain)
         text = tidy(text)
         mark = "," if self.decimal == "." else "."
         whole, point, rest = text.partition(self.decimal)
@@ -45,7 +49,7 @@ def looks_numeric(text: str) -> bool:
     return math.isfinite(Numerals(".").number(text)) or math.isfinite(Numerals(",").number(text))
 
 
-def decimal_mark(cells: Iterable[str]) -> str | None:
+def decimal_mark(cells: Sequence[str]) -> str | None:
     """The decimal mark that the cells of a table prove, or None where ``1,234`` may be both.
 
     A mark is a decimal one where it cannot group thousands: not three digits behind it, a zero alone or nothing before
@@ -53,10 +57,12 @@ def decimal_mark(cells: Iterable[str]) -> str | None:
     unless something proves the contrary: only a comma can be doubtful.
     """
     proof, doubt = set[str](), False
+    if not any("," in cell or cell.count(".") > 1 for cell in cells):
+        return "."
     for cell in cells:
         text = _EXPONENT.sub("", tidy(cell)).lstrip("+-").replace(" ", "").replace("'", "")
         marks = [mark for mark in text if mark in ".,"]
-        if not marks or not re.fullmatch(r"[\d.,]+", text):
+        if not marks or not _DIGITS.fullmatch(text) or (len(marks) > 1 and not looks_numeric(text)):
             continue
         before, _, after = text.rpartition(marks[-1])
         if len(set(marks)) == 2:

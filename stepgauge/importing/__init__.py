@@ -21,7 +21,7 @@ from stepgauge.importing.log import ProbeLog
 from stepgauge.importing.sheet import TableLayout, read_sheet
 from stepgauge.moves import ProbingSettings, Program
 from stepgauge.placement import Placement
-from stepgauge.programs import recognise
+from stepgauge.programs import DIALECTS, recognise
 from stepgauge.recording_checks import check_recording
 
 
@@ -73,6 +73,12 @@ def recognise_log(path: str | Path) -> str:
     for known in FORMATS.values():
         if known.name not in TABLES and known.recognises(text):
             return known.name
+    if any(dialect.recognises(text) for dialect in DIALECTS.values()):
+        raise InputError(
+            path,
+            "this is a measuring program, not what a machine wrote down while it ran",
+            expected="a log, and the program as --program",
+        )
     return "csv"
 
 
@@ -83,7 +89,14 @@ def read_log(path: str | Path, source: str, layout: TableLayout | None = None) -
     """
     if source in TABLES:
         return read_sheet(path, source, layout or TableLayout())
-    text = read_text(path)
+    if layout not in (None, TableLayout()):
+        raise InputError(
+            path,
+            "delimiter, decimal mark, sheet, columns and units can be said of tables only",
+            found=f"a {FORMATS[source].title}",
+            expected="none of these options",
+        )
+    text = decode(path)[0]
     known = FORMATS[source]
     if not known.recognises(text):
         lines = text.split("\n")

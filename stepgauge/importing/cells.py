@@ -18,6 +18,8 @@ from stepgauge.numerals import decimal_mark, looks_numeric
 Cell = str | float | datetime.datetime | datetime.time | datetime.timedelta
 DELIMITERS = {"semicolon": ";", "tab": "\t", "bar": "|", "comma": ","}
 """Names of the delimiters, in the order in which they are tried: a comma may be a decimal mark."""
+SAMPLE = 500
+"""Lines by which the delimiter is found."""
 COMMENT_MARKS = ("#", "//", "%", "$$", "!")
 
 
@@ -48,12 +50,7 @@ def is_workbook(path: str | Path) -> bool:
 
 def decode(path: str | Path) -> tuple[str, str]:
     """Text of a file and the name of its encoding: UTF-8, UTF-16 by its mark, else Windows-1252 (western Europe)."""
-    try:
-        raw = Path(path).read_bytes()
-    except FileNotFoundError:
-        raise InputError(path, "no such file") from None
-    except OSError as error:
-        raise InputError(path, error.strerror or str(error)) from None
+    raw = _read_bytes(path)
     encodings = ("utf-16",) if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252")
     for encoding in encodings:
         try:
@@ -66,6 +63,15 @@ def decode(path: str | Path) -> tuple[str, str]:
     raise InputError(path, "this is not a text file", found=repr(raw[:16]), expected="a table as text (CSV)")
 
 
+def _read_bytes(path: str | Path) -> bytes:
+    try:
+        return Path(path).read_bytes()
+    except FileNotFoundError:
+        raise InputError(path, "no such file") from None
+    except OSError as error:
+        raise InputError(path, error.strerror or str(error)) from None
+
+
 def read_text_cells(path: str | Path, delimiter: str | None) -> Cells:
     """Rows of a text file; the delimiter is the one given, that of a ``sep=`` line, or the one that shows itself."""
     text, encoding = decode(path)
@@ -73,15 +79,15 @@ def read_text_cells(path: str | Path, delimiter: str | None) -> Cells:
     if lines and lines[0].strip().lower().startswith("sep=") and len(lines[0].strip()) == 5:
         delimiter = delimiter or lines[0].strip()[4]
         lines[0] = ""
-    comments = [line for line in lines if line.lstrip().startswith(COMMENT_MARKS)]
-    rows = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and line not in comments]
+    comments = [line for line in lines if _is_remark(line)]
+    rows = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not _is_remark(line)]
     if not rows:
         raise InputError(path, "the table is empty", expected="a header with x, y and z, and rows of numbers")
     mark = delimiter or _find_delimiter(path, [line for _, line in rows])
     name = next((name for name, known in DELIMITERS.items() if known == mark), repr(mark))
     return Cells(
         str(path),
-        [_split(line, mark) for _, line in rows],
+        _split([line for _, line in rows], mark),
         [n for n, _ in rows],
         comments,
         len(lines) - len(rows) - len(comments),
@@ -89,17 +95,24 @@ def read_text_cells(path: str | Path, delimiter: str | None) -> Cells:
     )
 
 
-def _split(line: str, mark: str) -> list[str]:
-    cells = next(csv.reader(io.StringIO(line), delimiter=mark, skipinitialspace=True))
-    return [cell.strip() for cell in cells]
+def _is_remark(line: str) -> bool:
+    return line.lstrip().startswith(COMMENT_MARKS)
+
+
+def _split(lines: Sequence[str], mark: str) -> list[list[str]]:
+    """Cells of every line; a quotation mark that is not closed ends with its line."""
+    reader = [next(csv.reader([line], delimiter=mark, skipinitialspace=True)) for line in lines]
+    return [[cell.strip() for cell in cells] for cells in reader]
 
 
 def _find_delimiter(path: str | Path, lines: Sequence[str]) -> str:
     """The mark that parts most lines into the same number of cells, at least three."""
+    sample = lines[:: max(1, len(lines) // SAMPLE)]
     for mark in DELIMITERS.values():
-        width, count = Counter(len(_split(line, mark)) for line in lines).most_common(1)[0]
-        numeric = sum(looks_numeric(cell) for line in lines for cell in _split(line, mark) if cell)
-        if width >= 3 and count > len(lines) // 2 and numeric >= 3:
+        rows = _split(sample, mark)
+        width, count = Counter(map(len, rows)).most_common(1)[0]
+        numeric = sum(looks_numeric(cell) for row in rows for cell in row if cell)
+        if width >= 3 and count > len(sample) // 2 and numeric >= 3:
             return mark
     raise InputError(
         path,
@@ -112,14 +125,16 @@ def _find_delimiter(path: str | Path, lines: Sequence[str]) -> str:
 def read_workbook_cells(path: str | Path, sheet: str | None) -> Cells:
     """Rows of a sheet of an Excel workbook, values as they were last computed."""
     import openpyxl
-    from openpyxl.utils.exceptions import InvalidFileException
 
+    content = _read_bytes(path)
+    if not is_workbook(path):
+        raise InputError(
+            path, "not an Excel workbook", found=repr(content[:12]), expected="a whole file of Excel (.xlsx)"
+        )
     try:
-        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
-    except FileNotFoundError:
-        raise InputError(path, "no such file") from None
-    except (InvalidFileException, zipfile.BadZipFile, KeyError, ValueError, OSError) as error:
-        raise InputError(path, f"not an Excel workbook (.xlsx): {error}") from None
+        book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
+    except (zipfile.BadZipFile, KeyError, ValueError, OSError) as error:
+        raise InputError(path, f"not an Excel workbook that can be read: {error}") from None
     try:
         name = _choose_sheet(path, book.sheetnames, sheet)
         grid = [[_cell(value) for value in row] for row in book[name].iter_rows(values_only=True)]

@@ -121,7 +121,7 @@ def _make_table(cells: Cells, layout: TableLayout) -> _Table:
                 found=len(row),
                 expected=len(columns),
             )
-    texts = [cell for row in rows for cell in row if isinstance(cell, str) and looks_numeric(cell)]
+    texts = [cell for row in rows for cell in row if isinstance(cell, str) and cell]
     return _Table(cells, columns, rows, [line for _, line in body], layout.decimal or mark_of(cells.path, texts))
 
 

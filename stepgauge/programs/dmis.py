@@ -37,7 +37,7 @@ def statements(text: str, reader: Reader) -> Iterator[str]:
             yield statement
     if joined:
         reader.line = first
-        reader.fail("the program is cut short inside a continued line", found=repr(joined))
+        reader.fail("the text is cut short inside a continued line", found=repr(joined))
 
 
 class _Interpreter:

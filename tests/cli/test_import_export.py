@@ -98,6 +98,11 @@ def test_export_and_import_on_the_command_line(run: Run, files: Path) -> None:
         (["import", "recording.csv", "--column", "x=X", "-o", "x.csv"], "--column: not understood; found 'x=X'"),
         (["import", "none.csv", "-o", "x.csv"], "none.csv: no such file"),
         (["import", "recording.csv", "--from", "dmis", "-o", "x.csv"], "recording.csv:1: this is not a DMIS output"),
+        (
+            ["import", "program.dmi", *GAUGE, "-o", "x.csv"],
+            "program.dmi: this is a measuring program, not what a machine",
+        ),
+        (["import", "program.dmi", "--from", "dmis", "--sheet", "A", "-o", "x.csv"], "can be said of tables only"),
         (["import", "recording.csv", "--tip-radius", "nan", "-o", "x.csv"], "nan is not a finite number"),
         (
             ["export", "recording.csv", "--to", "csv", "--delimiter", "comma", "--decimal", "comma", "-o", "x.csv"],

@@ -91,7 +91,7 @@ def test_a_file_without_its_end_is_cut_but_a_fragment_is_not() -> None:
         ("PRCOMP/OFF", "PRCOMP/MAYBE", "results.dmo:9: PRCOMP not understood"),
         ("TEXT/OPER,'MOVE THE CLAMP'", "PRCOMP/ON", "results.dmo:14: PRCOMP changes between measured points"),
         ("TIME=10:11:15", "TIME=25:61:15", "results.dmo:13: TIME not understood"),
-        ("0.8\n", "0.8$\n$", "the program is cut short inside a continued line"),
+        ("0.8\n", "0.8$\n$", "the text is cut short inside a continued line"),
     ],
 )
 def test_what_is_not_understood_is_named_with_its_line(old: str, new: str, words: str) -> None:
