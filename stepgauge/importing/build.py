@@ -78,8 +78,8 @@ def _build_matched(
     log: ProbeLog, gauge: Gauge, placement: Placement, program: Program | None, options: ImportOptions
 ) -> Import:
     log = _one_placement(log)
-    _check_directions(log, gauge, placement)
     check_beside(log, gauge, placement)
+    _check_directions(log, gauge, placement)
     stated = options.tip_radius_mm or log.tip_radius_mm
     before_mm = tip_distance_mm(log.position_mm, gauge, placement)
     surface = _is_surface(log, before_mm, options, stated or placement.tip_radius_mm)
@@ -88,7 +88,7 @@ def _build_matched(
             log.path,
             "whether the points are tip centres is not stated, and their distance from the faces does not show it",
             found=f"{before_mm:.4f} mm before the certified faces on average",
-            expected="--points centres or --points surface",
+            expected="0 or the tip radius; or --points centres, or --points surface",
         )
     radius = stated or placement.tip_radius_mm if surface else stated  # that of a placement is an effective one
     log = replace(log, surface=surface)
@@ -100,7 +100,7 @@ def _build_matched(
     frame = _frame(log, matched, options, radius if surface else None)
     comments = {} if program is None else {"program": program.name}
     report = [*_matched_words(log, frame, matched), *_surface_words(surface, radius, log), *log.mapped, *_dropped(log)]
-    return _finish(log, frame, gauge, radius, comments, report, options)
+    return _finish(log, frame, gauge, radius, comments, report)
 
 
 def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) -> Import:
@@ -124,7 +124,7 @@ def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) ->
         _surface_words(surface, radius, log) if found is not None else ["points are taken as tip centres (not stated)"]
     )
     report = [f"{log.form}: {len(log)} rows, faces as stated", *words]
-    return _finish(log, frame, gauge, radius, {}, [*report, *log.mapped, *_dropped(log)], options)
+    return _finish(log, frame, gauge, radius, {}, [*report, *log.mapped, *_dropped(log)])
 
 
 def _finish(
@@ -134,7 +134,6 @@ def _finish(
     radius: float | None,
     comments: dict[str, str],
     report: list[str],
-    options: ImportOptions,
 ) -> Import:
     comments["log"] = f"{Path(log.path).name} ({log.form})"
     if radius is not None:

@@ -44,6 +44,7 @@ class _Command:
     name: str
     arguments: str
     fields: dict[str, str] = field(default_factory=dict)
+    state: dict[str, float] = field(default_factory=dict)
     answer_line: int = 0
     seconds: float = math.nan
     failed: str = ""
@@ -56,7 +57,6 @@ class _Session:
         self.points: list[_Command] = []
         self.failures: list[tuple[int, str]] = []
         self.state: dict[str, float] = {}
-        self.states: list[dict[str, float]] = []
         self.dropped: Counter[str] = Counter()
         self.days, self.last_s, self.start_s = 0, -math.inf, math.nan
         self.ended = False
@@ -126,8 +126,8 @@ class _Session:
         elif command.failed:
             self.dropped["PtMeas that failed"] += 1
         elif {"X", "Y", "Z"} <= set(command.fields):
+            command.state = dict(self.state)
             self.points.append(command)
-            self.states.append(dict(self.state))
         else:
             self.failures.append((command.line, "PtMeas complete without X, Y and Z"))
 
@@ -135,6 +135,8 @@ class _Session:
         self.failures.append((command.line, "PtMeas without an answer"))
 
     def finish(self) -> None:
+        """Points in the order of their commands, in which they were measured; what was left unanswered."""
+        self.points.sort(key=lambda point: point.line)
         for command in self.open.values():
             if command.name == "PtMeas" and not command.failed:
                 self._unanswered(command)
@@ -186,7 +188,13 @@ def read(text: str, path: str) -> ProbeLog:
         failures=tuple(session.failures),
         dropped=sum(1 for line in lines if not line.strip() or line.lstrip().startswith("#")),
         mapped=("X, Y, Z are tip centres, approach = minus IJK" + (", time_s from the clock" if timed else ""), *kept),
-        left_out=counted(session.dropped),
+        left_out=(*counted(session.dropped), *_no_clock(seconds, timed)),
+    )
+
+
+def _no_clock(seconds: Array, timed: bool) -> tuple[str, ...]:
+    return (
+        () if timed or np.isnan(seconds).all() else ("dropped: times that are not there for all points, or run back",)
     )
 
 
@@ -213,8 +221,8 @@ def _approaches(session: _Session) -> Array | None:
 def _columns(session: _Session) -> tuple[dict[str, Array], tuple[str, ...]]:
     """Temperatures that were asked for before each point, and further numbers that every answer reports."""
     columns: dict[str, Array] = {}
-    for name in sorted(set().union(*session.states)):
-        values = [state.get(name, math.nan) for state in session.states]
+    for name in sorted(set().union(*(point.state for point in session.points))):
+        values = [point.state.get(name, math.nan) for point in session.points]
         if np.isfinite(values).all():
             columns[name] = np.array(values)
     for name in session.points[0].fields:

@@ -26,6 +26,8 @@ from stepgauge.units import Unit, find_unit
 
 Array = NDArray[np.float64]
 _UNIT_LENGTH = 0.01
+HEADER_WITHIN = 200
+"""Rows among which the header is looked for."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,7 @@ def _make_table(cells: Cells, layout: TableLayout) -> _Table:
 def _find_header(cells: Cells, layout: TableLayout) -> tuple[int, list[Column]]:
     """The first row that names x, y and z."""
     best: list[str] = []
-    for at, row in enumerate(cells.rows):
+    for at, row in enumerate(cells.rows[:HEADER_WITHIN]):
         names = [cell if isinstance(cell, str) else "" for cell in row]
         columns = read_header(names, layout.columns)
         if set(POSITION) <= {column.target for column in columns}:

@@ -99,3 +99,16 @@ def test_a_clock_of_the_day_passes_midnight() -> None:
     assert log.time_s is not None
     assert log.time_s[0] == 3.5
     assert log.time_s[1] == pytest.approx(11.5)
+
+
+def test_points_stand_in_the_order_of_their_commands() -> None:
+    """The server reports the second point first: it was measured second all the same."""
+    lines = SESSION.splitlines()
+    first = [i for i, line in enumerate(lines) if "<- 00003 #" in line or "<- 00003 %" in line]
+    last = max(i for i, line in enumerate(lines) if "<- 00004 %" in line)
+    moved = [line for i, line in enumerate(lines) if i not in first]
+    moved[last - 1 : last - 1] = [lines[i].replace("10:00:03", "10:00:06") for i in first]
+    log = read("\n".join(moved))
+    np.testing.assert_array_equal(log.position_mm, read().position_mm)
+    assert log.time_s is None
+    assert log.left_out[-1] == "dropped: times that are not there for all points, or run back"
