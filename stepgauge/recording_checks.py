@@ -21,8 +21,9 @@ from stepgauge.units import unit_hint
 Array = NDArray[np.float64]
 WRONG_GAUGE_MM = 0.5
 """A face farther than this (plus 0.1 % of its distance) from its certified place is not that face."""
-RADIUS_MM = 0.1
-"""The effective radius is the tip radius less the pre-travel, tens of um: farther apart, one of them is not true."""
+RADIUS_MM, RADIUS_SHARE = 0.1, 0.3
+"""The effective radius is the tip radius less the pre-travel: farther apart than the larger of a length and a share of
+the tip radius, one of them is not true. A mistaken radius is off by half of it, all of it, or twice."""
 LARGEST_RADIUS_MM = 25.0
 
 
@@ -188,7 +189,7 @@ def check_tip(off_mm: Array, face: NDArray[np.int64], recording: Recording) -> N
     if not np.isfinite(stated) or not all(side.size for side in sides):
         return
     radius_mm = float(sides[1].mean() - sides[0].mean()) / 2.0
-    if abs(radius_mm - stated) <= max(RADIUS_MM, 0.05 * stated):
+    if abs(radius_mm - stated) <= max(RADIUS_MM, RADIUS_SHARE * stated):
         return
     reasons = (
         (0.0, "the points are compensated by the tip radius, not tip centres"),

@@ -118,6 +118,14 @@ def run(verb: str, path: Path, gauge: Gauge) -> None:
         evaluate(read_recording(path), gauge)
 
 
+def test_a_large_pretravel_is_no_lie(tmp_path: Path) -> None:
+    """R_eff is 0.4 mm below the stated radius, as with a soft probe and a long delay."""
+    late = CASE.recording.position_mm + 0.4 * CASE.recording.approach
+    recording = frame_of(CASE, **dict(zip(POSITION, late.T, strict=True)))
+    radius = evaluate(replace(recording, comments={"tip_radius_mm": "1.5"}), CASE.gauge).results[0].radius
+    assert radius.r_eff_mm == pytest.approx(1.5 - 0.003 - 0.4, abs=0.003)
+
+
 def test_the_truth_passes(tmp_path: Path) -> None:
     path = tmp_path / "recording.csv"
     comments = {"gauge_serial": "T-1", "gauge": "Test gauge, serial T-1", "tip_radius_mm": "1.5"}
