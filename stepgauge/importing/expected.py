@@ -124,7 +124,7 @@ def expected_by_log(log: ProbeLog, gauge: Gauge, placement: Placement) -> Expect
     """
     face = faces_of_log(log, gauge, placement)
     order = _likeliest_order(face)
-    source, faces, cycle = ("its own rows", face, cycles_of(face)) if order is None else order
+    source, faces, cycle = ("no known order", face, cycles_of(face)) if order is None else order
     sign = np.where(faces % 2 == 1, 1.0, -1.0)
     return Expected(
         faces,

@@ -15,6 +15,7 @@ from stepgauge.exporting import export_recording
 from stepgauge.importing import ImportOptions, build_recording
 from stepgauge.importing.build import Import
 from stepgauge.importing.log import ProbeLog
+from stepgauge.plan import ORDERS, PlanOptions, faces_in_order
 from tests.importing.made import RADIUS_MM, Case, make_case
 
 CASE = make_case(cycles=3)
@@ -48,6 +49,27 @@ def test_all_modes_give_the_recording() -> None:
         frame = read(log_of(CASE, list(range(N)), mode), mode).recording.frame
         assert frame[["cycle", "face"]].equals(CASE.recording.frame[["cycle", "face"]])
         np.testing.assert_allclose(frame[["x_mm", "y_mm", "z_mm"]], CASE.recording.position_mm, atol=1e-12)
+
+
+@given(order=st.sampled_from(ORDERS), gone=st.integers(0, N - 1))
+def test_without_a_program_the_usual_orders_are_known(order: str, gone: int) -> None:
+    planned = list(faces_in_order(PlanOptions(1, CASE.gauge.n_blocks, order=order, cycles=3)))
+    rows = [(cycle - 1) * 8 + face - 1 for cycle, face in planned]
+    whole = read(log_of(CASE, rows, "none"), "none")
+    assert f"24 rows, 24 points of the order '{order}' of 3 cycles" in whole.report[0]
+    assert list(zip(whole.recording.frame["cycle"], whole.recording.frame["face"], strict=True)) == planned
+    with pytest.raises(InputError, match=r"is missing|the log ends before") as error:
+        read(log_of(CASE, rows[:gone] + rows[gone + 1 :], "none"), "none")
+    face = planned[gone][1]
+    assert f", face {face}, near" in str(error.value)
+
+
+def test_a_log_in_no_known_order_is_taken_as_it_is() -> None:
+    rows = np.random.default_rng(5).permutation(N).tolist()
+    imported = read(log_of(CASE, rows, "none"), "none")
+    assert "24 points of no known order" in imported.report[0]
+    assert imported.recording.frame["face"].tolist() == CASE.recording.frame["face"].iloc[rows].tolist()
+    assert imported.recording.frame.groupby("face")["cycle"].apply(list).tolist() == [[1, 2, 3]] * 8
 
 
 @given(gone=st.integers(0, N - 1), mode=modes)
