@@ -28,15 +28,15 @@ _NAMES = {
     "y_mm": "y",
     "z_mm": "z",
     "cycle": "cycle zyklus lauf run repeat wiederholung durchgang durchlauf repetition",
-    "face": "face fläche flaeche messfläche messflaeche",
+    "face": "face fläche flaeche messfläche messflaeche surface",
     "placement": "placement lage aufstellung setup",
     "time_s": "time zeit uhrzeit timestamp zeitstempel datetime",
     "speed_mm_s": "speed geschwindigkeit v antastgeschwindigkeit vorschub feed",
     "gauge_temperature_C": "temperature temp temperatur t",
 }
-_SETS = {
-    "gauge_temperature_C": ("gauge", "part", "workpiece", "werkstück", "werkstueck", "normal", "stufenendmaß"),
-    **{f"scale_temperature_{axis}_C": (f"scale {axis}", f"maßstab {axis}", f"massstab {axis}", axis) for axis in "xyz"},
+_SETS = {  # folded: ß is ss
+    "gauge_temperature_C": ("gauge", "part", "workpiece", "werkstück", "werkstueck", "normal", "stufenendmass"),
+    **{f"scale_temperature_{axis}_C": (f"scale {axis}", f"massstab {axis}", axis) for axis in "xyz"},
 }
 _TEMPERATURE = {"temperature", "temp", "temperatur", "t"}
 _DIRECTIONS = {"approach": APPROACH, "antastrichtung": APPROACH, "normal": NORMAL, "normale": NORMAL, "n": NORMAL}

@@ -67,6 +67,8 @@ def test_names_and_units_are_told_apart(header: str, name: str, unit: str | None
         ("t [s]", "time_s"),
         ("Temperatur Werkstück", "gauge_temperature_C"),
         ("Temperature scale x", "scale_temperature_x_C"),
+        ("T Stufenendmaß [°C]", "gauge_temperature_C"),
+        ("Temperatur Maßstab Z", "scale_temperature_z_C"),
         ("Speed [mm/min]", "speed_mm_s"),
         ("approach_k", "approach_k"),
         ("approach x", "approach_i"),
