@@ -76,6 +76,11 @@ class Recording:
         """The rows of one placement."""
         return Recording(self.frame[self.frame["placement"] == placement], self.comments, self.path)
 
+    def with_comments(self, **comments: str | None) -> Recording:
+        """The recording with comments set; None leaves one as it is."""
+        given = {key: value for key, value in comments.items() if value is not None}
+        return Recording(self.frame, {**self.comments, **given}, self.path)
+
 
 def read_recording(path: str | Path) -> Recording:
     """Read and check a recording, CSV or (by its extension) Parquet.
