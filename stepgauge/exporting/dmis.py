@@ -8,8 +8,8 @@ import textwrap
 from stepgauge import __version__
 from stepgauge.errors import InputError
 from stepgauge.exporting.options import DECIMALS, Export, ExportOptions, left_out, run_comments, tip_radius_mm
-from stepgauge.programs.render import fixed, plain
 from stepgauge.recording import Recording
+from stepgauge.templating import fixed, plain
 from stepgauge.units import LENGTH_MM
 
 UNITS = {"mm": "MM", "m": "M", "inch": "INCH"}

@@ -8,8 +8,8 @@ from typing import Any
 
 from stepgauge.errors import InputError
 from stepgauge.exporting.options import DECIMALS, Export, ExportOptions
-from stepgauge.programs.render import fixed
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, Recording
+from stepgauge.templating import fixed
 from stepgauge.units import LENGTH_MM
 
 SHEET = "recording"
