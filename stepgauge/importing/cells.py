@@ -44,7 +44,7 @@ def is_workbook(path: str | Path) -> bool:
     try:
         with zipfile.ZipFile(path) as archive:
             return "xl/workbook.xml" in archive.namelist()
-    except (OSError, zipfile.BadZipFile):
+    except (OSError, zipfile.BadZipFile, NotImplementedError, ValueError):
         return False
 
 
@@ -124,30 +124,36 @@ def _find_delimiter(path: str | Path, lines: Sequence[str]) -> str:
 
 def read_workbook_cells(path: str | Path, sheet: str | None) -> Cells:
     """Rows of a sheet of an Excel workbook, values as they were last computed."""
-    import openpyxl
-
     content = _read_bytes(path)
     if not is_workbook(path):
-        raise InputError(
-            path, "not an Excel workbook", found=repr(content[:12]), expected="a whole file of Excel (.xlsx)"
-        )
+        found, expected = repr(content[:12]), "a whole file of Excel (.xlsx)"
+        raise InputError(path, "not an Excel workbook", found=found, expected=expected)
     try:
-        book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
-    except (zipfile.BadZipFile, KeyError, ValueError, OSError) as error:
-        raise InputError(path, f"not an Excel workbook that can be read: {error}") from None
-    try:
-        name = _choose_sheet(path, book.sheetnames, sheet)
-        grid = [[_cell(value) for value in row] for row in book[name].iter_rows(values_only=True)]
-    finally:
-        book.close()
+        name, left, grid = _read_grid(path, content, sheet)
+    except InputError:
+        raise
+    except Exception as error:  # a damaged workbook fails anywhere in the libraries that unpack and parse it
+        raise InputError(path, f"the workbook is damaged: {type(error).__name__}: {error}") from None
     rows = [(n, row) for n, row in enumerate(grid, 1) if any(cell != "" for cell in row)]
     comments = [str(row[0]) for _, row in rows if _is_comment(row)]
     rows = [(n, row) for n, row in rows if not _is_comment(row)]
     if not rows:
         raise InputError(path, f"sheet {name!r} is empty", expected="a header with x, y and z, and rows of numbers")
-    left = [other for other in book.sheetnames if other != name]
     notes = (f"sheet {name!r}" + (f" (dropped: sheets {', '.join(left)})" if left else ""),)
     return Cells(str(path), [r for _, r in rows], [n for n, _ in rows], comments, len(grid) - len(rows), notes)
+
+
+def _read_grid(path: str | Path, content: bytes, sheet: str | None) -> tuple[str, list[str], list[list[Cell]]]:
+    """Name of the sheet, names of the others, and its cells."""
+    import openpyxl
+
+    book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
+    try:
+        name = _choose_sheet(path, book.sheetnames, sheet)
+        grid = [[_cell(value) for value in row] for row in book[name].iter_rows(values_only=True)]
+        return name, [other for other in book.sheetnames if other != name], grid
+    finally:
+        book.close()
 
 
 def _is_comment(row: Sequence[Cell]) -> bool:

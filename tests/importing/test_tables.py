@@ -284,7 +284,12 @@ def test_a_workbook_with_a_sheet_to_choose(tmp_path: Path, as_text: bool) -> Non
 def test_a_broken_workbook_is_refused(tmp_path: Path) -> None:
     case = make_case()
     path = workbook(tmp_path, case)
-    path.write_bytes(path.read_bytes()[:2000])
+    whole = path.read_bytes()
+    middle = whole.index(b"xl/worksheets/sheet2.xml") + 60
+    path.write_bytes(whole[:middle] + bytes(40) + whole[middle + 40 :])
+    with pytest.raises(InputError, match="the workbook is damaged: "):
+        read(case, path, TableLayout(sheet="Messung"), source="xlsx")
+    path.write_bytes(whole[:2000])
     with pytest.raises(InputError, match="not an Excel workbook"):
         read(case, path, source="xlsx")
     with pytest.raises(InputError, match="no such file"):
