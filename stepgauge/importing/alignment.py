@@ -11,14 +11,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 MOST_EDITS = 400
-"""More differences than this are another sequence; the cost grows with their square."""
+"""More differences than this, beside that in length, are another sequence; the cost grows with their square."""
+MOST_LENGTH = 3000
+"""Largest difference in length that is aligned, apart from what is alike at both ends."""
 
 
 def align(expected: Sequence[int], found: Sequence[int], most: int = MOST_EDITS) -> NDArray[np.int64] | None:
     """Pairs (index in ``expected``, index in ``found``) of equal entries, rising in both, as many as there can be.
 
-    Shape ``(pairs, 2)``; None where more than ``most`` entries would have to be left out or put in.
+    Shape ``(pairs, 2)``; None where more than ``most`` entries, beside the difference in length, would have to be left
+    out or put in.
     """
+    head = _alike(expected, found)
+    tail = _alike(expected[head:][::-1], found[head:][::-1])
+    middle = _align(expected[head : len(expected) - tail], found[head : len(found) - tail], most)
+    if middle is None:
+        return None
+    ends = (np.arange(tail) - tail)[:, None] + [len(expected), len(found)]
+    return np.concatenate([np.repeat(np.arange(head), 2).reshape(-1, 2), middle + head, ends]).astype(np.int64)
+
+
+def _alike(one: Sequence[int], other: Sequence[int]) -> int:
+    """How many entries two sequences have in common from their first on."""
+    return next((i for i, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), min(len(one), len(other)))
+
+
+def _align(expected: Sequence[int], found: Sequence[int], most: int) -> NDArray[np.int64] | None:
+    if not expected or not found:
+        return np.empty((0, 2), dtype=np.int64)
+    most += min(abs(len(expected) - len(found)), MOST_LENGTH)
     reach: dict[int, int] = {1: 0}
     history: list[dict[int, int]] = []
     for edits in range(min(len(expected) + len(found), most) + 1):

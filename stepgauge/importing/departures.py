@@ -105,7 +105,7 @@ def refuse(comparison: Comparison, departures: Sequence[Departure]) -> NoReturn:
     if first.kind in ACCEPTABLE:
         more += f" (--accept {first.kind} takes it as it is)"
     if first.row >= len(log):
-        _refuse_end(comparison, first.point, len(expected) - len(departures))
+        _refuse_end(comparison, first.point)
     if first.point >= len(expected) and comparison.keyed == "place":
         raise InputError(
             log.at(first.row),
@@ -168,14 +168,14 @@ def _refuse_named(comparison: Comparison, departure: Departure, more: str) -> No
     raise InputError(log.at(departure.row), what, found=called, expected=wanted + more)
 
 
-def _refuse_end(comparison: Comparison, point: int, points: int) -> NoReturn:
+def _refuse_end(comparison: Comparison, point: int) -> NoReturn:
     log, expected = comparison.log, comparison.expected
     line = f"program line {expected.line[point]}, " if expected.line[point] else ""
     raise InputError(
         log.at(len(log) - 1),
         f"the log ends before point {point + 1} ({line}{expected.place(point)}): the run was stopped, or the file is"
         " cut",
-        found=f"{points} points" + (f" and {log.cut}" if log.cut else ""),
+        found=f"{point} points" + (f" and {log.cut}" if log.cut else ""),
         expected=f"{len(expected)} of {expected.source}{_failures(log)} (--accept missing takes it as it is)",
     )
 

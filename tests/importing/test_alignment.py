@@ -48,3 +48,10 @@ def test_strangers_are_given_up_soon_and_long_logs_are_quick() -> None:
     assert time.process_time() - began < 5.0
     assert pairs is not None
     assert len(pairs) == len(long) - 4
+    for part in (long[:30_000], long[40_000:]):  # a log that was cut, at either end
+        pairs = align(long, part)
+        assert pairs is not None
+        assert len(pairs) == len(part)
+    pairs = align(long[:2000], [99, *long[:1000]])
+    assert pairs is not None
+    assert len(pairs) == 1000
