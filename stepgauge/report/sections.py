@@ -188,7 +188,8 @@ def recording_section(evaluation: dict[str, Any]) -> Section:
     names = [Path(name).name for name in evaluation["recording"].split(", ") if name]
     section.add("File", ", ".join(names) or "not stated")
     for key, value in sorted(evaluation["comments"].items()):
-        section.add(key, value)
+        if key != "import":  # how the file was read is for its reader, and "log" says where it came from
+            section.add(key, value)
     if not {"date", "measured", "time"} & set(evaluation["comments"]):
         section.missing.append(DATE_MISSING)
     return section

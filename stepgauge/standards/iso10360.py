@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.evaluate import check_faces
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.placement import Placement
 from stepgauge.recording import Recording
+from stepgauge.recording_checks import check_recording
 from stepgauge.standards.decision import Outcome, PermissibleError, decide, together
 from stepgauge.standards.iso10360_rules import POSITIONS, excluded_parts, rules_of
 from stepgauge.standards.length_uncertainty import TestConditions, TestUncertainty, length_uncertainty
@@ -197,7 +197,7 @@ def length_test(
         not this tip's, no length at all. Too few positions, lengths or repeats are no error: the rules say what is
         incomplete.
     """
-    check_faces(recording, gauge)
+    check_recording(recording, gauge)
     numbers = recording.placements
     if placements and len(placements) != len(numbers):
         raise InputError(

@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.evaluate import check_faces
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.placement import Placement
 from stepgauge.recording import Recording
+from stepgauge.recording_checks import check_recording
 from stepgauge.standards.iso230 import AxisParameters, axis_parameters
 from stepgauge.standards.iso230_rules import rules_of
 from stepgauge.standards.lengths import FaceTable, face_table
@@ -123,7 +123,7 @@ def positioning_test(
         a recording of another gauge, a single run, no two complete blocks. Fewer runs or targets than the standard asks
         are no error: the rules say what is incomplete.
     """
-    check_faces(recording, gauge)
+    check_recording(recording, gauge)
     numbers = recording.placements
     if placements and len(placements) != len(numbers):
         raise InputError(

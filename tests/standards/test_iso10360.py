@@ -272,5 +272,5 @@ def test_a_radius_for_a_diameter() -> None:
 def test_swapped_faces() -> None:
     frame = made(GAUGE).frame
     frame["face"] = frame["face"].map(lambda face: face + 1 if face % 2 else face - 1)
-    with pytest.raises(InputError, match=r"is not where Test gauge has that face"):
+    with pytest.raises(InputError, match="fronts and backs are swapped"):
         length_test(Recording(frame, {}, "r.csv"), GAUGE, SPEC)
