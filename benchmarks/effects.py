@@ -17,6 +17,7 @@ import pandas as pd
 from table import Table, best_s
 
 from stepgauge.effects import Effect, Probings, Setting, effect_kinds, make_effects, total_displacement_um
+from stepgauge.effects.compensation import COLUMNS
 from stepgauge.evaluate import evaluate
 from stepgauge.gauge import read_gauge
 from stepgauge.machine_file import read_machine
@@ -43,6 +44,7 @@ EVERY: list[dict[str, Any]] = [
     {"kind": "angular_error", "travel_axis": "x", "rotation_axis": "y", "urad_per_m": 20.0},
     {"kind": "roll", "axis": "y", "urad_per_m": 15.0},
     {"kind": "error_map", "axis": "x", "component": "x", "file": "map.csv"},
+    {"kind": "axis_compensation", "axis": "x", "file": "table.csv"},
     {"kind": "reversal_error", "axis": "x", "um": 2.0},
     {"kind": "effective_radius", "um": 1.2},
     {"kind": "probe_lobing", "amplitude_um": 0.8, "phase_deg": 15.0},
@@ -134,6 +136,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "map.csv").write_text("coordinate_mm,error\n0,0\n300,3\n700,-1\n", encoding="utf-8")
+        (folder / "table.csv").write_text(",".join(COLUMNS) + "\n0,0,0,0,0\n700,5,3,0,0\n", encoding="utf-8")
         every = make_effects(EVERY, folder / "machine.toml")
         assert {effect.kind for effect in every} == set(effect_kinds())
         displacement(table, every)

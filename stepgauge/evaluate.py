@@ -26,10 +26,16 @@ from stepgauge.face_errors import (
 from stepgauge.gauge import Gauge
 from stepgauge.placement import Placement
 from stepgauge.recording import APPROACH, POSITION, Recording
+from stepgauge.recording_checks import (
+    axis_from_approaches,
+    certified_mm,
+    check_approaches,
+    check_gauge,
+    check_positions,
+    check_tip,
+)
 
 Array = NDArray[np.float64]
-WRONG_GAUGE_MM = 0.5
-"""A face farther than this (plus 0.1 % of its distance) from its certified place is not that face."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +134,7 @@ def evaluate(
         faces the gauge does not have, approaches against the side of the face, positions that are not this gauge's,
         a section without a single complete block
     """
-    _check_faces(recording, gauge)
+    check_gauge(recording, gauge)
     numbers = recording.placements
     if placements and len(placements) != len(numbers):
         raise InputError(
@@ -144,25 +150,6 @@ def evaluate(
         part = recording if len(numbers) == 1 else recording.of_placement(number)
         results.append(_evaluate_placement(part, gauge, section, r_eff_from, axis, number))
     return Evaluation(gauge, section, r_eff_from, tuple(results), recording.path, recording.comments)
-
-
-def _check_faces(recording: Recording, gauge: Gauge) -> None:
-    serial = recording.comments.get("gauge_serial", gauge.table.serial)
-    if serial != gauge.table.serial:
-        raise InputError(
-            recording.path,
-            "this is the recording of another gauge",
-            found=f"gauge_serial {serial}",
-            expected=f"{gauge.table.serial} ({gauge.table.name})",
-        )
-    highest = int(recording.frame["face"].max())
-    if highest > gauge.n_faces:
-        raise InputError(
-            recording.path,
-            f"{gauge.table.name} has no face {highest}",
-            found=f"face {highest}",
-            expected=f"1 to {gauge.n_faces} (is this the recording of another gauge?)",
-        )
 
 
 def _measured_section(recording: Recording) -> tuple[int, int]:
@@ -194,10 +181,11 @@ def project_readings(
     face = recording.frame["face"].to_numpy()
     approach = [recording.frame[name].to_numpy(float) for name in APPROACH]
     axis = axis_from_approaches(approach, face, recording.path) if axis is None else axis
-    _check_approaches(_dot(approach, axis), face, recording.path)
+    check_approaches(_dot(approach, axis), face, recording.path)
     along = _dot([recording.frame[name].to_numpy(float) for name in POSITION], axis)
-    off_mm = along - _certified(recording, gauge, face)
-    _check_gauge(off_mm, along, face, gauge, recording.path)
+    off_mm = along - certified_mm(recording, gauge, face)
+    check_positions(off_mm, along, face, gauge, recording.path)
+    check_tip(off_mm, face, recording)
     return Readings(axis, face, off_mm, np.arange(2 * section[0] - 1, 2 * section[1] + 1))
 
 
@@ -265,68 +253,6 @@ def _check_blocks(seen: FaceStatistics, origin: REffOrigin, notes: list[str], pa
     if origin == "first":
         notes.append("R_eff is from one block: XB of its back face is zero by construction")
     return blocks
-
-
-def axis_from_approaches(approach: Sequence[Array], face: NDArray[np.int64], path: str) -> Array:
-    """Mean of the approaches to fronts minus mean of those to backs, as a unit vector."""
-    front = (face % 2).astype(float)
-    n_fronts = front.sum()
-    n_backs = len(face) - n_fronts
-    forward = np.array([np.einsum("i,i->", column, front) for column in approach])
-    backward = np.array([column.sum() for column in approach]) - forward
-    axis = forward / max(n_fronts, 1.0) - backward / max(n_backs, 1.0)
-    size = float(np.linalg.norm(axis))
-    if size < 1e-3:
-        raise InputError(path, "the approaches give no gauge axis", expected="fronts probed one way, backs the other")
-    return axis / size
-
-
-def _check_approaches(along: Array, face: NDArray[np.int64], path: str) -> None:
-    against = along * np.where(face % 2 == 1, 1.0, -1.0) < 0.5
-    if against.any():
-        row = int(against.argmax())
-        side, way = ("front", "along") if face[row] % 2 else ("back", "against")
-        raise InputError(
-            path,
-            f"probing {row + 1} approaches its face from the wrong side (faces swapped?)",
-            found=f"face {face[row]}, a {side}, approached with {along[row]:+.3f} along the axis",
-            expected=f"an approach {way} the axis",
-        )
-
-
-def _certified(recording: Recording, gauge: Gauge, face: NDArray[np.int64]) -> Array:
-    """Certified position of the face of every row at its gauge temperature, mm."""
-    certified = gauge.position_mm[face - 1]
-    if "gauge_temperature_C" in recording.frame:
-        warmer_K = recording.frame["gauge_temperature_C"].to_numpy() - gauge.table.reference_temperature_C
-        certified = certified * (1.0 + gauge.table.expansion_per_K * warmer_K)
-    return certified
-
-
-def _check_gauge(off_mm: Array, along: Array, face: NDArray[np.int64], gauge: Gauge, path: str) -> None:
-    """Every face must be where the certificate puts it, apart from the tip's width and the machine's errors."""
-    count = np.bincount(face)
-    seen = np.flatnonzero(count)
-    mean = np.bincount(face, off_mm)[seen] / count[seen]
-    middle = np.median(mean)
-    tip = np.ptp([np.median(mean[side]) for side in (seen % 2 == 1, seen % 2 == 0) if side.any()])
-    if max(off_mm.max() - middle, middle - off_mm.min()) <= tip + WRONG_GAUGE_MM:
-        return
-    certified = gauge.position_mm[face - 1]
-    reach = np.abs(certified - np.median(certified))
-    wrong = np.abs(off_mm - middle) > tip + WRONG_GAUGE_MM + 1e-3 * reach
-    if wrong.any():
-        row = int(wrong.argmax())
-        measured, nominal = np.ptp(along), np.ptp(certified)
-        slope = np.polyfit(certified, along, 1)[0]
-        units = ((1 / 25.4, "inches"), (1e-3, "m"), (1e3, "um"))
-        hint = next((f" (looks like {unit})" for factor, unit in units if abs(slope / factor - 1) < 0.05), "")
-        raise InputError(
-            path,
-            f"probing {row + 1} of face {face[row]} is not where {gauge.table.name} has that face{hint}",
-            found=f"{off_mm[row] - middle:+.3f} mm off; measured span {measured:.3f} mm",
-            expected=f"certified span {nominal:.3f} mm between the same faces",
-        )
 
 
 def _notes(faces: NDArray[np.int64], count: NDArray[np.int64]) -> list[str]:

@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from stepgauge import __version__
+from stepgauge.dates import first_moment
 from stepgauge.errors import InputError
 from stepgauge.evaluate import Evaluation, PlacementResult
 from stepgauge.files import read_text, write_text
+from stepgauge.gauge import Gauge
 
 CSV_COLUMNS = (
     "face",
@@ -53,11 +55,14 @@ def evaluation_to_dict(evaluation: Evaluation) -> dict[str, Any]:
         "stepgauge": __version__,
         "recording": evaluation.path,
         "comments": dict(evaluation.comments),
+        "machine": evaluation.comments.get("machine"),
+        "measured_at": first_moment(evaluation.comments.get("measured_at"), evaluation.path),
         "gauge": {
             "name": gauge.table.name,
             "serial": gauge.table.serial,
             "material": gauge.table.material,
             "expansion_per_K": gauge.table.expansion_per_K,
+            "expansion_uncertainty_per_K": gauge.table.expansion_uncertainty_per_K,
             "reference_temperature_C": gauge.table.reference_temperature_C,
             "certificate": certificate.number,
             "laboratory": certificate.laboratory,
@@ -74,11 +79,12 @@ def evaluation_to_dict(evaluation: Evaluation) -> dict[str, Any]:
         "band_um": _number(_largest([result.band_um for result in results])),
         "worst_two_sigma_um": _number(_largest([result.worst_two_sigma_um for result in results])),
         "temperature_convention": TEMPERATURE_CONVENTION,
-        "placements": [_placement_to_dict(result) for result in results],
+        "placements": [_placement_to_dict(result, gauge) for result in results],
     }
 
 
-def _placement_to_dict(result: PlacementResult) -> dict[str, Any]:
+def _placement_to_dict(result: PlacementResult, gauge: Gauge) -> dict[str, Any]:
+    certified = [{"u_certificate_um": float(gauge.u_um[face - 1])} for face in result.face]
     return {
         "placement": result.placement,
         "axis": [float(v) for v in result.axis],
@@ -92,7 +98,7 @@ def _placement_to_dict(result: PlacementResult) -> dict[str, Any]:
         "band_um": _number(result.band_um),
         "worst_two_sigma_um": _number(result.worst_two_sigma_um),
         "notes": list(result.notes),
-        "faces": face_rows(result),
+        "faces": [row | more for row, more in zip(face_rows(result), certified, strict=True)],
     }
 
 

@@ -46,6 +46,18 @@ class CertificateTable(Table):
     laboratory: str = Field(min_length=1, description="laboratory that calibrated the gauge")
     date: datetime.date = Field(description="date of calibration, e.g. 2026-03-02")
     coverage_factor: float = Field(ge=1, le=4, description="coverage factor k of uncertainty_um")
+    degrees_of_freedom: float | None = Field(
+        None, ge=1, description="effective degrees of freedom of uncertainty_um; without it infinite"
+    )
+    correlation: float | None = Field(
+        None, ge=0, le=1, description="correlation coefficient between the positions of any two faces; without it 0"
+    )
+    proportional_um_per_m: float | None = Field(
+        None,
+        ge=0,
+        le=50,
+        description="part of uncertainty_um that grows with the position and is common to all faces, um per m",
+    )
     example: bool = Field(False, description="true when the certificate is invented for demonstration")
 
 
@@ -64,6 +76,22 @@ class Gauge:
     position_mm: NDArray[np.float64]
     u_um: NDArray[np.float64]
     path: str = ""
+
+    @cached_property
+    def correlation(self) -> NDArray[np.float64] | None:
+        """Correlation matrix of the certified positions, ``(n_faces, n_faces)``; None where they are independent.
+
+        The part that is proportional to the position is common to all faces; the rest has one coefficient.
+        """
+        r = self.certificate.correlation or 0.0
+        common = proportional_u_um(self.certificate, self.position_mm)
+        if not self.u_um.any() or not (r or common.any()):
+            return None
+        share = np.divide(common, self.u_um, out=np.zeros(self.n_faces), where=self.u_um > 0)
+        rest = np.where(self.u_um > 0, np.sqrt(np.maximum(1.0 - share**2, 0.0)), 0.0)
+        matrix = np.outer(share, share) + r * np.outer(rest, rest)
+        np.fill_diagonal(matrix, 1.0)
+        return matrix
 
     @property
     def n_faces(self) -> int:
@@ -121,7 +149,28 @@ def read_gauge(name: str | Path) -> Gauge:
     faces = read_numbers(path.parent / table.faces, FACE_COLUMNS)
     _check_faces(faces)
     u_um = faces["uncertainty_um"] / certificate.coverage_factor
+    _check_proportional(faces, certificate)
     return Gauge(table, certificate, faces["nominal_mm"], faces["position_mm"], u_um, str(path))
+
+
+def proportional_u_um(certificate: CertificateTable, position_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Standard uncertainty of the part that is proportional to the position, um, shape ``(n_faces,)``."""
+    per_m = certificate.proportional_um_per_m or 0.0
+    return per_m * np.abs(position_mm) * 1e-3 / certificate.coverage_factor
+
+
+def _check_proportional(faces: CsvTable, certificate: CertificateTable) -> None:
+    """A part cannot be larger than the whole."""
+    part = proportional_u_um(certificate, faces["position_mm"]) * certificate.coverage_factor
+    over = np.flatnonzero(part > faces["uncertainty_um"] * (1.0 + 1e-9))
+    if over.size:
+        row = int(over[0])
+        raise InputError(
+            faces.at(row),
+            "uncertainty_um is smaller than its part certificate.proportional_um_per_m",
+            found=f"{faces['uncertainty_um'][row]:g} um at {faces['position_mm'][row]:g} mm",
+            expected=f"at least {part[row]:.4g} um",
+        )
 
 
 def _check_faces(faces: CsvTable) -> None:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from stepgauge.config import Table, check_table, read_toml
 from stepgauge.errors import InputError
@@ -50,13 +50,39 @@ class MachineTable(Table):
     scales_compensated: bool = Field(True, description="whether the controller corrects for the scales' temperature")
 
 
+class StandardUncertainty(Table):
+    """A standard uncertainty, alone or as ``{ u = 0.05, dof = 8 }``."""
+
+    u: float = Field(ge=0, description="standard uncertainty, in the unit of the key")
+    dof: float | None = Field(None, ge=1, description="degrees of freedom; without it infinite")
+
+
+def _plain_number(value: Any) -> Any:
+    return value if isinstance(value, dict | StandardUncertainty) else {"u": value}
+
+
+Stated = Annotated[StandardUncertainty, BeforeValidator(_plain_number)]
+
+
+class UncertaintyTable(Table):
+    """The ``[uncertainty]`` table: what a budget counts besides the uncertain values of the other tables."""
+
+    gauge_temperature_K: Stated | None = Field(
+        None, description="standard uncertainty of the gauge's measured temperature in K, e.g. 0.05"
+    )
+    probing_um: Stated | None = Field(
+        None, description="standard uncertainty of what probing adds at a face, the same in every cycle, um"
+    )
+    resolution_um: float | None = Field(None, gt=0, le=100, description="smallest step of the machine's reading, um")
+
+
 @dataclass(frozen=True)
 class Machine:
     """A machine as its file describes it.
 
     ``probe`` is the checked table of the probe and ``probe_path`` the file it stands in; ``effects`` are the raw
     ``[[effect]]`` tables; ``uncertain`` the values that carry a standard uncertainty (in the tables stand their best
-    estimates).
+    estimates); ``stated`` is the ``[uncertainty]`` table.
     """
 
     table: MachineTable
@@ -65,11 +91,17 @@ class Machine:
     path: str = ""
     uncertain: tuple[Uncertain, ...] = ()
     probe_path: str = ""
+    stated: UncertaintyTable = field(default_factory=UncertaintyTable)
 
     @cached_property
     def sensor(self) -> Probe:
         """The probe that the table describes: pre-travel and forces in any direction."""
         return make_probe(self.probe, self.probe_path or self.path)
+
+    def u_gauge_temperature_K(self, asked: float | None = None) -> float:
+        """Standard uncertainty of the gauge's temperature: as asked, or as the file states, or 0 where it does not."""
+        stated = self.stated.gauge_temperature_K
+        return asked if asked is not None else stated.u if stated is not None else 0.0
 
     @property
     def travel_mm(self) -> NDArray[np.float64]:
@@ -81,10 +113,13 @@ class Machine:
 def read_machine(name: str | Path) -> Machine:
     """Read and check a machine file, given by its path or by the name of a shipped one."""
     path = find_data(name, "machine", "machines")
-    data, uncertain = split_uncertain(read_toml(path), path)
+    read = read_toml(path)
+    stated = check_table(UncertaintyTable, read.pop("uncertainty", {}), path, "uncertainty")
+    data, uncertain = split_uncertain(read, path)
     for key in data:
         if key not in ("machine", "probe", "effect"):
-            raise InputError(path, f"table [{key}] is not known", expected="[machine], [probe] and [[effect]]")
+            expected = "[machine], [probe], [[effect]] and [uncertainty]"
+            raise InputError(path, f"table [{key}] is not known", expected=expected)
     effects = data.get("effect", [])
     if not isinstance(effects, list):
         raise InputError(path, "effects are an array of tables", found="[effect]", expected="[[effect]]")
@@ -96,6 +131,7 @@ def read_machine(name: str | Path) -> Machine:
         str(path),
         uncertain,
         str(probe_path),
+        stated,
     )
     _ = machine.sensor  # a probe that cannot work is an error now, not in the middle of a run
     return machine

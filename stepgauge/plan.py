@@ -33,7 +33,7 @@ class PlanOptions:
     ``blocks`` (every block front then back), ``fronts-backs`` (all fronts, then all backs), ``up-down`` (odd cycles
     from the first face to the last, even cycles back); ``clearance_mm``: gap between tip ball and the blocks' side or
     top on the way; ``height_mm``: probing point above the blocks' middle height; ``home_mm``: where the program starts
-    and ends, machine coordinates.
+    and ends, machine coordinates; ``only_blocks``: measure these blocks of the section and pass the others by.
     """
 
     first_block: int
@@ -46,6 +46,13 @@ class PlanOptions:
     height_mm: float = 0.0
     around: int = 1
     home_mm: tuple[float, float, float] | None = None
+    only_blocks: tuple[int, ...] | None = None
+
+    @property
+    def blocks(self) -> NDArray[np.int64]:
+        """Numbers of the blocks to measure, rising."""
+        every = np.arange(self.first_block, self.last_block + 1)
+        return every if self.only_blocks is None else np.array(sorted(self.only_blocks), np.int64)
 
 
 def middle_standoff_mm(gauge: Gauge, tip_radius_mm: float) -> float:
@@ -66,8 +73,8 @@ def middle_standoff_mm(gauge: Gauge, tip_radius_mm: float) -> float:
 
 def faces_in_order(options: PlanOptions) -> Iterator[tuple[int, int]]:
     """Pairs of (cycle, face) in the order in which they are measured."""
-    fronts = np.arange(2 * options.first_block - 1, 2 * options.last_block, 2)
-    every = np.arange(2 * options.first_block - 1, 2 * options.last_block + 1)
+    fronts = 2 * options.blocks - 1
+    every = np.sort(np.concatenate([fronts, fronts + 1]))
     for cycle in range(1, options.cycles + 1):
         if options.order == "fronts-backs":
             faces = np.concatenate([fronts, fronts + 1])
@@ -200,6 +207,19 @@ def parse_blocks(text: str, gauge: Gauge) -> tuple[int, int]:
     if first >= last:
         raise InputError("--blocks", "needs at least two blocks", found=repr(text), expected="A:B with A < B")
     return first, last
+
+
+def parse_block_list(text: str, gauge: Gauge) -> tuple[int, ...]:
+    """``"1,2,13"`` as numbers of blocks of the gauge, rising."""
+    try:
+        blocks = sorted({int(part) for part in text.split(",")})
+    except ValueError:
+        raise InputError("--blocks", "not a list of blocks", found=repr(text), expected="e.g. 1,2,13,25") from None
+    for block in blocks:
+        gauge.check_block(block, "--blocks: block")
+    if len(blocks) < 2:
+        raise InputError("--blocks", "needs at least two blocks", found=repr(text))
+    return tuple(blocks)
 
 
 def parse_position(text: str) -> tuple[float, float, float]:

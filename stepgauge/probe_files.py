@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.files import read_text, write_text
+from stepgauge.tables import Rows, read_rows
 
 Array = NDArray[np.float64]
 
@@ -23,37 +20,6 @@ SERIES = ("time_s", "rod_mm", "tip_mm", "contact", "trigger")
 
 # Approaches are written with a few digits; a vector this far from length 1 is something else than a direction.
 _UNIT_TOLERANCE = 0.01
-
-
-@dataclass(frozen=True)
-class Rows:
-    """A CSV table as text, with the line of the file each row came from."""
-
-    path: str
-    header: list[str]
-    cells: list[list[str]]
-    lines: list[int]
-
-    def at(self, row: int) -> str:
-        """``file:line`` of row ``row``, counted from 0."""
-        return f"{self.path}:{self.lines[row]}"
-
-    def numbers(self, names: Sequence[str]) -> Array:
-        """The named columns as finite numbers, (rows, columns); :class:`InputError` names the cell."""
-        places = [self.header.index(name) for name in names]
-        return np.array([[self._number(row, place) for place in places] for row in range(len(self.cells))])
-
-    def _number(self, row: int, place: int) -> float:
-        cell = self.cells[row][place]
-        try:
-            value = float(cell)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise InputError(
-                self.at(row), f"column {self.header[place]} is wrong", found=repr(cell), expected="a finite number"
-            )
-        return value
 
 
 @dataclass(frozen=True)
@@ -73,30 +39,6 @@ class BenchSeries:
     direction_deg: float
     push: int
     channels: Mapping[str, Array]
-
-
-def read_rows(path: str | Path, required: Sequence[str]) -> Rows:
-    """A CSV table with at least the ``required`` columns; ``#`` lines are comments.
-
-    :class:`InputError` for missing or repeated columns, rows of another length, and tables without rows.
-    """
-    lines = [(n, line) for n, line in enumerate(read_text(path).splitlines(), 1) if line.strip() and line[0] != "#"]
-    if not lines:
-        raise InputError(path, "the table is empty", expected="a header " + ",".join(required))
-    records = [(n, [cell.strip() for cell in next(csv.reader(io.StringIO(line)))]) for n, line in lines]
-    (at, header), body = records[0], records[1:]
-    for name in required:
-        if header.count(name) != 1:
-            what = "missing" if name not in header else "there twice"
-            raise InputError(f"{path}:{at}", f"column {name} is {what}", found=",".join(header), expected=name)
-    for n, cells in body:
-        if len(cells) != len(header):
-            raise InputError(
-                f"{path}:{n}", "the row has another number of cells", found=len(cells), expected=len(header)
-            )
-    if not body:
-        raise InputError(path, "the table has a header but no rows")
-    return Rows(str(path), header, [cells for _, cells in body], [n for n, _ in body])
 
 
 def read_points(path: str | Path) -> ProbedPoints:
@@ -134,15 +76,6 @@ def read_bench(path: str | Path) -> list[BenchSeries]:
         _one_push(rows, values, part, float(keys[0][part[0]]), int(keys[1][part[0]]))
         for part in np.split(np.arange(len(values)), starts[1:])
     ]
-
-
-def write_table(path: str | Path, header: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
-    """A CSV table; floats are written with as many digits as they need to be read back the same."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows([[float(cell) if isinstance(cell, np.floating) else cell for cell in row] for row in rows])
-    write_text(path, text.getvalue())
 
 
 def _optional(rows: Rows, name: str, default: float) -> Array:

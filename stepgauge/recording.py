@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import islice
+from itertools import islice, takewhile
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError
 from stepgauge.files import replacing
 from stepgauge.parquet import is_parquet, read_parquet, write_parquet
+from stepgauge.units import temperature_hint
 
 Array = NDArray[np.float64]
 POSITION = ["x_mm", "y_mm", "z_mm"]
@@ -33,9 +34,12 @@ COUNTS = ["placement", "cycle", "face"]
 _DECIMALS = {**dict.fromkeys(POSITION, 7), **dict.fromkeys(APPROACH, 10), "time_s": 4}
 PIECE_ROWS = 100_000
 """Rows written at a time."""
+PROBINGS = "probings"
+"""Comment with the number of rows, by which a file that was cut is known."""
 MOST_COUNT = 10_000_000
 """Larger numbers of cycles, faces or placements are no counts."""
-_TEMPERATURE_C = (-10.0, 60.0)
+TEMPERATURE_C = (-10.0, 60.0)
+"""Temperatures of gauge and scales that may be, deg C."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,11 @@ class Recording:
         """The rows of one placement."""
         return Recording(self.frame[self.frame["placement"] == placement], self.comments, self.path)
 
+    def with_comments(self, **comments: str | None) -> Recording:
+        """The recording with comments set; None leaves one as it is."""
+        given = {key: value for key, value in comments.items() if value is not None}
+        return Recording(self.frame, {**self.comments, **given}, self.path)
+
 
 def read_recording(path: str | Path) -> Recording:
     """Read and check a recording, CSV or (by its extension) Parquet.
@@ -85,12 +94,23 @@ def read_recording(path: str | Path) -> Recording:
     else:
         comments, skipped = _read_comments(path)
         frame = _read_csv(path, skipped)
+        _check_complete(comments.pop(PROBINGS, None), len(frame), path)
         header = skipped + 1
     first_line = header + 1
     _check_columns(frame, path, header)
     frame = _check_numbers(frame, path, first_line)
     _check_values(frame, path, first_line)
     return Recording(frame, comments, str(path))
+
+
+def _check_complete(stated: str | None, rows: int, path: str | Path) -> None:
+    if stated is not None and stated != str(rows):
+        raise InputError(
+            path,
+            "the recording is cut, or rows were added",
+            found=f"{rows} rows",
+            expected=f"{stated}, by its comment '# {PROBINGS}' (take that line out where it was done on purpose)",
+        )
 
 
 def is_recording_file(path: str | Path) -> bool:
@@ -121,22 +141,26 @@ def _check_header(path: str | Path, skipped: int) -> None:
         raise InputError(f"{path}:{skipped + 1}", f"column {twice[0]!r} is there twice", found=",".join(header)[:200])
 
 
+def comment_lines(lines: Iterable[str]) -> dict[str, str]:
+    """``# key: value`` lines as a dictionary; lines of the same key are one value of several lines."""
+    comments: dict[str, str] = {}
+    for line in lines:
+        key, colon, value = line[1:].partition(":")
+        if line.startswith("#") and colon:
+            before = [comments[key.strip()]] if key.strip() in comments else []
+            comments[key.strip()] = "\n".join([*before, value.strip()])
+    return comments
+
+
 def _read_comments(path: str | Path) -> tuple[dict[str, str], int]:
     """``# key: value`` lines before the header, and how many lines they are."""
-    comments, count = {}, 0
     try:
         with Path(path).open(encoding="utf-8-sig") as file:
-            for line in file:
-                if not line.startswith("#"):
-                    break
-                count += 1
-                key, colon, value = line[1:].partition(":")
-                if colon:
-                    comments[key.strip()] = value.strip()
+            lines = list(takewhile(lambda line: line.startswith("#"), file))
+            return comment_lines(lines), len(lines)
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not a UTF-8 text file"
         raise InputError(path, reason or str(error)) from None
-    return comments, count
 
 
 def _check_columns(frame: pd.DataFrame, path: str | Path, line: int) -> None:
@@ -213,8 +237,10 @@ def _check_values(frame: pd.DataFrame, path: str | Path, first_line: int) -> Non
     for name in OPTIONAL:
         if name.endswith("_C") and name in frame:
             values = frame[name].to_numpy(float)
-            outside = (values < _TEMPERATURE_C[0]) | (values > _TEMPERATURE_C[1])
-            _refuse(outside, frame, path, first_line, name, "is no temperature in deg C (K or F?)", "-10 to 60 deg C")
+            outside = (values < TEMPERATURE_C[0]) | (values > TEMPERATURE_C[1])
+            hint = temperature_hint(float(values[outside.argmax()]))
+            what = "is no temperature in deg C (K or F?)"
+            _refuse(outside, frame, path, first_line, name, what, f"-10 to 60 deg C ({hint})")
     if "speed_mm_s" in frame:
         _refuse(
             frame["speed_mm_s"].to_numpy(float) <= 0, frame, path, first_line, "speed_mm_s", "must be positive", "mm/s"
@@ -233,7 +259,9 @@ def write_recording(path: str | Path, recording: Recording) -> None:
         write_parquet(path, pieces, recording.comments)
         return
     with replacing(path) as beside, beside.open("w", encoding="utf-8", newline="") as file:
-        file.writelines(f"# {key}: {value}\n" for key, value in recording.comments.items())
+        for key, value in recording.comments.items():
+            file.writelines(f"# {key}: {line}\n" for line in value.split("\n"))
+        file.write(f"# {PROBINGS}: {len(recording)}\n")
         for number, piece in enumerate(pieces):
             piece.to_csv(file, index=False, header=number == 0, lineterminator="\n")
 

@@ -46,6 +46,7 @@ def shipped_files() -> dict[str, tuple[Path, str]]:
         "calibration_data/machines": "machine (example)",
         "calibration_data/probes": "probe",
         "templates/programs": "program template",
+        "templates/compensation": "compensation template",
         "templates/reports": "report template",
     }
     return {

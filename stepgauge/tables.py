@@ -1,4 +1,7 @@
-"""Small CSV tables, checked cell by cell so that an error can name the row and the column."""
+"""CSV tables of our own kinds, checked cell by cell so that an error can name the row and the column.
+
+Tables of any layout, as people hand them over, are read by :mod:`stepgauge.importing.sheet`.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,40 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.files import read_text
+from stepgauge.files import read_text, write_text
+from stepgauge.numerals import number
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A CSV table as text, with the line of the file each row came from."""
+
+    path: str
+    header: list[str]
+    cells: list[list[str]]
+    lines: list[int]
+
+    def at(self, row: int) -> str:
+        """``file:line`` of row ``row``, counted from 0."""
+        return f"{self.path}:{self.lines[row]}"
+
+    def numbers(self, names: Sequence[str]) -> Array:
+        """The named columns as finite numbers, (rows, columns); :class:`InputError` names the cell."""
+        places = [self.header.index(name) for name in names]
+        return np.array([[self._number(row, place) for place in places] for row in range(len(self.cells))])
+
+    def _number(self, row: int, place: int) -> float:
+        value = number(self.cells[row][place])
+        if not math.isfinite(value):
+            raise InputError(
+                self.at(row),
+                f"column {self.header[place]} is wrong",
+                found=repr(self.cells[row][place]),
+                expected="a finite number",
+            )
+        return value
 
 
 @dataclass(frozen=True)
@@ -21,10 +57,10 @@ class CsvTable:
     """Columns of numbers with the line of the file each row came from."""
 
     path: str
-    columns: Mapping[str, NDArray[np.float64]]
+    columns: Mapping[str, Array]
     lines: Sequence[int]
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
+    def __getitem__(self, name: str) -> Array:
         return self.columns[name]
 
     def at(self, row: int) -> str:
@@ -32,61 +68,55 @@ class CsvTable:
         return f"{self.path}:{self.lines[row]}"
 
 
-def read_numbers(path: str | Path, columns: Sequence[str]) -> CsvTable:
-    """A CSV file with exactly these columns (in any order), all of them finite numbers.
+def read_rows(path: str | Path, required: Sequence[str], others: bool = True) -> Rows:
+    """A CSV table with at least the ``required`` columns, in any order; ``#`` lines are comments.
 
-    ``#`` lines are comments. :class:`InputError` for missing or unknown columns, other delimiters, decimal
-    commas, text, NaN, short rows and empty tables, each with its line.
+    ``others``: whether it may have further columns. :class:`InputError` for missing, repeated or unknown columns, other
+    delimiters, rows of another length (decimal commas, cut files), and tables without rows.
     """
-    rows = _rows(read_text(path))
-    if not rows:
-        raise InputError(path, "the table is empty", expected="a header " + ",".join(columns))
-    (header_line, header), body = rows[0], rows[1:]
-    names = _check_header(path, header_line, header, columns)
+    lines = [(n, line) for n, line in enumerate(read_text(path).splitlines(), 1) if line.strip() and line[0] != "#"]
+    if not lines:
+        raise InputError(path, "the table is empty", expected="a header " + ",".join(required))
+    records = [(n, [cell.strip() for cell in next(csv.reader(io.StringIO(line)))]) for n, line in lines]
+    (at, header), body = records[0], records[1:]
+    _check_header(f"{path}:{at}", header, required, others)
+    for n, cells in body:
+        if len(cells) != len(header):
+            why = "a decimal comma?" if len(cells) > len(header) else "cut short?"
+            raise InputError(
+                f"{path}:{n}",
+                f"the row has another number of cells ({why})",
+                found=len(cells),
+                expected=f"{len(header)}: {','.join(header)}",
+            )
     if not body:
         raise InputError(path, "the table has a header but no rows")
-    values = np.array([_numbers(path, line, names, cells) for line, cells in body])
-    return CsvTable(str(path), {name: values[:, i] for i, name in enumerate(names)}, [line for line, _ in body])
+    return Rows(str(path), header, [cells for _, cells in body], [n for n, _ in body])
 
 
-def _rows(text: str) -> list[tuple[int, list[str]]]:
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
-    return [(n, [cell.strip() for cell in next(csv.reader(io.StringIO(line)))]) for n, line in lines]
+def read_numbers(path: str | Path, columns: Sequence[str]) -> CsvTable:
+    """A CSV file with exactly these columns (in any order), all of them finite numbers; errors as :func:`read_rows`."""
+    rows = read_rows(path, columns, others=False)
+    values = rows.numbers(columns)
+    return CsvTable(str(path), {name: values[:, i] for i, name in enumerate(columns)}, rows.lines)
 
 
-def _check_header(path: str | Path, line: int, header: list[str], columns: Sequence[str]) -> list[str]:
+def write_table(path: str | Path, header: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
+    """A CSV table; floats are written with as many digits as they need to be read back the same."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows([[float(cell) if isinstance(cell, np.floating) else cell for cell in row] for row in rows])
+    write_text(path, text.getvalue())
+
+
+def _check_header(where: str, header: list[str], required: Sequence[str], others: bool) -> None:
     if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
-        raise InputError(f"{path}:{line}", "columns are not separated by commas", found=repr(header[0]))
-    missing = [name for name in columns if name not in header]
-    unknown = [name for name in header if name not in columns]
-    twice = [name for name in columns if header.count(name) > 1]
-    for names, what in ((missing, "missing"), (unknown, "unknown"), (twice, "repeated")):
+        raise InputError(where, "columns are not separated by commas", found=repr(header[0]))
+    for names, what in (
+        ([name for name in required if name not in header], "missing"),
+        ([name for name in header if name not in required and not others], "unknown"),
+        ([name for name in required if header.count(name) > 1], "there twice"),
+    ):
         if names:
-            raise InputError(
-                f"{path}:{line}",
-                f"column {names[0]!r} is {what}",
-                found=",".join(header),
-                expected=",".join(columns),
-            )
-    return header
-
-
-def _numbers(path: str | Path, line: int, names: Sequence[str], cells: list[str]) -> list[float]:
-    if len(cells) != len(names):
-        raise InputError(
-            f"{path}:{line}",
-            "wrong number of cells (a decimal comma?)" if len(cells) > len(names) else "the row is cut short",
-            found=len(cells),
-            expected=f"{len(names)}: {','.join(names)}",
-        )
-    return [_number(f"{path}:{line}", name, cell) for name, cell in zip(names, cells, strict=True)]
-
-
-def _number(where: str, name: str, cell: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(where, f"column {name} is not a number", found=repr(cell), expected="a finite number")
-    return value
+            raise InputError(where, f"column {names[0]} is {what}", found=",".join(header), expected=",".join(required))

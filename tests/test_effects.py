@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from stepgauge.effects import Probings, Setting, effect_kinds, make_effects, total_displacement_um
+from stepgauge.effects.compensation import COLUMNS
 from stepgauge.effects.totals import along_approach_um, scatter_um
 from stepgauge.errors import InputError
 from stepgauge.gauge import read_gauge
@@ -28,6 +29,7 @@ EXAMPLES = [
     {"kind": "angular_error", "travel_axis": "x", "rotation_axis": "y", "urad_per_m": 20.0},
     {"kind": "roll", "axis": "y", "urad_per_m": 15.0},
     {"kind": "error_map", "axis": "x", "component": "x", "file": "map.csv"},
+    {"kind": "axis_compensation", "axis": "x", "file": "table.csv"},
     {"kind": "reversal_error", "axis": "x", "um": 2.0},
     {"kind": "effective_radius", "um": 1.2},
     {"kind": "probe_lobing", "amplitude_um": 0.8, "phase_deg": 15.0},
@@ -81,6 +83,7 @@ def many() -> pd.DataFrame:
 def machine_file(tmp_path_factory: pytest.TempPathFactory) -> str:
     folder = tmp_path_factory.mktemp("machine")
     (folder / "map.csv").write_text("coordinate_mm,error\n0,0\n300,3\n700,-1\n")
+    (folder / "table.csv").write_text(",".join(COLUMNS) + "\n0,0,-2,0.1,0.1\n300,3,1,0.1,0.1\n")
     return str(folder / "machine.toml")
 
 
@@ -170,6 +173,15 @@ def test_error_map_interpolates_and_holds_beyond_its_ends(machine_file: str) -> 
     assert_allclose(total_displacement_um(make_effects([table], machine_file), seen)[:, 0], [0.0, 1.0, 1.0, -1.0])
     pitch = make_effects([table | {"component": "ry"}], machine_file)
     assert_allclose(total_displacement_um(pitch, seen)[:, 0], np.array([0.0, 1.0, 1.0, -1.0]) * 0.05)
+
+
+def test_a_compensation_takes_off_the_error_of_its_sense_of_travel(machine_file: str) -> None:
+    """By hand: at 100 mm +1 or -1, their mean at standstill; held beyond the ends."""
+    seen = probings(5, x_mm=[100.0, 100.0, 100.0, 900.0, -50.0], approach_i=[1.0, -1.0, 0.0, 1.0, -1.0])
+    table = {"kind": "axis_compensation", "axis": "x", "file": "table.csv"}
+    got = total_displacement_um(make_effects([table], machine_file), seen)
+    assert_allclose(got[:, 0], [-1.0, 1.0, 0.0, -3.0, 2.0])
+    assert not got[:, 1:].any()
 
 
 def test_reversal_is_half_with_the_sign_of_travel() -> None:
@@ -412,6 +424,9 @@ def test_a_map_whose_coordinates_fall_is_refused(tmp_path) -> None:
     table = {"kind": "error_map", "axis": "x", "component": "x", "file": "map.csv"}
     with pytest.raises(InputError, match=r"map\.csv:4: coordinate_mm must rise"):
         make_effects([table], tmp_path / "machine.toml")
+    (tmp_path / "table.csv").write_text(",".join(COLUMNS) + "\n9,0,0,0,0\n5,0,0,0,0\n")
+    with pytest.raises(InputError, match=r"table\.csv:3: position_mm must rise"):
+        make_effects([{"kind": "axis_compensation", "axis": "x", "file": "table.csv"}], tmp_path / "machine.toml")
 
 
 def test_an_effect_that_needs_a_missing_column_names_it() -> None:

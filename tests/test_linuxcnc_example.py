@@ -23,7 +23,7 @@ from stepgauge.placement import read_placement
 from stepgauge.recording import Recording
 from tests.build import angles, gauges, make_gauge, make_pose, positions
 from tests.conftest import ROOT
-from tests.test_import_linuxcnc import log_of, make_setup
+from tests.importing.test_linuxcnc import log_of, make_setup
 
 EXAMPLE = ROOT / "examples" / "linuxcnc"
 sys.path.append(str(EXAMPLE))

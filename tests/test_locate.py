@@ -172,7 +172,7 @@ POINTS = "point,x_mm,y_mm,z_mm\n" + "\n".join(f"{i},{i},0,{i % 3}" for i in rang
         ("\n5,5,0,2", "\n17,5,0,2", [":6", "unknown point", "17"]),
         ("\n5,5,0,2", "\n5,5,0", [":6", "cut short"]),
         ("\n5,5,0,2", "\n5,5,0,abc", [":6", "z_mm", "'abc'"]),
-        ("point,", "points,", [":1", "'point' is missing"]),
+        ("point,", "points,", [":1", "column point is missing"]),
         (",", ";", [":1", "not separated by commas"]),
         (POINTS, "", ["empty"]),
     ],

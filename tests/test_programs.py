@@ -15,7 +15,8 @@ from stepgauge.errors import InputError
 from stepgauge.moves import ProbingSettings, Program
 from stepgauge.plan import ORDERS, ROUTES, PlanOptions, make_program
 from stepgauge.programs import DIALECTS, Dialect, read_program, recognise
-from stepgauge.programs.render import fixed, render, same_moves
+from stepgauge.programs.render import render, same_moves
+from stepgauge.templating import fixed
 from tests.build import angles, gauges, inclinations, make_gauge, make_pose, positions
 
 dialects = pytest.mark.parametrize("dialect", DIALECTS.values(), ids=DIALECTS)

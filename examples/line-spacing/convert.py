@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.files import read_text, write_text
-from stepgauge.probe_files import write_table
+from stepgauge.tables import write_table
 
 Array = NDArray[np.float64]
 

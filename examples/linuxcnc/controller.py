@@ -18,9 +18,9 @@ import signal
 import subprocess
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from hal_gauge import HERE, render
@@ -39,11 +39,20 @@ _INSTANCE = ("linuxcncsvr", "milltask", "rtapi_app")
 
 
 @dataclass(frozen=True)
+class ScrewTable:
+    """A screw compensation file (COMP_FILE) and its COMP_FILE_TYPE."""
+
+    text: str
+    kind: int = 0
+
+
+@dataclass(frozen=True)
 class Drives:
-    """What the INI file says of the drives beside their speed."""
+    """What the INI file says of the drives beside their speed; screw tables by the number of the joint."""
 
     servo_period_ns: int = SERVO_PERIOD_NS
     acceleration_mm_s2: float = ACCELERATION_MM_S2
+    screw_tables: Mapping[int, ScrewTable] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -107,6 +116,7 @@ def _write_configuration(folder: Path, text: str, machine: Machine, hal: str, dr
         servo_period_ns=drives.servo_period_ns,
         speed_mm_s=machine.table.travel_speed_mm_s,
         acceleration_mm_s2=drives.acceleration_mm_s2,
+        screw_tables=drives.screw_tables,
     )
     tip = machine.probe.tip_radius_mm
     for file, content in (
@@ -115,6 +125,7 @@ def _write_configuration(folder: Path, text: str, machine: Machine, hal: str, dr
         ("simulation.ini", ini),
         ("tool.tbl", f"T1 P1 Z0 D{2 * tip:g} ; probe, tip radius {tip:g} mm\n"),
         ("parameters.var", ""),
+        *((f"joint-{joint}.comp", table.text) for joint, table in drives.screw_tables.items()),
     ):
         (folder / file).write_text(content, encoding="utf-8")
     shutil.copy(HERE / "driver.py", folder / "driver.py")

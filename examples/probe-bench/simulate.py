@@ -16,8 +16,9 @@ import numpy as np
 
 from stepgauge.physics import bench_simulator, directions
 from stepgauge.physics.bench_simulator import Bench, Probe
-from stepgauge.probe_files import SERIES, write_table
+from stepgauge.probe_files import SERIES
 from stepgauge.probes import read_probe
+from stepgauge.tables import write_table
 
 SIDES_DEG = np.arange(0.0, 360.0, 30.0)
 PUSHES = 5

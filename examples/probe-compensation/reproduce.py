@@ -27,8 +27,9 @@ from stepgauge.figures.qualification import Section, draw_sections
 from stepgauge.physics import directions
 from stepgauge.physics.error_reduction import Errors, Pretravel, errors_of_the_paper, errors_on_a_machine
 from stepgauge.physics.wozniak import LobeModel, Transducer
-from stepgauge.probe_files import APPROACH, POSITION, write_table
+from stepgauge.probe_files import APPROACH, POSITION
 from stepgauge.probes import KinematicProbe, PiezoProbe, Probe, read_probe
+from stepgauge.tables import write_table
 
 Array = NDArray[np.float64]
 

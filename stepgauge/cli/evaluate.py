@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from stepgauge.cli.options import GAUGE, output, say
+
+if TYPE_CHECKING:
+    from stepgauge.evaluate import PlacementResult
+    from stepgauge.standards.mpe import Mpe
 
 
 @click.command("evaluate")
@@ -27,6 +33,11 @@ from stepgauge.cli.options import GAUGE, output, say
     metavar="P",
     help="Placement file; once per placement in the recording. Default: the axis is the mean approach.",
 )
+@click.option("--measured-at", metavar="DATE", help="When it was measured, 2026-03-02 or with time; for the history.")
+@click.option("--machine-name", metavar="NAME", help="Machine that measured it, where the recording does not say.")
+@click.option(
+    "--mpe", metavar="LIMIT", help='Draw the lines of a maximum permissible error, e.g. "1.8 + L/350" (um, mm).'
+)
 @click.option("--figure", "suffix", type=click.Choice(["png", "svg", "pdf"]), default="png", show_default=True)
 def command(
     recordings: tuple[str, ...],
@@ -35,6 +46,9 @@ def command(
     blocks: str | None,
     r_eff_from: str,
     placement_files: tuple[str, ...],
+    measured_at: str | None,
+    machine_name: str | None,
+    mpe: str | None,
     suffix: str,
 ) -> None:
     """Errors of the machine from a recording of the step gauge (Pahk & Kim, equations 1 to 13).
@@ -49,6 +63,7 @@ def command(
     stepgauge evaluate recording.csv --gauge step-gauge-420 -o result
     stepgauge evaluate x.csv y.csv --gauge my-gauge.toml --blocks 2:20 --r-eff all -o result
     """
+    from stepgauge.dates import parse_moment
     from stepgauge.evaluate import evaluate
     from stepgauge.evaluation_files import write_evaluation
     from stepgauge.figures.evaluation import draw_evaluations
@@ -56,14 +71,19 @@ def command(
     from stepgauge.placement import read_placement
     from stepgauge.plan import parse_blocks
     from stepgauge.recording import join_recordings, read_recording
+    from stepgauge.standards.mpe import Mpe
 
+    limit = Mpe.parse(mpe) if mpe else None
+    if measured_at:
+        parse_moment(measured_at, "--measured-at")
     steps = read_gauge(gauge)
     section = parse_blocks(blocks, steps) if blocks else None
     placements = [read_placement(path, steps) for path in placement_files]
     tables = [read_recording(path) for path in recordings]
     recording = tables[0] if len(tables) == 1 else join_recordings(tables)
+    recording = recording.with_comments(measured_at=measured_at, machine=machine_name)
     result = evaluate(recording, steps, section, "all" if r_eff_from == "all" else "first", placements)
-    written = [*write_evaluation(output, result), *draw_evaluations(output, result, suffix)]
+    written = [*write_evaluation(output, result), *draw_evaluations(output, result, suffix, limit)]
     for one in result.results:
         for note in one.notes:
             say(f"placement {one.placement}: note: {note}")
@@ -72,7 +92,21 @@ def command(
             f" worst two-sigma {_um(one.worst_two_sigma_um)},"
             f" R_eff {one.radius.r_eff_mm:.5f} mm (u = {one.radius.u_mm * 1e3:.2f} um)"
         )
+        if limit is not None:
+            say(_against(one, limit))
     say("wrote " + ", ".join(str(path) for path in written))
+
+
+def _against(result: PlacementResult, limit: Mpe) -> str:
+    from stepgauge.evaluation_files import face_rows
+    from stepgauge.figures.evaluation import beyond_mpe
+
+    rows = face_rows(result)
+    beyond, faces = beyond_mpe(rows, limit), sum(row["count"] > 0 for row in rows)
+    return (
+        f"placement {result.placement}: {beyond} of {faces} faces have a mean error beyond MPE = {limit} um"
+        " (lengths from the reference face; no decision rule applied)"
+    )
 
 
 def _um(value: float) -> str:

@@ -1,10 +1,21 @@
-"""``stepgauge import``: a controller's log -> a recording."""
+"""``stepgauge import``: what a controller or a person wrote down -> a recording."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import click
 
-from stepgauge.cli.options import GAUGE, TEMPERATURE_C, output, say
+from stepgauge.cli.options import TEMPERATURE_C, FiniteRange, output, say
+
+if TYPE_CHECKING:
+    from stepgauge.importing import TableLayout
+    from stepgauge.moves import Program
+    from stepgauge.placement import Placement
+
+FORMATS = ["linuxcnc", "dmis", "ippdme", "csv", "xlsx"]
+KINDS = ["missing", "doubled", "order", "foreign", "runs"]
+DECIMALS = {"point": ".", "comma": ","}
 
 
 @click.command("import")
@@ -12,22 +23,21 @@ from stepgauge.cli.options import GAUGE, TEMPERATURE_C, output, say
 @click.option(
     "--from",
     "source",
-    type=click.Choice(["linuxcnc"]),
-    required=True,
-    help="Controller that wrote the log. LinuxCNC: its (LOG,..) rows or its (PROBEOPEN ..) file, told apart by itself.",
+    type=click.Choice(FORMATS),
+    help="What LOG is: the (LOG,..) rows or (PROBEOPEN ..) file of LinuxCNC, DMIS output, an I++ DME session log, a"
+    " table as text (CSV) or in Excel. Default: recognised from its content.",
 )
 @click.option(
-    "--program", required=True, metavar="PROGRAM", help="The program that was run, as the controller read it."
+    "--program", metavar="PROGRAM", help="The program that was run, as the controller read it: every point is compared."
 )
-@GAUGE
+@click.option("--gauge", "-g", metavar="GAUGE", help="Gauge file (TOML), or the name of a shipped one.")
 @click.option(
     "--placement",
     "-p",
-    required=True,
     metavar="P",
-    help="Placement file (TOML) that the program was planned with: it says which face each measuring move meets.",
+    help="Placement file (TOML) of the gauge in that run: it says which face each point belongs to.",
 )
-@output("Recording (CSV) to write.")
+@output("Recording (CSV, or .parquet) to write.")
 @click.option(
     "--placement-number",
     type=click.IntRange(min=1),
@@ -39,40 +49,130 @@ from stepgauge.cli.options import GAUGE, TEMPERATURE_C, output, say
     "--gauge-temperature",
     type=TEMPERATURE_C,
     metavar="DEG_C",
-    help="Temperature of the gauge during the run, deg C. Default: none recorded; the certificate's holds.",
+    help="Temperature of the gauge during the run, deg C. Default: what LOG records, if it does.",
 )
-def command(
-    log: str,
-    source: str,
-    program: str,
-    gauge: str,
-    placement: str,
-    output: str,
-    placement_number: int,
-    gauge_temperature: float | None,
-) -> None:
-    """Turn the probe log of a controller into a recording.
+@click.option(
+    "--tip-radius",
+    type=FiniteRange(0.0, 25.0, min_open=True),
+    metavar="MM",
+    help="Radius of the tip ball, mm. Default: what LOG, PROGRAM or the placement state.",
+)
+@click.option(
+    "--points",
+    type=click.Choice(["centres", "surface"]),
+    help="Whether LOG has tip centres or points compensated by the tip radius. Default: what LOG says (PRCOMP in DMIS);"
+    " else what the distance from the certified faces shows.",
+)
+@click.option(
+    "--accept",
+    type=click.Choice(KINDS),
+    multiple=True,
+    help="In what LOG may depart, repeatable: points missing (also a log that ends early), doubled rows (the first is"
+    " kept), rows out of order, foreign rows that are no points of PROGRAM, several runs of it. Default: in nothing.",
+)
+@click.option(
+    "--column",
+    "columns",
+    multiple=True,
+    metavar="NAME=HEADER",
+    help='Of a table: which column holds a quantity, e.g. x_mm="Messwert X"; once per quantity. Default: by the names.',
+)
+@click.option("--sheet", metavar="NAME", help="Of a workbook: the sheet to read. Default: the only one.")
+@click.option(
+    "--delimiter",
+    type=click.Choice(["semicolon", "tab", "bar", "comma"]),
+    help="Of a table as text: what parts the columns. Default: found from the rows.",
+)
+@click.option(
+    "--decimal",
+    type=click.Choice(list(DECIMALS)),
+    help="Of a table: the decimal mark. Default: found from the numbers.",
+)
+@click.option(
+    "--length-unit",
+    type=click.Choice(["mm", "um", "m", "inch"]),
+    default="mm",
+    show_default=True,
+    help="Of a table: unit of coordinates whose header states none.",
+)
+@click.option(
+    "--temperature-unit",
+    type=click.Choice(["C", "K", "F"]),
+    default="C",
+    show_default=True,
+    help="Of a table: unit of temperatures whose header states none.",
+)
+def command(log: str, source: str | None, output: str, **options: Any) -> None:
+    """Turn what a controller or a person wrote down into a recording.
 
-    The log is checked against the program that was run: every point there once, in order, on the line of its search
-    and not farther than the search distance from its target. Faces come from where the program probes on the gauge as
-    placed; the n-th visit of a face is its cycle n. Nothing is written unless the whole log fits.
+    With --program, LOG is checked against the program that was run: every point there once, in order, on the line of
+    its search and not farther than the search distance from its target; a point that is missing, doubled or out of
+    order is named with its cycle, face and place. Without it, faces follow from the positions on the gauge as placed
+    (--gauge and --placement), and cycles from the usual orders of 'stepgauge plan'. A table or a DMIS file that states
+    cycle, face and direction of every row needs neither. Then serial, units, tip radius and faces are checked against
+    the gauge. Nothing is written unless all of it fits.
+
+    What was mapped and what was dropped is printed, and kept in the recording as '# import:' lines.
 
     \b
     stepgauge import stepgauge-probe-log.txt --from linuxcnc --program probe.ngc \\
         --gauge step-gauge-420 --placement placement.toml --gauge-temperature 20.4 -o recording.csv
+    stepgauge import results.dmo --from dmis --program gauge.dmi -g step-gauge-420 -p placement.toml -o recording.csv
+    stepgauge import points.csv -g step-gauge-420 -p placement.toml --column x_mm="Messwert X" -o recording.csv
     """
     from stepgauge.gauge import read_gauge
-    from stepgauge.importing import RunLabels, import_log
-    from stepgauge.moves import ProbingSettings
+    from stepgauge.importing import ImportOptions, import_log, recognise_log
     from stepgauge.placement import read_placement
-    from stepgauge.programs import read_program
     from stepgauge.recording import write_recording
 
-    steps = read_gauge(gauge)
-    moves = read_program(program, ProbingSettings())
-    labels = RunLabels(placement_number, gauge_temperature)
-    imported = import_log(log, source, moves, steps, read_placement(placement, steps), labels)
+    _check_options(options)
+    steps = read_gauge(options["gauge"]) if options["gauge"] else None
+    lies = read_placement(options["placement"], steps) if steps is not None and options["placement"] else None
+    layout = _layout(options)
+    program, radius = _read_program(options, lies)
+    choice = ImportOptions(
+        options["placement_number"],
+        options["gauge_temperature"],
+        radius,
+        None if options["points"] is None else options["points"] == "surface",
+        options["accept"],
+    )
+    imported = import_log(log, source or recognise_log(log), steps, lies, program, choice, layout)
     write_recording(output, imported.recording)
     for line in imported.report:
         say(line)
-    say(f"wrote {output}: {len(imported.recording)} probings, placement {placement_number}")
+    placements = ", ".join(map(str, imported.recording.placements))
+    say(f"wrote {output}: {len(imported.recording)} probings, placement {placements}")
+
+
+def _check_options(options: dict[str, Any]) -> None:
+    if options["placement"] and not options["gauge"]:
+        raise click.UsageError("--placement needs --gauge")
+    if options["program"] and not options["placement"]:
+        raise click.UsageError("--program needs --gauge and --placement")
+
+
+def _layout(options: dict[str, Any]) -> TableLayout:
+    from stepgauge.importing import TableLayout
+    from stepgauge.importing.cells import DELIMITERS
+    from stepgauge.importing.headers import parse_mapping
+
+    return TableLayout(
+        DELIMITERS.get(options["delimiter"] or ""),
+        DECIMALS.get(options["decimal"] or ""),
+        options["sheet"],
+        parse_mapping(options["columns"]),
+        options["length_unit"],
+        options["temperature_unit"],
+    )
+
+
+def _read_program(options: dict[str, Any], placement: Placement | None) -> tuple[Program | None, float | None]:
+    """The program, and the tip radius of the person or, where the program's text states it, of the program."""
+    from stepgauge.importing import read_run_program
+
+    radius = options["tip_radius"]
+    if options["program"] is None:
+        return None, radius
+    program, stated = read_run_program(options["program"], radius or (placement.tip_radius_mm if placement else None))
+    return program, radius or stated

@@ -17,9 +17,9 @@ POSITIVE = FiniteRange(min=0.0, min_open=True)
 
 
 @click.command("plan")
-@click.argument("source", metavar="PLACEMENT|POINTS")
+@click.argument("source", required=False, metavar="[PLACEMENT|POINTS]")
 @GAUGE
-@output("Program file to write.")
+@output("Program file to write; with --iso10360 the folder for placements and programs.")
 @click.option(
     "--dialect",
     "-d",
@@ -49,8 +49,28 @@ POSITIVE = FiniteRange(min=0.0, min_open=True)
     show_default=True,
     help="Front and back block by block; all fronts then all backs; or cycles up and down the gauge in turn.",
 )
-@click.option("--cycles", type=click.IntRange(1, 1000), default=5, show_default=True, help="Repetitions of every face.")
-@click.option("--blocks", metavar="A:B", help="First and last block to measure; default: all.")
+@click.option(
+    "--cycles", type=click.IntRange(1, 1000), help="Repetitions of every face. [default: 5; with --iso10360: 3]"
+)
+@click.option("--blocks", metavar="A:B|A,B,...", help="First and last block to measure, or a list; default: all.")
+@click.option(
+    "--iso10360",
+    is_flag=True,
+    help="No PLACEMENT: plan the seven positions of ISO 10360-2 in the machine's travel (needs --machine).",
+)
+@click.option(
+    "--stylus",
+    type=click.Choice(["auto", "machine", "square"]),
+    default="auto",
+    show_default=True,
+    help="With --iso10360, direction of the stylus: as in the machine file, square to the gauge (an indexing head turns"
+    " it), or as in the machine file where that is clear of the gauge and else square.",
+)
+@click.option(
+    "--allow-short",
+    is_flag=True,
+    help="With --iso10360: write what can be measured even where the gauge does not fit or is too short.",
+)
 @click.option("--points-on", metavar="A:B", help="Blocks that POINTS were probed on; default: the first and the last.")
 @machine_option(False, "Machine file: travel limits, stylus and speeds. Without it the travel is not checked.")
 @click.option(
@@ -99,7 +119,7 @@ POSITIVE = FiniteRange(min=0.0, min_open=True)
 )
 @click.option("--measuring-speed", type=POSITIVE, metavar="MM/S", help="mm/s; default: the machine's, or 3.")
 @click.option("--travel-speed", type=POSITIVE, metavar="MM/S", help="mm/s; default: the machine's, or 50.")
-def command(source: str, gauge: str, output: str, dialect: str, template: str | None, **options: Any) -> None:
+def command(source: str | None, gauge: str, output: str, dialect: str, template: str | None, **options: Any) -> None:
     """Plan the measurement of the step gauge and write the program for the controller.
 
     Starts from a placement file, or from the 16 points (see 'stepgauge locate'). The whole path is checked before
@@ -111,7 +131,17 @@ def command(source: str, gauge: str, output: str, dialect: str, template: str | 
     stepgauge plan placement.toml --gauge step-gauge-420 --machine bridge-cmm --dialect dmis -o gauge.dmi
     stepgauge plan points.csv --gauge my-gauge.toml --dialect linuxcnc --route over --cycles 3 -o gauge.ngc
     stepgauge plan placement.toml -g my-gauge.toml -d dmis --template my-dialect.j2 -o gauge.prg
+    stepgauge plan --iso10360 -g step-gauge-1020 -m bridge-cmm -d dmis -o seven-positions
     """
+    if options["iso10360"]:
+        from stepgauge.cli.plan_iso10360 import plan_seven
+
+        plan_seven(source, gauge, output, dialect, template, options)
+        return
+    if options["allow_short"] or options["stylus"] != "auto":
+        raise click.UsageError("--allow-short and --stylus go with --iso10360.")
+    if source is None:
+        raise click.UsageError("Missing argument 'PLACEMENT|POINTS' (or --iso10360).")
     from stepgauge.collision import make_tool
     from stepgauge.files import write_text
     from stepgauge.gauge import read_gauge
@@ -120,7 +150,6 @@ def command(source: str, gauge: str, output: str, dialect: str, template: str | 
     from stepgauge.plan_check import check_program, check_travel
     from stepgauge.probes.schema import ConstantTable
     from stepgauge.programs import DIALECTS
-    from stepgauge.programs.render import render
 
     steps = read_gauge(gauge)
     machine = read_machine(options["machine"]) if options["machine"] else None
@@ -129,14 +158,13 @@ def command(source: str, gauge: str, output: str, dialect: str, template: str | 
     probe = (
         machine.probe.model_copy(update={"tip_radius_mm": radius}) if machine else ConstantTable(tip_radius_mm=radius)
     )
-    choice = _plan_options(options, steps)
-    program = make_program(placement, steps, choice, _settings(options, steps, machine, radius))
+    choice = plan_options(options, steps)
+    program = make_program(placement, steps, choice, probing_settings(options, steps, machine, radius))
     faces = [face for _, face in faces_in_order(choice)]
     check_program(program, faces, placement, steps, make_tool(probe), choice.margin_mm)
     if machine is not None:
         check_travel(program, machine)
-    text = render(program, DIALECTS[dialect], template)
-    note = _read_back(text, program, DIALECTS[dialect], template)
+    text, note = program_text(program, dialect, template)
     write_text(output, text, newline=DIALECTS[dialect].newline)
     say(f"{program.n_points} points, {len(program)} moves; {_duration(program)}")
     say("path checked: gauge, rail" + (", travel" if machine else "; travel limits NOT checked (no --machine)"))
@@ -178,25 +206,28 @@ def _tip_radius(stated: float | None, machine: Machine | None, placement: Placem
     raise InputError(source, "the tip radius is not known", expected="--tip-radius, --machine or key tip_radius_mm")
 
 
-def _plan_options(options: dict[str, Any], gauge: Gauge) -> Any:
-    from stepgauge.plan import PlanOptions, parse_blocks, parse_position
+def plan_options(options: dict[str, Any], gauge: Gauge) -> Any:
+    from stepgauge.plan import PlanOptions, parse_block_list, parse_blocks, parse_position
 
-    first, last = parse_blocks(options["blocks"] or ":", gauge)
+    text = options["blocks"] or ":"
+    only = parse_block_list(text, gauge) if "," in text else None
+    first, last = (only[0], only[-1]) if only else parse_blocks(text, gauge)
     return PlanOptions(
         first,
         last,
         route=options["route"],
         order=options["order"],
-        cycles=options["cycles"],
+        cycles=options["cycles"] or (3 if options["iso10360"] else 5),
         clearance_mm=options["clearance"],
         margin_mm=options["margin"],
         height_mm=options["height"],
         around=1 if options["around"] == "+s" else -1,
         home_mm=parse_position(options["home"]) if options["home"] else None,
+        only_blocks=only,
     )
 
 
-def _settings(options: dict[str, Any], gauge: Gauge, machine: Machine | None, radius: float) -> Any:
+def probing_settings(options: dict[str, Any], gauge: Gauge, machine: Machine | None, radius: float) -> Any:
     from stepgauge.moves import ProbingSettings
     from stepgauge.plan import middle_standoff_mm
 
@@ -209,6 +240,15 @@ def _settings(options: dict[str, Any], gauge: Gauge, machine: Machine | None, ra
         travel_speed_mm_s=options["travel_speed"] or (machine.table.travel_speed_mm_s if machine else 50.0),
         tip_radius_mm=radius,
     )
+
+
+def program_text(program: Any, dialect: str, template: str | None) -> tuple[str, str]:
+    """The program for the controller, read back and compared, and what to say of that."""
+    from stepgauge.programs import DIALECTS
+    from stepgauge.programs.render import render
+
+    text = render(program, DIALECTS[dialect], template)
+    return text, _read_back(text, program, DIALECTS[dialect], template)
 
 
 def _read_back(text: str, program: Any, dialect: Any, template: str | None) -> str:

@@ -39,10 +39,9 @@ if TYPE_CHECKING:
 @click.option(
     "--u-gauge-temperature",
     type=FiniteRange(0.0),
-    default=0.0,
-    show_default=True,
     metavar="K",
-    help="Standard uncertainty of the recorded gauge temperature, K.",
+    help="Standard uncertainty of the recorded gauge temperature, K. Default: gauge_temperature_K in [uncertainty] of "
+    "the machine file, or 0.",
 )
 @click.option(
     "--r-eff", "origin", type=click.Choice(["first", "all"]), default="first", show_default=True, help="As evaluate."
@@ -111,7 +110,7 @@ def _model(sources: tuple[str, ...], machine: Machine, gauge: Gauge, options: di
     from stepgauge.programs import read_program
     from stepgauge.recording import is_recording_file, join_recordings, read_recording
 
-    u_temperature, origin = options["u_gauge_temperature"], options["origin"]
+    u_temperature, origin = machine.u_gauge_temperature_K(options["u_gauge_temperature"]), options["origin"]
     if is_recording_file(sources[0]):
         recording = join_recordings([read_recording(path) for path in sources])
         return recording_model(recording, machine, gauge, u_temperature, origin)

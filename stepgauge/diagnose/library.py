@@ -22,7 +22,7 @@ from stepgauge.errors import InputError
 from stepgauge.recording import APPROACH
 
 Array = NDArray[np.float64]
-NOT_LAWS = {"empirical", "error_map", "outliers", "noise_growth"}
+NOT_LAWS = {"axis_compensation", "empirical", "error_map", "outliers", "noise_growth"}
 """Kinds that are no law of the mean with parameters of their own: fitted elsewhere or not at all."""
 NEEDS_TIME = {"time", "order"}
 LENGTHS = {"coordinate", "position"}

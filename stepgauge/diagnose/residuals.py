@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.errors import InputError
-from stepgauge.evaluate import axis_from_approaches
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.readout import machine_effects
 from stepgauge.recording import APPROACH, POSITION, Recording
+from stepgauge.recording_checks import axis_from_approaches, certified_mm, check_recording
 
 Array = NDArray[np.float64]
 FEWEST_ROWS = 12
@@ -80,8 +80,7 @@ def make_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Resi
             found=f"{len(frame)} probings of {len(np.unique(face))} faces",
             expected=f"at least {FEWEST_ROWS} probings of 3 faces",
         )
-    if face.max() > gauge.n_faces:
-        raise InputError(recording.path, f"{gauge.table.name} has no face {face.max()}")
+    check_recording(recording, gauge)
     numbers, placement = np.unique(frame["placement"].to_numpy(), return_inverse=True)
     position, approach = frame[POSITION].to_numpy(float), frame[APPROACH].to_numpy(float)
     axes = {
@@ -93,7 +92,7 @@ def make_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Resi
     setting = Setting.of(machine, gauge, axes)
     probings = Probings(frame, setting)
     radius_mm = machine.probe.tip_radius_mm - machine.sensor.pretravel_um(approach) * 1e-3
-    simulated_mm = _certified(frame, gauge, face) - along * radius_mm
+    simulated_mm = certified_mm(recording, gauge, face) - along * radius_mm
     um = ((position * axis).sum(axis=1) - simulated_mm) * along * 1e3
     for effect in machine_effects(machine):
         um = um - along_approach_um(effect, probings)
@@ -101,14 +100,6 @@ def make_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Resi
     um = um - side * _origin(um * side, placement)[placement]
     simulated = frame.assign(**dict(zip(POSITION, (position - um[:, None] * 1e-3 * approach).T, strict=True)))
     return Residuals(um, side, placement, face, Probings(simulated, setting), frame, gauge, machine)
-
-
-def _certified(frame: pd.DataFrame, gauge: Gauge, face: NDArray[np.int64]) -> Array:
-    certified = gauge.position_mm[face - 1]
-    if "gauge_temperature_C" in frame:
-        warmer = frame["gauge_temperature_C"].to_numpy() - gauge.table.reference_temperature_C
-        certified = certified * (1.0 + gauge.table.expansion_per_K * warmer)
-    return certified
 
 
 def _origin(along_um: Array, placement: NDArray[np.intp]) -> Array:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from stepgauge.evaluate import Evaluation
 from stepgauge.evaluation_files import evaluation_to_dict
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.standards.mpe import Mpe
 
 Array = NDArray[np.float64]
 WIDTH_MM, HEIGHT_MM = 170.0, 106.0
@@ -39,15 +40,22 @@ class Direction(NamedTuple):
 
 FORWARD = Direction("f", "forward XF", CYCLE[0], ">", True)
 BACKWARD = Direction("b", "backward XB", CYCLE[1], "<", False)
+LIMIT_COLOR = CYCLE[3]
+_DOTTED: dict[str, Any] = {"linestyle": (0, (1, 1.2)), "zorder": 2}
 MEAN_COLOR, REVERSAL_COLOR, GREY = COLORS["model"], COLORS["measured"], COLORS["grey"]
 
 
-def draw_evaluations(folder: str | Path, evaluation: Evaluation, suffix: str = "png") -> list[Path]:
-    """Draw every placement of an evaluation into a folder; ``suffix`` is png, svg or pdf. Returns the paths."""
+def draw_evaluations(
+    folder: str | Path, evaluation: Evaluation, suffix: str = "png", mpe: Mpe | None = None
+) -> list[Path]:
+    """Draw every placement of an evaluation into a folder; ``suffix`` is png, svg or pdf. Returns the paths.
+
+    ``mpe``: lines of a maximum permissible error by the distance from the reference face.
+    """
     placements = evaluation_to_dict(evaluation)["placements"]
     paths = [Path(folder) / name for name in figure_names([p["placement"] for p in placements], suffix)]
     for placement, path in zip(placements, paths, strict=True):
-        save_figure(evaluation_figure(placement), path)
+        save_figure(evaluation_figure(placement, mpe), path)
     return paths
 
 
@@ -58,7 +66,7 @@ def figure_names(placements: Sequence[int], suffix: str) -> list[str]:
     return [f"evaluation-placement-{number}.{suffix}" for number in placements]
 
 
-def evaluation_figure(placement: Mapping[str, Any]) -> Figure:
+def evaluation_figure(placement: Mapping[str, Any], mpe: Mpe | None = None) -> Figure:
     """The figure of one entry of ``placements`` in an ``evaluation.json`` (see :mod:`stepgauge.evaluation_files`)."""
     rows = placement["faces"]
     with figure_style():
@@ -66,11 +74,33 @@ def evaluation_figure(placement: Mapping[str, Any]) -> Figure:
         errors, reversal = figure.subplots(2, 1, sharex=True, height_ratios=[3.2, 1.0])
         _draw_errors(errors, rows)
         _mark_band(errors, rows)
+        if mpe is not None:
+            draw_mpe(errors, column(rows, "nominal_mm"), _reference_mm(rows), mpe)
         _mark_worst(errors, rows, placement["worst_two_sigma_um"])
         _draw_reversal(reversal, rows)
         _label(errors, reversal, placement)
         _add_legend(figure, rows)
     return figure
+
+
+def draw_mpe(axes: Axes, nominal_mm: Array, reference_mm: float, mpe: Mpe) -> None:
+    """Lines at plus and minus the limit of the length from the reference face."""
+    x = np.linspace(nominal_mm[0], nominal_mm[-1], 201)
+    for sign in (1, -1):
+        label = f"± MPE = {mpe} µm" if sign > 0 else "_mpe"
+        axes.plot(x, sign * mpe.at_um(x - reference_mm), color=LIMIT_COLOR, linewidth=1.1, label=label, **_DOTTED)
+
+
+def _reference_mm(rows: Sequence[Mapping[str, Any]]) -> float:
+    """Nominal position of the first front that was measured: errors of length are counted from there."""
+    return next(float(row["nominal_mm"]) for row in rows if row["face"] % 2 and row["count"])
+
+
+def beyond_mpe(rows: Sequence[Mapping[str, Any]], mpe: Mpe) -> int:
+    """How many faces have an error, as they were probed, beyond the limit of their distance from the reference."""
+    own = np.where(column(rows, "face") % 2 == 1, column(rows, "xf_um"), column(rows, "xb_um"))
+    length = column(rows, "nominal_mm") - _reference_mm(rows)
+    return int((np.abs(np.where(column(rows, "count") > 0, own, 0.0)) > mpe.at_um(length)).sum())
 
 
 def column(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
@@ -228,11 +258,12 @@ def _add_legend(figure: Figure, rows: Sequence[Mapping[str, Any]]) -> None:
     )
     if any(row["sf_um"] is not None or row["sb_um"] is not None for row in rows):
         entries.append(Patch(color=GREY, alpha=0.3, linewidth=0, label="± two sigma"))
+    entries += [line for line in errors.get_lines() if "MPE" in str(line.get_label())]
     entries += [bar for bar in errors.containers if bar.get_label() and not str(bar.get_label()).startswith("_")]
     figure.legend(
         handles=entries,
         loc="outside upper center",
-        ncols=len(entries),
+        ncols=len(entries) if len(entries) <= 6 else 4,
         columnspacing=1.2,
         handlelength=1.8,
         frameon=False,

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
-from stepgauge.montecarlo.inputs import effect_key
 from stepgauge.montecarlo.model import Model, Part
 from stepgauge.montecarlo.summary import Summary
 
@@ -59,9 +58,7 @@ def _draw_contributions(axes: Axes, model: Model, summary: Summary, part: Part) 
     total = _of_xm(summary, summary.u, part) ** 2
     defined = ~np.isnan(total)
     position = model.gauge.position_mm[part.readings.faces - 1][defined]
-    variance = {
-        _readable(model, name): _of_xm(summary, u, part)[defined] ** 2 for name, u in summary.contribution.items()
-    }
+    variance = {model.label(name): _of_xm(summary, u, part)[defined] ** 2 for name, u in summary.contribution.items()}
     order = sorted(variance, key=lambda name: variance[name].sum(), reverse=True)
     shown = {name: variance[name] for name in order[:MOST]}
     if len(order) > MOST:
@@ -70,13 +67,3 @@ def _draw_contributions(axes: Axes, model: Model, summary: Summary, part: Part) 
     axes.plot(position, total[defined], color="black", label="all inputs")
     axes.set_ylabel("Variance of XM / µm²")
     axes.legend(loc="upper left", frameon=False)
-
-
-def _readable(model: Model, name: str) -> str:
-    """``effect[2].urad`` as ``squareness xy: urad``; other inputs as they are."""
-    place = effect_key(name)
-    if place is None:
-        return name
-    index, path = place
-    label = model.effects[len(model.effects) - len(model.machine.effects) + index].label
-    return f"{label.replace('_', ' ')}: {'.'.join(path)}"

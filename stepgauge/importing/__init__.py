@@ -1,8 +1,8 @@
 """What a controller wrote down while it ran a program, read back as a recording.
 
 A log format is one module here with two functions: ``recognises(text) -> bool`` and ``read(text, path) -> ProbeLog``.
-What a log has to say about the program that made it is checked once for all formats in
-:mod:`stepgauge.importing.matching`.
+Tables of any layout (CSV, XLSX) are read by :mod:`stepgauge.importing.sheet`. What a log has to say about the program
+that made it is checked once for all formats in :mod:`stepgauge.importing.matching`.
 """
 
 from __future__ import annotations
@@ -15,10 +15,14 @@ from pathlib import Path
 from stepgauge.errors import InputError
 from stepgauge.files import read_text
 from stepgauge.gauge import Gauge
+from stepgauge.importing.build import Import, ImportOptions, build_recording
+from stepgauge.importing.cells import decode, is_workbook
 from stepgauge.importing.log import ProbeLog
-from stepgauge.importing.matching import Import, RunLabels, match_log
-from stepgauge.moves import Program
+from stepgauge.importing.sheet import TableLayout, read_sheet
+from stepgauge.moves import ProbingSettings, Program
 from stepgauge.placement import Placement
+from stepgauge.programs import DIALECTS, recognise
+from stepgauge.recording_checks import check_recording
 
 
 @dataclass(frozen=True)
@@ -52,16 +56,47 @@ FORMATS = {
             "LinuxCNC probe log",
             "rows of 'n x y z success [seconds]' from (LOG,..), or of 9 coordinates from (PROBEOPEN ..)",
         ),
+        LogFormat("dmis", "DMIS output", "lines like FA(name)=FEAT/POINT,CART,x,y,z,i,j,k"),
+        LogFormat("ippdme", "I++ DME session log", "lines like '00010 PtMeas(X(..), ..)' and '00010 # X(..), ..'"),
+        LogFormat("csv", "table of points as text", "a header with x, y and z, and columns parted by ; , | or tabs"),
+        LogFormat("xlsx", "Excel workbook", "a sheet with a header that has x, y and z"),
     )
 }
+TABLES = ("csv", "xlsx")
 
 
-def read_log(path: str | Path, source: str) -> ProbeLog:
-    """Read a probe log; ``source`` is a name in :data:`FORMATS`.
+def recognise_log(path: str | Path) -> str:
+    """Name of the format of a file, from its content; :class:`InputError` where it is none that is known."""
+    if is_workbook(path):
+        return "xlsx"
+    text = decode(path)[0]
+    for known in FORMATS.values():
+        if known.name not in TABLES and known.recognises(text):
+            return known.name
+    if any(dialect.recognises(text) for dialect in DIALECTS.values()):
+        raise InputError(
+            path,
+            "this is a measuring program, not what a machine wrote down while it ran",
+            expected="a log, and the program as --program",
+        )
+    return "csv"
+
+
+def read_log(path: str | Path, source: str, layout: TableLayout | None = None) -> ProbeLog:
+    """Read a probe log; ``source`` is a name in :data:`FORMATS`, ``layout`` says how a table is to be read.
 
     :class:`InputError` for a file of another kind, and for the first line that is not as the format wants it.
     """
-    text = read_text(path)
+    if source in TABLES:
+        return read_sheet(path, source, layout or TableLayout())
+    if layout not in (None, TableLayout()):
+        raise InputError(
+            path,
+            "delimiter, decimal mark, sheet, columns and units can be said of tables only",
+            found=f"a {FORMATS[source].title}",
+            expected="none of these options",
+        )
+    text = decode(path)[0]
     known = FORMATS[source]
     if not known.recognises(text):
         lines = text.split("\n")
@@ -78,25 +113,48 @@ def read_log(path: str | Path, source: str) -> ProbeLog:
 def import_log(
     path: str | Path,
     source: str,
-    program: Program,
-    gauge: Gauge,
-    placement: Placement,
-    labels: RunLabels | None = None,
+    gauge: Gauge | None = None,
+    placement: Placement | None = None,
+    program: Program | None = None,
+    options: ImportOptions | None = None,
+    layout: TableLayout | None = None,
 ) -> Import:
-    """The recording of a run, from the controller's log and the program it ran.
+    """The recording of a run, from what the controller or a person wrote down.
+
+    With the program every point is known beforehand; with gauge and placement alone the faces follow from the
+    positions, and what is missing from the usual orders of ``stepgauge plan``; a file that states cycle, face and
+    direction of every row needs neither.
 
     Parameters
     ----------
     path : the log
     source : name of its format in :data:`FORMATS`
+    gauge, placement : which faces the points belong to
     program : what the controller ran, read from its text (:func:`stepgauge.programs.read_program`)
-    gauge, placement : which faces the program's measuring moves meet
-    labels : number of the placement and temperature of the gauge, which no log states
+    options : what the log does not state, and what may be wrong with it
+    layout : how a table is to be read
 
     Raises
     ------
     InputError
         names the log's line: a foreign or truncated file, points missing, repeated, out of order or missed, and a log
-        that another program made; or the program's line where it does not measure this gauge as placed
+        that another program made; the program's line where it does not measure this gauge as placed; and the evidence
+        where numbers and statements contradict each other (serial, units, tip radius, swapped faces)
     """
-    return match_log(read_log(path, source), program, gauge, placement, labels or RunLabels())
+    log = read_log(path, source, layout)
+    imported = build_recording(log, gauge, placement, program, options or ImportOptions())
+    if gauge is not None:
+        check_recording(imported.recording, gauge)
+    return imported
+
+
+def read_run_program(path: str | Path, tip_radius_mm: float | None) -> tuple[Program, float | None]:
+    """The program that was run, and the tip radius where its text states one.
+
+    ``tip_radius_mm`` turns the surface points of programs that leave the radius to the controller into tip centres.
+    """
+    text = read_text(path)
+    dialect = recognise(text, path)
+    settings = ProbingSettings() if tip_radius_mm is None else ProbingSettings(tip_radius_mm=tip_radius_mm)
+    program = dialect.read(text, path, settings)
+    return program, program.settings.tip_radius_mm if "tip_radius_mm" in dialect.carries else None

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.importing.log import ProbeLog
+from stepgauge.numerals import number
+from stepgauge.recording import comment_lines
 
 Array = NDArray[np.float64]
 _COLUMNS = {5: "n x y z success", 6: "n x y z success seconds", 9: "x y z a b c u v w"}
@@ -34,11 +36,13 @@ def read(text: str, path: str) -> ProbeLog:
     rows = _rows(text)
     width = len(rows[0][1])
     values = np.array([_values(cells, width, f"{path}:{line}") for line, cells in rows])
-    line = np.array([number for number, _ in rows])
+    line = np.array([place for place, _ in rows])
+    comments = comment_lines(text.splitlines())
     dropped = len(text.splitlines()) - len(rows)
     if width == 9:
+        form = "LinuxCNC PROBEOPEN"
         _check_rotary(values, path, line)
-        return ProbeLog(path, "LinuxCNC PROBEOPEN", values[:, :3], line, skips_repeats=True, dropped=dropped)
+        return ProbeLog(path, form, values[:, :3], line, skips_repeats=True, dropped=dropped, comments=comments)
     _check_flags(values, path, line)
     time_s = values[:, 5] if width == 6 else None
     if time_s is not None:
@@ -52,13 +56,14 @@ def read(text: str, path: str) -> ProbeLog:
         values[:, 4] == 1.0,
         time_s=time_s,
         dropped=dropped,
+        comments=comments,
     )
 
 
 def _rows(text: str) -> list[tuple[int, list[str]]]:
     """Line and cells of everything but blank lines and ``#`` comments."""
     lines = enumerate(text.splitlines(), 1)
-    return [(number, line.split()) for number, line in lines if line.strip() and not line.lstrip().startswith("#")]
+    return [(place, line.split()) for place, line in lines if line.strip() and not line.lstrip().startswith("#")]
 
 
 def _values(cells: list[str], width: int, where: str) -> list[float]:
@@ -69,7 +74,7 @@ def _values(cells: list[str], width: int, where: str) -> list[float]:
             found=f"{len(cells)} columns: {' '.join(cells)[:60]!r}",
             expected=f"{width}: {_COLUMNS[width]}",
         )
-    values = [float(cell) if _NUMBER.fullmatch(cell) else math.nan for cell in cells]
+    values = [number(cell) if _NUMBER.fullmatch(cell) else math.nan for cell in cells]
     if not all(map(math.isfinite, values)):
         wrong = next(cell for cell, value in zip(cells, values, strict=True) if not math.isfinite(value))
         raise InputError(where, "not a number", found=repr(wrong), expected=_COLUMNS[width])
@@ -77,9 +82,9 @@ def _values(cells: list[str], width: int, where: str) -> list[float]:
 
 
 def _check_flags(values: Array, path: str, line: NDArray[np.int64]) -> None:
-    number, success = values[:, 0], values[:, 4]
+    point, success = values[:, 0], values[:, 4]
     for what, value, wrong, expected in (
-        ("the point's number", number, (number < 1) | (number != np.floor(number)), "a whole number from 1"),
+        ("the point's number", point, (point < 1) | (point != np.floor(point)), "a whole number from 1"),
         ("the success flag", success, (success != 0) & (success != 1), "1 (contact) or 0 (none), from #5070"),
     ):
         if wrong.any():

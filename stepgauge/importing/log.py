@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -16,24 +19,43 @@ class ProbeLog:
     ----------
     path : the file, for messages
     form : what kind of log it is, in words
-    position_mm : tip centres at the trigger, shape ``(n, 3)``, in the coordinates of the program
+    position_mm : tip centres at the trigger, or surface points (see ``surface``), shape ``(n, 3)``
     line : line of the file of each row, shape ``(n,)``
     number : the point's number in the program, counted from 1, shape ``(n,)``; None where the log does not state it
     success : whether the controller saw a contact, shape ``(n,)``; None where the log does not state it
     skips_repeats : the controller leaves out a point that is identical to the one before
     time_s : when the points were logged, by the controller's clock, shape ``(n,)``; None where the log has no time
     dropped : how many lines were no points (blank lines and comments)
+    approach : unit directions towards the surface, shape ``(n, 3)``; None where the log has no directions
+    label : the point's name, one a row; None where the log has none
+    columns : what else a recording keeps, by the name of its column, each ``(n,)``
+    comments : what the log says of the whole run; names of a recording's columns hold for every row
+    surface : True for points compensated by the tip radius, False for tip centres, None where the log does not say
+    tip_radius_mm : what the log says of it
+    cut : what is missing at the end of a file that ought to have an end mark; empty where nothing is
+    failures : line and text of what the controller reported as failed
+    mapped, left_out : what became of the parts of the file, in words
     """
 
     path: str
     form: str
-    position_mm: NDArray[np.float64]
+    position_mm: Array
     line: NDArray[np.int64]
     number: NDArray[np.int64] | None = None
     success: NDArray[np.bool_] | None = None
     skips_repeats: bool = False
-    time_s: NDArray[np.float64] | None = None
+    time_s: Array | None = None
     dropped: int = 0
+    approach: Array | None = None
+    label: Sequence[str] | None = None
+    columns: Mapping[str, Array] = field(default_factory=dict)
+    comments: Mapping[str, str] = field(default_factory=dict)
+    surface: bool | None = False
+    tip_radius_mm: float | None = None
+    cut: str = ""
+    failures: Sequence[tuple[int, str]] = ()
+    mapped: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.position_mm)
@@ -41,3 +63,16 @@ class ProbeLog:
     def at(self, row: int) -> str:
         """``file:line`` of a row (counted from 0)."""
         return f"{self.path}:{self.line[row]}"
+
+
+def unit_vectors(vectors: Array) -> Array:
+    """Rows scaled to length 1; rows whose printed digits are those of a unit vector are left as they are."""
+    size = np.linalg.norm(vectors, axis=1)
+    return np.where(np.abs(size - 1.0)[:, None] < 1e-9, vectors, vectors / size[:, None])
+
+
+def counted(dropped: Mapping[str, int]) -> tuple[str, ...]:
+    """Words on what was left out, how often each."""
+    if not dropped:
+        return ()
+    return ("dropped: " + ", ".join(f"{count} {name}" for name, count in sorted(dropped.items())),)

@@ -1,82 +1,94 @@
-"""A log against the program that was run: every point there, in order, and where the program sent the tip."""
+"""A log against the points that it ought to have: every point there, in order, and where the tip was sent."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
-from stepgauge.importing.faces import cycles_of, probed_faces
+from stepgauge.importing.alignment import align
+from stepgauge.importing.departures import (
+    FOREIGN,
+    Comparison,
+    accepted_words,
+    extent,
+    find_departures,
+    from_target,
+    refuse,
+    refuse_all,
+)
+from stepgauge.importing.expected import Expected, coordinates
 from stepgauge.importing.log import ProbeLog
-from stepgauge.moves import Program
-from stepgauge.placement import Placement
-from stepgauge.recording import APPROACH, POSITION, Recording
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
-LATERAL_MM = 0.1
-"""A machine that searches along a straight line stays this close to it."""
 SEARCH_END_MM = 1e-5
 """A search that ends this close to its programmed end has met nothing; the logs print 1e-6 mm or finer."""
+KINDS = ("missing", "doubled", "order", "foreign", "runs")
+"""Ways in which a log may depart from its program and still be wanted: see :func:`match`."""
 
 
 @dataclass(frozen=True)
-class RunLabels:
-    """What no log states: the number of the placement, and the temperature of the gauge where it was measured."""
+class Match:
+    """Which row of the log each point stands in.
 
-    placement: int = 1
-    gauge_temperature_C: float | None = None
+    ``expected``: the points (of all runs); ``point``, ``row``: pairs, in the order of the log; ``departures``: what was
+    accepted although it is not as the program has it, in words.
+    """
 
-
-@dataclass(frozen=True)
-class Import:
-    """A recording, and in a few lines what was mapped and what was dropped."""
-
-    recording: Recording
-    report: tuple[str, ...]
+    expected: Expected
+    point: Rows
+    row: Rows
+    departures: tuple[str, ...] = ()
 
 
-def match_log(log: ProbeLog, program: Program, gauge: Gauge, placement: Placement, labels: RunLabels) -> Import:
-    """The recording of a log (see :func:`stepgauge.importing.import_log`)."""
-    face = probed_faces(program, gauge, placement)
-    row = _rows_of_points(log, program)
-    frame = _frame(log.position_mm[row], program, face, labels)
-    if log.time_s is not None:
-        frame["time_s"] = log.time_s[row]
-    comments = {
-        "program": program.name,
-        "log": f"{log.path} ({log.form})",
-        "gauge": f"{gauge.table.name}, serial {gauge.table.serial}",
-    }
-    return Import(Recording(frame, comments, log.path), _report(log, program, frame, row))
+def match(log: ProbeLog, expected: Expected, accept: Sequence[str] = ()) -> Match:
+    """Bring a log and the points it ought to have side by side.
 
+    Rows are known by the number or the name of their point where the log states it, else by their place. The two
+    sequences are aligned with the fewest points missing and rows too much (:mod:`stepgauge.importing.alignment`).
 
-def _frame(position_mm: Array, program: Program, face: Rows, labels: RunLabels) -> pd.DataFrame:
-    frame = pd.DataFrame({"placement": labels.placement, "cycle": cycles_of(face), "face": face})
-    frame[POSITION] = position_mm
-    frame[APPROACH] = program.approach[program.is_measure]
-    frame["speed_mm_s"] = program.settings.measuring_speed_mm_s
-    if labels.gauge_temperature_C is not None:
-        frame["gauge_temperature_C"] = labels.gauge_temperature_C
-    return frame
+    Parameters
+    ----------
+    log : rows of the log, of the same kind (tip centres or surface points) as ``expected``
+    expected : the points in order
+    accept : what may be, of ``KINDS``: points ``missing`` (also a log that ends early), ``doubled`` rows (the first is
+        kept), rows out of ``order``, ``foreign`` rows that are no points of the program (left out), and ``runs``: the
+        program several times in one log, whose cycles count on
 
-
-def _rows_of_points(log: ProbeLog, program: Program) -> Rows:
-    """Row of the log that each measuring point of the program stands in, shape ``(n_points,)``."""
+    Raises
+    ------
+    InputError
+        names the line of the first row that departs, the point with its cycle, face and place, and what else does
+    """
     _check_success(log)
-    if log.number is not None:
-        _check_numbers(log.number, program.n_points, log)
-        row = np.arange(len(log))
-    else:
-        row = _rows_in_order(log, program) if log.skips_repeats else np.arange(len(log))
-    points = min(len(row), program.n_points)
-    _check_places(log, program, row[:points])
-    _check_count(log, program, len(row))
-    return row
+    size = len(expected)
+    runs = _runs(len(log) / size, accept)
+    comparison = _compare(log, expected.tiled(runs) if runs > 1 else expected, size)
+    pairs = align(comparison.key.tolist(), comparison.row_key.tolist())
+    if pairs is None:
+        refuse_all(comparison)
+    point, row, put_back = _put_repeats_back(comparison, pairs[:, 0], pairs[:, 1])
+    departures = find_departures(comparison, point, row)
+    refused = [one for one in departures.entries if one.kind not in accept]
+    if refused:
+        refuse(comparison, refused)
+    point, row = np.r_[point, departures.moved[:, 0]], np.r_[row, departures.moved[:, 1]]
+    rank = np.lexsort((point, row))
+    _check_places(comparison, point[rank], row[rank])
+    words = (*accepted_words(comparison, departures.entries), *put_back)
+    return Match(comparison.expected, point[rank], row[rank], words)
+
+
+def _runs(share: float, accept: Sequence[str]) -> int:
+    """How often the program was run; a part of a run that is cut counts where points may be missing."""
+    if "runs" not in accept:
+        return 1
+    whole, part = divmod(share, 1.0)
+    return max(1, int(whole) + int(part > (0.05 if "missing" in accept else 0.5)))
 
 
 def _check_success(log: ProbeLog) -> None:
@@ -90,133 +102,93 @@ def _check_success(log: ProbeLog) -> None:
         )
 
 
-def _check_numbers(number: Rows, n_points: int, log: ProbeLog) -> None:
-    expected = np.arange(1, len(number) + 1)
-    off = np.flatnonzero((number != expected) | (number > n_points))
-    if off.size:
-        row = int(off[0])
-        raise InputError(
-            log.at(row),
-            _what_is_off(int(number[row]), number[:row], number[row:], row + 1, n_points),
-            found=f"point {number[row]}",
-            expected=f"point {row + 1}" if row < n_points else f"the end, after point {n_points} of the program",
-        )
+def _compare(log: ProbeLog, expected: Expected, size: int) -> Comparison:
+    """``size``: points of a single run."""
+    if log.number is not None:
+        restart = np.r_[False, (log.number[1:] == 1) & (log.number[:-1] > 1)] & (len(expected) > size)
+        key = log.number - 1 + np.cumsum(restart) * size
+        return Comparison(log, expected, np.arange(len(expected)), key, "number")
+    names = dict(zip(dict.fromkeys(expected.name), range(len(expected)), strict=False))
+    if log.label is not None and len(names) == size and set(log.label) & set(names):
+        named = np.array([names.get(name, FOREIGN) for name in log.label])
+        return Comparison(log, expected, np.array([names[name] for name in expected.name]), named, "name")
+    return Comparison(log, expected, *_place_keys(log, expected), "place")
 
 
-def _what_is_off(found: int, before: Rows, after: Rows, expected: int, n_points: int) -> str:
-    if found > n_points:
-        return "the program has no such point"
-    if found in before:
-        return f"point {found} is repeated"
-    return f"point {expected} is out of order" if expected in after else f"point {expected} is missing"
+def _place_keys(log: ProbeLog, expected: Expected) -> tuple[Rows, Rows]:
+    """Number of the distinct target of each point, and of the one that each row is nearest to, if near enough."""
+    both = np.c_[expected.target_mm, expected.approach]
+    targets, first, key = np.unique(both, axis=0, return_index=True, return_inverse=True)
+    row_key = np.empty(len(log), dtype=np.int64)
+    for start in range(0, len(log), 4096):  # a table of all rows by all targets would be large
+        part = slice(start, start + 4096)
+        distance = np.linalg.norm(log.position_mm[part, None] - targets[:, :3], axis=2)
+        if log.approach is not None:
+            distance += np.where(log.approach[part] @ targets[:, 3:].T < 0.0, np.inf, 0.0)
+        row_key[part] = distance.argmin(axis=1)
+    along, beside = from_target(log.position_mm, expected, first[row_key])
+    near = (np.abs(along) <= expected.search_mm + SEARCH_END_MM) & (beside <= expected.lateral_mm)
+    return key.ravel().astype(np.int64), np.where(near, row_key, FOREIGN)
 
 
-def _rows_in_order(log: ProbeLog, program: Program) -> Rows:
-    """Rows for a log that leaves out a point identical to the one before.
+def _put_repeats_back(comparison: Comparison, point: Rows, row: Rows) -> tuple[Rows, Rows, tuple[str, ...]]:
+    """Readings that a log leaves out because they equal the one before.
 
-    Where the program probes the same target several times in a row, and the log has a single row there, all of them
-    read that row. With more than one row but fewer than probings nothing says which one is doubled.
+    Where the same target is probed several times in a row, and the log has a single row there, all of them read that
+    row. With more than one row but fewer than probings nothing says which one is doubled.
     """
-    target = program.position_mm[program.is_measure]
-    first = np.flatnonzero(np.r_[True, (target[1:] != target[:-1]).any(axis=1)])
-    visits = np.diff(np.r_[first, len(target)])
-    rows: list[int] = []
-    row = 0
-    for point, count in zip(first, visits, strict=True):
-        here = _count_here(log.position_mm[row : row + count], program, int(point))
-        if 1 < here < count:
-            raise InputError(
-                log.at(row),
-                f"the face of points {point + 1} to {point + count} was probed {count} times in a row, and the log"
-                " leaves out identical readings: which of them cannot be told",
-                found=f"{here} rows",
-                expected=f"{count}, or the numbered (LOG,..) form that the shipped template writes",
-            )
-        rows.extend([row] * count if here == 1 else range(row, row + count))
-        row += here if here == 1 else count
-        if row >= len(log):
-            break
-    return np.array([one for one in rows if one < len(log)] + list(range(row, len(log))))
+    if not comparison.log.skips_repeats:
+        return point, row, ()
+    key = comparison.key
+    first = np.flatnonzero(np.r_[True, key[1:] != key[:-1]])
+    back: list[tuple[int, int]] = []
+    for start, count in zip(first.tolist(), np.diff(np.r_[first, len(key)]).tolist(), strict=True):
+        here = np.flatnonzero((point >= start) & (point < start + count))
+        if 1 < len(here) < count:
+            _refuse_doubtful(comparison, int(row[here[0]]), start, count, len(here))
+        if len(here) == 1:
+            others = set(range(start, start + count)) - {int(point[here[0]])}
+            back += [(other, int(row[here[0]])) for other in sorted(others)]
+    if not back:
+        return point, row, ()
+    point, row = (np.r_[old, new] for old, new in zip((point, row), np.array(back).T, strict=True))
+    rank = np.argsort(point, kind="stable")
+    words = f"put back: {len(back)} of the readings, left out by the log as identical to the one before"
+    return point[rank], row[rank], (words,)
 
 
-def _count_here(position_mm: Array, program: Program, point: int) -> int:
-    """How many of the rows, from the first on, lie on the search of a point."""
-    along, lateral = _from_target(position_mm, program, np.full(len(position_mm), point))
-    here = (np.abs(along) < program.settings.search_mm) & (lateral < LATERAL_MM)
-    return len(here) if here.all() else int(here.argmin())
-
-
-def _from_target(position_mm: Array, program: Program, point: Rows) -> tuple[Array, Array]:
-    """Distance beyond the nominal tip centre along the approach, and beside that line, mm."""
-    measure = program.is_measure
-    off = position_mm - program.position_mm[measure][point]
-    approach = program.approach[measure][point]
-    along = (off * approach).sum(axis=1)
-    return along, np.linalg.norm(off - along[:, None] * approach, axis=1)
-
-
-def _check_places(log: ProbeLog, program: Program, row: Rows) -> None:
-    """Every point on the line of its search, between the search distance before its target and that after it."""
-    search = program.settings.search_mm
-    along, lateral = _from_target(log.position_mm[row], program, np.arange(len(row)))
-    missed = (np.abs(along - search) <= SEARCH_END_MM) & (lateral < LATERAL_MM)
-    wrong = np.flatnonzero(missed | (np.abs(along) > search) | (lateral > LATERAL_MM))
-    if not wrong.size:
-        return
-    point = int(wrong[0])
-    line = program.line[program.is_measure][point]
-    if missed[point]:
-        raise InputError(
-            log.at(row[point]),
-            f"point {point + 1} (program line {line}) was missed: the search went to its end",
-            found=f"{along[point]:.6f} mm beyond the nominal contact",
-            expected=f"a trigger before {search:g} mm",
-        )
-    target = program.position_mm[program.is_measure][point]
+def _refuse_doubtful(comparison: Comparison, row: int, start: int, count: int, rows: int) -> None:
     raise InputError(
-        log.at(row[point]),
-        f"this is not point {point + 1} of the program (line {line}): a log of another program, or rows out of order",
-        found=f"{_place(log.position_mm[row[point]])}, {along[point]:+.3f} mm along the approach and"
-        f" {lateral[point]:.3f} mm beside it",
-        expected=f"{_place(target)} within {search:g} mm along and {LATERAL_MM:g} mm beside",
+        comparison.log.at(row),
+        f"the face of points {start + 1} to {start + count} was probed {count} times in a row, and the log"
+        " leaves out identical readings: which of them cannot be told",
+        found=f"{rows} rows",
+        expected=f"{count}, or the numbered (LOG,..) form that the shipped template writes",
     )
 
 
-def _check_count(log: ProbeLog, program: Program, points: int) -> None:
-    if points < program.n_points:
-        line = program.line[program.is_measure][points]
+def _check_places(comparison: Comparison, point: Rows, row: Rows) -> None:
+    """Every point on the line of its search, between the search distance before its target and that after it."""
+    log, expected = comparison.log, comparison.expected
+    search = expected.search_mm
+    along, beside = from_target(log.position_mm[row], expected, point)
+    missed = (np.abs(along - search) <= SEARCH_END_MM) & (beside < expected.lateral_mm)
+    wrong = np.flatnonzero(missed | (np.abs(along) > search) | (beside > expected.lateral_mm))
+    if not wrong.size:
+        return
+    at = int(wrong[0])
+    here = int(point[at])
+    if missed[at]:
         raise InputError(
-            log.at(len(log) - 1),
-            f"the log ends before point {points + 1} (program line {line}): the run was stopped, or the file is cut",
-            found=f"{points} points",
-            expected=f"{program.n_points}",
+            log.at(row[at]),
+            f"point {here + 1} (program line {expected.line[here]}) was missed: the search went to its end",
+            found=f"{along[at]:.6f} mm beyond the nominal contact",
+            expected=f"a trigger before {search:g} mm",
         )
-    if points > program.n_points:
-        raise InputError(
-            log.at(len(log) - (points - program.n_points)),
-            "the log goes on after the last point of the program (two runs in one file?)",
-            found=f"{points} points",
-            expected=f"{program.n_points}",
-        )
-
-
-def _place(position_mm: Array) -> str:
-    return "(" + ", ".join(f"{value:.3f}" for value in position_mm) + ")"
-
-
-def _report(log: ProbeLog, program: Program, frame: pd.DataFrame, row: Rows) -> tuple[str, ...]:
-    face, cycle = frame["face"], frame["cycle"]
-    along, lateral = _from_target(frame[POSITION].to_numpy(), program, np.arange(len(frame)))
-    visits = face.value_counts()
-    cycles = f"{cycle.max()}" if visits.min() == visits.max() else f"{visits.min()} to {visits.max()}"
-    lines = [
-        f"{log.form}: {len(log)} rows, {program.n_points} points of the program",
-        f"faces {face.min()} to {face.max()} ({face.nunique()} of them), cycles per face: {cycles}",
-        f"triggers {along.min():+.4f} to {along.max():+.4f} mm from the nominal contact along the approach, at most"
-        f" {lateral.max():.4f} mm beside it (search distance {program.settings.search_mm:g} mm)",
-        f"dropped: {log.dropped} lines that are blank or comments",
-    ]
-    doubled = len(row) - len(np.unique(row))
-    if doubled:
-        lines.append(f"put back: {doubled} of the readings, left out by the log as identical to the one before")
-    return tuple(lines)
+    raise InputError(
+        log.at(row[at]),
+        f"this is not {expected.title(here)}: a log of another program, or rows out of order{extent(comparison)}",
+        found=f"{coordinates(log.position_mm[row[at]])}, {along[at]:+.3f} mm along the approach and"
+        f" {beside[at]:.3f} mm beside it",
+        expected=f"{expected.place(here)}, within {search:g} mm along and {expected.lateral_mm:g} mm beside",
+    )

@@ -54,7 +54,8 @@ class Inputs:
 class Draws:
     """Random numbers of some runs; inputs that are held at their best estimates are missing.
 
-    ``scalar``: values by key, ``(runs, 1)``; ``certificate (runs, n_faces)`` and ``noise (runs, n)`` standard normal.
+    ``scalar``: values by key, ``(runs, 1)``; ``certificate (runs, n_faces)`` standard normal, correlated as the gauge
+    says; ``noise (runs, n)`` standard normal.
     """
 
     runs: int
@@ -111,11 +112,20 @@ def effect_key(key: str) -> tuple[int, list[str]] | None:
     return (int(match[1]) - 1, match[2].split(".")) if match else None
 
 
-def draw(inputs: Inputs, seed: int, runs: Sequence[int], n_faces: int, n_rows: int, only: str | None = None) -> Draws:
+def draw(
+    inputs: Inputs,
+    seed: int,
+    runs: Sequence[int],
+    n_faces: int,
+    n_rows: int,
+    only: str | None = None,
+    correlation: Array | None = None,
+) -> Draws:
     """The draws of some runs, always the same for a run number and a seed.
 
     Every run has its own counter-based stream (Philox, key = seed and run), so that nothing depends on which process
     draws it or together with which others. ``only``: hold all inputs but this one at their best estimates.
+    ``correlation``: matrix of the certified positions, ``(n_faces, n_faces)``; None for independent ones.
     """
     uniform = np.empty((len(runs), len(inputs.scalars)))
     certificate = np.empty((len(runs), n_faces)) if inputs.certificate and only in (None, CERTIFICATE) else None
@@ -131,9 +141,17 @@ def draw(inputs: Inputs, seed: int, runs: Sequence[int], n_faces: int, n_rows: i
             certificate[row] = faces
         if noise is not None:
             random.standard_normal(out=noise[row])
+    if certificate is not None and correlation is not None:
+        certificate = certificate @ _square_root(correlation)
     scalar = {
         scalar.key: scalar.draw(uniform[:, i : i + 1])
         for i, scalar in enumerate(inputs.scalars)
         if only in (None, scalar.key)
     }
     return Draws(len(runs), scalar, certificate, noise)
+
+
+def _square_root(correlation: Array) -> Array:
+    """The symmetric square root of a correlation matrix, which may be singular (fully correlated faces)."""
+    values, vectors = np.linalg.eigh(correlation)
+    return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T)

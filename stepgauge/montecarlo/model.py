@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.effects import Effect, Probings, Setting
-from stepgauge.effects.thermal import ScaleTemperature, UncompensatedScales
+from stepgauge.effects.thermal import REFERENCE_C, ScaleTemperature, UncompensatedScales
 from stepgauge.effects.totals import added_up, scatter_um
 from stepgauge.evaluate import Evaluation, PlacementResult, Readings, evaluate, project_readings
 from stepgauge.face_errors import (
@@ -49,10 +49,11 @@ from stepgauge.moves import Program
 from stepgauge.placement import Placement
 from stepgauge.readout import machine_effects
 from stepgauge.recording import Recording
-from stepgauge.uncertain import replaced
+from stepgauge.uncertain import Uncertain, replaced
 
 Array = NDArray[np.float64]
 BY_FACE = ("xf_um", "sf_um", "xb_um", "sb_um", "xm_um", "xr_um")
+SCALE_KEYS = {"machine.temperature_C", "machine.scale_expansion_per_K"}
 SCALARS = ("r_eff_mm", "u_r_eff_mm", "span_mm", "band_um", "worst_two_sigma_um")
 
 
@@ -105,7 +106,7 @@ class Model:
 
     def values(self, seed: int, runs: Sequence[int], only: str | None = None) -> Array:
         """All quantities of some runs, shape ``(runs, quantities)``; ``only``: see :func:`inputs.draw`."""
-        draws = draw(self.inputs, seed, runs, self.gauge.n_faces, self.n_rows, only)
+        draws = draw(self.inputs, seed, runs, self.gauge.n_faces, self.n_rows, only, self.gauge.correlation)
         drawn = _Drawn(self, draws)
         return np.concatenate([_evaluated(self, part, drawn) for part in self.parts], axis=1)
 
@@ -114,6 +115,33 @@ class Model:
         if self.sign > 0:
             return self.values(0, [0], only=NOTHING)[0]
         return np.concatenate([_reported(result) for result in self.nominal.results])
+
+    def label(self, name: str) -> str:
+        """``effect[2].urad`` as ``squareness xy: urad``; other inputs as they are."""
+        place = effect_key(name)
+        if place is None:
+            return name
+        return f"{self.effect_of(place[0]).label.replace('_', ' ')}: {'.'.join(place[1])}"
+
+    def effect_of(self, index: int) -> Effect:
+        """The effect of the machine file with this index; uncompensated scales come before those of the file."""
+        return self.effects[len(self.effects) - len(self.machine.effects) + index]
+
+    def response_um(self, part: Part, scalar: Uncertain) -> Array:
+        """What one standard uncertainty of a scalar input does to the readings of a placement, um, shape ``(n,)``.
+
+        A central difference through the virtual CMM (JCGM 100:2008, 5.1.3 note 2).
+        """
+        ends = np.array([[scalar.value + scalar.u], [scalar.value - scalar.u]])
+        drawn = _Drawn(self, Draws(2, {scalar.key: ends}, None, None))
+        um = np.broadcast_to(self.sign * _displacement_um(self, part, drawn), (2, len(part)))
+        return (um[0] - um[1]) / 2.0
+
+    def noise_um(self, part: Part) -> Array:
+        """Standard deviation of every probing of a placement along its approach, um, shape ``(n,)``."""
+        drawn = _Drawn(self, Draws(1, {}, None, None))
+        sigma = scatter_um(drawn.effects(), Probings(part.columns, self.setting), drawn.repeatability_um())[-1]
+        return np.broadcast_to(sigma, (1, len(part)))[0]
 
 
 class _Drawn:
@@ -256,12 +284,17 @@ def _projected(xyz_um: tuple[Array, Array, Array], axis: Array) -> Array:
 
 
 def _sensor_um(model: Model, part: Part, drawn: _Drawn) -> Array | float:
-    """What compensated scales read too long or short because their sensor is off: -alpha_s (true - recorded) x."""
-    if not model.machine.table.scales_compensated or "machine.temperature_C" not in drawn.scalar:
+    """What compensated scales read wrong where temperature or expansion are not as the controller takes them.
+
+    -(alpha_s (T - 20) - alpha_0 (T_0 - 20)) x, with the values of the machine file for alpha_0 and T_0.
+    """
+    table = model.machine.table
+    if not table.scales_compensated or not SCALE_KEYS & drawn.scalar.keys():
         return 0.0
-    warmer_K = drawn.scale_temperature() - model.machine.table.temperature_C
+    taken = table.scale_expansion_per_K * (table.temperature_C - REFERENCE_C)
+    true = drawn.setting().scale_expansion_per_K * (drawn.scale_temperature() - REFERENCE_C)
     x_um = _projected((part.columns["x_mm"], part.columns["y_mm"], part.columns["z_mm"]), part.readings.axis) * 1e3
-    return -drawn.setting().scale_expansion_per_K * warmer_K * x_um
+    return -(true - taken) * x_um
 
 
 def program_model(
@@ -291,17 +324,18 @@ def recording_model(
     gauge: Gauge,
     u_gauge_temperature_K: float = 0.0,
     origin: REffOrigin = "first",
+    blocks: tuple[int, int] | None = None,
 ) -> Model:
-    """The model of a measurement that was made.
+    """The model of a measurement that was made; ``blocks``: first and last of the used section, as in ``evaluate``.
 
     The effects of the machine file are taken as disturbances of this measurement: only their uncertain parameters
     count. The repeatability is that of the recording, pooled over its faces, where it has repeats.
     """
-    axes = {r.placement: r.axis for r in evaluate(recording, gauge, r_eff_from=origin).results}
+    axes = {r.placement: r.axis for r in evaluate(recording, gauge, blocks, origin).results}
     setting = Setting.of(machine, gauge, axes)
     inputs = collect_inputs(machine, gauge, u_gauge_temperature_K)
-    model = _model(recording, machine, gauge, setting, inputs, origin, -1.0)
-    pooled = _pooled_deviation_um(model)
+    model = _model(recording, machine, gauge, setting, inputs, origin, -1.0, blocks)
+    pooled, _ = pooled_deviation_um(model)
     if not np.isfinite(pooled):
         return model
     table = machine.table.model_copy(update={"repeatability_um": pooled})
@@ -317,8 +351,9 @@ def _model(
     inputs: Inputs,
     origin: REffOrigin,
     sign: float,
+    blocks: tuple[int, int] | None = None,
 ) -> Model:
-    nominal = evaluate(recording, gauge, r_eff_from=origin)
+    nominal = evaluate(recording, gauge, blocks, origin)
     parts, first = [], 0
     for number in recording.placements:
         part = _part(recording.of_placement(number), gauge, nominal.blocks, number, first, sign)
@@ -358,12 +393,16 @@ def _mean_of_face(readings: Readings) -> Array:
     return face_statistics(readings.off_mm, readings.face, faces).mean_mm[readings.face - 1]
 
 
-def _pooled_deviation_um(model: Model) -> float:
-    """Standard deviation of one probing from the repeats of all faces; NaN without repeats."""
+def pooled_deviation_um(model: Model) -> tuple[float, int]:
+    """Standard deviation of one probing from the repeats of all faces, um, and its degrees of freedom.
+
+    JCGM 100:2008, 4.2.4: the sum of n - 1 over the faces. NaN and 0 without repeats.
+    """
     results = model.nominal.results
     deviation = np.concatenate([np.where(r.face % 2 == 1, r.sf_um, r.sb_um) for r in results])
     freedom = np.concatenate([np.maximum(r.count - 1, 0) for r in results])
     known = np.isfinite(deviation) & (freedom > 0)
     if not known.any():
-        return float("nan")
-    return float(np.sqrt((deviation[known] ** 2 * freedom[known]).sum() / freedom[known].sum()))
+        return float("nan"), 0
+    total = int(freedom[known].sum())
+    return float(np.sqrt((deviation[known] ** 2 * freedom[known]).sum() / total)), total

@@ -132,6 +132,7 @@ def _fingerprint(model: Model, runs: int, seed: int) -> str:
     words += [gauge.table.model_dump(), sorted(model.setting.axis)]
     digest = hashlib.sha256(repr(words).encode())
     arrays = [gauge.position_mm, gauge.u_um, *model.setting.axis.values()]
+    arrays += [] if gauge.correlation is None else [gauge.correlation]
     for part in model.parts:
         arrays += [part.readings.off_mm, part.readings.axis, *(part.columns[name] for name in sorted(part.columns))]
     for array in arrays:

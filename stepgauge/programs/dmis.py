@@ -22,8 +22,8 @@ def recognises(text: str) -> bool:
     return re.match(r"(?i)(\s*\$\$[^\n]*\n)*\s*DMISMN\s*/", text) is not None
 
 
-def _statements(text: str, reader: Reader) -> Iterator[str]:
-    """Upper-case statements with their continuation lines joined; the reader stands at the first line of each."""
+def statements(text: str, reader: Reader) -> Iterator[str]:
+    """Statements with their continuation lines joined; the reader stands at the first line of each."""
     joined, first = "", 0
     for number, raw in enumerate(text.splitlines(), 1):
         line = raw.split("$$")[0].rstrip()
@@ -34,10 +34,10 @@ def _statements(text: str, reader: Reader) -> Iterator[str]:
         statement, joined = (joined + line).strip(), ""
         if statement:
             reader.line = first
-            yield statement.upper()
+            yield statement
     if joined:
         reader.line = first
-        reader.fail("the program is cut short inside a continued line", found=repr(joined))
+        reader.fail("the text is cut short inside a continued line", found=repr(joined))
 
 
 class _Interpreter:
@@ -132,8 +132,8 @@ def read(text: str, path: str, settings: ProbingSettings) -> Program:
     """The moves of a program text; :class:`stepgauge.errors.InputError` names the line."""
     reader = Reader(path, settings, self_positioning=True)
     interpreter = _Interpreter(reader)
-    for statement in _statements(text, reader):
-        interpreter.statement(statement)
+    for statement in statements(text, reader):
+        interpreter.statement(statement.upper())
     if not interpreter.ended or interpreter.feature is not None:
         reader.fail("the program is cut short", expected="ENDMES and ENDFIL" if interpreter.feature else "ENDFIL")
     return reader.finish(interpreter.settings)

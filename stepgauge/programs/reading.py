@@ -10,6 +10,7 @@ import numpy as np
 
 from stepgauge.errors import InputError
 from stepgauge.moves import ProbingSettings, Program, ProgramBuilder
+from stepgauge.numerals import number as plain_number
 
 
 class Reader:
@@ -27,10 +28,7 @@ class Reader:
 
     def number(self, text: str, what: str) -> float:
         """A finite decimal number."""
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
+        value = plain_number(text.strip())
         if not math.isfinite(value):
             self.fail(f"{what} is not a number", found=repr(text))
         return value

@@ -9,23 +9,18 @@ and underscore. A template may extend a shipped one by its file name, and then s
 
 from __future__ import annotations
 
-import re
-import traceback
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-import jinja2
 import numpy as np
-from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from stepgauge import __version__
-from stepgauge.errors import InputError
-from stepgauge.files import read_text
 from stepgauge.moves import Move, Program
 from stepgauge.programs import Dialect
 from stepgauge.resources import folder
+from stepgauge.templating import check_ascii, fill_template
 
 
 class Xyz(NamedTuple):
@@ -63,37 +58,9 @@ def render(program: Program, dialect: Dialect, template: str | Path | None = Non
     :class:`InputError` names the line of a template that fails: syntax, an unknown name, something the sandbox forbids.
     """
     source = Path(template) if template else folder("templates") / "programs" / dialect.template
-    try:
-        text = _environment().from_string(read_text(source)).render(_context(program))
-    except jinja2.TemplateSyntaxError as error:
-        raise InputError(f"{source}:{error.lineno}", f"template: {error.message}") from None
-    except Exception as error:  # whatever a user's template does is the template's fault: name its line
-        raise InputError(f"{source}:{_template_line(error)}", f"template: {error}") from None
-    _check_ascii(text, source)
+    text = fill_template(source, "programs", _context(program))
+    check_ascii(text, source)
     return text
-
-
-def _environment() -> jinja2.Environment:
-    environment = ImmutableSandboxedEnvironment(
-        loader=jinja2.FileSystemLoader(folder("templates") / "programs"),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    environment.filters.update(fixed=fixed, plain=plain)
-    return environment
-
-
-def fixed(value: float, decimals: int) -> str:
-    """A number with a fixed count of decimals, without exponent and without a negative zero."""
-    text = f"{float(value):.{decimals}f}"
-    return text.removeprefix("-") if float(text) == 0.0 else text
-
-
-def plain(text: object) -> str:
-    """Text that every controller takes in a comment or a file name."""
-    return re.sub(r"[^A-Za-z0-9 ._-]", "_", str(text))
 
 
 def _context(program: Program) -> dict[str, object]:
@@ -126,18 +93,6 @@ def _view(move: Move, program: Program) -> MoveView:
         contact=Xyz(*(move.position + settings.tip_radius_mm * move.approach).tolist()),
         search_end=Xyz(*(move.position + settings.search_mm * move.approach).tolist()),
     )
-
-
-def _template_line(error: Exception) -> int:
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == "<template>"]
-    return frames[-1].lineno or 0 if frames else 0
-
-
-def _check_ascii(text: str, source: Path) -> None:
-    """Controllers read ASCII; a degree sign in a comment stops some of them."""
-    for line, content in enumerate(text.splitlines(), 1):
-        if not content.isascii():
-            raise InputError(source, f"line {line} of the rendered program is not ASCII", found=repr(content))
 
 
 def same_moves(one: Program, other: Program, decimals: int) -> bool:

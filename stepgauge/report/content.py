@@ -14,13 +14,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stepgauge import __version__
+from stepgauge.certificate_file import Laboratory
 from stepgauge.figures.evaluation import describe, evaluation_figure
 from stepgauge.figures.style import figure_style
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.placement import Placement
-from stepgauge.report.numbers import clean, number, quantity
+from stepgauge.report.budget import budget_content, uncertain_faces
+from stepgauge.report.certificate import certificate_content, not_stated
+from stepgauge.report.numbers import UNDEFINED, clean, number, quantity
 from stepgauge.report.sections import (
+    DATE_MISSING,
     Section,
     certificate_section,
     conditions_section,
@@ -29,20 +33,15 @@ from stepgauge.report.sections import (
     radius_section,
     recording_section,
 )
+from stepgauge.standards.budget_files import StoredBudget
+from stepgauge.statements import METHOD
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-TITLE = "Calibration report"
+TITLE, CERTIFICATE_TITLE = "Calibration report", "Calibration certificate"
 SUBTITLE = "Linear displacement errors measured with a step gauge"
 ERROR_COLUMNS = ("xf", "sf", "xb", "sb", "xm", "xr")
-METHOD = (
-    "Positions are tip centres projected on the gauge axis; the front of the first used block is the reference. "
-    "XF is the error at faces probed along the axis (fronts), XB at faces probed against it (backs, less twice the "
-    "effective radius), each the mean over the cycles; between two such faces the value is interpolated. "
-    "XM = (XF + XB) / 2 is the mean error, XR = XB − XF the reversal; s is the standard deviation over the cycles. "
-    "The band is the largest minus the smallest XM. (H. Pahk and J. Kim, equations 1 to 13.)"
-)
 
 
 @dataclass(frozen=True)
@@ -59,11 +58,16 @@ class Stated:
 
 @dataclass(frozen=True)
 class Sources:
-    """Files given with the evaluation; placements in its order, or none."""
+    """Files given with the evaluation; placements in its order, or none.
+
+    ``laboratory`` makes the report a calibration certificate.
+    """
 
     gauge: Gauge | None = None
     machine: Machine | None = None
     placements: Sequence[Placement] = ()
+    budget: StoredBudget | None = None
+    laboratory: Laboratory | None = None
 
 
 def make_content(evaluation: dict[str, Any], stated: Stated, sources: Sources) -> dict[str, Any]:
@@ -81,29 +85,38 @@ def make_content(evaluation: dict[str, Any], stated: Stated, sources: Sources) -
     same input gives the same content.
     """
     sections = _sections(evaluation, sources)
+    said = sources.laboratory
     return {
-        "title": TITLE,
+        "title": TITLE if said is None else CERTIFICATE_TITLE,
         "subtitle": SUBTITLE,
-        "number": _said(stated.number),
+        "number": _said(stated.number if said is None else said.certificate.number),
         "date": stated.date.isoformat(),
         "date_parts": [stated.date.year, stated.date.month, stated.date.day],
         "example": bool(evaluation["gauge"]["example"]),
         "simulated": "seed" in evaluation["comments"],
         "identity": _identity(evaluation, stated, sources),
-        "summary": [_summary(result) for result in evaluation["placements"]],
+        "summary": [_summary(result, sources.budget) for result in evaluation["placements"]],
         "sections": [section.as_dict() for section in sections],
         "remarks": _said(stated.remarks),
         "notes": _notes(evaluation, sources),
         "not_stated": _not_stated(evaluation, stated, sources, sections),
         "method": METHOD,
-        "placements": [_placement(result) for result in evaluation["placements"]],
-        "signatures": [
-            {"role": "Measured by", "name": _said(stated.operator)},
-            {"role": "Approved by", "name": None},
-        ],
+        "placements": [_placement(result, sources.budget) for result in evaluation["placements"]],
+        "signatures": _signatures(stated, said),
+        "certificate": None if said is None else certificate_content(evaluation, said, sources.gauge, sources.budget),
+        "budget": None if sources.budget is None else budget_content(sources.budget),
         "data": json.dumps(evaluation, indent=1),
         "version": __version__,
     }
+
+
+def _signatures(stated: Stated, said: Laboratory | None) -> list[dict[str, str | None]]:
+    """Places to sign: of a certificate for those who authorise it."""
+    if said is None:
+        return [{"role": "Measured by", "name": _said(stated.operator)}, {"role": "Approved by", "name": None}]
+    signing = [f"{one.name}, {one.role}" if one.role else one.name for one in said.persons if one.signs]
+    names: list[str | None] = [clean(name) for name in signing]
+    return [{"role": "Authorised by", "name": name} for name in names or [None]]
 
 
 def _said(text: str | None) -> str | None:
@@ -124,7 +137,12 @@ def _identity(evaluation: dict[str, Any], stated: Stated, sources: Sources) -> l
     return [{"label": label, "value": _said(value)} for label, value in pairs]
 
 
-def _summary(result: dict[str, Any]) -> dict[str, str]:
+def _summary(result: dict[str, Any], budget: StoredBudget | None) -> dict[str, str]:
+    """The result in one line; U of R_eff and the largest of XM are dashes without a budget."""
+    lines = [] if budget is None else [q for q in budget.quantities if q.placement == result["placement"]]
+    expanded = {
+        name: max((q.expanded_um for q in lines if q.quantity == name), default=None) for name in ("r_eff", "xm")
+    }
     rows, (fewest, most) = result["faces"], result["cycles"]
     return {
         "placement": str(result["placement"]),
@@ -135,7 +153,16 @@ def _summary(result: dict[str, Any]) -> dict[str, str]:
         "two_sigma": quantity(result["worst_two_sigma_um"], 2, "µm"),
         "r_eff": quantity(result["r_eff_mm"], 5, "mm"),
         "u_r_eff": quantity(result["u_r_eff_mm"] * 1e3, 2, "µm"),
+        "expanded_r_eff": quantity(expanded["r_eff"], 2, "µm"),
+        "expanded_xm": quantity(expanded["xm"], 2, "µm"),
+        "band_interval": _band_interval(result["placement"], budget),
     }
+
+
+def _band_interval(placement: int, budget: StoredBudget | None) -> str:
+    """95 % interval of the band of XM by Monte Carlo; a dash without one."""
+    bands = [] if budget is None else [band for band in budget.bands if band.placement == placement]
+    return f"{number(bands[0].low_95_um, 2)} to {quantity(bands[0].high_95_um, 2, 'µm')}" if bands else UNDEFINED
 
 
 def _sections(evaluation: dict[str, Any], sources: Sources) -> list[Section]:
@@ -148,7 +175,7 @@ def _sections(evaluation: dict[str, Any], sources: Sources) -> list[Section]:
             for result, placement in zip(evaluation["placements"], placements, strict=True)
         ),
         conditions_section(evaluation, sources.machine),
-        radius_section(evaluation, sources.machine),
+        radius_section(evaluation, sources.machine, sources.budget),
         recording_section(evaluation),
     ]
 
@@ -167,30 +194,39 @@ def _notes(evaluation: dict[str, Any], sources: Sources) -> list[str]:
 
 
 def _not_stated(evaluation: dict[str, Any], stated: Stated, sources: Sources, sections: Sequence[Section]) -> list[str]:
-    asked = (
-        ("report number", stated.number),
-        ("customer", stated.customer),
-        ("place of measurement", stated.location),
-        ("operator", stated.operator),
-    )
-    missing = [what for what, value in asked if not _said(value)]
+    if sources.laboratory is None:
+        asked = (
+            ("report number", stated.number),
+            ("customer", stated.customer),
+            ("place of measurement", stated.location),
+            ("operator", stated.operator),
+        )
+        missing = [what for what, value in asked if not _said(value)]
+    else:
+        missing = not_stated(sources.laboratory)
     missing += [what for section in sections for what in section.missing]
-    missing.append(
-        "measurement uncertainty of XF, XB, XM and XR (two sigma is the repeatability of the cycles, no uncertainty)"
-    )
+    if sources.laboratory is not None and sources.laboratory.certificate.performed_to is not None:
+        missing = [what for what in missing if what != DATE_MISSING]
+    if sources.budget is None:
+        missing.append(
+            "measurement uncertainty of XF, XB, XM, XR (two sigma is the repeatability of the cycles, no uncertainty)"
+        )
+    else:
+        missing += [f"uncertainty of {gap.what} (not counted)" for gap in sources.budget.not_included]
     return missing
 
 
-def _placement(result: dict[str, Any]) -> dict[str, Any]:
+def _placement(result: dict[str, Any], budget: StoredBudget | None) -> dict[str, Any]:
     return {
         "number": str(result["placement"]),
         "caption": f"Placement {result['placement']}: {describe(result)}",
-        "figure": _svg(evaluation_figure(result)),
+        "figure": figure_svg(evaluation_figure(result)),
         "faces": [_face(row) for row in result["faces"]],
+        "uncertain": None if budget is None else uncertain_faces(result, budget),
     }
 
 
-def _svg(figure: Figure) -> str:
+def figure_svg(figure: Figure) -> str:
     """A figure as SVG, letters as outlines: no font is needed to show it, and the same data give the same text."""
     buffer = io.StringIO()
     with figure_style():

@@ -12,6 +12,9 @@ from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.placement import Placement
 from stepgauge.report.numbers import clean, number, quantity, vector
+from stepgauge.standards.budget_files import StoredBudget
+
+DATE_MISSING = "date of the measurement (the recording does not say)"
 
 
 @dataclass
@@ -146,15 +149,18 @@ def conditions_section(evaluation: dict[str, Any], machine: Machine | None) -> S
     return section
 
 
-def radius_section(evaluation: dict[str, Any], machine: Machine | None) -> Section:
-    """The effective radius, where it comes from and what follows from that."""
+def radius_section(evaluation: dict[str, Any], machine: Machine | None, budget: StoredBudget | None = None) -> Section:
+    """The effective radius, where it comes from and what follows from that; with U where there is a budget."""
     section = Section("Effective tip radius")
     nominal_mm = machine.probe.tip_radius_mm if machine else None
     several = len(evaluation["placements"]) > 1
     for result in evaluation["placements"]:
         tail = f", placement {result['placement']}" if several else ""
-        value = f"{number(result['r_eff_mm'], 5)} mm (u = {number(result['u_r_eff_mm'] * 1e3, 2)} µm)"
-        section.add(f"R_eff{tail}", value)
+        line = budget.find("r_eff", result["placement"], None) if budget else None
+        u = f"u = {number(result['u_r_eff_mm'] * 1e3, 2)} µm"
+        if line is not None:
+            u = f"U = {number(line.expanded_um, 2)} µm, k = {line.k:.2f}"
+        section.add(f"R_eff{tail}", f"{number(result['r_eff_mm'], 5)} mm ({u})")
         section.add(
             f"From block{'s' if len(result['r_eff_blocks']) > 1 else ''}{tail}", _ranges(result["r_eff_blocks"])
         )
@@ -182,7 +188,8 @@ def recording_section(evaluation: dict[str, Any]) -> Section:
     names = [Path(name).name for name in evaluation["recording"].split(", ") if name]
     section.add("File", ", ".join(names) or "not stated")
     for key, value in sorted(evaluation["comments"].items()):
-        section.add(key, value)
+        if key != "import":  # how the file was read is for its reader, and "log" says where it came from
+            section.add(key, value)
     if not {"date", "measured", "time"} & set(evaluation["comments"]):
-        section.missing.append("date of the measurement (the recording does not say)")
+        section.missing.append(DATE_MISSING)
     return section

@@ -19,6 +19,7 @@ from numpy.testing import assert_allclose
 
 from stepgauge.cli import cli
 from stepgauge.effects import effect_kinds, make_effects
+from stepgauge.effects.compensation import COLUMNS
 from stepgauge.errors import InputError
 from stepgauge.evaluate import evaluate
 from stepgauge.gauge import Gauge
@@ -147,7 +148,8 @@ def test_a_value_out_of_place_in_parquet_is_named_by_its_row(folder: Path) -> No
 
 
 def test_effects_lists_the_vocabulary_and_explains_each_with_an_example_that_works(tmp_path: Path) -> None:
-    (tmp_path / "map.csv").write_text("coordinate_mm,error\n0,0\n700,1\n")
+    tables = {"error_map": "coordinate_mm,error\n0,0\n700,1\n"}
+    tables["axis_compensation"] = ",".join(COLUMNS) + "\n0,0,0,0,0\n700,1,1,0,0\n"
     listed = run("effects")
     for kind, effect in effect_kinds().items():
         assert f"\n{kind} " in f"\n{listed}"
@@ -156,6 +158,7 @@ def test_effects_lists_the_vocabulary_and_explains_each_with_an_example_that_wor
         for parameter in effect.parameters():
             assert re.search(rf"\n  {parameter.name} +\S.*{re.escape(parameter.unit)}", said)
         example = tomllib.loads(said[said.index("[[effect]]") :])["effect"]
+        (tmp_path / "map.csv").write_text(tables.get(kind, ""))
         (made,) = make_effects(example, tmp_path / "machine.toml")
         assert made.kind == kind
 

@@ -23,7 +23,7 @@ from stepgauge.recording import read_recording
 from stepgauge.tables import read_numbers
 from tests.build import heed_interrupts
 from tests.conftest import ROOT
-from tests.test_import_linuxcnc import make_setup
+from tests.importing.test_linuxcnc import make_setup
 
 EXAMPLE = ROOT / "examples" / "linuxcnc"
 LATCH_UM = 0.3

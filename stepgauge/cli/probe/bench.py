@@ -66,7 +66,8 @@ def command(series: Path, contact_from: ContactFrom, coverage_factor: float, out
     """
     _check(coverage_factor, output)
     from stepgauge.physics.bench import anisotropy
-    from stepgauge.probe_files import read_bench, write_table
+    from stepgauge.probe_files import read_bench
+    from stepgauge.tables import write_table
 
     pushes = read_bench(series)
     found = [_events(push, contact_from) for push in pushes]

@@ -96,7 +96,7 @@ def command(
 
 def _write(output: Path, probed: ProbedPoints, pretravel: Any, centre: Any, surface: Any) -> None:
     from stepgauge.errors import InputError
-    from stepgauge.probe_files import write_table
+    from stepgauge.tables import write_table
 
     there = sorted(set(NEW_COLUMNS) & set(probed.rows.header))
     if there:

@@ -151,7 +151,7 @@ def command(
 
 
 def _write(output: Path, found: DirectionMap) -> None:
-    from stepgauge.probe_files import write_table
+    from stepgauge.tables import write_table
 
     columns = [column.ravel() for column in found.columns()]
     rows = [[f"{cell:.6g}" if math.isfinite(cell) else "" for cell in row] for row in zip(*columns, strict=True)]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.physics.directions import unit_vectors
-from stepgauge.probe_files import Rows, read_rows
+from stepgauge.tables import Rows, read_rows
 
 Array = NDArray[np.float64]
 

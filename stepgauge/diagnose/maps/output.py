@@ -16,9 +16,9 @@ from stepgauge.diagnose.maps.model import build_probe
 from stepgauge.diagnose.maps.result import MapDiagnosis, as_json
 from stepgauge.diagnose.solve import Estimate
 from stepgauge.files import read_text, write_text
-from stepgauge.probe_files import write_table
 from stepgauge.probes.directions_map import map_directions
 from stepgauge.resources import folder as shipped_folder
+from stepgauge.tables import write_table
 
 COVERAGE = 2.0
 PROBE_FILE = "probe.diagnosed.toml"

@@ -14,9 +14,8 @@ from hypothesis import strategies as st
 from stepgauge.cli.import_ import command
 from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge, read_gauge
-from stepgauge.importing import FORMATS, RunLabels, read_log
+from stepgauge.importing import FORMATS, Import, ImportOptions, build_recording, read_log
 from stepgauge.importing.faces import cycles_of, probed_faces
-from stepgauge.importing.matching import Import, match_log
 from stepgauge.moves import ProbingSettings, Program
 from stepgauge.placement import Placement, write_placement
 from stepgauge.plan import ORDERS, ROUTES, PlanOptions, faces_in_order, make_program
@@ -48,7 +47,7 @@ class Setup:
 
     def read(self, text: str) -> Import:
         log = FORMATS["linuxcnc"].read(text, "log.txt")
-        return match_log(log, self.program, self.gauge, self.placement, RunLabels())
+        return build_recording(log, self.gauge, self.placement, self.program, ImportOptions())
 
 
 def make_setup(
@@ -252,7 +251,7 @@ def test_probeopen_leaves_out_an_identical_reading_and_it_is_put_back():
     frame = imported.recording.frame
     assert list(zip(frame["cycle"], frame["face"], strict=True)) == list(faces_in_order(setup.options))
     np.testing.assert_allclose(imported.recording.position_mm, setup.readings(0.1), atol=1e-6)
-    assert "put back: 1 of the readings" in imported.report[-1]
+    assert "put back: 1 of the readings" in "\n".join(imported.report)
 
 
 def test_probeopen_rows_that_cannot_be_told_apart_are_refused():
@@ -347,7 +346,8 @@ def test_the_verb_writes_a_recording_and_says_what_it_mapped(files: list[str]):
     assert recording.placements == [3]
     assert set(recording.frame["gauge_temperature_C"]) == {20.4}
     assert set(recording.frame["speed_mm_s"]) == {3.0}
-    assert set(recording.comments) == {"program", "log", "gauge"}
+    assert set(recording.comments) == {"program", "log", "gauge", "gauge_serial", "import"}
+    assert recording.comments["gauge_serial"] == "SG-420-001"
     beyond = ((recording.position_mm - program.position_mm[program.is_measure]) * recording.approach).sum(axis=1)
     np.testing.assert_allclose(beyond, 0.0123, atol=2e-7)
 

@@ -1,0 +1,67 @@
+"""Compensation proved on the virtual CMM: measured, compensated by a table, measured again somewhere else."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+
+import click
+
+from stepgauge.cli import cli
+from stepgauge.errors import InputError
+from stepgauge.evaluation_files import read_evaluation
+
+HERE = Path(__file__).resolve().parent
+GAUGE, MACHINE = "step-gauge-420", HERE / "machine.toml"
+R_EFF_MM, U_R_EFF_UM = "1.997", "0.1"
+"""What a calibration on a sphere would have given: tip radius less pre-travel."""
+
+
+@click.command()
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Folder for all that comes out.")
+def main(output: Path) -> None:
+    """Measure, write tables for three controllers, apply one of them on the virtual CMM, and measure again."""
+    before = measure(output, "before", MACHINE, HERE / "placement.toml", "1:21", 1)
+    table = ["compensate", before, "--axis", "x", "--tip-radius", R_EFF_MM, "--u-tip-radius", U_R_EFF_UM]
+    stepgauge(*table, "--to", "csv", "-o", str(output / "x.csv"), "--plot", str(output / "x.png"))
+    stepgauge(*table, "--to", "linuxcnc", "-o", str(output / "x.comp"))
+    stepgauge(*table, "--to", "siemens", "--step", "20", "--zero-at", "120", "-o", str(output / "AX1_EEC.INI"))
+    corrected = output / "corrected.toml"
+    effect = '\n[[effect]]\nkind = "axis_compensation"\naxis = "x"\nfile = "x.csv"\n'
+    corrected.write_text(MACHINE.read_text(encoding="utf-8") + effect, encoding="utf-8")
+    after = measure(output, "after", corrected, HERE / "check.toml", "1:20", 2)
+    for name in (before, after):
+        result = read_evaluation(Path(name) / "evaluation.json")
+        band, worst = result["band_um"], result["worst_two_sigma_um"]
+        click.echo(
+            f"{name}: band of XM {band:.2f} um, worst two-sigma {worst:.2f} um, R_eff {result['r_eff_mm']:.5f} mm"
+        )
+
+
+def measure(output: Path, name: str, machine: Path, placement: Path, blocks: str, seed: int) -> str:
+    """Plan, simulate and evaluate; the folder of the evaluation."""
+    program, recording, result = (str(output / f"{name}{end}") for end in (".dmi", ".csv", ""))
+    common = ["-g", GAUGE, "-m", str(machine)]
+    plan = ["plan", str(placement), *common, "-d", "dmis", "--blocks", blocks, "--cycles", "5", "-o", program]
+    stepgauge(*plan)
+    stepgauge("simulate", program, *common, "-p", str(placement), "--seed", str(seed), "-o", recording)
+    stepgauge("evaluate", recording, "-g", GAUGE, "-o", result)
+    return result
+
+
+def stepgauge(*arguments: str) -> None:
+    """A verb of the command line, shown as a user would type it."""
+    click.echo("$ stepgauge " + shlex.join(arguments))
+    cli.main(list(arguments), prog_name="stepgauge", standalone_mode=False)
+
+
+if __name__ == "__main__":
+    try:
+        main(standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(2)
+    except InputError as error:
+        click.echo(f"error: {error}", err=True)
+        sys.exit(2)

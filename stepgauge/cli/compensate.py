@@ -1,0 +1,178 @@
+"""``stepgauge compensate``: evaluation -> an error table for a controller."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from stepgauge.cli.options import FiniteRange, check_figure, output, say
+
+if TYPE_CHECKING:
+    from stepgauge.compensation import CompensationTable, TableOptions, TipRadius
+
+MILLIMETRES = FiniteRange(-1e6, 1e6)
+
+
+@click.command("compensate")
+@click.argument("evaluation", metavar="RESULT_DIR|EVALUATION.JSON")
+@click.option("--axis", type=click.Choice(["x", "y", "z"]), required=True, help="Machine axis that is corrected.")
+@click.option(
+    "--to",
+    "to",
+    type=click.Choice(["linuxcnc", "siemens", "csv"]),
+    required=True,
+    help="linuxcnc: COMP_FILE; siemens: $AA_ENC_COMP of SINUMERIK; csv: for any other controller.",
+)
+@output("File to write; beside it goes the same name with .json added: what it was made from, notes, uncertainties.")
+@click.option(
+    "--template",
+    metavar="FILE",
+    help="Your own Jinja template; start from a copy: 'stepgauge shipped compensation-siemens.j2 --copy-to mine'.",
+)
+@click.option(
+    "--tip-radius",
+    type=FiniteRange(0.0, 50.0, min_open=True),
+    metavar="MM",
+    help="Effective tip radius known from elsewhere (ring or sphere), mm. Without it a constant reversal of the axis"
+    " cannot be told from the tip's size and stays out of the table.",
+)
+@click.option(
+    "--u-tip-radius",
+    type=FiniteRange(0.0, 100.0),
+    default=0.0,
+    show_default=True,
+    metavar="UM",
+    help="Standard uncertainty of --tip-radius, um.",
+)
+@click.option(
+    "--travel",
+    type=click.Choice(["both", "mean", "positive", "negative"]),
+    help="Senses of travel that the table tells apart. Default: both; siemens: mean, for it has one table.",
+)
+@click.option(
+    "--step",
+    type=FiniteRange(0.0, 1e5, min_open=True),
+    metavar="MM",
+    help="Even spacing at whole multiples of it, mm. Default: the places of the faces; siemens: 10 mm.",
+)
+@click.option(
+    "--range", "span", type=MILLIMETRES, nargs=2, metavar="LOW HIGH", help="Ends of the table, mm. Default: measured."
+)
+@click.option(
+    "--extend",
+    type=click.Choice(["none", "hold", "linear"]),
+    default="none",
+    show_default=True,
+    help="Beyond what was measured: refuse, hold the end value, or go on with the fitted slope.",
+)
+@click.option(
+    "--zero-at",
+    type=MILLIMETRES,
+    metavar="MM",
+    help="Machine coordinate where the correction is zero: the reference point. Default: the table's low end.",
+)
+@click.option(
+    "--offset",
+    type=MILLIMETRES,
+    default=0.0,
+    show_default=True,
+    metavar="MM",
+    help="Machine coordinate minus recorded coordinate of the axis, mm (a work offset).",
+)
+@click.option(
+    "--angle-limit",
+    type=FiniteRange(0.0, 10.0),
+    default=1.0,
+    show_default=True,
+    metavar="DEG",
+    help="Largest angle between gauge and axis, deg.",
+)
+@click.option(
+    "--placement", type=click.IntRange(1), metavar="N", help="Which placement, if several lie along the axis."
+)
+@click.option(
+    "--file-type",
+    type=click.IntRange(0, 1),
+    default=0,
+    show_default=True,
+    help="linuxcnc: COMP_FILE_TYPE, 0 positions, 1 trims. siemens: number of the measuring system, 0 or 1.",
+)
+@click.option(
+    "--joint", type=click.IntRange(0, 30), help="Number of the axis in the controller. Default: x 0, y 1, z 2."
+)
+@click.option("--plot", callback=check_figure, metavar="FILE", help="The table as a figure (png, svg or pdf).")
+def command(evaluation: str, axis: str, to: str, output: str, **options: Any) -> None:
+    """An error table of one axis, ready for a controller, from an evaluation.
+
+    The gauge must lie along the axis. Errors are those of the axis in machine coordinates, by sense of travel, averaged
+    over the cycles; error = indicated minus true. Nothing is extrapolated unless you ask for it.
+
+    Measure with the compensation that is in force switched off: the table is for the axis as it was measured.
+
+    \b
+    stepgauge compensate result --axis x --to linuxcnc --tip-radius 1.9973 -o x.comp
+    stepgauge compensate result --axis y --to siemens --step 20 --zero-at 0 --extend hold -o AX2_EEC.INI
+    stepgauge compensate result --axis x --to csv -o x.csv --plot x.png
+    """
+    from stepgauge.compensation import FORMATS, axis_faces, make_table, render_table, write_table
+    from stepgauge.report.reading import find_evaluation, read_checked_evaluation
+
+    path = find_evaluation(evaluation)
+    known = FORMATS[to]
+    faces = axis_faces(
+        read_checked_evaluation(path),
+        path,
+        axis,
+        _tip(options),
+        options["placement"],
+        options["offset"],
+        options["angle_limit"],
+    )
+    table = make_table(faces, _table_options(options, known.travel, 10.0 if known.even else None))
+    text = render_table(table, known, options["template"], options["file_type"], options["joint"])
+    written = write_table(output, text, table)
+    if options["plot"]:
+        from stepgauge.figures.compensation import draw_compensation
+
+        draw_compensation(options["plot"], table)
+        written.append(Path(options["plot"]))
+    _tell(table)
+    if to == "linuxcnc":
+        joint = "xyz".index(axis) if options["joint"] is None else options["joint"]
+        kind = options["file_type"]
+        say(f"for the INI file, [JOINT_{joint}]: COMP_FILE = {Path(output).name}, COMP_FILE_TYPE = {kind}")
+        say("note: lengths in mm, as LINEAR_UNITS must be; BACKLASH of that joint has no effect beside a COMP_FILE")
+    say("wrote " + ", ".join(str(one) for one in written))
+
+
+def _tip(options: dict[str, Any]) -> TipRadius | None:
+    from stepgauge.compensation import TipRadius
+
+    radius = options["tip_radius"]
+    if radius is None and options["u_tip_radius"]:
+        raise click.UsageError("--u-tip-radius is the uncertainty of --tip-radius, which is missing")
+    return None if radius is None else TipRadius(radius, options["u_tip_radius"])
+
+
+def _table_options(options: dict[str, Any], travel: Any, step_mm: float | None) -> TableOptions:
+    from stepgauge.compensation import TableOptions
+
+    span = options["span"]
+    if span is not None and span[0] >= span[1]:
+        raise click.UsageError(f"--range must rise: found {span[0]:g} {span[1]:g}, expected LOW HIGH in mm")
+    return TableOptions(
+        options["travel"] or travel, options["step"] or step_mm, span, options["extend"], options["zero_at"]
+    )
+
+
+def _tell(table: CompensationTable) -> None:
+    x, largest = table.position_mm, max(abs(table.positive_um).max(), abs(table.negative_um).max())
+    u = max(table.u_positive_um.max(), table.u_negative_um.max())
+    for note in table.notes:
+        say(f"note: {note}")
+    say(
+        f"{table.axis}: {len(table)} rows from {x[0]:.3f} to {x[-1]:.3f} mm, zero at {table.zero_at_mm:.3f} mm;"
+        f" largest correction {largest:.2f} um, largest standard uncertainty {u:.2f} um"
+    )

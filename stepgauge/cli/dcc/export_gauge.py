@@ -1,0 +1,31 @@
+"""``stepgauge dcc export-gauge``: gauge file -> the DCC that its laboratory would send."""
+
+from __future__ import annotations
+
+import click
+
+from stepgauge.cli.dcc.options import LABORATORY, SCHEMA, check_output, finish
+from stepgauge.cli.options import output, say
+
+
+@click.command("export-gauge")
+@click.argument("gauge", metavar="GAUGE")
+@LABORATORY
+@SCHEMA
+@output("Certificate to write, NAME.xml.")
+def command(gauge: str, laboratory_file: str, schema: str | None, output: str) -> None:
+    """The Digital Calibration Certificate of a step gauge from its gauge file: what a gauge laboratory sends.
+
+    Faces with nominal and certified positions, U and k, expansion, block sizes, material and reference temperature;
+    'stepgauge dcc import-gauge' reads it back to the same gauge file.
+
+    \b
+    stepgauge dcc export-gauge step-gauge-420 -c laboratory.toml -o gauge.xml
+    """
+    from stepgauge.certificate_file import read_laboratory
+    from stepgauge.dcc.gauge_write import gauge_certificate
+    from stepgauge.gauge import read_gauge
+
+    check_output(output)
+    finish(gauge_certificate(read_gauge(gauge), read_laboratory(laboratory_file)), output, schema)
+    say(f"wrote {output}" + (f", valid by {schema}" if schema else ""))

@@ -1,0 +1,155 @@
+"""``stepgauge history``: many evaluations of one machine -> trends and warnings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from stepgauge.cli.options import output, say
+
+if TYPE_CHECKING:
+    from stepgauge.history import HistoryEntry, Series
+
+# Written out so that --help needs no numpy; the test compares it with the quantities of the history.
+LIMITS = ("scale_ppm", "reversal_um", "r_eff_change_um", "band_um", "worst_two_sigma_um")
+
+
+def _parse_limits(_: click.Context, param: click.Parameter, given: Sequence[str]) -> dict[str, float]:
+    limits = {}
+    for text in given:
+        name, _sign, number = text.partition("=")
+        try:
+            value = float(number)
+        except ValueError:
+            value = math.nan
+        if name.strip() not in LIMITS or not (math.isfinite(value) and value > 0):
+            raise click.BadParameter(
+                f"found {text!r}, expected NAME=NUMBER with NAME one of {', '.join(LIMITS)} and a positive number",
+                param=param,
+                param_hint="--limit",
+            )
+        limits[name.strip()] = value
+    return limits
+
+
+@click.command("history")
+@click.argument("folder", metavar="DIR")
+@output("Folder for history.json, history.csv, the figure and the store (made if missing).")
+@click.option(
+    "--limit",
+    "limits",
+    multiple=True,
+    callback=_parse_limits,
+    metavar="NAME=NUMBER",
+    help=f"Warn beyond this; repeatable. Names: {', '.join(LIMITS)} (sizes; um, or um/m for ppm).",
+)
+@click.option("--machine", metavar="NAME", help="Only evaluations of this machine.")
+@click.option("--gauge", metavar="SERIAL", help="Only evaluations with this gauge.")
+@click.option(
+    "--date-from",
+    type=click.Choice(["record", "file"]),
+    default="record",
+    show_default=True,
+    help="Where an evaluation has no measured_at and its path no date: leave it out, or take the file's own date.",
+)
+@click.option("--store", metavar="FILE", help="SQLite store to keep. Default: history.sqlite in the output folder.")
+@click.option("--rebuild", is_flag=True, help="Throw the store away and make it anew from the JSON files.")
+@click.option("--figure", "suffix", type=click.Choice(["png", "svg", "pdf"]), default="png", show_default=True)
+def command(folder: str, output: str, limits: dict[str, float], **options: Any) -> None:
+    """What the evaluations below a folder say of one machine by date: trends, limits, a control chart.
+
+    Every evaluation.json below DIR counts, each placement by the direction of the gauge. The date is measured_at of the
+    evaluation ('evaluate --measured-at', or '# measured_at:' in the recording), else a date such as 2026-03-02 in the
+    names of its folders. Trend lines are weighted by repeatability; a control chart needs five dates.
+
+    A constant reversal of an axis shows in R_eff, minus half of it: a step gauge sees it as a smaller tip. R_eff is
+    compared with the first one of the same tip (within 50 um). Evaluations that name no machine are '(unnamed)':
+    'evaluate --machine-name'.
+
+    The store is an SQLite file for other programs; it is brought up to date at every call and can always be rebuilt.
+
+    \b
+    stepgauge history archive -o history
+    stepgauge history archive --machine "Bridge CMM" --limit reversal_um=2 --limit scale_ppm=5 -o history
+    """
+    from stepgauge.figures.history import draw_history
+    from stepgauge.history import judge, make_series, refresh_store, write_history
+
+    store = options["store"] or Path(output) / "history.sqlite"
+    found = refresh_store(store, folder, options["date_from"], options["rebuild"], _progress)
+    for remark in found.remarks:
+        say(remark)
+    gone = f", {found.gone} gone" if found.gone else ""
+    say(f"{found.read} files read, {found.unchanged} unchanged{gone}")
+    entries = _of_one_machine(found.entries, folder, options["machine"], options["gauge"])
+    series = make_series(entries)
+    warnings = judge(series, limits)
+    written = write_history(output, series, warnings, limits)
+    figure = Path(output) / f"history.{options['suffix']}"
+    draw_history(figure, series, limits, entries[0].machine)
+    click.echo(_table(entries))
+    click.echo(_trends(series))
+    for warning in warnings:
+        say(f"warning: {warning.measured_at:%Y-%m-%d}, along {warning.direction}: {warning.quantity} {warning.text}")
+    say("wrote " + ", ".join(str(path) for path in [*written, figure, store]))
+
+
+def _progress(done: int, of: int) -> None:
+    if of >= 200 and done % 100 == 0:
+        say(f"{done} of {of} files")
+
+
+def _of_one_machine(
+    entries: Sequence[HistoryEntry], folder: str, machine: str | None, gauge: str | None
+) -> list[HistoryEntry]:
+    from stepgauge.errors import InputError
+
+    if not entries:
+        raise InputError(folder, "no evaluation with a date", expected="'evaluate --measured-at', or --date-from file")
+    kept = list(entries)
+    for option, value, name in (("--machine", machine, "machine"), ("--gauge", gauge, "gauge_serial")):
+        there = sorted({getattr(entry, name) for entry in kept})
+        what = name.replace("_serial", "")
+        if value is not None and value not in there:
+            raise InputError(folder, f"no evaluation of {what} {value!r}", expected=", ".join(there))
+        kept = [entry for entry in kept if value is None or getattr(entry, name) == value]
+        if value is None and len(there) > 1:
+            raise InputError(
+                folder, f"evaluations of several {what}s", found=", ".join(there), expected=f"one: {option}"
+            )
+    return kept
+
+
+def _table(entries: Sequence[HistoryEntry]) -> str:
+    lines = ["date        along  gauge C   scale um/m  reversal um   R_eff mm  band um  2 sigma um  date from   file"]
+    for one in entries:
+        numbers = (
+            f"{_cell(one.gauge_temperature_C, 8, 2)}  {_cell(one.scale_ppm, 11, 2)}  {_cell(one.reversal_um, 11, 2)}"
+            f"  {one.r_eff_mm:9.5f}  {_cell(one.band_um, 7, 2)}  {_cell(one.worst_two_sigma_um, 10, 2)}"
+        )
+        lines.append(f"{one.measured_at:%Y-%m-%d}  {one.direction:5s} {numbers}  {one.date_source:10s}  {one.path}")
+    return "\n".join(lines)
+
+
+def _cell(value: float, width: int, decimals: int) -> str:
+    return "-".rjust(width) if math.isnan(value) else f"{value:{width}.{decimals}f}"
+
+
+def _trends(series: Sequence[Series]) -> str:
+    from stepgauge.history import QUANTITIES
+
+    lines = ["", "trend by year (weighted by repeatability; u: standard uncertainty)"]
+    for one in series:
+        unit = QUANTITIES[one.quantity].unit
+        said = (
+            "too few dates"
+            if one.trend is None
+            else f"{one.trend.per_year:+8.3f}  u {one.trend.u_per_year:7.3f} {unit}"
+        )
+        mark = "  drift" if one.trend is not None and one.trend.significant else ""
+        lines.append(f"{QUANTITIES[one.quantity].title:26s} along {one.direction:5s} {said}{mark}")
+    return "\n".join(lines)

@@ -1,0 +1,111 @@
+"""``stepgauge iso230``: a recording along an axis -> accuracy and repeatability of positioning."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from stepgauge.cli.options import GAUGE, FiniteRange, machine_option, output, say
+from stepgauge.cli.stated import stated_from, stated_options
+
+if TYPE_CHECKING:
+    from stepgauge.machine_file import Machine
+    from stepgauge.standards.positioning import PositioningTest
+
+
+@click.command("iso230")
+@click.argument("recordings", nargs=-1, required=True, metavar="RECORDING...")
+@GAUGE
+@output("Folder for iso230.json, iso230.csv, iso230-deviations.csv, the figures and iso230.pdf (made if missing).")
+@machine_option(False, "Machine file or shipped name: tells how much of the axis was measured.")
+@click.option(
+    "--placement",
+    "-p",
+    "placement_files",
+    multiple=True,
+    metavar="P",
+    help="Placement file; once per placement, in order. Default: the axis is the mean approach.",
+)
+@click.option(
+    "--tip-diameter",
+    type=FiniteRange(min=0.0, min_open=True),
+    metavar="MM",
+    help="Effective tip diameter found independently of the reversal, mm. Default: 2 R_eff from the gauge's own first"
+    " block, whose reversal is then zero by construction.",
+)
+@click.option(
+    "--pair",
+    "pairing",
+    type=click.Choice(["middle", "faces"]),
+    default="middle",
+    show_default=True,
+    help="Front and back of a block as one target: run means carried to the block's middle along neighbouring faces, or"
+    " taken as they are, a block apart.",
+)
+@click.option("--figure", "suffix", type=click.Choice(["png", "svg", "pdf"]), default="png", show_default=True)
+@stated_options
+def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str | None, **options: Any) -> None:
+    """Accuracy and repeatability of positioning of an axis by ISO 230-2, from a recording of the step gauge along it.
+
+    Every block is a target position, every cycle a run. Fronts are approached in one direction, backs in the other; the
+    tip diameter is taken off the backs. Gives the accuracy A, the systematic deviation E, the repeatability R (of each
+    direction and of both), the reversal B and its mean, the mean bidirectional deviation M, and the standard's figure.
+    A deviation is the position reached less the target, so its sign is opposite to that of XF and XB in evaluate.
+
+    Several recordings are several axes. What the recording does not meet of the standard is named.
+
+    \b
+    stepgauge iso230 recording.csv -g step-gauge-420 -o positioning
+    stepgauge iso230 x.csv y.csv -g my-gauge.toml -m my-machine.toml --tip-diameter 3.9940 -o positioning
+    """
+    from stepgauge.gauge import read_gauge
+    from stepgauge.machine_file import read_machine
+    from stepgauge.placement import read_placement
+    from stepgauge.recording import join_recordings, read_recording
+    from stepgauge.standards.positioning import positioning_test
+
+    steps = read_gauge(gauge)
+    cmm = read_machine(machine) if machine else None
+    tables = [read_recording(path) for path in recordings]
+    recording = tables[0] if len(tables) == 1 else join_recordings(tables)
+    placements = [read_placement(path, steps) for path in options["placement_files"]]
+    test = positioning_test(recording, steps, options["tip_diameter"], options["pairing"], cmm, placements)
+    written = _write(Path(output), test, cmm, options)
+    _tell(test)
+    say("wrote " + ", ".join(str(path) for path in written))
+
+
+def _write(folder: Path, test: PositioningTest, machine: Machine | None, options: dict[str, Any]) -> list[Path]:
+    from stepgauge.figures.iso230 import positioning_figure
+    from stepgauge.figures.style import save_figure
+    from stepgauge.report.iso230 import positioning_content
+    from stepgauge.report.render import write_report
+    from stepgauge.report.standards import template
+    from stepgauge.standards.iso230_files import write_positioning
+
+    report = folder / "iso230.pdf"
+    content = positioning_content(test, stated_from(options), machine)
+    for note in write_report(report, content, options["template"] or template()):  # first: a template may fail
+        say(f"note: {note}")
+    paths = write_positioning(folder, test)
+    for one in test.axes:
+        tail = f"-placement-{one.placement}" if len(test.axes) > 1 else ""
+        paths.append(folder / f"iso230-figure{tail}.{options['suffix']}")
+        save_figure(positioning_figure(one), paths[-1])
+    return [*paths, report]
+
+
+def _tell(test: PositioningTest) -> None:
+    from stepgauge.standards.iso230_files import statements
+
+    for one in test.axes:
+        p = one.parameters
+        say(
+            f"placement {one.placement}, {one.name}: A {p.A_um:.2f} um, E {p.E_um:.2f} um, R {p.R_um:.2f} um,"
+            f" B {p.B_um:.2f} um (mean {p.mean_B_um:.2f} um), M {p.M_um:.2f} um; {len(one.targets.block)} targets,"
+            f" {len(one.runs)} runs"
+        )
+    for text in statements(test):
+        say(f"- {text}")

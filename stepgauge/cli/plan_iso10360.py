@@ -1,0 +1,103 @@
+"""``stepgauge plan --iso10360``: the seven positions of ISO 10360-2 as placements and programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from stepgauge.cli.options import say
+from stepgauge.cli.plan import plan_options, probing_settings, program_text
+
+if TYPE_CHECKING:
+    from stepgauge.machine_file import Machine
+    from stepgauge.standards.iso10360_plan import PlannedPosition
+
+
+def plan_seven(
+    source: str | None, gauge: str, output: str, dialect: str, template: str | None, options: dict[str, Any]
+) -> None:
+    """Plan, check and write the seven positions into a folder."""
+    from stepgauge.errors import InputError
+    from stepgauge.gauge import read_gauge
+    from stepgauge.machine_file import read_machine
+    from stepgauge.standards.iso10360_plan import plan_positions
+    from stepgauge.standards.measuring_line import LONGEST_SHARE
+
+    _check_options(source, options)
+    steps, machine = read_gauge(gauge), read_machine(options["machine"])
+    settings = probing_settings(options, steps, machine, machine.probe.tip_radius_mm)
+    positions = plan_positions(steps, machine, plan_options(options, steps), settings, options["stylus"])
+    for one in positions:
+        say(f"position {one.orientation.number}, {one.orientation.name}: {_told(one, machine)}")
+    problems = [one for one in positions if one.problem]
+    if problems and not options["allow_short"]:
+        raise InputError(
+            machine.path,
+            "ISO 10360-2 asks for more than this gauge gives in this machine"
+            f" (positions {', '.join(str(one.orientation.number) for one in problems)}; nothing was written,"
+            " --allow-short writes what can be measured)",
+            found=f"position {problems[0].orientation.number}: {problems[0].problem}",
+            expected=f"lengths of {LONGEST_SHARE:.0%} of the travel along each line",
+        )
+    texts = {one.orientation.number: program_text(one.program, dialect, template) for one in positions if one.program}
+    _write(Path(output), positions, texts, dialect, machine)
+
+
+def _check_options(source: str | None, options: dict[str, Any]) -> None:
+    if source is not None:
+        raise click.UsageError("--iso10360 makes the placements itself: leave PLACEMENT|POINTS out.")
+    if not options["machine"]:
+        raise click.UsageError("--iso10360 needs --machine: the positions follow from its travel.")
+    for name in ("blocks", "points_on", "home", "tip_radius"):
+        if options[name]:
+            raise click.UsageError(f"--{name.replace('_', '-')} has no place with --iso10360.")
+
+
+def _told(one: PlannedPosition, machine: Machine) -> str:
+    if one.program is None or one.probe is None:
+        return str(one.problem)
+    told = f"blocks {', '.join(map(str, one.blocks))}; longest {one.longest_mm:.1f} mm, {one.share:.0%} of the travel"
+    if one.turned(machine):
+        told += "; stylus square to the gauge, (" + ", ".join(f"{v:.4f}" for v in one.probe.stylus_direction) + ")"
+    return f"{told}; {one.problem}" if one.problem else told
+
+
+def _write(
+    folder: Path,
+    positions: list[PlannedPosition],
+    texts: dict[int, tuple[str, str]],
+    dialect: str,
+    machine: Machine,
+) -> None:
+    import json
+
+    from stepgauge.files import write_text
+    from stepgauge.programs import DIALECTS
+    from stepgauge.standards.iso10360_plan_files import machine_with_probe, placement_text, plan_to_dict
+
+    language = DIALECTS[dialect]
+    for one in positions:
+        if one.placement is None or one.probe is None:
+            continue
+        name = f"position-{one.orientation.number}"
+        write_text(folder / f"{name}.toml", placement_text(one))
+        write_text(folder / f"{name}{language.suffix}", texts[one.orientation.number][0], newline=language.newline)
+        write_text(folder / f"{name}-machine.toml", machine_with_probe(machine, one.probe))
+    write_text(folder / "plan.json", json.dumps(plan_to_dict(positions, machine), indent=1) + "\n")
+    turned = [one for one in positions if one.turned(machine)]
+    if turned:
+        off_mm = max(one.tip_off_ram_mm() for one in turned)
+        say(
+            "ISO 10360-2 tests E0 with the stylus tip on the axis of the ram. Where the stylus is turned it lies off"
+            f" it, here by up to {off_mm:.0f} mm with stylus and probe body: agree on it, or test with a stylus that is"
+            " thin enough to stay upright (--stylus machine)"
+        )
+    for note in dict.fromkeys(note for _, note in texts.values()):
+        say(note)
+    say(
+        f"path of {len(texts)} programs checked: gauge, rail, travel of the tip centre. Locate the gauge as it really"
+        " lies, and plan it again with --blocks as above: a program moves to where its placement says"
+    )
+    say(f"wrote {folder}: placements, programs, machine files with the stylus as planned, plan.json")

@@ -1,0 +1,271 @@
+"""The readings of an evaluation as errors of a machine axis at its coordinates, with weights and uncertainties."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+
+Array = NDArray[np.float64]
+AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class TipRadius:
+    """Effective radius known from elsewhere (ring, sphere), mm, and its standard uncertainty, um."""
+
+    r_eff_mm: float
+    u_um: float = 0.0
+
+
+@dataclass(frozen=True)
+class AxisFaces:
+    """Measured faces of one placement, rising along the gauge; arrays ``(n,)``.
+
+    ``coordinate_mm``: of the axis, as indicated; ``sense``: +1, -1, of travel on the axis; ``front``; ``error_um``:
+    along the axis, without the tip diameter taken off the backs; ``variance_um2``: of ``error_um``; ``share``: of the
+    axis in the gauge axis; ``tip_um``: tip diameter with variance, or None: from the blocks ``radius_rows``, weights
+    ``(n,)``; ``expansion_u``: standard uncertainty of length from the expansion coefficient, um per mm.
+    """
+
+    path: str
+    axis: str
+    coordinate_mm: Array
+    sense: NDArray[np.int64]
+    front: NDArray[np.bool_]
+    error_um: Array
+    variance_um2: Array
+    share: float
+    radius_rows: Array
+    tip_um: tuple[float, float] | None
+    expansion_u: float
+    about: Mapping[str, Any]
+    notes: tuple[str, ...]
+
+    def require(self, sense: int) -> None:
+        """:class:`InputError` where fewer than two faces were probed in this sense of travel."""
+        if (self.sense == sense).sum() < 2:
+            word = "positive" if sense > 0 else "negative"
+            raise InputError(
+                self.path,
+                f"too few faces were probed in {word} travel of {self.axis}",
+                found=int((self.sense == sense).sum()),
+                expected="two or more",
+            )
+
+    def range_mm(self, sense: int) -> tuple[float, float]:
+        """Lowest and highest coordinate measured in a sense of travel."""
+        x = self.coordinate_mm[self.sense == sense]
+        return float(x.min()), float(x.max())
+
+    def covers(self, x: Array, sense: int) -> NDArray[np.bool_]:
+        """Whether places are between measured ones of this sense."""
+        if not (self.sense == sense).any():
+            return np.zeros(len(x), bool)
+        low, high = self.range_mm(sense)
+        return np.asarray((x >= low - 1e-6) & (x <= high + 1e-6))
+
+    def weights(self, x: Array, sense: int) -> Array:
+        """Weights of the readings, and last of the tip diameter, in the error at ``x``; shape ``(len(x), n + 1)``."""
+        rows = np.flatnonzero(self.sense == sense)
+        rows = rows[np.argsort(self.coordinate_mm[rows])]
+        weights = np.zeros((len(x), len(self.sense) + 1))
+        for row, unit in zip(rows, np.eye(len(rows)), strict=True):
+            weights[:, row] = np.interp(x, self.coordinate_mm[rows], unit)
+        weights[:, -1] = 0.0 if self.front[rows[0]] else -1.0
+        return weights
+
+    def slope_weights(self, sense: int) -> Array:
+        """Weights of the slope (um per mm) of the least-squares line through the faces of a sense; ``(n + 1,)``."""
+        rows = self.sense == sense
+        from_middle = np.where(rows, self.coordinate_mm - self.coordinate_mm[rows].mean(), 0.0)
+        return np.append(from_middle / (from_middle**2).sum(), 0.0)
+
+    def combine(self, weights: Array) -> Array:
+        """Errors along the axis, um, from weights ``(m, n + 1)``."""
+        tip = 0.0 if self.tip_um is None else self.tip_um[0]
+        return np.asarray((self._folded(weights) @ self.error_um + weights[:, -1] * tip) / self.share)
+
+    def uncertainty_um(self, weights: Array, from_zero_mm: Array) -> Array:
+        """Standard uncertainty: readings and certificate by face, the tip, and the expansion over the distance."""
+        tip_variance = 0.0 if self.tip_um is None else self.tip_um[1]
+        variance = self._folded(weights) ** 2 @ self.variance_um2 + weights[:, -1] ** 2 * tip_variance
+        return np.sqrt(variance + (self.expansion_u * from_zero_mm) ** 2)
+
+    def _folded(self, weights: Array) -> Array:
+        """Without a tip of its own, its diameter is the reading of backs minus fronts of the blocks of R_eff."""
+        by_face, tip = weights[:, :-1], weights[:, -1:]
+        return by_face if self.tip_um is not None else by_face + tip * self.radius_rows
+
+    def mean_reversal_text(self, x: Array) -> str:
+        """Mean of positive minus negative travel where both were measured, in words."""
+        both = x[self.covers(x, 1) & self.covers(x, -1)]
+        if not both.size:
+            return "not known"
+        rows = (self.weights(both, 1) - self.weights(both, -1)).mean(axis=0, keepdims=True)
+        value, u = self.combine(rows)[0], self.uncertainty_um(rows, np.zeros(1))[0]
+        known = "" if self.tip_um is not None else ", beyond that of the blocks that gave R_eff"
+        return f"{value:+.2f} um (u = {u:.2f} um) positive minus negative travel{known}"
+
+
+def axis_faces(
+    evaluation: Mapping[str, Any],
+    path: str | Path,
+    axis: str,
+    tip: TipRadius | None = None,
+    placement: int | None = None,
+    offset_mm: float = 0.0,
+    angle_limit_deg: float = 1.0,
+) -> AxisFaces:
+    """The faces of an ``evaluation.json`` as readings of a machine axis.
+
+    Parameters
+    ----------
+    evaluation, path : content of the file, and its name for messages
+    axis : x, y or z
+    tip : effective radius from elsewhere; without it the mean reversal cannot be known
+    placement : number of the placement; default: the only one that lies along the axis
+    offset_mm : machine coordinate minus recorded coordinate of the axis (a work offset)
+    angle_limit_deg : largest angle between gauge and axis
+
+    Raises
+    ------
+    InputError
+        no placement along the axis (with its angle), several of them, a face that was not evaluated
+    """
+    one = _choose(evaluation["placements"], str(path), axis, placement, angle_limit_deg)
+    share = float(one["axis"][AXES.index(axis)])
+    rows = [row for row in one["faces"] if row["count"] > 0]
+    front = np.array([row["side"] == "front" for row in rows])
+    radius_mm = float(one["r_eff_mm"])
+    position = np.array([row["position_mm"] for row in rows]) + np.where(front, 0.0, 2.0 * radius_mm)
+    start = float(one["origin_mm"][AXES.index(axis)])
+    error = np.array([_own(row, "x") for row in rows]) + np.where(front, 0.0, 2e3 * radius_mm)
+    variance, unknown = _variance(rows)
+    warm_K = _warmer_K(evaluation, one)
+    expansion_u = evaluation["gauge"].get("expansion_uncertainty_per_K")
+    return AxisFaces(
+        str(path),
+        axis,
+        start + share * (position - position[0]) + offset_mm,
+        np.where(front, 1, -1) * int(np.sign(share)),
+        front,
+        error,
+        variance,
+        share,
+        _radius_rows(rows, one["r_eff_blocks"]),
+        None if tip is None else (2e3 * tip.r_eff_mm, (2.0 * tip.u_um) ** 2),
+        abs((expansion_u or 0.0) * warm_K) * 1e3,
+        _about(evaluation, one, path, axis, offset_mm, tip),
+        tuple(_notes(one, axis, unknown, expansion_u is None and warm_K != 0.0)),
+    )
+
+
+def angle_deg(placement: Mapping[str, Any], axis: str) -> float:
+    """Angle between the gauge and a machine axis, 0 to 90 deg."""
+    direction = np.array(placement["axis"], float)
+    across = np.delete(direction, AXES.index(axis))
+    return float(np.degrees(np.arctan2(np.linalg.norm(across), abs(direction[AXES.index(axis)]))))
+
+
+def _choose(
+    placements: list[dict[str, Any]], path: str, axis: str, number: int | None, limit_deg: float
+) -> dict[str, Any]:
+    numbers = [one["placement"] for one in placements]
+    if number is not None:
+        if number not in numbers:
+            raise InputError(path, f"there is no placement {number}", expected=", ".join(map(str, numbers)))
+        placements = [one for one in placements if one["placement"] == number]
+    angles = {one["placement"]: angle_deg(one, axis) for one in placements}
+    along = [one for one in placements if angles[one["placement"]] <= limit_deg]
+    if not along:
+        found = ", ".join(f"placement {n}: {angle:.2f} deg" for n, angle in angles.items())
+        raise InputError(
+            path,
+            f"the gauge does not lie along {axis}: other axes would get into its table",
+            found=f"{found} off {axis}",
+            expected=f"at most {limit_deg:g} deg (--angle-limit)",
+        )
+    if len(along) > 1:
+        found = ", ".join(str(one["placement"]) for one in along)
+        raise InputError(path, f"several placements lie along {axis}", found=found, expected="one, with --placement")
+    return along[0]
+
+
+def _own(row: Mapping[str, Any], letter: str) -> float:
+    """``x``: error of a face in the direction it was probed in; ``s``: its standard deviation; NaN if undefined."""
+    value = row[f"{letter}f_um" if row["side"] == "front" else f"{letter}b_um"]
+    return np.nan if value is None else float(value)
+
+
+def _variance(rows: list[dict[str, Any]]) -> tuple[Array, list[str]]:
+    """Variance of the mean of every face, with its certificate, um^2; and what is not in it."""
+    scatter = np.array([_own(row, "s") for row in rows]) ** 2 / [row["count"] for row in rows]
+    certificate = np.array([row.get("u_certificate_um", np.nan) for row in rows], float)
+    unknown = []
+    if np.isnan(scatter).any():
+        unknown.append("repeatability (faces with a single probing)")
+    if np.isnan(certificate).any():
+        unknown.append("the gauge's certificate (not in this evaluation.json: evaluate again)")
+    return np.nan_to_num(scatter) + np.nan_to_num(certificate) ** 2, unknown
+
+
+def _radius_rows(rows: list[dict[str, Any]], blocks: list[int]) -> Array:
+    sign = [0.0 if row["block"] not in blocks else (-1.0 if row["side"] == "front" else 1.0) for row in rows]
+    return np.array(sign) / len(blocks)
+
+
+def _warmer_K(evaluation: Mapping[str, Any], one: Mapping[str, Any]) -> float:
+    temperature, reference = one["gauge_temperature_C"], evaluation["gauge"]["reference_temperature_C"]
+    return 0.0 if temperature is None else float(temperature - reference)
+
+
+def _about(
+    evaluation: Mapping[str, Any],
+    one: Mapping[str, Any],
+    path: str | Path,
+    axis: str,
+    offset_mm: float,
+    tip: TipRadius | None,
+) -> dict[str, Any]:
+    gauge = evaluation["gauge"]
+    return {
+        "evaluation": Path(path).name,
+        "recording": Path(evaluation["recording"]).name,
+        "measured_at": evaluation.get("measured_at"),
+        "machine": evaluation.get("machine"),
+        "placement": one["placement"],
+        "cycles": list(one["cycles"]),
+        "gauge": gauge["name"],
+        "gauge_serial": gauge["serial"],
+        "certificate": gauge["certificate"],
+        "gauge_temperature_C": one["gauge_temperature_C"],
+        "angle_deg": angle_deg(one, axis),
+        "offset_mm": offset_mm,
+        "r_eff_blocks": list(one["r_eff_blocks"]),
+        "tip_radius_mm": None if tip is None else tip.r_eff_mm,
+        "u_tip_radius_um": None if tip is None else tip.u_um,
+    }
+
+
+def _notes(one: Mapping[str, Any], axis: str, unknown: list[str], no_expansion: bool) -> list[str]:
+    angle = angle_deg(one, axis)
+    share = np.sin(np.radians(angle))
+    notes = [f"the gauge lay {angle:.3f} deg off {axis}: {share:.2%} of other axes' errors are in the table"]
+    temperature = one["gauge_temperature_C"]
+    notes.append(
+        "no gauge temperature was recorded: the certificate's was assumed"
+        if temperature is None
+        else f"gauge at {temperature:.2f} deg C, its length corrected to that; scales as warm as they were then"
+    )
+    if no_expansion:
+        unknown = [*unknown, "the gauge's expansion (not in this evaluation.json: evaluate again)"]
+    for what in (*unknown, "temperature measurement", "certificate's correlations"):
+        notes.append(f"not in the stated uncertainty: {what}")
+    return notes

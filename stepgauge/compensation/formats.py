@@ -1,0 +1,123 @@
+"""A compensation table as the file of a controller, through a Jinja template.
+
+A template sees ``table`` (:class:`~stepgauge.compensation.table.CompensationTable`), ``rows`` (each with
+``position_mm``, ``positive_um``, ``negative_um``, ``mean_um``, ``reversal_um``, ``u_positive_um``, ``u_negative_um``,
+``from_positive``, ``from_negative``), ``about`` and ``notes`` (plain ASCII), ``joint`` and ``kind`` (numbers that a
+format asks for) and ``version``; the filters of :mod:`stepgauge.templating`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stepgauge import __version__
+from stepgauge.compensation.table import CompensationTable, Travel
+from stepgauge.errors import InputError
+from stepgauge.files import write_text
+from stepgauge.resources import folder
+from stepgauge.templating import check_ascii, fill_template
+
+COLUMNS = ("position_mm", "positive_um", "negative_um", "mean_um", "reversal_um", "u_positive_um", "u_negative_um")
+FORMAT = "stepgauge compensation 1"
+
+
+@dataclass(frozen=True)
+class Format:
+    """A controller's table: which senses of travel it tells apart by default and at all, and its limits."""
+
+    name: str
+    title: str
+    template: str
+    travel: Travel
+    both: bool
+    even: bool
+    most_rows: int | None
+
+
+FORMATS = {
+    known.name: known
+    for known in (
+        Format(
+            "linuxcnc", "LinuxCNC screw compensation (COMP_FILE)", "compensation-linuxcnc.j2", "both", True, False, 256
+        ),
+        Format("siemens", "Siemens SINUMERIK $AA_ENC_COMP", "compensation-siemens.j2", "mean", False, True, None),
+        Format("csv", "table for any other controller", "compensation-csv.j2", "both", True, False, None),
+    )
+}
+
+
+def check_format(table: CompensationTable, known: Format) -> None:
+    """:class:`InputError` where a controller cannot take this table."""
+    if table.travel == "both" and not known.both:
+        raise InputError(
+            "--travel",
+            f"{known.title} has one table for both senses of travel",
+            found="both",
+            expected="mean, positive or negative",
+        )
+    if table.step_mm is None and known.even:
+        raise InputError("--step", f"{known.title} needs even spacing", expected="a step in mm")
+    if known.most_rows and len(table) > known.most_rows:
+        raise InputError(
+            "--step", f"too long for {known.title}", found=f"{len(table)} rows", expected=f"at most {known.most_rows}"
+        )
+
+
+def render_table(
+    table: CompensationTable, known: Format, template: str | Path | None = None, kind: int = 0, joint: int | None = None
+) -> str:
+    """The text of a controller's file.
+
+    ``kind``: LinuxCNC's COMP_FILE_TYPE, 0 (positions) or 1 (trims); Siemens' number of the measuring system.
+    ``joint``: number of the axis in the controller; default: x 0, y 1, z 2. :class:`InputError` as
+    :func:`check_format`, and naming the line of a template that fails.
+    """
+    check_format(table, known)
+    source = Path(template) if template else folder("templates") / "compensation" / known.template
+    context = {
+        "table": table,
+        "rows": [dict(zip((*COLUMNS, "from_positive", "from_negative"), row, strict=True)) for row in _rows(table)],
+        "about": table.about,
+        "notes": table.notes,
+        "kind": kind,
+        "joint": "xyz".index(table.axis) if joint is None else joint,
+        "version": __version__,
+    }
+    text = fill_template(source, "compensation", context)
+    check_ascii(text, source)
+    return text
+
+
+def _rows(table: CompensationTable) -> list[tuple[Any, ...]]:
+    columns = [getattr(table, name).tolist() for name in (*COLUMNS, "from_positive", "from_negative")]
+    return list(zip(*columns, strict=True))
+
+
+def table_to_dict(table: CompensationTable) -> dict[str, Any]:
+    """The table with all that is known about it, as JSON types."""
+    return {
+        "format": FORMAT,
+        "stepgauge": __version__,
+        "axis": table.axis,
+        "error": "indicated minus true coordinate of the axis, um; positive, negative: sense of travel",
+        "travel": table.travel,
+        "zero_at_mm": table.zero_at_mm,
+        "about": dict(table.about),
+        "notes": list(table.notes),
+        "rows": [dict(zip((*COLUMNS, "from_positive", "from_negative"), row, strict=True)) for row in _rows(table)],
+    }
+
+
+def write_table(path: str | Path, text: str, table: CompensationTable) -> list[Path]:
+    """Write the controller's file and beside it ``<name>.json``, which says what it is; returns their paths."""
+    target = Path(path)
+    beside = target.with_name(target.name + ".json")
+    document: Mapping[str, Any] = table_to_dict(table)
+    content = json.dumps(document, indent=1, allow_nan=False) + "\n"
+    write_text(beside, content)
+    write_text(target, text)
+    return [target, beside]

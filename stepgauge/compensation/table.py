@@ -1,0 +1,227 @@
+"""From an evaluation to the errors of one machine axis by coordinate and sense of travel.
+
+Sign: error = indicated minus true coordinate of the axis, um. A controller that adds the error to the position that it
+commands to the scale (or takes it off what the scale reads) is right afterwards.
+
+Every value of the table is a weighted sum of face readings: interpolated between the faces of its sense of travel, less
+the value at the zero of the table. The weights carry the uncertainties as well. Fronts are probed along the gauge axis,
+backs against it, and a back is read one tip diameter farther; the tip diameter is therefore one more reading, either
+given, or (as in the evaluation) taken from the blocks of R_eff, whose reversal it then hides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.compensation.faces import AxisFaces
+from stepgauge.errors import InputError
+
+Array = NDArray[np.float64]
+Travel = Literal["both", "mean", "positive", "negative"]
+Extend = Literal["none", "hold", "linear"]
+LARGEST_TABLE = 5000
+
+
+@dataclass(frozen=True)
+class TableOptions:
+    """What is asked for; lengths in mm, machine coordinates of the axis.
+
+    ``travel``: the senses of travel that the table tells apart (``mean``: it does not). ``step_mm``: an even grid at
+    whole multiples of the step; None: the places of the faces. ``range_mm``: low and high end; None: what was measured.
+    ``extend``: beyond what was measured refuse (``none``), hold the end value, or go on with the slope of the fitted
+    line. ``zero_at_mm``: where the correction is zero (the reference point); None: the low end.
+    """
+
+    travel: Travel = "both"
+    step_mm: float | None = None
+    range_mm: tuple[float, float] | None = None
+    extend: Extend = "none"
+    zero_at_mm: float | None = None
+
+
+@dataclass(frozen=True)
+class CompensationTable:
+    """Errors of an axis by indicated machine coordinate; all arrays of shape ``(n,)``, coordinates rising.
+
+    ``positive_um``, ``negative_um``: indicated minus true when the axis travels in its positive, negative sense;
+    ``u_...``: their standard uncertainties; ``from_positive``, ``from_negative``: whether that sense was measured
+    around this place (else it follows the other one, or is an extension that was asked for). ``about``: what it was
+    made from; ``notes``: what a person must know before it goes into a controller.
+    """
+
+    axis: str
+    position_mm: Array
+    positive_um: Array
+    negative_um: Array
+    u_positive_um: Array
+    u_negative_um: Array
+    from_positive: NDArray[np.bool_]
+    from_negative: NDArray[np.bool_]
+    zero_at_mm: float
+    travel: Travel
+    step_mm: float | None
+    about: Mapping[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.position_mm)
+
+    @property
+    def mean_um(self) -> Array:
+        """Mean of both senses of travel."""
+        return (self.positive_um + self.negative_um) / 2.0
+
+    @property
+    def reversal_um(self) -> Array:
+        """Positive minus negative travel: positive where the scale leads the table, that is backlash."""
+        return self.positive_um - self.negative_um
+
+
+def make_table(faces: AxisFaces, options: TableOptions) -> CompensationTable:
+    """The error table of an axis.
+
+    Raises
+    ------
+    InputError
+        a sense of travel that was not measured, a range or a zero outside what was measured, a step that leaves fewer
+        than two rows
+    """
+    position = _grid(faces, options)
+    zero = float(position[0]) if options.zero_at_mm is None else options.zero_at_mm
+    _check_inside(faces, np.array([zero]), options, "the zero of the table")
+    senses = _senses(faces, options)
+    rows = {sense: _rows(faces, position, sense, options) for sense in (1, -1)}
+    level = np.mean([_rows(faces, np.array([zero]), sense, options) for sense in senses], axis=0)
+    if options.travel != "both":
+        merged = np.mean([rows[sense] for sense in senses], axis=0)
+        rows = {1: merged, -1: merged}
+    value = {sense: faces.combine(rows[sense] - level) for sense in rows}
+    u = {sense: faces.uncertainty_um(rows[sense] - level, position - zero) for sense in rows}
+    table = CompensationTable(
+        faces.axis,
+        position,
+        value[1],
+        value[-1],
+        u[1],
+        u[-1],
+        faces.covers(position, 1),
+        faces.covers(position, -1),
+        zero,
+        options.travel,
+        options.step_mm,
+        faces.about,
+    )
+    return replace(table, notes=(*faces.notes, *_notes(table, faces, options)))
+
+
+def _senses(faces: AxisFaces, options: TableOptions) -> list[int]:
+    senses = {"both": [1, -1], "mean": [1, -1], "positive": [1], "negative": [-1]}[options.travel]
+    for sense in senses:
+        faces.require(sense)
+    return senses
+
+
+def _grid(faces: AxisFaces, options: TableOptions) -> Array:
+    senses = _senses(faces, options)
+    places = np.sort(np.concatenate([faces.coordinate_mm[faces.sense == sense] for sense in senses]))
+    low, high = options.range_mm or (float(places[0]), float(places[-1]))
+    if options.step_mm is None:
+        inside = places[(places > low) & (places < high)]
+        grid = np.unique(np.round([low, *inside, high], 6))
+    else:
+        first, last = np.ceil(low / options.step_mm - 1e-9), np.floor(high / options.step_mm + 1e-9)
+        count = last - first + 1
+        if count > LARGEST_TABLE:
+            raise InputError("--step", "the table is too long", found=f"{count:.0f} rows", expected="a larger step")
+        grid = np.arange(first, last + 1) * options.step_mm + 0.0  # no negative zero
+    if len(grid) < 2:
+        raise InputError(
+            "--step" if options.step_mm else "--range",
+            "fewer than two rows in the table",
+            found=f"{len(grid)} in {low:.3f} to {high:.3f} mm",
+            expected="a smaller step, or a longer range",
+        )
+    _check_inside(faces, grid, options, "the range of the table")
+    return np.asarray(grid, float)
+
+
+def _check_inside(faces: AxisFaces, x: Array, options: TableOptions, what: str) -> None:
+    low, high = _measured_range(faces, options)
+    if options.extend == "none" and (x.min() < low - 1e-6 or x.max() > high + 1e-6):
+        raise InputError(
+            faces.path,
+            f"{what} is outside what was measured on {faces.axis}",
+            found=f"{x.min():.3f} to {x.max():.3f} mm" if len(x) > 1 else f"{x[0]:.3f} mm",
+            expected=f"{low:.3f} to {high:.3f} mm, or --extend hold or linear",
+        )
+
+
+def _measured_range(faces: AxisFaces, options: TableOptions) -> tuple[float, float]:
+    senses = _senses(faces, options)
+    places = np.concatenate([faces.coordinate_mm[faces.sense == sense] for sense in senses])
+    return float(places.min()), float(places.max())
+
+
+def _rows(faces: AxisFaces, x: Array, sense: int, options: TableOptions) -> Array:
+    """Weights of the readings in the error at ``x`` for a sense of travel."""
+    if not (faces.sense == sense).any():
+        return _rows(faces, x, -sense, options)
+    own, other = faces.range_mm(sense), (faces.range_mm(-sense) if (faces.sense == -sense).any() else None)
+    inside = np.clip(x, *own)
+    rows = faces.weights(inside, sense)
+    if other is None:
+        return rows + _extension(faces, x, own, sense, options)
+    # Where only the other sense was measured it is followed, and the reversal of the end is kept.
+    followed = np.clip(x, *other)
+    outside = inside != x
+    rows[outside] += (faces.weights(followed, -sense) - faces.weights(np.clip(inside, *other), -sense))[outside]
+    whole = (min(own[0], other[0]), max(own[1], other[1]))
+    return rows + _extension(faces, x, whole, sense, options)
+
+
+def _extension(faces: AxisFaces, x: Array, measured: tuple[float, float], sense: int, options: TableOptions) -> Array:
+    """What is added beyond the ends: nothing, or the fitted slope times the distance."""
+    beyond = x - np.clip(x, *measured)
+    slope = faces.slope_weights(sense) if options.extend == "linear" else 0.0 * faces.slope_weights(sense)
+    return np.asarray(beyond[:, None] * slope)
+
+
+def _notes(table: CompensationTable, faces: AxisFaces, options: TableOptions) -> list[str]:
+    notes = [_tip_note(faces)] if options.travel == "both" else []
+    low, high = _measured_range(faces, options)
+    x = table.position_mm
+    beyond = (x < low - 1e-6) | (x > high + 1e-6)
+    if beyond.any():
+        how = "held at the end value" if options.extend == "hold" else "continued with the slope of the fitted line"
+        where = f"{beyond.sum()} of {len(x)} rows lie outside {low:.3f} to {high:.3f} mm"
+        notes.append(f"extrapolated: {where} and are {how}; how wrong they are there is not in the uncertainty")
+    if options.travel in ("both", "mean"):
+        one = ((~table.from_positive | ~table.from_negative) & ~beyond).sum()
+        if one:
+            notes.append(
+                f"at {one} of {len(x)} rows near the ends only one sense of travel was measured; the other follows it"
+                " with the reversal of the nearest place where both were"
+            )
+    if options.travel == "mean":
+        notes.append(f"mean of both senses; the mean reversal, not in the table, is {faces.mean_reversal_text(x)}")
+    notes.append(
+        f"beyond {x[0]:.3f} and {x[-1]:.3f} mm a controller holds the end values: outside, nothing is corrected"
+    )
+    return notes
+
+
+def _tip_note(faces: AxisFaces) -> str:
+    """Where the reversal of a table with both senses of travel comes from."""
+    tip = faces.about["tip_radius_mm"]
+    if tip is not None:
+        return f"effective tip radius {tip:.6f} mm, u = {faces.about['u_tip_radius_um']:.3g} um, known from elsewhere"
+    blocks = ", ".join(map(str, faces.about["r_eff_blocks"]))
+    return (
+        f"no tip radius was given: R_eff is from block {blocks} of this recording, which hides the reversal there;"
+        " the table holds only how the reversal changes along the axis (--tip-radius)"
+    )

@@ -1,0 +1,44 @@
+"""When something was measured: ISO 8601 dates and times, as files carry them."""
+
+from __future__ import annotations
+
+import datetime
+import re
+from pathlib import Path
+
+from stepgauge.errors import InputError
+
+_IN_PATH = re.compile(r"(?<!\d)(\d{4})-(\d{2})-(\d{2})(?!\d)")
+
+
+def parse_moment(text: str, where: str | Path) -> datetime.datetime:
+    """A date or a date with time as local time without zone; :class:`InputError` where it is none, or in the future."""
+    try:
+        moment = datetime.datetime.fromisoformat(text.strip())
+    except ValueError:
+        raise InputError(
+            where, "measured_at is no date", found=repr(text), expected="2026-03-02 or 2026-03-02T14:30"
+        ) from None
+    if moment.tzinfo is not None:
+        moment = moment.astimezone().replace(tzinfo=None)
+    if moment > datetime.datetime.now() + datetime.timedelta(days=1):
+        raise InputError(where, "measured_at lies in the future", found=text)
+    return moment
+
+
+def first_moment(text: str | None, where: str | Path) -> str | None:
+    """The earliest of the dates that joined recordings carry (``"; "`` between them), as it was written."""
+    if text is None:
+        return None
+    return min((one.strip() for one in text.split(";")), key=lambda one: parse_moment(one, where))
+
+
+def moment_in_path(path: Path) -> datetime.datetime | None:
+    """The last date (2026-03-02) in the names of folders and file, None where there is none."""
+    for part in reversed(path.parts):
+        for match in reversed(list(_IN_PATH.finditer(part))):
+            try:
+                return datetime.datetime(*map(int, match.groups()))  # type: ignore[arg-type]
+            except ValueError:
+                continue
+    return None

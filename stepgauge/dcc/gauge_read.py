@@ -1,0 +1,258 @@
+"""A gauge certificate that arrives as a DCC, as a gauge file: what was found in it, and what only the user knows.
+
+Laboratories lay out certificates differently. Positions are looked for by their kind (``refType`` of the good-practice
+rules) and, where that says nothing, by their name; what is not found must be stated, and two candidates are an error.
+"""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.dcc.elements import one_line
+from stepgauge.dcc.gauge_write import EXPANSION, HEIGHT, REFERENCE_TEMPERATURE, WIDTH
+from stepgauge.dcc.read import ERROR, EXAMPLE, MEASURED, NOMINAL, Document, Quantity, read_document
+from stepgauge.dcc.units import CELSIUS_ZERO_K, LENGTH, TEMPERATURE
+from stepgauge.errors import InputError
+from stepgauge.files import write_text
+from stepgauge.gauge import MAX_DEVIATION_MM, Gauge, read_gauge
+
+Array = NDArray[np.float64]
+PER_TEMPERATURE = (0, -1, 0, 0)
+_NOMINAL = re.compile(r"nominal|nenn", re.IGNORECASE)
+_DEVIATION = re.compile(r"deviation|error|abweichung", re.IGNORECASE)
+_EXPANSION = re.compile(r"expansion|ausdehnung", re.IGNORECASE)
+_REFERENCE = re.compile(r"reference.*temperature|bezugstemperatur|referenztemperatur", re.IGNORECASE)
+_WIDTH = re.compile(r"block.*width|width.*block", re.IGNORECASE)
+_HEIGHT = re.compile(r"block.*height|height.*block", re.IGNORECASE)
+_MATERIAL = re.compile(r"^(material|werkstoff)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What the user states; None: look for it in the certificate. Units as in the gauge file."""
+
+    name: str | None = None
+    serial: str | None = None
+    material: str | None = None
+    expansion_per_K: float | None = None
+    expansion_uncertainty_per_K: float | None = None
+    reference_temperature_C: float | None = None
+    block_width_mm: float | None = None
+    block_height_mm: float | None = None
+    positions: str | None = None
+    nominal: str | None = None
+
+
+@dataclass
+class GaugeImport:
+    """The two files and, line by line, where their content comes from."""
+
+    table: dict[str, Any] = field(default_factory=dict)
+    certificate: dict[str, Any] = field(default_factory=dict)
+    rows: list[tuple[int, float, float, float]] = field(default_factory=list)
+    report: list[str] = field(default_factory=list)
+
+
+def import_gauge(path: str | Path, wanted: Wanted | None = None) -> GaugeImport:
+    """Read a gauge certificate.
+
+    :class:`InputError` where the DCC is broken or unsafe, has no positions with uncertainties or several lists that
+    could be them, has a wrong unit, or where something is neither in it nor stated (all of that at once, with options).
+    """
+    document, wanted = read_document(path), wanted or Wanted()
+    if document.of_kind("stepgauge_effectiveRadius"):
+        item = f"{document.item}, serial number {document.serial}"
+        raise InputError(path, "this is the certificate of a machine", found=item, expected="that of a step gauge")
+    found = GaugeImport()
+    _table(document, wanted, found)
+    _certificate(document, found)
+    _faces(document, wanted, found)
+    return found
+
+
+def write_gauge(path: str | Path, found: GaugeImport) -> Gauge:
+    """Write ``NAME.toml`` and ``NAME.csv``, after the gauge reader has accepted both; returns the gauge."""
+    target = Path(path)
+    if target.suffix.lower() != ".toml":
+        raise InputError(target, "not a gauge file", found=repr(target.suffix), expected="NAME.toml")
+    csv_path = target.with_suffix(".csv")
+    toml_text, csv_text = _format(found, csv_path.name)
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / target.name).write_text(toml_text, encoding="utf-8")
+        (Path(folder) / csv_path.name).write_text(csv_text, encoding="utf-8")
+        try:
+            read_gauge(Path(folder) / target.name)
+        except InputError as error:
+            where = error.where.replace(f"{folder}/", "")
+            raise InputError(
+                where, f"the certificate gives no gauge: {error.what}", found=error.found, expected=error.expected
+            ) from None
+    write_text(csv_path, csv_text)
+    write_text(target, toml_text)
+    return read_gauge(target)
+
+
+def _format(found: GaugeImport, csv_name: str) -> tuple[str, str]:
+    import tomli_w
+
+    tables = {"gauge": {**found.table, "faces": csv_name}, "certificate": found.certificate}
+    said = "".join(f"# {one_line(line)}\n" for line in found.report)
+    rows = [f"{face},{nominal:.12g},{position:.12g},{u:.9g}" for face, nominal, position, u in found.rows]
+    csv_text = "\n".join(["face,nominal_mm,position_mm,uncertainty_um", *rows]) + "\n"
+    return f"# Made from a Digital Calibration Certificate.\n{said}{tomli_w.dumps(tables)}", csv_text
+
+
+def _table(document: Document, wanted: Wanted, found: GaugeImport) -> None:
+    expansion = _one(document, EXPANSION, _EXPANSION, lambda q: q.is_of(PER_TEMPERATURE))
+    alpha = None if expansion is None else float(expansion.scaled(PER_TEMPERATURE, 1.0)[0])
+    u_alpha = None
+    if expansion is not None and expansion.expanded is not None and expansion.k is not None:
+        u_alpha = float(expansion.expanded_scaled(PER_TEMPERATURE, 1.0)[0] / expansion.k[0])
+    material = next((text for name, text in document.texts if _MATERIAL.search(name)), None)
+    values = (
+        ("name", "--name", wanted.name, document.item or document.model),
+        ("serial", "--serial", wanted.serial, document.serial),
+        ("material", "--material", wanted.material, material),
+        ("expansion_per_K", "--expansion", wanted.expansion_per_K, alpha),
+        ("expansion_uncertainty_per_K", "--expansion-uncertainty", wanted.expansion_uncertainty_per_K, u_alpha),
+        (
+            "reference_temperature_C",
+            "--reference-temperature",
+            wanted.reference_temperature_C,
+            _temperature(document),
+        ),
+        ("block_width_mm", "--block-width", wanted.block_width_mm, _size(document, WIDTH, _WIDTH)),
+        ("block_height_mm", "--block-height", wanted.block_height_mm, _size(document, HEIGHT, _HEIGHT)),
+    )
+    missing = [option for _, option, stated, read in values if stated is None and read is None]
+    if missing:
+        raise InputError(document.path, "the certificate does not say all of a gauge file", expected=", ".join(missing))
+    for key, option, stated, read in values:
+        found.table[key] = read if stated is None else stated
+        found.report.append(f"{key} = {found.table[key]}: {'from the certificate' if stated is None else option}")
+        if stated is not None and read is not None and stated != read:
+            found.report[-1] += f" (the certificate says {read})"
+
+
+def _one(document: Document, kind: str, name: re.Pattern[str], fits: Callable[[Quantity], bool]) -> Quantity | None:
+    """The single value of a kind or else of a name; of the kind with a wrong unit it is an error."""
+    marked = [one for one in document.of_kind(kind) if len(one.values) == 1]
+    if marked:
+        return marked[0]
+    named = [one for one in document.quantities if len(one.values) == 1 and name.search(one.name) and fits(one)]
+    return named[0] if named else None
+
+
+def _temperature(document: Document) -> float | None:
+    one = _one(document, REFERENCE_TEMPERATURE, _REFERENCE, lambda q: q.is_of(TEMPERATURE))
+    return None if one is None else round(float(one.scaled(TEMPERATURE, 1.0)[0]) - CELSIUS_ZERO_K, 6)
+
+
+def _size(document: Document, kind: str, name: re.Pattern[str]) -> float | None:
+    one = _one(document, kind, name, lambda q: q.is_of(LENGTH))
+    return None if one is None else float(one.scaled(LENGTH, 1e-3)[0])
+
+
+def _certificate(document: Document, found: GaugeImport) -> None:
+    stated = (("number", document.number), ("laboratory", document.laboratory), ("date", document.performed_to))
+    missing = [name for name, value in stated if value is None]
+    if missing:
+        raise InputError(document.path, "the certificate lacks what every DCC has", expected=", ".join(missing))
+    found.certificate.update(stated)
+    if EXAMPLE in document.marks:
+        found.certificate["example"] = True
+        found.report.append("the certificate says that it is an example, not a real calibration")
+    found.report.append(f"certificate {document.number} of {document.laboratory}, {document.performed_to}")
+
+
+def _faces(document: Document, wanted: Wanted, found: GaugeImport) -> None:
+    lists = [one for one in document.quantities if one.part == "results" and len(one.values) > 2]
+    measured = _measured(document, lists, wanted.positions)
+    nominal = _nominal(lists, measured, wanted.nominal)
+    deviation = measured.is_kind(ERROR) or (not measured.is_kind(MEASURED) and bool(_DEVIATION.search(measured.name)))
+    position_mm = measured.scaled(LENGTH, 1e-3)
+    nominal_mm = None if nominal is None else nominal.scaled(LENGTH, 1e-3)
+    if deviation:
+        if nominal_mm is None:
+            raise InputError(measured.where, f"{measured.name} are deviations without nominal positions beside them")
+        position_mm = nominal_mm + position_mm
+    expanded_um, k = measured.expanded_scaled(LENGTH, 1e-6), measured.k
+    assert k is not None
+    found.report.append(f"positions, uncertainties and k: {measured.name!r}, {_short(measured)}")
+    if nominal_mm is None:
+        nominal_mm = np.round(position_mm)
+        _check_whole(position_mm, nominal_mm, measured)
+        found.report.append("nominal positions: not found; the positions rounded to whole mm")
+    elif nominal is not None:
+        found.report.append(f"nominal positions: {nominal.name!r}, {_short(nominal)}")
+    factor = float(k[0])
+    if len(set(k)) > 1:
+        found.report.append(f"coverage factors differ: uncertainties are given for k = {factor:g}")
+    found.certificate["coverage_factor"] = factor
+    columns = _from_face_1(nominal_mm, position_mm, expanded_um / k * factor, found)
+    found.rows = [(face, *(float(v) for v in row)) for face, row in enumerate(zip(*columns, strict=True), 1)]  # type: ignore[misc]
+
+
+def _short(one: Quantity) -> str:
+    """Line and XPath without the file: a gauge file does not tell where the certificate lay."""
+    return f"line {one.where.removeprefix(one.path + ':')}"
+
+
+def _check_whole(position_mm: Array, nominal_mm: Array, measured: Quantity) -> None:
+    off = np.abs(position_mm - nominal_mm)
+    if off.max() > MAX_DEVIATION_MM:
+        found = f"{position_mm[off.argmax()]:.4f} mm"
+        expected = "positions near whole mm, or --nominal with the list of nominal positions"
+        raise InputError(measured.where, "no nominal positions were found", found=found, expected=expected)
+
+
+def _measured(document: Document, lists: Sequence[Quantity], asked: str | None) -> Quantity:
+    """The list of positions: the one asked for, or the only one of lengths with uncertainties."""
+    if asked is not None:
+        named = [one for one in lists if asked in (one.name, *one.kinds)]
+        if len(named) == 1:
+            return named[0]
+        raise InputError(document.path, f"no single list {asked!r} (--positions)", expected=_names(lists))
+    wrong = [one for one in lists if one.is_kind(MEASURED) and not one.is_of(LENGTH)]
+    if wrong:
+        wrong[0].scaled(LENGTH, 1e-3)  # raises, naming place and unit
+    sure = [one for one in lists if one.is_of(LENGTH) and one.expanded is not None and not one.is_kind(NOMINAL)]
+    marked = [one for one in sure if one.is_kind(MEASURED)] or sure
+    if len(marked) != 1:
+        what = "several lists could be the positions" if marked else "no list of lengths has uncertainties"
+        hint = f"--positions with one of {_names(marked)}" if marked else "positions of the faces with si:expandedUnc"
+        raise InputError(document.path, what, found=f"{len(marked)} of {len(lists)} lists", expected=hint)
+    return marked[0]
+
+
+def _nominal(lists: Sequence[Quantity], measured: Quantity, asked: str | None) -> Quantity | None:
+    beside = [one for one in lists if one is not measured and len(one.values) == len(measured.values)]
+    if asked is not None:
+        named = [one for one in beside if asked in (one.name, *one.kinds)]
+        if len(named) != 1:
+            raise InputError(measured.where, f"no single list {asked!r} (--nominal)", expected=_names(beside))
+        return named[0]
+    marked = [one for one in beside if one.is_kind(NOMINAL)]
+    return next(iter(marked or [one for one in beside if one.is_of(LENGTH) and _NOMINAL.search(one.name)]), None)
+
+
+def _names(lists: Sequence[Quantity]) -> str:
+    return ", ".join(sorted({repr(one.name) for one in lists})) or "none"
+
+
+def _from_face_1(nominal: Array, position: Array, u_um: Array, found: GaugeImport) -> tuple[Array, Array, Array]:
+    """Counted from face 1; where the certificate leaves face 1 out, it is the origin without uncertainty."""
+    if len(position) % 2:
+        found.report.append("face 1 is not in the list: it is the origin, position 0 with uncertainty 0")
+        return np.r_[0.0, nominal], np.r_[0.0, position], np.r_[0.0, u_um]
+    if position[0] != 0.0 or nominal[0] != 0.0:
+        found.report.append(f"positions are counted from face 1: {position[0]:g} mm taken off")
+    return nominal - nominal[0], position - position[0], u_um

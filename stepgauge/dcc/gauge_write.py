@@ -1,0 +1,91 @@
+"""A gauge file as the Digital Calibration Certificate that its laboratory would send."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from stepgauge.certificate_file import Laboratory
+from stepgauge.dcc.elements import (
+    D,
+    Element,
+    Numbers,
+    administrative,
+    certificate,
+    condition,
+    machine_item,
+    quantity,
+    software,
+    statement,
+    words,
+)
+from stepgauge.dcc.read import EXAMPLE, MEASURED, NOMINAL
+from stepgauge.dcc.units import CELSIUS, MILLIMETRE, ONE, PER_KELVIN
+from stepgauge.dcc.write import FACE
+from stepgauge.errors import InputError
+from stepgauge.gauge import Gauge
+from stepgauge.statements import ONLY_ITEMS
+
+EXPANSION, REFERENCE_TEMPERATURE = "stepgauge_expansion", "stepgauge_referenceTemperature"
+WIDTH, HEIGHT, MATERIAL = "stepgauge_blockWidth", "stepgauge_blockHeight", "stepgauge_material"
+
+
+def gauge_certificate(gauge: Gauge, said: Laboratory) -> Element:
+    """The root of the DCC of a step gauge.
+
+    Positions with U and k as the gauge file has them, expansion with k = 2, block sizes and material as quantities of
+    the item. :class:`InputError` names what a DCC demands and ``said`` lacks, or an item that is not this gauge.
+    """
+    said = _of_gauge(said, gauge)
+    item = machine_item(said, gauge.table.name)
+    item.append(_properties(gauge))
+    statements = [statement(ONLY_ITEMS, reference="7.8.2.1 l)")]
+    if gauge.certificate.example:
+        statements.insert(0, statement("Example certificate: this gauge was not calibrated.", EXAMPLE))
+    if said.statements.traceability:
+        statements.append(statement(said.statements.traceability, reference="7.8.4.1 c)"))
+    return certificate(administrative(said, item, statements), [_result(gauge, said)])
+
+
+def _of_gauge(said: Laboratory, gauge: Gauge) -> Laboratory:
+    """Name and serial number of the item are those of the gauge file."""
+    if said.item.serial not in (None, gauge.table.serial):
+        found, expected = said.item.serial, f"{gauge.table.serial} ({gauge.table.name})"
+        raise InputError(said.path, "key item.serial is not that of the gauge", found=found, expected=expected)
+    return replace(said, item=said.item.model_copy(update={"name": gauge.table.name, "serial": gauge.table.serial}))
+
+
+def _properties(gauge: Gauge) -> Element:
+    table = gauge.table
+    expansion = Numbers([table.expansion_per_K], PER_KELVIN, 9, [2.0 * table.expansion_uncertainty_per_K], [2.0])
+    material = D.itemQuantity(words("name", "Material"), words("noQuantity", table.material), refType=MATERIAL)
+    sizes = (
+        ("Width of a block", WIDTH, Numbers([table.block_width_mm], MILLIMETRE, 4)),
+        ("Height of a block", HEIGHT, Numbers([table.block_height_mm], MILLIMETRE, 4)),
+    )
+    return D.itemQuantities(
+        quantity("Coefficient of linear thermal expansion", EXPANSION, expansion, "itemQuantity"),
+        material,
+        *(quantity(*one, "itemQuantity") for one in sizes),
+    )
+
+
+def _result(gauge: Gauge, said: Laboratory) -> Element:
+    k = gauge.certificate.coverage_factor
+    temperature = Numbers([gauge.table.reference_temperature_C], CELSIUS, 2)
+    place = "Reference temperature of the positions"
+    positions = Numbers(
+        list(gauge.position_mm), MILLIMETRE, 6, [float(u) * k * 1e-3 for u in gauge.u_um], [k] * gauge.n_faces
+    )
+    table = D.list(
+        quantity("Face number", FACE, Numbers(list(range(1, gauge.n_faces + 1)), ONE, 0)),
+        quantity("Nominal position", NOMINAL, Numbers(list(gauge.nominal_mm), MILLIMETRE, 6)),
+        quantity("Position of the face from face 1", MEASURED, positions),
+        refType="gp_table1",
+    )
+    return D.measurementResult(
+        words("name", "Positions of the faces"),
+        D.usedMethods(D.usedMethod(words("name", said.method.name or "Calibration of step gauges"))),
+        D.usedSoftware(software()),
+        D.influenceConditions(condition(place, REFERENCE_TEMPERATURE, [(place, REFERENCE_TEMPERATURE, temperature)])),
+        D.results(D.result(words("name", "Positions of the faces"), D.data(table))),
+    )

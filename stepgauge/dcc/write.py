@@ -1,0 +1,188 @@
+"""An evaluation with its budget as a Digital Calibration Certificate of the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from stepgauge.certificate_file import Laboratory
+from stepgauge.dcc.elements import (
+    D,
+    Element,
+    Numbers,
+    administrative,
+    certificate,
+    condition,
+    identifications,
+    machine_item,
+    quantity,
+    software,
+    statement,
+    words,
+)
+from stepgauge.dcc.read import ERROR, EXAMPLE, MEASURED, REFERENCE
+from stepgauge.dcc.units import CELSIUS, MICROMETRE, MILLIMETRE, ONE
+from stepgauge.gauge import Gauge
+from stepgauge.machine_file import Machine
+from stepgauge.standards.budget_files import StoredBudget, StoredLine
+from stepgauge.statements import METHOD, ONLY_ITEMS, traceability, uncertainty_text
+
+ERRORS = {
+    "xf": ("Forward error XF", "stepgauge_forwardError"),
+    "xb": ("Backward error XB", "stepgauge_backwardError"),
+    "xm": ("Mean error XM", "stepgauge_meanError"),
+    "xr": ("Reversal XR", "stepgauge_reversal"),
+}
+FACE, POSITION, RADIUS = "stepgauge_face", f"{REFERENCE} stepgauge_position", f"{MEASURED} stepgauge_effectiveRadius"
+
+
+def machine_certificate(
+    evaluation: dict[str, Any], budget: StoredBudget, said: Laboratory, gauge: Gauge, machine: Machine | None
+) -> Element:
+    """The root of the DCC of a machine.
+
+    Parameters
+    ----------
+    evaluation : as :func:`stepgauge.report.reading.read_checked_evaluation` gives it
+    budget : of this evaluation, checked to belong to it
+    said : what the laboratory states; :class:`InputError` names what a DCC demands and it lacks
+    gauge, machine : files that were used, checked to belong to the evaluation
+    """
+    named = machine.table.name if machine else evaluation["comments"].get("machine")
+    item = machine_item(said, named or "Measuring machine")
+    several = len(evaluation["placements"]) > 1
+    results = [
+        _result(evaluation, placed, budget, said, gauge, machine, several) for placed in evaluation["placements"]
+    ]
+    return certificate(administrative(said, item, _statements(evaluation, budget, said, gauge)), results)
+
+
+def _statements(evaluation: dict[str, Any], budget: StoredBudget, said: Laboratory, gauge: Gauge) -> list[Element]:
+    told = said.statements
+    found = [
+        statement(ONLY_ITEMS, reference="7.8.2.1 l)"),
+        statement(traceability(said, gauge), reference="7.8.4.1 c)"),
+    ]
+    if "seed" in evaluation["comments"]:
+        text = "Simulated recording: no machine was measured. This certificate is an example."
+        found.insert(0, statement(text, EXAMPLE))
+    if evaluation["gauge"]["example"]:
+        text = "The certificate of the step gauge is an example: this is not a real calibration."
+        found.insert(0, statement(text, EXAMPLE))
+    if said.certificate.place_text:
+        found.append(statement(f"Place of the calibration: {said.certificate.place_text}.", reference="7.8.2.1 c)"))
+    if said.method.deviations:
+        found.append(statement(said.method.deviations, reference="7.8.2.1 n)"))
+    if told.external:
+        found.append(statement(told.external, reference="7.8.2.1 p)"))
+    if told.adjustment:
+        found.append(statement(told.adjustment, reference="7.8.4.1 d)"))
+    if told.conformity:
+        text = f"{told.conformity} Decision rule: {told.decision_rule}"
+        found.append(statement(text, "basic_conformity", "7.8.6"))
+    if said.certificate.replaces:
+        found.append(
+            statement(f"This certificate replaces certificate {said.certificate.replaces}.", reference="7.8.8")
+        )
+    if told.remarks:
+        found.append(statement(told.remarks))
+    return found
+
+
+def _result(
+    evaluation: dict[str, Any],
+    placed: dict[str, Any],
+    budget: StoredBudget,
+    said: Laboratory,
+    gauge: Gauge,
+    machine: Machine | None,
+    several: bool,
+) -> Element:
+    axis = ", ".join(f"{v:.6f}" for v in placed["axis"])
+    number = placed["placement"]
+    title = "Linear displacement errors" + (f", placement {number}" if several else "")
+    return D.measurementResult(
+        words("name", title),
+        words("description", f"Measured along the direction ({axis}) in machine coordinates x, y, z."),
+        D.usedMethods(*_methods(budget, said)),
+        D.usedSoftware(software()),
+        D.measuringEquipments(gauge_equipment(gauge)),
+        D.influenceConditions(*_conditions(evaluation, placed, said, machine)),
+        D.results(_radius(budget, number), *(_errors(budget, number, name) for name in ERRORS)),
+    )
+
+
+def _methods(budget: StoredBudget, said: Laboratory) -> list[Element]:
+    own = D.usedMethod(words("name", said.method.name or "Step gauge calibration"), words("description", METHOD))
+    own.extend(D.norm(one) for one in said.method.standards)
+    guide = words("name", "Expanded measurement uncertainty")
+    told = words("description", uncertainty_text(budget))
+    return [own, D.usedMethod(guide, told, D.norm("JCGM 100:2008"), refType="basic_uncertainty")]
+
+
+def gauge_equipment(gauge: Gauge) -> Element:
+    """The step gauge as the standard used."""
+    known = (
+        ("manufacturer", "Serial number", gauge.table.serial),
+        ("calibrationLaboratory", "Calibration certificate", gauge.certificate.number),
+    )
+    name = words("name", f"Step gauge {gauge.table.name}")
+    return D.measuringEquipment(name, identifications(known), refType="basic_normalUsed")
+
+
+def _conditions(
+    evaluation: dict[str, Any], placed: dict[str, Any], said: Laboratory, machine: Machine | None
+) -> list[Element]:
+    warm = placed["gauge_temperature_C"]
+    if warm is None:
+        told = "Not recorded; certified positions are used at their reference temperature."
+        found = [condition("Temperature of the step gauge", "stepgauge_gaugeTemperature", [], told)]
+    else:
+        numbers = Numbers([warm], CELSIUS, 3)
+        kind = "stepgauge_gaugeTemperature"
+        found = [condition("Temperature of the step gauge", kind, [("Mean of the recording", kind, numbers)])]
+    if machine is not None:
+        kind, scales = "stepgauge_scaleTemperature", Numbers([machine.table.temperature_C], CELSIUS, 3)
+        found.append(condition("Temperature of the scales", kind, [("Stated for the machine", kind, scales)]))
+    for name, kind, pair, unit, factor in (
+        ("Air temperature", "basic_temperature", said.conditions.temperature_C, CELSIUS, 1.0),
+        ("Relative humidity", "basic_humidityRelative", said.conditions.humidity_percent, ONE, 0.01),
+    ):
+        if pair is not None:
+            ends = zip(("Min", "Max"), ("Lowest", "Highest"), pair, strict=True)
+            rows = [(word, kind + end, Numbers([value * factor], unit, 4)) for end, word, value in ends]
+            found.append(condition(name, kind, rows))
+    return found
+
+
+def _radius(budget: StoredBudget, placement: int) -> Element:
+    line = budget.find("r_eff", placement, None)
+    assert line is not None
+    numbers = Numbers(
+        [line.value_um * 1e-3], MILLIMETRE, 7, [line.expanded_um * 1e-3], [line.k], budget.coverage_percent
+    )
+    return D.result(words("name", "Effective tip radius"), D.data(quantity("Effective radius R_eff", RADIUS, numbers)))
+
+
+def _errors(budget: StoredBudget, placement: int, name: str) -> Element:
+    """One kind of error at all faces that have it; what is zero by construction is left out."""
+    lines = [q for q in budget.quantities if (q.quantity, q.placement) == (name, placement) and uncertain(q)]
+    title, kind = ERRORS[name]
+    u, k = [line.expanded_um for line in lines], [line.k for line in lines]
+    values = Numbers([line.value_um for line in lines], MICROMETRE, 4, u, k, budget.coverage_percent)
+    table = D.list(
+        quantity("Face number", FACE, Numbers([line.face or 0 for line in lines], ONE, 0)),
+        quantity("Certified position", POSITION, Numbers(_positions(lines), MILLIMETRE, 5)),
+        quantity(title, f"{ERROR} {kind}", values),
+        refType="gp_table1",
+    )
+    return D.result(words("name", title), D.data(table))
+
+
+def uncertain(line: StoredLine) -> bool:
+    """Whether a line says anything: the reference, and XB of the block of R_eff, are zero by construction."""
+    return line.expanded_um >= 0.00005
+
+
+def _positions(lines: Sequence[StoredLine]) -> list[float]:
+    return [line.position_mm or 0.0 for line in lines]

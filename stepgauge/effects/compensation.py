@@ -1,0 +1,60 @@
+"""A controller that corrects an axis by a table: the proof of ``stepgauge compensate`` on the virtual CMM."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import ClassVar, Self
+
+import numpy as np
+
+from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
+from stepgauge.effects.probings import Probings
+from stepgauge.effects.reversal import STANDSTILL
+from stepgauge.errors import InputError
+from stepgauge.tables import read_numbers
+
+COLUMNS = ("position_mm", "error_positive_um", "error_negative_um", "u_positive_um", "u_negative_um")
+
+
+class AxisCompensation(Effect):
+    """The controller takes a table's error off an axis: d = -error(x, sense of travel), held beyond its ends.
+
+    The CSV file is that of ``stepgauge compensate --to csv``; linear between its rows. An axis that stands is corrected
+    by the mean of both senses.
+    """
+
+    kind: ClassVar[str] = "axis_compensation"
+    equation: ClassVar[str] = "d = -scale error(x, sense of travel), error from a CSV table, linear between its rows"
+    source: ClassVar[str] = "what controllers do with a bidirectional table of screw or scale errors"
+    covariates: ClassVar[tuple[str, ...]] = ("coordinate", "approach")
+    axis: Axis = parameter(unit="", role="choice", meaning="axis that is corrected: x, y or z")
+    file: str = parameter(unit="", role="fixed", meaning="CSV file, beside the machine file", min_length=1)
+    scale: float = parameter(1.0, unit="1", meaning="factor on the table", ge=-100, le=100, sensible=(0, 2))
+
+    def prepared(self, where: str | Path) -> Self:
+        """Finds the file beside the machine file and reads it."""
+        path = (Path(where).parent / self.file).resolve()
+        read_compensation(str(path))
+        return self.model_copy(update={"file": str(path)})
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Minus the error of the sense of travel, by the coordinate."""
+        position, positive, negative = read_compensation(self.file)
+        x, share = probings.coordinate_mm(self.axis), probings.approach(self.axis)
+        sense = np.sign(share) * (np.abs(share) > STANDSTILL)
+        forward, back = np.interp(x, position, positive), np.interp(x, position, negative)
+        error = (forward + back) / 2.0 + sense * (forward - back) / 2.0
+        return {self.axis: -self.scale * error}
+
+
+@lru_cache(maxsize=64)
+def read_compensation(path: str) -> tuple[Array, Array, Array]:
+    """Positions (mm) and errors (um) in positive and negative travel; :class:`InputError` names a row out of order."""
+    table = read_numbers(path, COLUMNS)
+    position = table["position_mm"]
+    wrong = np.flatnonzero(np.diff(position) <= 0)
+    if wrong.size:
+        row = int(wrong[0]) + 1
+        raise InputError(table.at(row), "position_mm must rise from row to row", found=f"{position[row]:g}")
+    return position, table["error_positive_um"], table["error_negative_um"]

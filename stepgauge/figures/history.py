@@ -1,0 +1,124 @@
+"""The history of a machine: one run chart per quantity, with trend lines, limits and control charts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib import dates as mdates
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.history.entries import QUANTITIES
+from stepgauge.history.trend import Series
+
+WIDTH_MM, PANEL_MM, HEAD_MM = 170.0, 38.0, 26.0
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+LIMIT_COLOR, GREY = COLORS["model"], COLORS["grey"]
+LABELS = {
+    "scale_ppm": "scale error\n(µm/m)",
+    "reversal_um": "mean reversal\nXR (µm)",
+    "r_eff_change_um": "R_eff − first\n(µm)",
+    "band_um": "band of XM\n(µm)",
+    "worst_two_sigma_um": "worst two-\nsigma (µm)",
+}
+
+
+def draw_history(path: str | Path, series: Sequence[Series], limits: Mapping[str, float], machine: str) -> None:
+    """Draw all series into a file (png, svg or pdf); ``limits`` by quantity."""
+    save_figure(history_figure(series, limits, machine), path)
+
+
+def history_figure(series: Sequence[Series], limits: Mapping[str, float], machine: str) -> Figure:
+    """One panel per quantity, a colour and a marker per direction of the gauge."""
+    directions = sorted({one.direction for one in series})
+    with figure_style():
+        figure = new_figure(WIDTH_MM, HEAD_MM + PANEL_MM * len(QUANTITIES))
+        panels = figure.subplots(len(QUANTITIES), 1, sharex=True)
+        for axes, name in zip(panels, QUANTITIES, strict=True):
+            for one in series:
+                if one.quantity == name:
+                    _draw(axes, one, directions.index(one.direction))
+            _limits(axes, limits.get(name), QUANTITIES[name].signed)
+            axes.set_ylabel(LABELS[name])
+            axes.spines[["top", "right"]].set_visible(False)
+        _dates(panels[-1])
+        panels[0].set_title(_title(series, machine), loc="left", fontweight="bold")
+        figure.align_ylabels(panels)
+        figure.legend(handles=_legend(series, directions, limits), loc="outside upper center", ncols=5, frameon=False)
+    return figure
+
+
+def _title(series: Sequence[Series], machine: str) -> str:
+    gauges = sorted({entry.gauge_serial for one in series for entry in one.entries})
+    return f"{machine}, gauge {', '.join(gauges)}"
+
+
+def _draw(axes: Axes, one: Series, number: int) -> None:
+    color, marker = CYCLE[number % len(CYCLE)], MARKERS[number % len(MARKERS)]
+    when = mdates.date2num([entry.measured_at for entry in one.entries])
+    axes.plot(when, one.value, color=color, linewidth=0.5, alpha=0.5, zorder=2)
+    u = np.where(np.isfinite(one.u), 2.0 * one.u, 0.0)
+    axes.errorbar(when, one.value, u, color=color, marker=marker, linestyle="none", elinewidth=0.8, zorder=4)
+    beyond = one.beyond
+    axes.plot(
+        when[beyond],
+        one.value[beyond],
+        linestyle="none",
+        marker="o",
+        markersize=9.0,
+        markerfacecolor="none",
+        markeredgecolor=LIMIT_COLOR,
+        label="_beyond",
+        zorder=5,
+    )
+    _draw_trend(axes, one, when, color)
+    if np.isfinite(one.reach):
+        low, high = one.centre - one.reach, one.centre + one.reach
+        axes.fill_between(when, low, high, color=color, alpha=0.08, linewidth=0, zorder=1)
+
+
+def _draw_trend(axes: Axes, one: Series, when: np.ndarray, color: str) -> None:
+    if one.trend is None:
+        return
+    x = np.linspace(when.min(), when.max(), 50)
+    years = (x - mdates.date2num(one.trend.middle)) / 365.25
+    line = one.trend.value + one.trend.per_year * years
+    axes.plot(x, line, color=color, linewidth=1.3, linestyle="-" if one.trend.significant else (0, (4, 2)), zorder=3)
+
+
+def _limits(axes: Axes, limit: float | None, signed: bool) -> None:
+    if limit is None:
+        return
+    for value in [limit, -limit] if signed else [limit]:
+        axes.axhline(value, color=LIMIT_COLOR, linewidth=1.0, linestyle=(0, (1, 1.5)), zorder=2)
+
+
+def _dates(axes: Axes) -> None:
+    locator = mdates.AutoDateLocator(minticks=3, maxticks=9)
+    axes.xaxis.set_major_locator(locator)
+    axes.xaxis.set_major_formatter(mdates.ConciseDateFormatter(locator))
+    axes.set_xlabel("date of measurement")
+
+
+def _legend(series: Sequence[Series], directions: list[str], limits: Mapping[str, float]) -> list[Line2D]:
+    handles = [
+        Line2D([], [], color=CYCLE[n % len(CYCLE)], marker=MARKERS[n % len(MARKERS)], label=f"along {name} (± 2 u)")
+        for n, name in enumerate(directions)
+    ]
+    trends = [one.trend for one in series if one.trend is not None]
+    if any(trend.significant for trend in trends):
+        handles.append(Line2D([], [], color=GREY, label="drift beyond 2 u"))
+    if any(not trend.significant for trend in trends):
+        handles.append(Line2D([], [], color=GREY, linestyle=(0, (4, 2)), label="trend within 2 u"))
+    if any(np.isfinite(one.reach) for one in series):
+        handles.append(Line2D([], [], color=GREY, alpha=0.3, linewidth=5.0, label="control chart"))
+    if any(one.beyond.any() for one in series):
+        ring = {"marker": "o", "markersize": 8.0, "markerfacecolor": "none", "markeredgecolor": LIMIT_COLOR}
+        handles.append(Line2D([], [], linestyle="none", label="outside the chart", **ring))  # type: ignore[arg-type]
+    if limits:
+        handles.append(Line2D([], [], color=LIMIT_COLOR, linestyle=(0, (1, 1.5)), label="limit"))
+    return handles

@@ -1,0 +1,89 @@
+"""Errors of length measurement against length, with the permissible error as a trumpet (ISO 10360-2).
+
+Every repeat is a mark; the marks of a position have one shape and colour and stand beside those of the others at the
+same length. The dashed lines are the permissible error less the expanded uncertainty: within them conformity is proven.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
+from stepgauge.standards.iso10360 import KINDS, LengthTest, TestLength
+
+WIDTH_MM, HEIGHT_MM = 170.0, 90.0
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+DODGE = 0.009
+"""Distance between the marks of neighbouring positions at one length, as a share of the longest length."""
+
+
+def length_test_figure(test: LengthTest) -> Figure:
+    """Bidirectional and unidirectional errors side by side, on one scale; a panel is left out where there are none."""
+    kinds = [kind for kind in KINDS if test.lengths(kind)]
+    with figure_style():
+        figure = new_figure(WIDTH_MM, HEIGHT_MM)
+        panels = figure.subplots(1, len(kinds), sharey=True, squeeze=False)[0]
+        for axes, kind in zip(panels, kinds, strict=True):
+            _draw(axes, test, test.lengths(kind))
+            tail = "" if test.complete else " (test incomplete)"
+            axes.set_title(f"{kind}: {test.outcome(kind)}{tail}", loc="left", fontweight="bold")
+            axes.set_xlabel("length (mm)")
+        panels[0].set_ylabel("error of indication (µm)")
+        _legend(figure, test)
+    return figure
+
+
+def _draw(axes: Axes, test: LengthTest, lengths: Sequence[TestLength]) -> None:
+    longest = max(one.nominal_mm for one in lengths)
+    axes.axhline(0.0, color=COLORS["grey"], linewidth=0.7, zorder=1)
+    _draw_limits(axes, test, lengths, 1.06 * longest)
+    numbers = [position.number for position in test.positions]
+    for one in lengths:
+        slot = numbers.index(one.position)
+        place = one.nominal_mm + DODGE * longest * (slot - (len(numbers) - 1) / 2.0)
+        axes.plot(
+            np.full(len(one.error_um), place),
+            one.error_um,
+            linestyle="none",
+            marker=MARKERS[slot],
+            markersize=3.4,
+            color=CYCLE[slot],
+            markerfacecolor="none",
+            markeredgewidth=0.8,
+            zorder=3,
+        )
+    axes.set_xlim(-0.03 * longest, 1.06 * longest)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _draw_limits(axes: Axes, test: LengthTest, lengths: Sequence[TestLength], end_mm: float) -> None:
+    """The permissible error over all lengths, and the conformance zone where lengths were tested (the smallest one)."""
+    along = np.linspace(0.0, end_mm, 200)
+    limit = test.specification.mpe.at(along)
+    sizes = sorted({one.nominal_mm for one in lengths})
+    zone = [min(one.mpe_um - one.expanded_um for one in lengths if one.nominal_mm == size) for size in sizes]
+    for sign in (1.0, -1.0):
+        axes.plot(along, sign * limit, color=COLORS["model"], linewidth=1.3, zorder=2)
+        axes.plot(sizes, sign * np.array(zone), color=COLORS["model"], linewidth=0.8, linestyle=(0, (5, 3)), zorder=2)
+
+
+def _legend(figure: Figure, test: LengthTest) -> None:
+    black = COLORS["model"]
+    entries = [
+        Line2D([], [], color=black, linewidth=1.3, label=f"± MPE = {test.specification.mpe}"),
+        Line2D([], [], color=black, linewidth=0.8, linestyle=(0, (5, 3)), label="± (MPE − U)"),
+    ]
+    entries += [
+        Line2D([], [], color=CYCLE[slot], marker=MARKERS[slot], markerfacecolor="none", linewidth=0, label=label)
+        for slot, label in enumerate(_position_labels(test))
+    ]
+    figure.legend(handles=entries, loc="outside upper center", ncols=5, columnspacing=1.2, frameon=False)
+
+
+def _position_labels(test: LengthTest) -> list[str]:
+    return [f"position {position.number}" for position in test.positions]

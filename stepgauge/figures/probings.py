@@ -1,0 +1,137 @@
+"""Every probing of a placement: bidirectional errors with single cycles, and repeatability by face.
+
+Both are drawn from the table of :func:`stepgauge.probing_errors.probing_errors`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from stepgauge.figures.evaluation import BACKWARD, FORWARD, Direction, draw_mpe
+from stepgauge.figures.style import COLORS, figure_style, new_figure
+from stepgauge.standards.mpe import Mpe
+
+WIDTH_MM, HEIGHT_MM = 170.0, 100.0
+GREY = COLORS["grey"]
+
+
+def bidirectional_figure(table: pd.DataFrame, mpe: Mpe | None = None) -> Figure:
+    """Errors of single probings (dots), their means by face and two-sigma bars, for both ways of probing."""
+    with figure_style():
+        figure = new_figure(WIDTH_MM, HEIGHT_MM)
+        axes = figure.subplots()
+        axes.axhline(0.0, color=GREY, linewidth=0.7)
+        for direction in (FORWARD, BACKWARD):
+            _draw_direction(axes, table[table["front"] == direction.odd], direction, _shift_mm(table))
+        nominal = np.sort(table["nominal_mm"].unique())
+        if mpe is not None:
+            draw_mpe(axes, nominal, float(table[table["front"]]["nominal_mm"].min()), mpe)
+        axes.set_xlabel("nominal position along the gauge, from face 1 (mm)")
+        axes.set_ylabel("error, indicated − certified (µm)")
+        axes.set_title(f"{_title(table)}, both ways of probing", loc="left", fontweight="bold")
+        axes.spines[["top", "right"]].set_visible(False)
+        handles = _legend(axes)
+        columns = len(handles) if len(handles) < 5 else 3
+        figure.legend(handles=handles, loc="outside upper center", ncols=columns, frameon=False)
+    return figure
+
+
+def _draw_direction(axes: Axes, part: pd.DataFrame, direction: Direction, shift_mm: float) -> None:
+    if part.empty:
+        return
+    by_face = part.groupby("nominal_mm")["error_um"]
+    mean, sigma = by_face.mean(), by_face.std().fillna(0.0)
+    axes.plot(
+        part["nominal_mm"] + shift_mm * part["cycle"], part["error_um"], linestyle="none", marker=".", markersize=3.0,
+        color=direction.color, markeredgewidth=0, zorder=3, label="_single",
+    )  # fmt: skip
+    axes.errorbar(
+        mean.index, mean, 2 * sigma, color=direction.color, marker=direction.marker, markersize=3.6, linewidth=0.9,
+        elinewidth=0.8, capsize=1.6, capthick=0.8, zorder=4, label=direction.label,
+    )  # fmt: skip
+
+
+def _legend(axes: Axes) -> list[Line2D]:
+    handles = [
+        Line2D([], [], color=d.color, marker=d.marker, markersize=4.0, label=d.label)
+        for d in (FORWARD, BACKWARD)
+    ]  # fmt: skip
+    handles.append(Line2D([], [], color=GREY, marker="|", markersize=8.0, linestyle="none", label="± two sigma"))
+    handles.append(Line2D([], [], color=GREY, marker=".", linestyle="none", label="single probings, beside"))
+    return handles + [line for line in axes.get_lines() if "MPE" in str(line.get_label())]
+
+
+def repeatability_figure(table: pd.DataFrame) -> Figure:
+    """Deviations of single probings from the mean of their face; below, two sigma and range of every face."""
+    with figure_style():
+        figure = new_figure(WIDTH_MM, HEIGHT_MM)
+        single, spread = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1.0])
+        pooled = _pooled_sigma(table)
+        single.axhline(0.0, color=GREY, linewidth=0.7)
+        for sign in (1, -1):
+            single.axhline(sign * 2 * pooled, color=GREY, linewidth=0.8, linestyle=(0, (4, 2)))
+        shift = _shift_mm(table)
+        for direction in (FORWARD, BACKWARD):
+            _draw_spread(single, spread, table[table["front"] == direction.odd], direction, shift)
+        single.set_ylabel("from the mean of the face (µm)")
+        spread.set_ylabel("spread (µm)")
+        spread.set_xlabel("nominal position along the gauge, from face 1 (mm)")
+        spread.set_ylim(bottom=0.0)
+        single.set_title(f"{_title(table)}: repeatability", loc="left", fontweight="bold")
+        single.set_title(f"pooled two-sigma ±{2 * pooled:.2f} µm", loc="right")
+        for axes in (single, spread):
+            axes.spines[["top", "right"]].set_visible(False)
+        figure.legend(handles=_spread_legend(), loc="outside upper center", ncols=5, frameon=False)
+    return figure
+
+
+def _draw_spread(single: Axes, spread: Axes, part: pd.DataFrame, direction: Direction, shift_mm: float) -> None:
+    if part.empty:
+        return
+    cycles = part["cycle"].to_numpy(float)
+    beside = shift_mm * (cycles - (cycles.min() + cycles.max()) / 2.0)
+    single.plot(
+        part["nominal_mm"] + beside, part["residual_um"], linestyle="none", marker=direction.marker, markersize=2.4,
+        color=direction.color, markeredgewidth=0, zorder=3,
+    )  # fmt: skip
+    by_face = part.groupby("nominal_mm")["residual_um"]
+    sigma, extent = by_face.std(), by_face.max() - by_face.min()
+    spread.plot(sigma.index, 2 * sigma, color=direction.color, marker=direction.marker, markersize=3.0, linewidth=0.9)
+    spread.plot(
+        extent.index, extent, color=direction.color, marker=direction.marker, markersize=3.0, linewidth=0.7,
+        linestyle=(0, (2, 1.5)), markerfacecolor="white",
+    )  # fmt: skip
+
+
+def _spread_legend() -> list[Line2D]:
+    ways = [Line2D([], [], color=d.color, marker=d.marker, label=d.label.split()[0]) for d in (FORWARD, BACKWARD)]
+    return [
+        *ways,
+        Line2D([], [], color=GREY, marker="o", label="two sigma of a face"),
+        Line2D(
+            [], [], color=GREY, marker="o", markerfacecolor="white", linestyle=(0, (2, 1.5)), label="range of a face"
+        ),
+        Line2D([], [], color=GREY, linestyle=(0, (4, 2)), label="± pooled two sigma"),
+    ]
+
+
+def _pooled_sigma(table: pd.DataFrame) -> float:
+    """Standard deviation of a single probing about the mean of its face, over all faces."""
+    freedom = len(table) - table["face"].nunique()
+    return float(np.sqrt((table["residual_um"] ** 2).sum() / freedom)) if freedom > 0 else float("nan")
+
+
+def _shift_mm(table: pd.DataFrame) -> float:
+    """Cycles of a face stand side by side, in half of the smallest gap between faces."""
+    gaps: NDArray[np.float64] = np.diff(np.sort(table["nominal_mm"].unique()))
+    return 0.5 * float(gaps.min()) / max(int(table["cycle"].max()), 1)
+
+
+def _title(table: pd.DataFrame) -> str:
+    cycles = table["cycle"].nunique()
+    return f"Placement {table['placement'].iloc[0]}, {cycles} cycle{'s' if cycles > 1 else ''}"

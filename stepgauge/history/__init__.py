@@ -1,0 +1,21 @@
+"""Many evaluations of one machine: what they say by date, trends, limits, and a store to ask."""
+
+from __future__ import annotations
+
+from stepgauge.history.entries import QUANTITIES, HistoryEntry, read_entries
+from stepgauge.history.files import write_history
+from stepgauge.history.store import Refreshed, refresh_store
+from stepgauge.history.trend import Alert, Series, judge, make_series
+
+__all__ = [
+    "QUANTITIES",
+    "Alert",
+    "HistoryEntry",
+    "Refreshed",
+    "Series",
+    "judge",
+    "make_series",
+    "read_entries",
+    "refresh_store",
+    "write_history",
+]

@@ -1,0 +1,226 @@
+"""What one evaluation adds to the history: one entry per placement, with the scale error and its repeatability."""
+
+from __future__ import annotations
+
+import datetime
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.dates import moment_in_path, parse_moment
+from stepgauge.errors import InputError
+from stepgauge.evaluation_files import read_evaluation
+
+Array = NDArray[np.float64]
+DateFrom = Literal["record", "file"]
+ALONG_DEG = 10.0
+"""A gauge closer than this to a machine axis measures that axis."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A column of the history: what it is and how it is printed; ``signed``: a limit holds for its size."""
+
+    name: str
+    title: str
+    unit: str
+    signed: bool
+
+
+QUANTITIES = {
+    quantity.name: quantity
+    for quantity in (
+        Quantity("scale_ppm", "scale error: slope of XM", "um/m", True),
+        Quantity("reversal_um", "mean reversal XR", "um", True),
+        Quantity("r_eff_change_um", "R_eff minus the first", "um", True),
+        Quantity("band_um", "band of XM", "um", False),
+        Quantity("worst_two_sigma_um", "worst two-sigma", "um", False),
+    )
+}
+
+
+@dataclass(frozen=True)
+class HistoryEntry:
+    """One placement of one evaluation.
+
+    ``direction``: x, y, z, or the gauge axis as numbers where it lies along none; ``date_source``: ``evaluation``,
+    ``path`` or ``file``; values are NaN where the evaluation has none. ``u_...``: standard uncertainties from
+    repeatability alone (the certificate is common to all entries of a gauge and cancels in a trend).
+    """
+
+    path: str
+    sha256: str
+    measured_at: datetime.datetime
+    date_source: str
+    machine: str
+    gauge_serial: str
+    certificate: str
+    placement: int
+    direction: str
+    cycles: int
+    gauge_temperature_C: float
+    span_mm: float
+    scale_ppm: float
+    u_scale_ppm: float
+    reversal_um: float
+    u_reversal_um: float
+    r_eff_mm: float
+    u_r_eff_change_um: float
+    band_um: float
+    worst_two_sigma_um: float
+
+
+def read_entries(path: Path, root: Path, sha256: str, date_from: DateFrom = "record") -> list[HistoryEntry]:
+    """The entries of an ``evaluation.json`` below ``root``.
+
+    The date is that of the evaluation (``measured_at``, from the recording or ``evaluate --measured-at``), else one in
+    the names of its folders (2026-03-02); ``date_from="file"``: else that of the file.
+
+    Raises
+    ------
+    InputError
+        no evaluation, or nothing says when it was measured
+    """
+    data = read_evaluation(path)
+    name = path.relative_to(root).as_posix()
+    moment, source = _moment(data, path, Path(name), date_from)
+    try:
+        return [_entry(data, one, name, sha256, moment, source) for one in data["placements"]]
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(path, "not a complete evaluation", found=f"{type(error).__name__}: {error}") from None
+
+
+def _moment(data: Mapping[str, Any], path: Path, name: Path, date_from: DateFrom) -> tuple[datetime.datetime, str]:
+    written = data.get("measured_at") or (data.get("comments") or {}).get("measured_at")
+    if written:
+        return parse_moment(str(written), path), "evaluation"
+    if (found := moment_in_path(name)) is not None:
+        return found, "path"
+    if date_from == "file":
+        return datetime.datetime.fromtimestamp(path.stat().st_mtime).replace(microsecond=0), "file"
+    raise InputError(
+        path,
+        "nothing says when this was measured",
+        expected="'stepgauge evaluate --measured-at', a date in the folder's name, or 'history --date-from file'",
+    )
+
+
+def _entry(
+    data: Mapping[str, Any],
+    one: Mapping[str, Any],
+    name: str,
+    sha256: str,
+    moment: datetime.datetime,
+    source: str,
+) -> HistoryEntry:
+    faces = _Faces.of(one["faces"], one["r_eff_blocks"])
+    (slope, u_slope), (reversal, u_reversal) = faces.slope_ppm(), faces.reversal_um()
+    temperature = one["gauge_temperature_C"]
+    return HistoryEntry(
+        name,
+        sha256,
+        moment,
+        source,
+        str(data.get("machine") or (data.get("comments") or {}).get("machine") or "(unnamed)"),
+        data["gauge"]["serial"],
+        data["gauge"]["certificate"],
+        int(one["placement"]),
+        _direction(one["axis"]),
+        int(one["cycles"][0]),
+        _number(temperature),
+        float(one["span_mm"]),
+        slope,
+        u_slope,
+        reversal,
+        u_reversal,
+        float(one["r_eff_mm"]),
+        faces.u_r_eff_um(),
+        _number(one["band_um"]),
+        _number(one["worst_two_sigma_um"]),
+    )
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)
+
+
+def _direction(axis: list[float]) -> str:
+    shares = np.abs(axis)
+    best = int(shares.argmax())
+    if shares[best] >= math.cos(math.radians(ALONG_DEG)):
+        return "xyz"[best]
+    sign = 1.0 if axis[best] > 0 else -1.0
+    return "(" + " ".join(f"{sign * share:.2f}" for share in axis) + ")"
+
+
+@dataclass(frozen=True)
+class _Faces:
+    """The errors of the faces as they were probed, of which XM, XR and R_eff are weighted sums (Pahk & Kim, Eqs 1-13).
+
+    So their uncertainties follow from the standard deviations of the faces. ``own_um``: XF of fronts, XB of backs;
+    ``variance_um2``: of their means, from repeatability; ``tip``: weights of the tip diameter that was taken off backs.
+    """
+
+    position_mm: Array
+    own_um: Array
+    variance_um2: Array
+    mean: Array
+    reversal: Array
+    tip: Array
+    defined: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, rows: list[dict[str, Any]], r_eff_blocks: list[int]) -> _Faces:
+        front = np.array([row["face"] % 2 == 1 for row in rows])
+        own = np.array([_number(row["xf_um" if row["face"] % 2 else "xb_um"]) for row in rows])
+        sigma = np.array([_number(row["sf_um" if row["face"] % 2 else "sb_um"]) for row in rows])
+        count = np.array([row["count"] for row in rows], float)
+        mean, reversal = _mean_and_reversal(front)
+        of_r_eff = np.isin([row["block"] for row in rows], r_eff_blocks)
+        return cls(
+            np.array([row["position_mm"] for row in rows], float),
+            np.nan_to_num(own),
+            np.where(count > 0, sigma**2 / np.maximum(count, 1.0), 0.0),
+            mean,
+            reversal,
+            np.where(of_r_eff, np.where(front, -1.0, 1.0), 0.0) / len(r_eff_blocks),
+            np.isfinite([_number(row["xm_um"]) for row in rows]),
+        )
+
+    def slope_ppm(self) -> tuple[float, float]:
+        """Slope of XM by least squares, um/m, and its standard uncertainty; NaN with fewer than two means."""
+        if self.defined.sum() < 2:
+            return math.nan, math.nan
+        from_middle = np.where(self.defined, self.position_mm - self.position_mm[self.defined].mean(), 0.0)
+        return self._sum(from_middle / (from_middle**2).sum() @ self.mean * 1e3)
+
+    def reversal_um(self) -> tuple[float, float]:
+        """Mean of XR, um, and its standard uncertainty; the tip diameter in it is that of the blocks of R_eff."""
+        if not self.defined.any():
+            return math.nan, math.nan
+        return self._sum(self.defined / self.defined.sum() @ self.reversal - self.tip)
+
+    def u_r_eff_um(self) -> float:
+        """Standard uncertainty of R_eff from repeatability, um."""
+        return self._sum(self.tip / 2.0)[1]
+
+    def _sum(self, weights: Array) -> tuple[float, float]:
+        used = weights != 0.0
+        variance = weights[used] ** 2 @ self.variance_um2[used]
+        return float(weights @ self.own_um), float(np.sqrt(variance))
+
+
+def _mean_and_reversal(front: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Matrices from the faces as probed to XM and to XR; rows without both neighbours are not used."""
+    n = len(front)
+    neighbours = np.zeros((n, n))
+    inner = np.arange(1, n - 1)
+    neighbours[inner, inner - 1] = neighbours[inner, inner + 1] = 0.5
+    own = np.eye(n)
+    side = np.where(front, 1.0, -1.0)[:, None]
+    return (own + neighbours) / 2.0, side * (neighbours - own)

@@ -1,0 +1,94 @@
+"""The history as files for other programs: ``history.json`` and ``history.csv``."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import datetime
+import io
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from stepgauge import __version__
+from stepgauge.files import write_text
+from stepgauge.history.entries import QUANTITIES, HistoryEntry
+from stepgauge.history.trend import Alert, Series, Trend
+
+
+def write_history(
+    folder: str | Path, series: Sequence[Series], warnings: Sequence[Alert], limits: Mapping[str, float]
+) -> list[Path]:
+    """Write both files into a folder (made if missing); returns their paths."""
+    entries = _entries(series)
+    paths = [Path(folder) / "history.json", Path(folder) / "history.csv"]
+    document = _document(series, entries, warnings, limits)
+    write_text(paths[0], json.dumps(document, indent=1, allow_nan=False) + "\n")
+    write_text(paths[1], _csv(entries))
+    return paths
+
+
+def _entries(series: Sequence[Series]) -> list[HistoryEntry]:
+    found = {(entry.path, entry.placement): entry for one in series for entry in one.entries}
+    return sorted(found.values(), key=lambda entry: (entry.measured_at, entry.path, entry.placement))
+
+
+def _document(
+    series: Sequence[Series], entries: list[HistoryEntry], warnings: Sequence[Alert], limits: Mapping[str, float]
+) -> dict[str, Any]:
+    return {
+        "format": "stepgauge history 1",
+        "stepgauge": __version__,
+        "machine": entries[0].machine,
+        "gauges": sorted({entry.gauge_serial for entry in entries}),
+        "limits": dict(limits),
+        "entries": [_plain(dataclasses.asdict(entry)) for entry in entries],
+        "series": [
+            _plain(
+                {
+                    "quantity": one.quantity,
+                    "unit": QUANTITIES[one.quantity].unit,
+                    "direction": one.direction,
+                    "values": one.value.tolist(),
+                    "u": one.u.tolist(),
+                    "trend": _trend(one.trend),
+                    "centre": one.centre.tolist(),
+                    "reach": one.reach,
+                }
+            )
+            for one in series
+        ],
+        "warnings": [_plain(dataclasses.asdict(warning)) for warning in warnings],
+    }
+
+
+def _trend(trend: Trend | None) -> dict[str, Any] | None:
+    return None if trend is None else dataclasses.asdict(trend) | {"significant": trend.significant}
+
+
+def _plain(value: Any) -> Any:
+    """JSON types: dates as text, undefined numbers as null."""
+    if isinstance(value, dict):
+        return {key: _plain(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_plain(one) for one in value]
+    if isinstance(value, datetime.datetime):
+        return value.isoformat(timespec="seconds")
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _csv(entries: list[HistoryEntry]) -> str:
+    text = io.StringIO()
+    names = [field.name for field in dataclasses.fields(HistoryEntry)]
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(names)
+    for entry in entries:
+        row = _plain(dataclasses.asdict(entry))
+        table.writerow(["" if row[name] is None else _cell(row[name]) for name in names])
+    return text.getvalue()
+
+
+def _cell(value: object) -> str:
+    return f"{value:.9g}" if isinstance(value, float) else str(value)

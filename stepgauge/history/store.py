@@ -1,0 +1,200 @@
+"""The embedded store: SQLite beside the figure, made from the evaluation.json files and from nothing else."""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import sqlite3
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+from stepgauge.errors import InputError
+from stepgauge.history.entries import DateFrom, HistoryEntry, read_entries
+
+SCHEMA = 1
+NAMES = tuple(field.name for field in fields(HistoryEntry))
+_TYPES = {"int": "INTEGER", "float": "REAL"}
+_COLUMNS = ", ".join(f"{field.name} {_TYPES.get(str(field.type), 'TEXT')}" for field in fields(HistoryEntry))
+
+
+@dataclass(frozen=True)
+class Refreshed:
+    """All entries by date, and what the look at the files brought: counts, and remarks by file."""
+
+    entries: tuple[HistoryEntry, ...]
+    read: int
+    unchanged: int
+    gone: int
+    remarks: tuple[str, ...]
+
+
+def refresh_store(
+    store: str | Path,
+    root: str | Path,
+    date_from: DateFrom = "record",
+    rebuild: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> Refreshed:
+    """Bring the store up to date with the evaluation.json files below ``root``.
+
+    Only new and changed files are read; entries of files that are gone are dropped. The same call again changes
+    nothing. ``rebuild`` throws the store away first (what is no readable store is kept as ``.damaged``). ``progress``
+    is told how many of how many files are done.
+
+    Raises
+    ------
+    InputError
+        no such folder, no evaluation in it, a store that is damaged, of another folder or not ours
+    """
+    folder, path = Path(root), Path(store)
+    if not folder.is_dir():
+        raise InputError(folder, "no such folder", expected="a folder with evaluation.json files below it")
+    files = sorted(folder.rglob("evaluation.json"))
+    if not files:
+        raise InputError(folder, "no evaluation.json in this folder or below it", expected="results of 'evaluate'")
+    said = _set_aside(path) if rebuild and path.exists() else []
+    with _open(path) as connection:
+        _check_origin(connection, path, folder)
+        found = _refresh(connection, folder, files, date_from, progress)
+    return replace(found, remarks=(*said, *found.remarks))
+
+
+def _set_aside(path: Path) -> list[str]:
+    """Remove our own store; anything else under that name is kept under another, for it may be somebody's."""
+    if path.is_dir():
+        raise InputError(path, "this is a folder", expected="a file to keep the store in")
+    try:
+        with closing(sqlite3.connect(path)) as connection:
+            connection.execute("SELECT path, placement, measured_at FROM entry").fetchall()
+        path.unlink()
+        return []
+    except sqlite3.DatabaseError:
+        aside = path.with_name(path.name + ".damaged")
+        path.replace(aside)
+        return [f"what was at {path} was no readable store; it is now {aside.name}"]
+    except OSError as error:
+        raise InputError(path, f"cannot write here: {error.strerror or error}") from None
+
+
+@contextmanager
+def _open(path: Path) -> Iterator[sqlite3.Connection]:
+    """One transaction on the store: all of it, or nothing where something fails."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with closing(sqlite3.connect(path, timeout=10.0)) as connection, connection:
+            _make_tables(connection, path)
+            yield connection
+    except sqlite3.OperationalError as error:
+        raise InputError(path, f"the store cannot be used: {error}", expected="a writable file") from None
+    except sqlite3.DatabaseError as error:
+        raise InputError(
+            path, f"the store is damaged or no store of stepgauge: {error}", expected="--rebuild, or another --store"
+        ) from None
+    except OSError as error:
+        raise InputError(path, f"cannot write here: {error.strerror or error}") from None
+
+
+def _make_tables(connection: sqlite3.Connection, path: Path) -> None:
+    (version,) = connection.execute("PRAGMA user_version").fetchone()
+    known = {name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+    if version not in (0, SCHEMA) or (known and "entry" not in known):
+        raise InputError(
+            path,
+            "not a store of this stepgauge",
+            found=f"version {version}, tables {', '.join(sorted(known)) or 'none'}",
+            expected="--rebuild, or another --store",
+        )
+    connection.execute(f"CREATE TABLE IF NOT EXISTS entry ({_COLUMNS}, PRIMARY KEY (path, placement))")
+    connection.execute(
+        "CREATE TABLE IF NOT EXISTS file (path TEXT PRIMARY KEY, sha256 TEXT, date_from TEXT, remark TEXT)"
+    )
+    connection.execute("CREATE TABLE IF NOT EXISTS origin (folder TEXT)")
+    connection.execute(f"PRAGMA user_version = {SCHEMA}")
+
+
+def _check_origin(connection: sqlite3.Connection, path: Path, folder: Path) -> None:
+    row = connection.execute("SELECT folder FROM origin").fetchone()
+    here = str(folder.resolve())
+    if row is None:
+        connection.execute("INSERT INTO origin VALUES (?)", (here,))
+    elif row[0] != here:
+        raise InputError(path, "this store is of another folder", found=row[0], expected=f"{here}, or --rebuild")
+
+
+def _refresh(
+    connection: sqlite3.Connection,
+    folder: Path,
+    files: list[Path],
+    date_from: DateFrom,
+    progress: Callable[[int, int], None] | None,
+) -> Refreshed:
+    known = {name: (sha, how) for name, sha, how in connection.execute("SELECT path, sha256, date_from FROM file")}
+    present, read = set(), 0
+    for number, path in enumerate(files, 1):
+        name, sha256 = path.relative_to(folder).as_posix(), hashlib.sha256(path.read_bytes()).hexdigest()
+        present.add(name)
+        if known.get(name) != (sha256, date_from):
+            _replace(connection, path, folder, sha256, date_from)
+            read += 1
+        if progress is not None:
+            progress(number, len(files))
+    gone = sorted(set(known) - present)
+    for name in gone:
+        _forget(connection, name)
+    entries, twice = _without_copies(_entries(connection))
+    remarks = [
+        f"left out: {text}"
+        for (text,) in connection.execute("SELECT remark FROM file WHERE remark != '' ORDER BY path")
+    ]
+    return Refreshed(tuple(entries), read, len(files) - read, len(gone), (*remarks, *twice))
+
+
+def _replace(connection: sqlite3.Connection, path: Path, folder: Path, sha256: str, date_from: DateFrom) -> None:
+    """Read one file anew; one that cannot be used is remembered with the reason."""
+    name = path.relative_to(folder).as_posix()
+    _forget(connection, name)
+    remark = ""
+    try:
+        entries = read_entries(path, folder, sha256, date_from)
+    except InputError as error:
+        entries, remark = [], str(error)
+    marks = ", ".join("?" * len(NAMES))
+    connection.executemany(f"INSERT INTO entry VALUES ({marks})", [_row(entry) for entry in entries])
+    connection.execute("INSERT INTO file VALUES (?, ?, ?, ?)", (name, sha256, date_from, remark))
+
+
+def _forget(connection: sqlite3.Connection, name: str) -> None:
+    connection.execute("DELETE FROM entry WHERE path = ?", (name,))
+    connection.execute("DELETE FROM file WHERE path = ?", (name,))
+
+
+def _row(entry: HistoryEntry) -> list[object]:
+    values = [getattr(entry, name) for name in NAMES]
+    return [value.isoformat() if isinstance(value, datetime.datetime) else value for value in values]
+
+
+def _entries(connection: sqlite3.Connection) -> list[HistoryEntry]:
+    rows = connection.execute(f"SELECT {', '.join(NAMES)} FROM entry ORDER BY measured_at, path, placement")
+    return [_from_row(row) for row in rows]
+
+
+def _from_row(row: tuple[object, ...]) -> HistoryEntry:
+    """NaN is stored as NULL by SQLite."""
+    values = dict(zip(NAMES, row, strict=True))
+    values["measured_at"] = datetime.datetime.fromisoformat(str(values["measured_at"]))
+    return HistoryEntry(**{name: float("nan") if value is None else value for name, value in values.items()})  # type: ignore[arg-type]
+
+
+def _without_copies(entries: list[HistoryEntry]) -> tuple[list[HistoryEntry], list[str]]:
+    """An evaluation that lies in two folders counts once."""
+    first: dict[tuple[str, int], str] = {}
+    kept, said = [], {}
+    for entry in entries:
+        original = first.setdefault((entry.sha256, entry.placement), entry.path)
+        if original == entry.path:
+            kept.append(entry)
+        else:
+            said[entry.path] = f"{entry.path}: the same as {original}, counted once"
+    return kept, list(said.values())

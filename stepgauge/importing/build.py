@@ -1,0 +1,325 @@
+"""A log and what is known besides -> a recording, with a report of what was mapped and what was dropped."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.gauge import Gauge
+from stepgauge.importing.departures import from_target
+from stepgauge.importing.expected import Expected, check_beside, expected_by_log, expected_by_program
+from stepgauge.importing.faces import nearest_faces, tip_distance_mm
+from stepgauge.importing.log import ProbeLog
+from stepgauge.importing.matching import Match, match
+from stepgauge.moves import Program
+from stepgauge.numerals import number
+from stepgauge.placement import Placement
+from stepgauge.recording import APPROACH, OPTIONAL, POSITION, TEMPERATURE_C, Recording
+from stepgauge.recording_checks import LARGEST_RADIUS_MM, axis_from_approaches, stated_serial
+from stepgauge.units import temperature_hint, unit_hint
+
+Array = NDArray[np.float64]
+_OURS = ("import", "points", "probings", "log", "tip_radius_mm")
+"""Comments that an exported recording carries and that are made anew."""
+CLEAR = 0.25
+"""Points are at the surface, or a tip radius before it, if they are nearer to that than this share of the radius."""
+SURFACE_MM = 0.1
+"""Points nearer to their faces than the smallest tip radius are surface points."""
+
+
+@dataclass(frozen=True)
+class ImportOptions:
+    """What the log does not state, and what may be wrong with it.
+
+    ``placement``: number in the recording; ``gauge_temperature_C``: of the gauge during the run; ``tip_radius_mm``;
+    ``surface``: True for points that are compensated by the tip radius, False for tip centres, None for what the log
+    says; ``accept``: departures from the program (:data:`stepgauge.importing.matching.KINDS`).
+    """
+
+    placement: int = 1
+    gauge_temperature_C: float | None = None
+    tip_radius_mm: float | None = None
+    surface: bool | None = None
+    accept: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Import:
+    """A recording, and in a few lines what was mapped and what was dropped."""
+
+    recording: Recording
+    report: tuple[str, ...]
+
+
+def build_recording(
+    log: ProbeLog,
+    gauge: Gauge | None,
+    placement: Placement | None,
+    program: Program | None,
+    options: ImportOptions,
+) -> Import:
+    """The recording of a log (see :func:`stepgauge.importing.import_log`)."""
+    stated = number(log.comments.get("tip_radius_mm", ""))
+    if log.tip_radius_mm is None and np.isfinite(stated):
+        log = replace(log, tip_radius_mm=float(stated))
+    if gauge is not None and placement is not None:
+        return _build_matched(log, gauge, placement, program, options)
+    _check_end(log, options)
+    return _build_stated(log, gauge, options)
+
+
+def _build_matched(
+    log: ProbeLog, gauge: Gauge, placement: Placement, program: Program | None, options: ImportOptions
+) -> Import:
+    log = _one_placement(log)
+    check_beside(log, gauge, placement)
+    _check_directions(log, gauge, placement)
+    stated = options.tip_radius_mm or log.tip_radius_mm
+    before_mm = tip_distance_mm(log.position_mm, gauge, placement)
+    surface = _is_surface(log, before_mm, options, stated or placement.tip_radius_mm)
+    if surface is None:
+        raise InputError(
+            log.path,
+            "whether the points are tip centres is not stated, and their distance from the faces does not show it",
+            found=f"{before_mm:.4f} mm before the certified faces on average",
+            expected="0 or the tip radius; or --points centres, or --points surface",
+        )
+    radius = stated or placement.tip_radius_mm if surface else stated  # that of a placement is an effective one
+    log = replace(log, surface=surface)
+    if program is None:
+        _check_end(log, options)
+    expected = expected_by_program(program, gauge, placement) if program else expected_by_log(log, gauge, placement)
+    there = expected.at_surface(radius) if program and surface and radius else expected
+    matched = match(log, there, options.accept)
+    frame = _frame(log, matched, options, radius if surface else None)
+    comments = {} if program is None else {"program": program.name}
+    report = [*_matched_words(log, frame, matched), *_surface_words(surface, radius, log), *log.mapped, *_dropped(log)]
+    return _finish(log, frame, gauge, radius, comments, report)
+
+
+def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) -> Import:
+    """A log that states cycle, face and direction of every row needs nothing else."""
+    lacking = [name for name in ("cycle", "face") if name not in log.columns]
+    if lacking or log.approach is None:
+        raise InputError(
+            log.path,
+            "the file does not say which face each point belongs to",
+            found=f"no {', '.join([*lacking, *(['direction'] if log.approach is None else [])])}",
+            expected="--gauge and --placement (faces follow from the positions), and --program where it is known",
+        )
+    radius = options.tip_radius_mm or log.tip_radius_mm
+    found = _is_surface(log, _width_radius_mm(log, gauge), options, radius)
+    surface = bool(found)
+    position = log.position_mm - _radius(radius, log) * log.approach if surface else log.position_mm
+    frame = pd.DataFrame({"placement": options.placement, "cycle": log.columns["cycle"], "face": log.columns["face"]})
+    frame[POSITION], frame[APPROACH] = position, log.approach
+    _add_columns(frame, log, np.arange(len(log)), options)
+    words = (
+        _surface_words(surface, radius, log) if found is not None else ["points are taken as tip centres (not stated)"]
+    )
+    report = [f"{log.form}: {len(log)} rows, faces as stated", *words]
+    return _finish(log, frame, gauge, radius, {}, [*report, *log.mapped, *_dropped(log)])
+
+
+def _finish(
+    log: ProbeLog,
+    frame: pd.DataFrame,
+    gauge: Gauge | None,
+    radius: float | None,
+    comments: dict[str, str],
+    report: list[str],
+) -> Import:
+    comments["log"] = f"{Path(log.path).name} ({log.form})"
+    if radius is not None:
+        comments["tip_radius_mm"] = f"{radius:g}"
+    said = {key: value for key, value in log.comments.items() if key not in (*OPTIONAL, *_OURS)}
+    ours: dict[str, str] = {}
+    if gauge is not None and stated_serial(said) is None:  # else it is compared with the gauge that was given
+        ours = {"gauge": gauge.table.name, "gauge_serial": gauge.table.serial}
+    comments = {**ours, **said, **comments, "import": "\n".join(report)}
+    return Import(Recording(frame, comments, log.path), tuple(report))
+
+
+def _one_placement(log: ProbeLog) -> ProbeLog:
+    numbers = np.unique(log.columns.get("placement", [1]))
+    if len(numbers) > 1:
+        raise InputError(
+            log.path,
+            "the file has several placements of the gauge",
+            found=", ".join(f"{number:g}" for number in numbers),
+            expected="one placement with --placement, or cycle, face and directions in the file and no --placement",
+        )
+    return log
+
+
+def _check_end(log: ProbeLog, options: ImportOptions) -> None:
+    """Without a program only the file itself can say that it is cut."""
+    if log.cut and "missing" not in options.accept:
+        raise InputError(
+            log.at(len(log) - 1),
+            "the file is cut, or the run was stopped",
+            found=f"{len(log)} points and {log.cut}",
+            expected="the whole file, or --accept missing",
+        )
+
+
+def _check_directions(log: ProbeLog, gauge: Gauge, placement: Placement) -> None:
+    """Directions of a file must point into the faces, and the faces that it states be those it touched."""
+    face, _ = nearest_faces(log.position_mm, gauge, placement)
+    into = np.where(face % 2 == 1, 1.0, -1.0)
+    if log.approach is not None:
+        against = (log.approach @ placement.axis) * into < 0.0
+        if against.mean() > 0.5:
+            raise InputError(
+                log.at(int(against.argmax())),
+                "the directions point out of the faces: normals taken for approaches, or fronts and backs swapped",
+                found=f"{int(against.sum())} of {len(log)} directions against the approach to the face they are at",
+                expected="approaches into the material, or normals out of it, named as what they are",
+            )
+    stated = log.columns.get("face")
+    if stated is None or not (stated != face).any():
+        return
+    row = int((stated != face).argmax())
+    spans = [float(np.ptp(along)) for along in (log.position_mm @ placement.axis, _certified(stated, gauge))]
+    swapped = float(np.mean(stated == np.where(face % 2 == 1, face + 1, face - 1)))
+    hint = " (fronts and backs are swapped)" if swapped > 0.5 else unit_hint(*spans)
+    raise InputError(
+        log.at(row),
+        f"the stated face is not the one that the point lies at{hint}",
+        found=f"face {stated[row]:g}, {int((stated != face).sum())} of {len(log)} rows differ",
+        expected=f"face {face[row]} of {gauge.table.name} as placed",
+    )
+
+
+def _certified(face: Array, gauge: Gauge) -> Array:
+    known = (face >= 1) & (face <= gauge.n_faces)
+    return gauge.position_mm[face[known].astype(int) - 1] if known.any() else np.zeros(1)
+
+
+def _width_radius_mm(log: ProbeLog, gauge: Gauge | None) -> float:
+    """Half of how much wider than certified the blocks are read: the tip radius for tip centres; NaN if unknown."""
+    face = log.columns["face"].astype(np.int64)
+    sides = [face % 2 == side for side in (1, 0)]
+    if gauge is None or log.approach is None or face.max() > gauge.n_faces or not all(side.any() for side in sides):
+        return float("nan")
+    axis = axis_from_approaches(list(log.approach.T), face, log.path)
+    off_mm = log.position_mm @ axis - gauge.position_mm[face - 1]
+    front, back = (float(np.median(off_mm[side])) for side in sides)
+    return (back - front) / 2.0
+
+
+def _is_surface(log: ProbeLog, before_mm: float, options: ImportOptions, radius: float | None) -> bool | None:
+    """Whether the points are compensated by the tip radius: as stated, checked against the gauge; else as it shows.
+
+    ``before_mm``: how far before the certified faces they stand, NaN if unknown. None: neither stated nor to be seen.
+    """
+    limit = CLEAR * radius if radius else SURFACE_MM
+    at_centre = abs(before_mm - radius) < limit if radius else limit <= before_mm < LARGEST_RADIUS_MM
+    shows = True if abs(before_mm) < limit else False if at_centre else None
+    stated = log.surface if options.surface is None else options.surface
+    if stated is None:
+        return shows
+    if shows is not None and radius and shows != stated:
+        kinds = ("tip centres", "compensated by the tip radius")
+        raise InputError(
+            log.path,
+            f"the points are said to be {kinds[stated]}, but they are {kinds[shows]}",
+            found=f"points {before_mm:.4f} mm before the certified faces on average",
+            expected=f"about {0.0 if stated else radius:g} mm with a tip radius of {radius:g} mm",
+        )
+    return stated
+
+
+def _radius(radius: float | None, log: ProbeLog) -> float:
+    if radius is None:
+        raise InputError(
+            log.path,
+            "the points are compensated by the tip radius, a recording has tip centres, and the radius is not known",
+            expected="--tip-radius MM, the radius that the controller compensated with",
+        )
+    return radius
+
+
+def _frame(log: ProbeLog, matched: Match, options: ImportOptions, surface_radius: float | None) -> pd.DataFrame:
+    expected, point, row = matched.expected, matched.point, matched.row
+    approach = expected.approach[point] if log.approach is None else log.approach[row]
+    position = log.position_mm[row]
+    if log.surface:
+        position = position - _radius(surface_radius, log) * approach
+    number = int(log.columns["placement"][0]) if "placement" in log.columns else options.placement
+    frame = pd.DataFrame({"placement": number, "cycle": expected.cycle[point], "face": expected.face[point]})
+    frame[POSITION], frame[APPROACH] = position, approach
+    if expected.speed_mm_s is not None:
+        frame["speed_mm_s"] = expected.speed_mm_s
+    _add_columns(frame, log, row, options)
+    return frame
+
+
+def _add_columns(frame: pd.DataFrame, log: ProbeLog, row: NDArray[np.int64], options: ImportOptions) -> None:
+    """What the log has besides, row by row or for the whole run, and what the person says."""
+    if log.time_s is not None:
+        frame["time_s"] = log.time_s[row]
+    for name, values in log.columns.items():
+        if name not in ("cycle", "face"):
+            frame[name] = values[row]
+    for name in OPTIONAL:
+        value = number(log.comments.get(name, ""))
+        if np.isfinite(value) and name not in log.columns and name != "time_s":
+            frame[name] = value
+    for name in frame.columns:
+        if name.endswith("_C") and name in OPTIONAL:
+            _check_temperature(log, row, frame[name].to_numpy(float), name)
+    if options.gauge_temperature_C is not None:
+        frame["gauge_temperature_C"] = options.gauge_temperature_C
+    frame["placement"] = frame["placement"].astype(np.int64)
+
+
+def _check_temperature(log: ProbeLog, row: NDArray[np.int64], values: Array, name: str) -> None:
+    low, high = TEMPERATURE_C
+    outside = (values < low) | (values > high)
+    if outside.any():
+        at = int(outside.argmax())
+        raise InputError(
+            log.at(row[at]),
+            f"{name} is no temperature in deg C",
+            found=f"{values[at]:g}",
+            expected=f"{low:g} to {high:g} deg C ({temperature_hint(float(values[at]))})",
+        )
+
+
+def _matched_words(log: ProbeLog, frame: pd.DataFrame, matched: Match) -> list[str]:
+    face, expected = frame["face"], matched.expected
+    visits = face.value_counts()
+    cycles = f"{visits.max()}" if visits.min() == visits.max() else f"{visits.min()} to {visits.max()}"
+    words = [
+        f"{log.form}: {len(log)} rows, {len(expected)} points of {expected.source}",
+        f"faces {face.min()} to {face.max()} ({face.nunique()} of them), cycles per face: {cycles}",
+        *matched.departures,
+    ]
+    if np.isfinite(expected.search_mm):
+        words.append(_triggers(log, expected, matched))
+    return words
+
+
+def _triggers(log: ProbeLog, expected: Expected, matched: Match) -> str:
+    along, beside = from_target(log.position_mm[matched.row], expected, matched.point)
+    return (
+        f"triggers {along.min():+.4f} to {along.max():+.4f} mm from the nominal contact along the approach, at most"
+        f" {beside.max():.4f} mm beside it (search distance {expected.search_mm:g} mm)"
+    )
+
+
+def _surface_words(surface: bool, radius: float | None, log: ProbeLog) -> list[str]:
+    if surface:
+        return [f"surface points, turned back into tip centres with the tip radius {_radius(radius, log):g} mm"]
+    return ["points are tip centres"]
+
+
+def _dropped(log: ProbeLog) -> list[str]:
+    return [*log.left_out, *([f"dropped: {log.dropped} lines that are blank or comments"] if log.dropped else [])]

@@ -1,0 +1,199 @@
+"""Rows of cells from text files of any delimiter and encoding, and from Excel workbooks."""
+
+from __future__ import annotations
+
+import csv
+import datetime
+import io
+import zipfile
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stepgauge.errors import InputError
+from stepgauge.numerals import decimal_mark, looks_numeric
+
+Cell = str | float | datetime.datetime | datetime.time | datetime.timedelta
+DELIMITERS = {"semicolon": ";", "tab": "\t", "bar": "|", "comma": ","}
+"""Names of the delimiters, in the order in which they are tried: a comma may be a decimal mark."""
+SAMPLE = 500
+"""Lines by which the delimiter is found."""
+COMMENT_MARKS = ("#", "//", "%", "$$", "!")
+
+
+@dataclass(frozen=True)
+class Cells:
+    """A table before it is known what it means.
+
+    ``rows``: cells of each row, text without the spaces around it; ``lines``: line or row of the file of each;
+    ``comments``: lines that are comments; ``blank``: how many lines are blank; ``notes``: how it was read, in words.
+    """
+
+    path: str
+    rows: Sequence[Sequence[Cell]]
+    lines: Sequence[int]
+    comments: Sequence[str]
+    blank: int
+    notes: tuple[str, ...]
+
+
+def is_workbook(path: str | Path) -> bool:
+    """Whether a file is an Excel workbook, by its content."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return "xl/workbook.xml" in archive.namelist()
+    except (OSError, zipfile.BadZipFile, NotImplementedError, ValueError):
+        return False
+
+
+def decode(path: str | Path) -> tuple[str, str]:
+    """Text of a file and the name of its encoding: UTF-8, UTF-16 by its mark, else Windows-1252 (western Europe)."""
+    raw = _read_bytes(path)
+    encodings = ("utf-16",) if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252")
+    for encoding in encodings:
+        try:
+            text = raw.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" in text:
+            break
+        return text, {"utf-8-sig": "UTF-8", "cp1252": "Windows-1252", "utf-16": "UTF-16"}[encoding]
+    raise InputError(path, "this is not a text file", found=repr(raw[:16]), expected="a table as text (CSV)")
+
+
+def _read_bytes(path: str | Path) -> bytes:
+    try:
+        return Path(path).read_bytes()
+    except FileNotFoundError:
+        raise InputError(path, "no such file") from None
+    except OSError as error:
+        raise InputError(path, error.strerror or str(error)) from None
+
+
+def read_text_cells(path: str | Path, delimiter: str | None) -> Cells:
+    """Rows of a text file; the delimiter is the one given, that of a ``sep=`` line, or the one that shows itself."""
+    text, encoding = decode(path)
+    lines = text.splitlines()
+    if lines and lines[0].strip().lower().startswith("sep=") and len(lines[0].strip()) == 5:
+        delimiter = delimiter or lines[0].strip()[4]
+        lines[0] = ""
+    comments = [line for line in lines if _is_remark(line)]
+    rows = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not _is_remark(line)]
+    if not rows:
+        raise InputError(path, "the table is empty", expected="a header with x, y and z, and rows of numbers")
+    mark = delimiter or _find_delimiter(path, [line for _, line in rows])
+    name = next((name for name, known in DELIMITERS.items() if known == mark), repr(mark))
+    return Cells(
+        str(path),
+        _split([line for _, line in rows], mark),
+        [n for n, _ in rows],
+        comments,
+        len(lines) - len(rows) - len(comments),
+        (f"{encoding}, columns parted by {name}",),
+    )
+
+
+def _is_remark(line: str) -> bool:
+    return line.lstrip().startswith(COMMENT_MARKS)
+
+
+def _split(lines: Sequence[str], mark: str) -> list[list[str]]:
+    """Cells of every line; a quotation mark that is not closed ends with its line."""
+    reader = [next(csv.reader([line], delimiter=mark, skipinitialspace=True)) for line in lines]
+    return [[cell.strip() for cell in cells] for cells in reader]
+
+
+def _find_delimiter(path: str | Path, lines: Sequence[str]) -> str:
+    """The mark that parts most lines into the same number of cells, at least three."""
+    sample = lines[:: max(1, len(lines) // SAMPLE)]
+    for mark in DELIMITERS.values():
+        rows = _split(sample, mark)
+        width, count = Counter(map(len, rows)).most_common(1)[0]
+        numeric = sum(looks_numeric(cell) for row in rows for cell in row if cell)
+        if width >= 3 and count > len(sample) // 2 and numeric >= 3:
+            return mark
+    raise InputError(
+        path,
+        "the delimiter of the table cannot be found",
+        found=repr(lines[len(lines) // 2][:60]),
+        expected="columns parted by ; , | or tabs, or --delimiter",
+    )
+
+
+def read_workbook_cells(path: str | Path, sheet: str | None) -> Cells:
+    """Rows of a sheet of an Excel workbook, values as they were last computed."""
+    content = _read_bytes(path)
+    if not is_workbook(path):
+        found, expected = repr(content[:12]), "a whole file of Excel (.xlsx)"
+        raise InputError(path, "not an Excel workbook", found=found, expected=expected)
+    try:
+        name, left, grid = _read_grid(path, content, sheet)
+    except InputError:
+        raise
+    except Exception as error:  # a damaged workbook fails anywhere in the libraries that unpack and parse it
+        raise InputError(path, f"the workbook is damaged: {type(error).__name__}: {error}") from None
+    rows = [(n, row) for n, row in enumerate(grid, 1) if any(cell != "" for cell in row)]
+    comments = [str(row[0]) for _, row in rows if _is_comment(row)]
+    rows = [(n, row) for n, row in rows if not _is_comment(row)]
+    if not rows:
+        raise InputError(path, f"sheet {name!r} is empty", expected="a header with x, y and z, and rows of numbers")
+    notes = (f"sheet {name!r}" + (f" (dropped: sheets {', '.join(left)})" if left else ""),)
+    return Cells(str(path), [r for _, r in rows], [n for n, _ in rows], comments, len(grid) - len(rows), notes)
+
+
+def _read_grid(path: str | Path, content: bytes, sheet: str | None) -> tuple[str, list[str], list[list[Cell]]]:
+    """Name of the sheet, names of the others, and its cells."""
+    import openpyxl
+
+    book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
+    try:
+        name = _choose_sheet(path, book.sheetnames, sheet)
+        grid = [[_cell(value) for value in row] for row in book[name].iter_rows(values_only=True)]
+        return name, [other for other in book.sheetnames if other != name], grid
+    finally:
+        book.close()
+
+
+def _is_comment(row: Sequence[Cell]) -> bool:
+    return isinstance(row[0], str) and row[0].startswith(COMMENT_MARKS) and not any(cell != "" for cell in row[1:])
+
+
+def _choose_sheet(path: str | Path, names: Sequence[str], wanted: str | None) -> str:
+    if wanted is None and len(names) == 1:
+        return names[0]
+    if wanted in names:
+        return str(wanted)
+    listed = ", ".join(map(repr, names))
+    if wanted is None:
+        raise InputError(path, "the workbook has several sheets", found=listed, expected="--sheet NAME")
+    raise InputError(path, f"the workbook has no sheet {wanted!r}", found=listed, expected="--sheet NAME")
+
+
+def _cell(value: Any) -> Cell:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value)
+    if isinstance(value, (int, float)):
+        return float(value)
+    if isinstance(value, (datetime.datetime, datetime.time, datetime.timedelta)):
+        return value
+    if isinstance(value, datetime.date):
+        return datetime.datetime.combine(value, datetime.time())
+    return str(value).strip()
+
+
+def mark_of(path: str, cells: Sequence[str]) -> str:
+    """The decimal mark that numbers written as text share; :class:`InputError` where it cannot be told."""
+    mark = decimal_mark(cells)
+    if mark is None:
+        example = next((cell for cell in cells if "," in cell), "")
+        raise InputError(
+            path,
+            "a comma may be a decimal mark or part thousands",
+            found=repr(example),
+            expected="--decimal comma or --decimal point",
+        )
+    return mark

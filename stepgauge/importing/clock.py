@@ -1,0 +1,70 @@
+"""Dates and times of day in a table -> seconds since its first row."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+
+Array = NDArray[np.float64]
+_DAYS = ("%Y-%m-%d", "%Y/%m/%d", "%d.%m.%Y", "%d.%m.%y", "%d/%m/%Y", "%m/%d/%Y")
+_TIMES = ("%H:%M:%S.%f", "%H:%M:%S", "%H:%M", "%I:%M:%S %p", "%I:%M %p")
+_NO_DAY = datetime.datetime(1900, 1, 1)
+
+
+def seconds_of(cells: Sequence[object], at: Callable[[int], str], header: str) -> Array:
+    """Seconds since the first row, shape ``(n,)``.
+
+    Times of day without a date pass midnight where they fall. :class:`InputError` for cells that are no time, and for
+    dates that may be day/month or month/day with different results.
+    """
+    if not any(isinstance(cell, str) for cell in cells):
+        return _elapsed([_moment(cell) for cell in cells])
+    texts = [str(cell).strip().replace("T", " ").replace(",", ".") for cell in cells]
+    readings = [reading for style in _styles() if (reading := _parse_all(texts, style)) is not None]
+    if not readings:
+        row = next((i for i, text in enumerate(texts) if all(_parse_all([text], s) is None for s in _styles())), 0)
+        raise InputError(
+            at(row), f"column {header!r} is no time", found=repr(str(cells[row])), expected="e.g. 2026-03-02 10:11:12"
+        )
+    elapsed = [_elapsed(reading) for reading in readings]
+    if any(not np.allclose(one, elapsed[0]) for one in elapsed):
+        raise InputError(
+            at(0),
+            f"the dates of column {header!r} may be day/month or month/day",
+            found=repr(str(cells[0])),
+            expected="dates like 2026-03-02",
+        )
+    return elapsed[0]
+
+
+def _styles() -> list[str]:
+    return [*(f"{day} {time}" for day in _DAYS for time in _TIMES), *_TIMES]
+
+
+def _parse_all(texts: Sequence[str], style: str) -> list[datetime.datetime] | None:
+    try:
+        return [datetime.datetime.strptime(text, style) for text in texts]
+    except ValueError:
+        return None
+
+
+def _moment(cell: object) -> datetime.datetime:
+    if isinstance(cell, datetime.datetime):
+        return cell
+    if isinstance(cell, datetime.time):
+        return datetime.datetime.combine(_NO_DAY, cell)
+    if isinstance(cell, datetime.timedelta):
+        return _NO_DAY + cell
+    return _NO_DAY + datetime.timedelta(days=float(str(cell)))
+
+
+def _elapsed(moments: Sequence[datetime.datetime]) -> Array:
+    seconds = np.array([(moment - moments[0]).total_seconds() for moment in moments])
+    if all(moment.date() == _NO_DAY.date() for moment in moments):
+        seconds += 86400.0 * np.cumsum(np.r_[0, np.diff(seconds) < -43200.0])
+    return seconds

@@ -1,0 +1,201 @@
+"""Reader of DMIS output: what a controller measured, as ``FA(name)=FEAT/POINT,CART,x,y,z,i,j,k``.
+
+i,j,k is the outward normal of the surface, so the approach is minus that. PRCOMP says whether the points are
+compensated by the tip radius, UNITS in what they are. Nominal points F(..) and the rest are counted and left out.
+``TEXT/OUTFIL,'key: value'`` is kept as a comment.
+"""
+
+from __future__ import annotations
+
+import datetime
+import re
+from collections import Counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.importing.log import ProbeLog, counted, unit_vectors
+from stepgauge.moves import ProbingSettings
+from stepgauge.programs.dmis import statements
+from stepgauge.programs.reading import Reader
+from stepgauge.units import LENGTH_MM
+
+Array = NDArray[np.float64]
+_STATEMENT = re.compile(r"(?:([A-Z]+)\(([^()]*)\)\s*=\s*)?([A-Z]+)(?:\s*[/=]\s*(.*))?", re.IGNORECASE | re.DOTALL)
+_MM = {"MM": 1.0, "CM": 10.0, "M": 1000.0, "INCH": LENGTH_MM["inch"]}
+_POINT = re.compile(r"C(\d+)F(\d+)|P(\d+)C(\d+)F(\d+)", re.IGNORECASE)
+_UNIT_LENGTH = 0.01
+"""Normals are printed with a few digits; a vector this far from length 1 is no direction."""
+
+
+def recognises(text: str) -> bool:
+    """Whether a measured point FA(..) is in the text."""
+    return re.search(r"(?im)^\s*FA\([^()\n]*\)\s*=\s*FEAT\s*/", text) is not None
+
+
+class _Output:
+    """What the statements say, collected one by one."""
+
+    def __init__(self, reader: Reader) -> None:
+        self.reader = reader
+        self.mm: float | None = None
+        self.surface: bool | None = None
+        self.tip_radius_mm: float | None = None
+        self.points: list[list[float]] = []
+        self.normals: list[list[float]] = []
+        self.labels: list[str] = []
+        self.lines: list[int] = []
+        self.seconds: list[float] = []
+        self.clock: float | None = None
+        self.comments: dict[str, str] = {}
+        self.dropped: Counter[str] = Counter()
+        self.notes: list[str] = []
+        self.header = self.ended = False
+
+    def statement(self, statement: str) -> None:
+        """Take one statement; what is not about measured points is counted."""
+        match = _STATEMENT.fullmatch(statement)
+        kind, name, major, rest = match.groups() if match else (None, None, statement.split("/")[0], "")
+        major, kind = major.upper(), (kind or "").upper()
+        arguments = [part.strip() for part in (rest or "").split(",")]
+        if kind == "FA" and major == "FEAT":
+            self._measured(name or "", arguments)
+            return
+        if major == "TEXT":
+            self._text(rest or "")
+            return
+        action = getattr(self, f"_{major.lower()}", None)
+        if action is None or (kind and major not in ("SNSDEF", "DATSET")):
+            self.dropped[f"{kind}()" if kind else major] += 1
+        else:
+            action(arguments)
+
+    def _units(self, arguments: list[str]) -> None:
+        name = arguments[0].upper()
+        if name not in _MM:
+            self.reader.fail("unit of length not understood", found=f"UNITS/{name}", expected=", ".join(_MM))
+        self.mm = _MM[name]
+
+    def _prcomp(self, arguments: list[str]) -> None:
+        state = arguments[0].upper()
+        if state not in ("ON", "OFF"):
+            self.reader.fail("PRCOMP not understood", found=state, expected="ON or OFF")
+        if self.surface is not None and self.points and self.surface != (state == "ON"):
+            self.reader.fail("PRCOMP changes between measured points", found=f"PRCOMP/{state}", expected="one state")
+        self.surface = state == "ON"
+
+    def _snsdef(self, arguments: list[str]) -> None:
+        diameter = self.reader.number(arguments[-1], "SNSDEF tip diameter")
+        self.tip_radius_mm = diameter * self._scale() / 2.0
+
+    def _datset(self, arguments: list[str]) -> None:
+        if arguments[0].upper() != "MCS":
+            self.notes.append(
+                f"coordinates are those of the part, DATSET/{','.join(arguments)}, not of the machine's axes"
+            )
+
+    def _dmismn(self, _: list[str]) -> None:
+        self.header = True
+
+    def _filnam(self, _: list[str]) -> None:
+        self.header = True
+
+    def _endfil(self, _: list[str]) -> None:
+        self.ended = True
+
+    def _date(self, arguments: list[str]) -> None:
+        self.comments["date"] = ",".join(arguments).strip("'").replace("/", "-")
+
+    def _time(self, arguments: list[str]) -> None:
+        text = ",".join(arguments).strip("'")
+        try:
+            clock = datetime.time.fromisoformat(text.zfill(8))
+        except ValueError:
+            self.reader.fail("TIME not understood", found=repr(text), expected="hh:mm:ss")
+        self.clock = clock.hour * 3600.0 + clock.minute * 60.0 + clock.second + clock.microsecond * 1e-6
+
+    def _text(self, rest: str) -> None:
+        where, _, words = rest.partition(",")
+        key, colon, value = words.strip().strip("'").partition(":")
+        if where.strip().upper() == "OUTFIL" and colon:
+            self.comments[key.strip()] = value.strip()
+        else:
+            self.dropped["TEXT"] += 1
+
+    def _measured(self, name: str, arguments: list[str]) -> None:
+        if [part.upper() for part in arguments[:2]] != ["POINT", "CART"]:
+            self.dropped["FA() that is no POINT,CART"] += 1
+            return
+        values = self.reader.numbers(arguments[2:], 6, f"FA({name})")
+        size = float(np.linalg.norm(values[3:]))
+        if abs(size - 1.0) > _UNIT_LENGTH:
+            self.reader.fail(f"the normal of FA({name}) is not a unit vector", found=f"length {size:.4f}", expected="1")
+        self.points.append([value * self._scale() for value in values[:3]])
+        self.normals.append(values[3:])
+        self.labels.append(name)
+        self.lines.append(self.reader.line)
+        self.seconds.append(np.nan if self.clock is None else self.clock)
+
+    def _scale(self) -> float:
+        return 1.0 if self.mm is None else self.mm
+
+
+def read(text: str, path: str) -> ProbeLog:
+    """The measured points of an output file; :class:`stepgauge.errors.InputError` names the line."""
+    reader = Reader(path, ProbingSettings())
+    output = _Output(reader)
+    for statement in statements(text, reader):
+        output.statement(statement)
+    if not output.points:
+        reader.fail("the file has no measured points", expected="FA(name)=FEAT/POINT,CART,x,y,z,i,j,k")
+    columns = _stated_faces(output.labels)
+    clock = _clock(output)
+    lines = text.splitlines()
+    return ProbeLog(
+        path,
+        "DMIS output",
+        np.array(output.points),
+        np.array(output.lines),
+        label=output.labels,
+        approach=-unit_vectors(np.array(output.normals)) + 0.0,
+        time_s=clock,
+        columns=columns,
+        comments=output.comments,
+        surface=output.surface,
+        tip_radius_mm=output.tip_radius_mm,
+        cut="no ENDFIL" if output.header and not output.ended else "",
+        dropped=sum(1 for line in lines if not line.split("$$")[0].strip()),
+        mapped=_mapped(output, columns, clock),
+        left_out=(*output.notes, *counted(output.dropped)),
+    )
+
+
+def _mapped(output: _Output, columns: dict[str, Array], clock: Array | None) -> tuple[str, ...]:
+    unit = "mm (not stated)" if output.mm is None else next(u for u, mm in _MM.items() if mm == output.mm)
+    state = {None: "not stated", True: "on", False: "off"}[output.surface]
+    words = [f"FA() in {unit}, PRCOMP {state}; approach = minus the normal i,j,k"]
+    if columns:
+        words.append("cycle and face from the names")
+    if clock is not None:
+        words.append("time_s from TIME")
+    return tuple(words)
+
+
+def _stated_faces(labels: list[str]) -> dict[str, Array]:
+    """Cycle, face and placement of names like C1F2 or P1C1F2, if all are such."""
+    matches = [_POINT.fullmatch(label) for label in labels]
+    if not all(matches):
+        return {}
+    rows = [[int(m[3] or 0), int(m[1] or m[4]), int(m[2] or m[5])] for m in matches if m]
+    placement, cycle, face = np.array(rows, dtype=np.int64).T
+    columns = {"cycle": cycle, "face": face}
+    return {"placement": placement, **columns} if placement.all() else columns
+
+
+def _clock(output: _Output) -> Array | None:
+    """Seconds since the first point, where every point has a time of its own; midnight is passed at most once a row."""
+    seconds = np.array(output.seconds)
+    if np.isnan(seconds).any() or len(np.unique(seconds)) < len(seconds):
+        return None
+    days = np.cumsum(np.r_[0, np.diff(seconds) < 0.0])
+    return seconds + 86400.0 * days - seconds[0]

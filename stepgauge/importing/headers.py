@@ -1,0 +1,162 @@
+"""What the columns of a table are: names in several languages, and the units beside them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from stepgauge.errors import InputError
+from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION
+from stepgauge.units import Unit, find_unit
+
+NORMAL = ["normal_i", "normal_j", "normal_k"]
+DIRECTIONS = (*APPROACH, *NORMAL)
+TARGETS = [*POSITION, *APPROACH, *NORMAL, *COUNTS, *OPTIONAL[1:]]
+"""What a column may be mapped to."""
+QUANTITY = {
+    **dict.fromkeys(POSITION, "length"),
+    "time_s": "time",
+    "speed_mm_s": "speed",
+    **{name: "temperature" for name in OPTIONAL if name.endswith("_C")},
+}
+_SAY_NOTHING = """wert value val pos position koordinate koordinaten coordinate coord coords actual act ist istwert
+    measured meas messwert gemessen achse axis punkt point tip centre center mitte mittelpunkt antastpunkt probe"""
+_FILLERS = frozenset(_SAY_NOTHING.split())
+_NAMES = {
+    "x_mm": "x",
+    "y_mm": "y",
+    "z_mm": "z",
+    "cycle": "cycle zyklus lauf run repeat wiederholung durchgang durchlauf repetition",
+    "face": "face fläche flaeche messfläche messflaeche surface",
+    "placement": "placement lage aufstellung setup",
+    "time_s": "time zeit uhrzeit timestamp zeitstempel datetime",
+    "speed_mm_s": "speed geschwindigkeit v antastgeschwindigkeit vorschub feed",
+    "gauge_temperature_C": "temperature temp temperatur t",
+}
+_SETS = {  # folded: ß is ss
+    "gauge_temperature_C": ("gauge", "part", "workpiece", "werkstück", "werkstueck", "normal", "stufenendmass"),
+    **{f"scale_temperature_{axis}_C": (f"scale {axis}", f"massstab {axis}", axis) for axis in "xyz"},
+}
+_TEMPERATURE = {"temperature", "temp", "temperatur", "t"}
+_DIRECTIONS = {"approach": APPROACH, "antastrichtung": APPROACH, "normal": NORMAL, "normale": NORMAL, "n": NORMAL}
+_PLACES = {letter: place for place, letters in enumerate(("ix", "jy", "kz")) for letter in letters}
+_BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
+_BEHIND = re.compile(r"(.*?)\s*(?:\s/\s*|\s+in\s+|_)([^\s/]+(?:/[^\s/]+)?)\s*$", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table: its ``place``, header, what of a recording it is (None: nothing known), and its unit."""
+
+    place: int
+    header: str
+    name: str
+    target: str | None
+    unit: Unit | None
+
+
+def read_header(cells: Sequence[str], mapping: Mapping[str, str]) -> list[Column]:
+    """The columns of a header row; ``mapping`` from targets to headers goes before what the names suggest."""
+    chosen = {header.casefold(): target for target, header in mapping.items()}
+    columns = []
+    for place, header in enumerate(cells):
+        name, unit = (header.strip(), None) if _target(header) in DIRECTIONS else split_unit(header)  # the k of i, j, k
+        target = chosen.get(header.casefold()) or chosen.get(name.casefold())
+        if target is None:
+            target = header.strip() if header.strip() in TARGETS else _target(name)
+            if target == "gauge_temperature_C" and unit is not None and unit.quantity == "time":
+                target = "time_s"  # t [s], not T
+            target = None if target in mapping else target
+        columns.append(Column(place, header, name, target, unit))
+    return columns
+
+
+def split_unit(header: str) -> tuple[str, Unit | None]:
+    """Name and unit of a header such as ``X [mm]``, ``X (inch)``, ``Position X / µm``, ``T in °C`` or ``x_mm``."""
+    for pattern in (_BRACKETS, _BEHIND):
+        match = pattern.fullmatch(header.strip())
+        unit = find_unit(match[2]) if match else None
+        if match and unit is not None and match[1]:
+            return match[1].strip(), unit
+    return header.strip(), None
+
+
+def _target(name: str) -> str | None:
+    tokens = [token for token in re.split(r"[^\w]+|_", name.casefold()) if token]
+    words = [token for token in tokens if token not in _FILLERS]
+    if not words:
+        return None
+    return _direction(words) or _temperature(words) or _single(words)
+
+
+def _single(words: Sequence[str]) -> str | None:
+    words = [word for word in words if word not in ("nr", "no", "number", "nummer")] or list(words)
+    if len(words) != 1:
+        return None
+    return next((target for target, names in _NAMES.items() if words[0] in names.split()), None)
+
+
+def _direction(words: Sequence[str]) -> str | None:
+    if len(words) == 1 and words[0] in ("i", "j", "k"):
+        return NORMAL[_PLACES[words[0]]]
+    if len(words) == 1 and re.fullmatch(r"n[xyz]", words[0]):
+        return NORMAL[_PLACES[words[0][1]]]
+    if len(words) == 2 and words[0] in _DIRECTIONS and words[1] in _PLACES:
+        return _DIRECTIONS[words[0]][_PLACES[words[1]]]
+    return None
+
+
+def _temperature(words: Sequence[str]) -> str | None:
+    rest = [word for word in words if word not in _TEMPERATURE]
+    if len(rest) == len(words) or not rest:
+        return None
+    return next((target for target, names in _SETS.items() if " ".join(rest) in names), None)
+
+
+def with_units(columns: Sequence[Column], units: Sequence[str]) -> list[Column]:
+    """The columns with the units of a row of units below the header."""
+    return [
+        replace(column, unit=find_unit(unit.strip("[]()")) or column.unit) if unit else column
+        for column, unit in zip(columns, [*units, *[""] * len(columns)], strict=False)
+    ]
+
+
+def check_columns(columns: Sequence[Column], where: str, mapping: Mapping[str, str]) -> None:
+    """Every target once, every mapped header there, and units of the right quantity."""
+    seen: dict[str, Column] = {}
+    for column in columns:
+        if column.target is None:
+            continue
+        if column.target in seen:
+            raise InputError(
+                where,
+                f"two columns may be {column.target}",
+                found=f"{seen[column.target].header!r} and {column.header!r}",
+                expected=f'--column {column.target}="HEADER" for the right one',
+            )
+        seen[column.target] = column
+        quantity = QUANTITY.get(column.target)
+        if column.unit and column.unit.quantity not in (quantity, "none"):
+            raise InputError(
+                where,
+                f"column {column.header!r} cannot be {column.target}",
+                found=f"unit {column.unit.name}",
+                expected=f"a unit of {quantity}" if quantity else "no unit",
+            )
+    for target, header in mapping.items():
+        if target not in seen:
+            known = ", ".join(column.header for column in columns if column.header)
+            raise InputError(where, f"there is no column {header!r} for {target}", found=known)
+
+
+def parse_mapping(texts: Sequence[str]) -> dict[str, str]:
+    """``("x_mm=Messwert X", ..)`` as ``{"x_mm": "Messwert X"}``; :class:`InputError` for unknown targets."""
+    mapping = {}
+    for text in texts:
+        target, equals, header = text.partition("=")
+        if not equals or not header.strip() or target.strip() not in TARGETS:
+            names = ", ".join(TARGETS)
+            raise InputError("--column", "not understood", found=repr(text), expected=f"NAME=HEADER, NAME of {names}")
+        mapping[target.strip()] = header.strip()
+    return mapping

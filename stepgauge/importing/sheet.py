@@ -1,0 +1,276 @@
+"""Tables of probed points in any layout: text with any delimiter and decimal mark, Excel workbooks.
+
+The header is the first row that names x, y and z; a row of units may follow it. Lengths become mm, temperatures deg C,
+speeds mm/s, times s from the first row. Numeric columns that mean nothing to stepgauge are kept as covariates.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.importing.cells import Cell, Cells, mark_of, read_text_cells, read_workbook_cells
+from stepgauge.importing.clock import seconds_of
+from stepgauge.importing.headers import NORMAL, QUANTITY, Column, check_columns, read_header, with_units
+from stepgauge.importing.log import ProbeLog, unit_vectors
+from stepgauge.numerals import Numerals, looks_numeric
+from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, comment_lines
+from stepgauge.units import Unit, find_unit
+
+Array = NDArray[np.float64]
+_UNIT_LENGTH = 0.01
+HEADER_WITHIN = 200
+"""Rows among which the header is looked for."""
+
+
+@dataclass(frozen=True)
+class TableLayout:
+    """How a table is to be read, where it does not show by itself.
+
+    ``delimiter``: the mark between columns; ``decimal``: ``"."`` or ``","``; ``sheet``: of a workbook; ``columns``:
+    what of a recording (:data:`stepgauge.importing.headers.TARGETS`) stands under which header; ``length_unit``,
+    ``temperature_unit``: of columns that state none (mm and deg C).
+    """
+
+    delimiter: str | None = None
+    decimal: str | None = None
+    sheet: str | None = None
+    columns: Mapping[str, str] = field(default_factory=dict)
+    length_unit: str = "mm"
+    temperature_unit: str = "C"
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Header and rows of a table; ``decimal``: the decimal mark of numbers that are text."""
+
+    cells: Cells
+    columns: list[Column]
+    rows: list[list[Cell]]
+    lines: list[int]
+    decimal: str
+
+    def at(self, row: int) -> str:
+        return f"{self.cells.path}:{self.lines[row]}"
+
+    def column(self, target: str) -> Column | None:
+        return next((column for column in self.columns if column.target == target), None)
+
+    def texts(self, column: Column) -> list[Cell]:
+        return [row[column.place] if column.place < len(row) else "" for row in self.rows]
+
+    def values(self, column: Column) -> Array:
+        """Numbers of a column, NaN for what is none."""
+        numerals = Numerals(self.decimal)
+        return np.array([_value(cell, numerals) for cell in self.texts(column)])
+
+
+def read_sheet(path: str | Path, kind: str, layout: TableLayout) -> ProbeLog:
+    """The points of a table; ``kind`` is ``csv`` or ``xlsx``.
+
+    :class:`InputError` names the row and column of: headers without x, y and z, text and gaps among the numbers, units
+    of another quantity, decimal marks and dates that may mean two things.
+    """
+    cells = read_workbook_cells(path, layout.sheet) if kind == "xlsx" else read_text_cells(path, layout.delimiter)
+    table = _make_table(cells, layout)
+    position = _vector(table, POSITION, layout)
+    assert position is not None
+    approach, words = _approach(table, layout)
+    columns, kept, left_out = _further(table, layout)
+    time = table.column("time_s")
+    comments = comment_lines(cells.comments)
+    return ProbeLog(
+        str(path),
+        "table" if kind == "csv" else "workbook",
+        position,
+        np.array(table.lines),
+        approach=approach,
+        time_s=None if time is None else _time(table, time),
+        columns=columns,
+        comments=comments,
+        surface={"surface": True, "tip centres": False}.get(comments.get("points", "")),
+        dropped=cells.blank + len(cells.comments),
+        mapped=(*table.cells.notes, *_mapped(table, layout), *words, *kept),
+        left_out=left_out,
+    )
+
+
+def _make_table(cells: Cells, layout: TableLayout) -> _Table:
+    at, columns = _find_header(cells, layout)
+    if at:
+        cells = replace(cells, notes=(*cells.notes, f"dropped: {at} rows above the header"))
+    body = list(zip(cells.rows, cells.lines, strict=True))[at + 1 :]
+    if body and _is_units(body[0][0]):
+        columns = with_units(columns, [str(cell) for cell in body[0][0]])
+        body = body[1:]
+    where = f"{cells.path}:{cells.lines[at]}"
+    check_columns(columns, where, layout.columns)
+    if not body:
+        raise InputError(where, "the table has a header but no rows")
+    rows = [list(row) for row, _ in body]
+    for row, line in body:
+        if len(row) > len(columns) and any(cell != "" for cell in row[len(columns) :]):
+            raise InputError(
+                f"{cells.path}:{line}",
+                "the row has more cells than the header (a decimal comma in a table parted by commas?)",
+                found=len(row),
+                expected=len(columns),
+            )
+    texts = [cell for row in rows for cell in row if isinstance(cell, str) and cell]
+    return _Table(cells, columns, rows, [line for _, line in body], layout.decimal or mark_of(cells.path, texts))
+
+
+def _find_header(cells: Cells, layout: TableLayout) -> tuple[int, list[Column]]:
+    """The first row that names x, y and z."""
+    best: list[str] = []
+    for at, row in enumerate(cells.rows[:HEADER_WITHIN]):
+        names = [cell if isinstance(cell, str) else "" for cell in row]
+        columns = read_header(names, layout.columns)
+        if set(POSITION) <= {column.target for column in columns}:
+            return at, columns
+        if sum(bool(name) and not looks_numeric(name) for name in names) > len(best):
+            best = [name for name in names if name]
+    unknown = [header for header in layout.columns.values() if best and header not in best]
+    if unknown:
+        raise InputError(cells.path, f"there is no column {unknown[0]!r}", found=", ".join(best)[:200])
+    raise InputError(
+        cells.path,
+        "no row names the columns x, y and z",
+        found=", ".join(best)[:200] or "numbers only",
+        expected='a header, e.g. X [mm];Y [mm];Z [mm], or --column x_mm="HEADER" for each',
+    )
+
+
+def _is_units(row: Sequence[Cell]) -> bool:
+    """Whether a row below the header has units and nothing else."""
+    texts = [cell for cell in row if cell != ""]
+    return bool(texts) and all(isinstance(cell, str) and find_unit(cell.strip("[]()")) is not None for cell in texts)
+
+
+def _value(cell: Cell, numerals: Numerals) -> float:
+    if isinstance(cell, float):
+        return cell
+    return numerals.number(cell) if isinstance(cell, str) else math.nan
+
+
+def _unit(column: Column, layout: TableLayout) -> Unit:
+    """The unit of a column, or the one that holds where it states none."""
+    if column.unit is not None and column.unit.quantity != "none":
+        return column.unit
+    defaults = {"length": layout.length_unit, "temperature": layout.temperature_unit, "time": "s", "speed": "mm/s"}
+    unit = find_unit(defaults.get(QUANTITY.get(column.target or "", ""), ""))
+    assert unit is not None
+    return unit
+
+
+def _numbers(table: _Table, column: Column, layout: TableLayout) -> Array:
+    """A column that must be numbers, in the recording's unit."""
+    values = table.values(column)
+    wrong = ~np.isfinite(values)
+    if wrong.any():
+        row = int(wrong.argmax())
+        cell = table.texts(column)[row]
+        raise InputError(
+            table.at(row),
+            f"column {column.header!r} is not a number",
+            found="nothing" if cell == "" else repr(cell if isinstance(cell, str) else str(cell)),
+            expected=f"a number with decimal {'comma' if table.decimal == ',' else 'point'}",
+        )
+    unit = _unit(column, layout)
+    return values if unit.factor == 1.0 and unit.offset == 0.0 else values * unit.factor + unit.offset
+
+
+def _vector(table: _Table, names: Sequence[str], layout: TableLayout) -> Array | None:
+    """Three columns, ``(n, 3)``; None where they are not all there."""
+    columns = [table.column(name) for name in names]
+    if any(column is None for column in columns):
+        return None
+    return np.column_stack([_numbers(table, column, layout) for column in columns if column is not None])
+
+
+def _approach(table: _Table, layout: TableLayout) -> tuple[Array | None, tuple[str, ...]]:
+    """Unit approaches, from approaches or from normals."""
+    for names, sign, words in (
+        (APPROACH, 1.0, "approaches as they are"),
+        (NORMAL, -1.0, "approach = minus normal"),
+    ):
+        vector = _vector(table, names, layout)
+        if vector is None:
+            continue
+        size = np.linalg.norm(vector, axis=1)
+        wrong = np.abs(size - 1.0) > _UNIT_LENGTH
+        if wrong.any():
+            row = int(wrong.argmax())
+            raise InputError(
+                table.at(row), "the direction is not a unit vector", found=f"length {size[row]:.4f}", expected="1"
+            )
+        return sign * unit_vectors(vector) + 0.0, (words,)
+    return None, ()
+
+
+def _time(table: _Table, column: Column) -> Array:
+    """Seconds: numbers in the column's unit, or the time since the first row where they are dates or times of day."""
+    values = table.values(column)
+    if np.isfinite(values).all():
+        return values * (column.unit.factor if column.unit else 1.0)
+    return seconds_of(table.texts(column), table.at, column.header)
+
+
+def _further(table: _Table, layout: TableLayout) -> tuple[dict[str, Array], tuple[str, ...], tuple[str, ...]]:
+    """Columns of a recording besides position, direction and time; covariates; what was kept and what was dropped."""
+    columns: dict[str, Any] = {}
+    kept, dropped = [], []
+    for name in [*COUNTS, *OPTIONAL[2:]]:
+        column = table.column(name)
+        if column is not None and any(cell != "" for cell in table.texts(column)):
+            columns[name] = _counts(table, column) if name in COUNTS else _numbers(table, column, layout)
+    for column in table.columns:
+        if column.target is not None or not column.header:
+            continue
+        values = table.values(column)
+        name = column.header.replace(",", " ").replace('"', " ").strip()
+        if np.isfinite(values).all() and name not in (*columns, *POSITION, *APPROACH, "time_s"):
+            columns[name] = values
+            kept.append(name)
+        else:
+            dropped.append(column.header)
+    words = (f"kept as covariates: {', '.join(kept)}",) if kept else ()
+    return columns, words, (f"dropped: columns {', '.join(dropped)} (not numbers in every row)",) if dropped else ()
+
+
+def _counts(table: _Table, column: Column) -> NDArray[np.int64]:
+    values = table.values(column)
+    wrong = ~((values >= 1.0) & (values == np.floor(values)) & (values < 1e7))
+    if wrong.any():
+        row = int(wrong.argmax())
+        raise InputError(
+            table.at(row),
+            f"column {column.header!r} is not a count",
+            found=repr(str(table.texts(column)[row])),
+            expected="a whole number from 1",
+        )
+    return values.astype(np.int64)
+
+
+def _mapped(table: _Table, layout: TableLayout) -> list[str]:
+    words = []
+    for column in table.columns:
+        if column.target is None or column.header == column.target:
+            continue
+        quantity = QUANTITY.get(column.target)
+        unit = _unit(column, layout).name if quantity else ""
+        words.append(f"{column.header} -> {column.target}{f' (from {unit})' if unit else ''}")
+    decimal = "comma" if table.decimal == "," else "point"
+    same = [column.header for column in table.columns if column.target == column.header]
+    return [
+        f"decimal {decimal}",
+        *([f"mapped: {', '.join(words)}"] if words else []),
+        *([f"taken as named: {', '.join(same)}"] if same else []),
+    ]

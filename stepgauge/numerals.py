@@ -1,0 +1,78 @@
+"""Text to number, once for all readers: plain numbers of programs and tables, and those of spreadsheets."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+_PLAIN = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_DIGITS = re.compile(r"[\d.,]+")
+_EXPONENT = re.compile(r"[eE][-+]?\d+$")
+_SPACES = dict.fromkeys(map(ord, "\u00a0\u2009\u202f"), " ")
+_MINUS = {ord("\u2212"): "-", ord("\u2013"): "-"}
+
+
+def number(text: str) -> float:
+    """A decimal number with a point; NaN where the text is none (``nan``, ``inf`` and ``1_000`` are none)."""
+    return float(text) if _PLAIN.fullmatch(text) else math.nan
+
+
+@dataclass(frozen=True)
+class Numerals:
+    """How a spreadsheet writes its numbers; ``decimal`` is ``"."`` or ``","``, the other mark groups thousands."""
+
+    decimal: str
+
+    def number(self, text: str) -> float:
+        """The number of a cell; NaN where the cell is none, or its thousands are not in groups of three."""
+        plain = text if self.decimal == "." else text.replace(",", ".") if "." not in text else ""
+        if _PLAIN.fullmatch(plain):
+            return float(plain)
+        text = tidy(text)
+        mark = "," if self.decimal == "." else "."
+        whole, point, rest = text.partition(self.decimal)
+        sign, digits = re.fullmatch(r"([-+]?)(.*)", whole).groups()  # type: ignore[union-attr]
+        if re.fullmatch(rf"[1-9]\d{{0,2}}(?:{re.escape(mark)}\d{{3}})+|[1-9]\d{{0,2}}(?:[ ']\d{{3}})+", digits):
+            digits = re.sub(r"[ ',.]", "", digits)
+        return number(sign + digits + ("." if point else "") + rest)
+
+
+def tidy(text: str) -> str:
+    """A cell without the spaces around it, with plain spaces and minus signs inside."""
+    return text.translate(_SPACES).translate(_MINUS).strip()
+
+
+def looks_numeric(text: str) -> bool:
+    """Whether a cell is a number in one of the two ways of writing."""
+    return math.isfinite(Numerals(".").number(text)) or math.isfinite(Numerals(",").number(text))
+
+
+def decimal_mark(cells: Sequence[str]) -> str | None:
+    """The decimal mark that the cells of a table prove, or None where ``1,234`` may be both.
+
+    A mark is a decimal one where it cannot group thousands: not three digits behind it, a zero alone or nothing before
+    it, or behind the other mark; it groups thousands where it stands twice in a number. Points alone are decimal ones
+    unless something proves the contrary: only a comma can be doubtful.
+    """
+    proof, doubt = set[str](), False
+    if not any("," in cell or cell.count(".") > 1 for cell in cells):
+        return "."
+    for cell in cells:
+        text = _EXPONENT.sub("", tidy(cell)).lstrip("+-").replace(" ", "").replace("'", "")
+        marks = [mark for mark in text if mark in ".,"]
+        if not marks or not _DIGITS.fullmatch(text) or (len(marks) > 1 and not looks_numeric(text)):
+            continue
+        before, _, after = text.rpartition(marks[-1])
+        if len(set(marks)) == 2:
+            proof.add(marks[-1])
+        elif len(marks) > 1:
+            proof.add("," if marks[0] == "." else ".")
+        elif len(after) != 3 or before in ("", "0") or len(before) > 3:
+            proof.add(marks[0])
+        else:
+            doubt |= marks[0] == ","
+    if len(proof) == 1:
+        return proof.pop()
+    return None if doubt or proof else "."

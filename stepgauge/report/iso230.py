@@ -1,0 +1,124 @@
+"""The report of a positioning test by ISO 230-2."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stepgauge.figures.iso230 import positioning_figure
+from stepgauge.machine_file import Machine
+from stepgauge.report.content import Stated, figure_svg
+from stepgauge.report.numbers import number
+from stepgauge.report.sections import Section
+from stepgauge.report.standards import (
+    Column,
+    PrintedTable,
+    StandardReport,
+    gauge_section,
+    machine_lines,
+    recording_lines,
+    rules_table,
+    standard_content,
+    unmet,
+)
+from stepgauge.standards.iso230_files import assumptions, positioning_to_dict
+from stepgauge.standards.positioning import AxisTest, PositioningTest
+
+NAMES = ("A", "A_up", "A_down", "E", "E_up", "E_down", "M", "R", "R_up", "R_down", "B", "mean_B")
+LABELS = {"A_up": "A↑", "A_down": "A↓", "E_up": "E↑", "E_down": "E↓", "R_up": "R↑", "R_down": "R↓", "mean_B": "mean B"}
+METHOD = (
+    "With the mean x̄ and the standard deviation s (n − 1) of the runs at each target in each direction (↑ up, ↓ down): "
+    "B at a target is x̄↑ − x̄↓, and B the largest of them without its sign; R↑ and R↓ are the largest 4 s; R is the "
+    "largest of 2 s↑ + 2 s↓ + |B|, 4 s↑ and 4 s↓; E is the range of x̄ (of one direction, or of both), M the range of "
+    "(x̄↑ + x̄↓) / 2; A is the largest x̄ + 2 s less the smallest x̄ − 2 s. (ISO 230-2:2006, terms 2.10 to 2.24.)"
+)
+
+
+def positioning_content(test: PositioningTest, stated: Stated, machine: Machine | None) -> dict[str, Any]:
+    """The content of the report (see :func:`stepgauge.report.standards.standard_content`)."""
+    data = positioning_to_dict(test)
+    rules = [{**rule, "asks": _of(one, rule["asks"], data)} for one in data["axes"] for rule in one["rules"]]
+    excluded = [{**part, "what": _of(one, part["what"], data)} for one in data["axes"] for part in one["excluded"]]
+    name = machine.table.name if machine else test.comments.get("machine")
+    report = StandardReport(
+        "Positioning test",
+        "Accuracy and repeatability of positioning by ISO 230-2, with a step gauge",
+        _summary(data),
+        [*assumptions(test), *unmet(rules)],
+        [gauge_section(test.gauge), _conditions(data), _recording(data, machine)],
+        [(figure_svg(positioning_figure(one)), caption(one)) for one in test.axes],
+        rules_table(rules, excluded),
+        [_targets(one) for one in data["axes"]],
+        METHOD,
+        ("iso230.json", data),
+        ["measurement uncertainty of A, E, M, R and B"],
+    )
+    return standard_content(report, stated, test.gauge, name)
+
+
+def _of(one: dict[str, Any], text: str, data: dict[str, Any]) -> str:
+    return f"placement {one['placement']}: {text}" if len(data["axes"]) > 1 else text
+
+
+def caption(one: AxisTest) -> str:
+    """What the figure shows, in a sentence."""
+    p, at = one.parameters, one.targets.machine_mm
+    return (
+        f"Placement {one.placement}, {one.name}: {len(at)} targets from {at.min():.1f} to {at.max():.1f} mm,"
+        f" {len(one.runs)} runs; A = {p.A_um:.2f} µm, R = {p.R_um:.2f} µm."
+    )
+
+
+def _summary(data: dict[str, Any]) -> PrintedTable:
+    columns = [Column("Axis", words=True), *(Column(LABELS.get(name, name), "µm") for name in NAMES)]
+    rows = [
+        [one["name"] if one["axis"] else f"near {one['name'].split()[2]}"]
+        + [number(one["parameters_um"][name], 2) for name in NAMES]
+        for one in data["axes"]
+    ]
+    return PrintedTable(
+        "Result" if data["complete"] else "Result; not every rule of the standard is met", columns, rows
+    )
+
+
+def _conditions(data: dict[str, Any]) -> Section:
+    section = Section("Conventions")
+    tip = data["tip_diameter"]
+    u = "" if tip["u_um"] is None else f" (u = {number(tip['u_um'], 2)} µm)"
+    section.add("Tip diameter", f"{number(tip['diameter_mm'], 5)} mm{u}, {tip['origin']}")
+    section.add("Deviation", data["sign_convention"])
+    section.add("Temperature", data["temperature_convention"])
+    return section
+
+
+def _recording(data: dict[str, Any], machine: Machine | None) -> Section:
+    section = Section("Machine and recording")
+    machine_lines(section, machine)
+    for one in data["axes"]:
+        low, high = one["measured_mm"]
+        travel = one["axis_travel_mm"]
+        share = f", {number(100.0 * (high - low) / travel, 0)} % of the travel" if travel else ""
+        section.add(f"Measured on {one['name']}", f"{number(low, 1)} to {number(high, 1)} mm{share}")
+    recording_lines(section, data)
+    return section
+
+
+def _targets(one: dict[str, Any]) -> PrintedTable:
+    named = (
+        ("Target", "mm", "target_mm", 3),
+        ("x̄↑", "µm", "mean_up_um", 2),
+        ("2 s↑", "µm", "s_up_um", 2),
+        ("x̄↓", "µm", "mean_down_um", 2),
+        ("2 s↓", "µm", "s_down_um", 2),
+        ("x̄", "µm", "mean_um", 2),
+        ("B", "µm", "b_um", 2),
+        ("R↑", "µm", "r_up_um", 2),
+        ("R↓", "µm", "r_down_um", 2),
+        ("R", "µm", "r_um", 2),
+    )
+    columns = [Column("Block"), *(Column(name, unit) for name, unit, _, _ in named)]
+    rows = [
+        [str(row["block"])]
+        + [number((2.0 if key.startswith("s_") else 1.0) * row[key], decimals) for _, _, key, decimals in named]
+        for row in one["targets"]
+    ]
+    return PrintedTable(f"Targets of placement {one['placement']}, {one['name']}", columns, rows)

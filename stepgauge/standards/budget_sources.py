@@ -1,0 +1,307 @@
+"""Where the uncertainty of an evaluation comes from: every source as GTC numbers by face, and what nobody stated."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.machine_file import StandardUncertainty
+from stepgauge.montecarlo.inputs import CERTIFICATE, EXPANSION, GAUGE_TEMPERATURE, REPEATABILITY, effect_key
+from stepgauge.montecarlo.model import Model, Part, pooled_deviation_um
+from stepgauge.placement import Placement
+from stepgauge.standards.coverage import APPROXIMATELY_95
+
+Array = NDArray[np.float64]
+Repeats = Literal["pooled", "face"]
+LABELS = {
+    CERTIFICATE: "gauge certificate",
+    EXPANSION: "expansion of the gauge",
+    GAUGE_TEMPERATURE: "temperature of the gauge",
+    "machine.temperature_C": "temperature of the scales",
+    "machine.scale_expansion_per_K": "expansion of the scales",
+    "probe.pretravel_um": "pre-travel",
+}
+PROBING, RESOLUTION, ALIGNMENT = "probing", "resolution", "alignment"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the person states for a budget beyond the files.
+
+    ``placements``: in the order of the recording, or none; ``repeats``: one standard deviation for all faces
+    (``"pooled"``, GUM 4.2.4) or one by face with n - 1 degrees of freedom; ``percent``: coverage probability.
+    """
+
+    placements: Sequence[Placement] = ()
+    repeats: Repeats = "pooled"
+    percent: float = APPROXIMATELY_95
+
+
+@dataclass(frozen=True)
+class Source:
+    """A line of the list of sources: ``u`` in ``unit`` (two numbers where it varies by face), type A or B.
+
+    ``name`` is its key, as in the Monte Carlo, ``label`` what a person calls it.
+    """
+
+    name: str
+    label: str
+    kind: Literal["A", "B"]
+    u: tuple[float, float]
+    unit: str
+    dof: float
+    stated_by: str
+
+
+@dataclass(frozen=True)
+class Term:
+    """A source as GTC numbers: ``um[i]`` is what it adds to the mean reading of face ``i`` of the section."""
+
+    source: Source
+    um: list[Any]
+
+
+def terms(model: Model, part: Part, asked: Asked, placement: Placement | None) -> list[Term]:
+    """All sources that are stated, as GTC numbers that are independent from source to source."""
+    found = [_certificate(model, part), _repeatability(model, part, asked.repeats)]
+    found += [_scalar(model, part, index) for index in range(len(model.inputs.scalars))]
+    found += [_probing(model, part), _resolution(model, part), _alignment(model, part, placement)]
+    return [term for term in found if term is not None]
+
+
+def _independent(u: Array, dof: float, name: str) -> list[Any]:
+    """One number per face; one ensemble, so that a common count of degrees of freedom is not counted twice."""
+    from GTC import multiple_ureal
+
+    labels = [f"{name} {i}" for i in range(len(u))]
+    return list(multiple_ureal([0.0] * len(u), [float(v) for v in u], dof, labels))
+
+
+def _range(u: Array) -> tuple[float, float]:
+    return float(u.min()), float(u.max())
+
+
+def _certificate(model: Model, part: Part) -> Term | None:
+    from GTC import set_correlation
+
+    gauge, faces = model.gauge, part.readings.faces
+    u = gauge.u_um[faces - 1]
+    if not u.any():
+        return None
+    dof = gauge.certificate.degrees_of_freedom or math.inf
+    um = _independent(u, dof, CERTIFICATE)
+    if gauge.correlation is not None:
+        correlation = gauge.correlation[np.ix_(faces - 1, faces - 1)]
+        for i, j in zip(*np.nonzero(np.triu(correlation, 1)), strict=True):
+            if u[i] and u[j]:
+                set_correlation(min(float(correlation[i, j]), 1.0), um[i], um[j])
+    return Term(
+        Source(
+            CERTIFICATE, LABELS[CERTIFICATE], "B", _range(u), "um", dof, "gauge file: uncertainty_um, coverage_factor"
+        ),
+        um,
+    )
+
+
+def _repeatability(model: Model, part: Part, repeats: Repeats) -> Term | None:
+    """Of the mean over the cycles: s / sqrt(n)."""
+    faces = part.readings.faces
+    count = np.maximum(np.bincount(part.readings.face, minlength=int(faces[-1]) + 1)[faces], 1)
+    _, freedom = pooled_deviation_um(model) if model.sign < 0 else (math.nan, 0)
+    if freedom and repeats == "face":
+        return _repeats_by_face(model, part, count)
+    sigma = part_deviation_um(model, part)
+    if not sigma.any():
+        return None
+    u, dof = sigma / np.sqrt(count), float(freedom) if freedom else math.inf
+    said = "recording: pooled over the faces" if freedom else "machine file: repeatability_um"
+    source = Source(REPEATABILITY, REPEATABILITY, "A" if freedom else "B", _range(u), "um", dof, said)
+    return Term(source, _independent(u, dof, REPEATABILITY))
+
+
+def part_deviation_um(model: Model, part: Part) -> Array:
+    """Standard deviation of a probing of every face, um: pooled of a recording, as modelled of a program."""
+    faces = part.readings.faces
+    variance = np.bincount(part.readings.face, model.noise_um(part) ** 2, int(faces[-1]) + 1)
+    count = np.bincount(part.readings.face, minlength=int(faces[-1]) + 1)
+    deviation: Array = np.sqrt(variance / np.maximum(count, 1))[faces]
+    return deviation
+
+
+def _repeats_by_face(model: Model, part: Part, count: NDArray[np.int64]) -> Term:
+    from GTC import ureal
+
+    result = next(r for r in model.nominal.results if r.placement == part.placement)
+    deviation = np.where(result.face % 2 == 1, result.sf_um, result.sb_um)
+    single = (count < 2) & (result.count > 0)
+    if single.any():
+        raise InputError(
+            model.nominal.path,
+            f"face {result.face[single][0]} was probed once: it has no standard deviation of its own",
+            expected="at least two cycles, or the pooled standard deviation (--repeats pooled)",
+        )
+    u = np.nan_to_num(deviation) / np.sqrt(count)
+    um = [ureal(0.0, float(v), float(n - 1)) if v > 0 else 0.0 for v, n in zip(u, count, strict=True)]
+    dof = float((count - 1)[result.count > 0].min())
+    return Term(Source(REPEATABILITY, REPEATABILITY, "A", _range(u), "um", dof, "recording: by face, n - 1"), um)
+
+
+def _scalar(model: Model, part: Part, index: int) -> Term | None:
+    """An uncertain value that moves all readings together; None for the size of the scatter, which moves none."""
+    from GTC import ureal
+
+    scalar = model.inputs.scalars[index]
+    if scalar.key == "machine.repeatability_um":
+        return None
+    response = model.response_um(part, scalar)
+    faces = part.readings.faces
+    count = np.bincount(part.readings.face, minlength=int(faces[-1]) + 1)
+    mean = (np.bincount(part.readings.face, response, int(faces[-1]) + 1) / np.maximum(count, 1))[faces]
+    stated = model.machine.stated.gauge_temperature_K if scalar.key == GAUGE_TEMPERATURE else None
+    dof = scalar.dof or (stated.dof if stated is not None and stated.u == scalar.u else None) or math.inf
+    one = ureal(0.0, 1.0, dof, label=scalar.key)
+    label = LABELS.get(scalar.key) or model.label(scalar.key)
+    u, unit, stated_by = (scalar.u, scalar.u), _unit(model, scalar.key), _stated_by(scalar.key)
+    source = Source(scalar.key, label, "B", u, unit, dof, stated_by)
+    return Term(source, [float(v) * one for v in mean])
+
+
+def _unit(model: Model, key: str) -> str:
+    """The unit of an uncertain value: as its effect has it, or as the name of its key ends."""
+    place = effect_key(key)
+    if place is not None:
+        known = {one.name: one.unit for one in model.effect_of(place[0]).parameters()}
+        return known.get(place[1][0], "")
+    units = {GAUGE_TEMPERATURE: "K", "machine.temperature_C": "K", "probe.pretravel_um": "um"}
+    return units.get(key, "1/K")
+
+
+def _stated_by(key: str) -> str:
+    if key == GAUGE_TEMPERATURE:
+        return "--u-gauge-temperature or [uncertainty] of the machine file"
+    return "gauge file" if key.startswith("gauge.") else "machine file"
+
+
+def _probing(model: Model, part: Part) -> Term | None:
+    stated: StandardUncertainty | None = model.machine.stated.probing_um
+    if stated is None or not stated.u:
+        return None
+    dof = stated.dof or math.inf
+    u = np.full(len(part.readings.faces), stated.u)
+    source = Source(PROBING, PROBING, "B", _range(u), "um", dof, "machine file: [uncertainty] probing_um")
+    return Term(source, _independent(u, dof, PROBING))
+
+
+def _resolution(model: Model, part: Part) -> Term | None:
+    """Half a step to each side, rectangular (GUM F.2.2.1): step / sqrt(12), the same in every cycle of a face."""
+    step = model.machine.stated.resolution_um
+    if step is None:
+        return None
+    u = np.full(len(part.readings.faces), step / math.sqrt(12.0))
+    source = Source(RESOLUTION, RESOLUTION, "B", _range(u), "um", math.inf, "machine file: [uncertainty] resolution_um")
+    return Term(source, _independent(u, math.inf, RESOLUTION))
+
+
+def _alignment(model: Model, part: Part, placement: Placement | None) -> Term | None:
+    """Faces are read too far by S phi^2 / 2 when the probed line is at the angle phi to the gauge."""
+    from GTC import ureal
+
+    if placement is None:
+        return None
+    u_rad = axis_uncertainty_rad(placement)
+    if u_rad is None:
+        return None
+    cosine = cosine_rms(*u_rad)
+    position_um = model.gauge.position_mm[part.readings.faces - 1] * 1e3
+    one = ureal(0.0, 1.0, math.inf, label=ALIGNMENT)
+    largest = max(u_rad) * 1e6
+    source = Source(
+        ALIGNMENT, ALIGNMENT, "B", (min(u_rad) * 1e6, largest), "urad", math.inf, "placement file: [uncertainty]"
+    )
+    return Term(source, [float(v) * cosine * one for v in position_um])
+
+
+def axis_uncertainty_rad(placement: Placement) -> tuple[float, float] | None:
+    """Standard uncertainty of the axis in two directions across it, rad; None where the placement does not say.
+
+    Yaw is an angle in the xy plane: across the axis it counts times the cosine of the pitch.
+    """
+    stated = placement.details.get("uncertainty", {})
+    if "yaw_urad" not in stated or "pitch_urad" not in stated:
+        return None
+    level = float(np.hypot(placement.axis[0], placement.axis[1]))
+    return float(stated["yaw_urad"]) * level * 1e-6, float(stated["pitch_urad"]) * 1e-6
+
+
+def cosine_rms(u1_rad: float, u2_rad: float) -> float:
+    """Root mean square of (d1^2 + d2^2) / 2 for two independent normal angles.
+
+    The error always has one sign (JCGM 100:2008, F.2.4.4). It is not corrected here: its root mean square holds its
+    mean as well as its spread, from E[(d1^2 + d2^2)^2] = 3 u1^4 + 3 u2^4 + 2 u1^2 u2^2.
+    """
+    return math.sqrt(3.0 * u1_rad**4 + 3.0 * u2_rad**4 + 2.0 * (u1_rad * u2_rad) ** 2) / 2.0
+
+
+def assumptions(model: Model, asked: Asked) -> list[str]:
+    certificate = model.gauge.certificate
+    said = []
+    if certificate.correlation is None and certificate.proportional_um_per_m is None:
+        said.append("the certificate states no correlation of its positions: taken as independent (correlation 0)")
+    if certificate.proportional_um_per_m is not None:
+        per_m = f"{certificate.proportional_um_per_m:g} um per m of the certificate's uncertainty"
+        said.append(f"{per_m} are proportional to the position and common to all faces")
+    if certificate.correlation is not None:
+        rest = " apart from that" if certificate.proportional_um_per_m is not None else ""
+        said.append(f"any two certified positions have the correlation coefficient {certificate.correlation:g}{rest}")
+    if certificate.degrees_of_freedom is None:
+        said.append("the certificate states no degrees of freedom: they are taken as infinite")
+    if asked.repeats == "pooled":
+        said.append("one standard deviation of a probing holds for all faces")
+    if model.machine.stated.resolution_um is not None:
+        said.append("the resolution is not reduced by averaging: every cycle of a face may be rounded alike")
+    if any(axis_uncertainty_rad(placement) for placement in asked.placements):
+        said.append("the cosine error of the alignment is not corrected: its root mean square counts as uncertainty")
+    return said
+
+
+def missing(model: Model, asked: Asked) -> list[tuple[str, str]]:
+    """What a budget of this measurement would have and nobody stated; nothing is made up for it."""
+    machine, gauge, keys = model.machine, model.gauge, model.inputs.names
+    recorded = model.nominal.results[0].gauge_temperature_C is not None
+    located = asked.placements and all(axis_uncertainty_rad(placement) for placement in asked.placements)
+    checks = (
+        (bool(gauge.u_um.any()), "gauge certificate", "column uncertainty_um of the faces of the gauge file"),
+        (gauge.table.expansion_uncertainty_per_K > 0, "expansion of the gauge", "gauge.expansion_uncertainty_per_K"),
+        (
+            GAUGE_TEMPERATURE in keys,
+            "temperature of the gauge"
+            if recorded
+            else "temperature of the gauge (not recorded; taken as the certificate's)",
+            "--u-gauge-temperature, or gauge_temperature_K in [uncertainty] of the machine file",
+        ),
+        (
+            "machine.temperature_C" in keys,
+            "temperature of the scales",
+            "machine.temperature_C = { value = .., u = .. } in the machine file",
+        ),
+        (
+            "machine.scale_expansion_per_K" in keys,
+            "expansion of the scales",
+            "machine.scale_expansion_per_K = { value = .., u = .. } in the machine file",
+        ),
+        (
+            machine.stated.probing_um is not None,
+            "probing (what differs from face to face and not from cycle to cycle)",
+            "probing_um in [uncertainty] of the machine file",
+        ),
+        (machine.stated.resolution_um is not None, "resolution", "resolution_um in [uncertainty] of the machine file"),
+        (bool(located), "alignment (cosine error)", "--placement with its [uncertainty] yaw_urad and pitch_urad"),
+        (REPEATABILITY in keys, "repeatability", "two or more cycles, or machine.repeatability_um"),
+    )
+    return [(what, how) for present, what, how in checks if not present]

@@ -1,0 +1,286 @@
+"""ISO 10360-2: errors of length measurement, their repeatability range, and whether they keep the permissible error.
+
+Seven positions, five lengths each, three repeats. Certified positions are brought to the recorded gauge temperature;
+readings are left as they are (the convention of :mod:`stepgauge.evaluate`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.gauge import Gauge
+from stepgauge.machine_file import Machine
+from stepgauge.placement import Placement
+from stepgauge.recording import Recording
+from stepgauge.recording_checks import check_recording
+from stepgauge.standards.decision import Outcome, PermissibleError, decide, together
+from stepgauge.standards.iso10360_rules import POSITIONS, excluded_parts, rules_of
+from stepgauge.standards.length_uncertainty import TestConditions, TestUncertainty, length_uncertainty
+from stepgauge.standards.lengths import (
+    REPEATS,
+    Faces,
+    FaceTable,
+    Kind,
+    candidates,
+    choose,
+    face_table,
+    length_errors_um,
+    nominal_length_mm,
+)
+from stepgauge.standards.measuring_line import line_length_mm, orientation_of
+from stepgauge.standards.rules import Excluded, Rule
+from stepgauge.standards.tip import TipDiameter, tip_diameter
+
+Array = NDArray[np.float64]
+KINDS: tuple[Kind, Kind] = ("bidirectional", "unidirectional")
+MOST_REMEASURED = 5
+REMEASURE_SOURCE = "ISO 10360-2:2009, compliance with specifications (acceptance test)"
+
+
+@dataclass(frozen=True)
+class Specification:
+    """What is tested against: the permissible error, and the limit of the repeatability range in um (None: none)."""
+
+    mpe: PermissibleError
+    repeatability_um: float | None = None
+
+
+@dataclass(frozen=True)
+class Choices:
+    """The tester's choices: a stated tip diameter in mm, the side of unidirectional lengths, nominal lengths in mm."""
+
+    tip_diameter_mm: float | None = None
+    side: Literal["fronts", "backs"] = "fronts"
+    lengths_mm: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class TestLength:
+    """One length in one position: ``error_um`` has one entry per repeat (``cycles``)."""
+
+    __test__ = False
+
+    position: int
+    kind: Kind
+    faces: Faces
+    nominal_mm: float
+    length_mm: float
+    cycles: tuple[int, ...]
+    error_um: Array
+    mpe_um: float
+    uncertainty: TestUncertainty
+    expanded_um: float
+
+    @property
+    def outcomes(self) -> list[Outcome]:
+        """The decision on each repeat."""
+        return [decide(float(error), self.mpe_um, self.expanded_um) for error in self.error_um]
+
+    @property
+    def range_um(self) -> float:
+        """Repeatability range: largest minus smallest error of the repeats; NaN with a single one."""
+        return float(np.ptp(self.error_um)) if len(self.error_um) > 1 else float("nan")
+
+
+@dataclass(frozen=True)
+class Position:
+    """One placement as a measuring position; what needs the machine's travel is None without it.
+
+    ``line_mm``: travel along the measured line; ``orientation``: the nearest of the standard's seven, ``off_deg`` away.
+    """
+
+    number: int
+    table: FaceTable
+    lengths: tuple[TestLength, ...]
+    orientation: str | None = None
+    orientation_number: int | None = None
+    off_deg: float | None = None
+    line_mm: float | None = None
+
+    def longest_mm(self) -> float:
+        """The longest nominal test length, mm; 0 without any."""
+        return max((one.nominal_mm for one in self.lengths), default=0.0)
+
+    def of_kind(self, kind: Kind) -> list[TestLength]:
+        """The lengths of one kind, shortest first."""
+        return [one for one in self.lengths if one.kind == kind]
+
+
+@dataclass(frozen=True)
+class LengthTest:
+    """The whole test. ``rules`` and ``excluded`` say what the standard asks and what was left out."""
+
+    gauge: Gauge
+    specification: Specification
+    conditions: TestConditions
+    tip: TipDiameter | None
+    positions: tuple[Position, ...]
+    rules: tuple[Rule, ...]
+    excluded: tuple[Excluded, ...]
+    path: str = ""
+    comments: Mapping[str, str] = field(default_factory=dict)
+
+    def lengths(self, kind: Kind) -> list[TestLength]:
+        """All test lengths of one kind."""
+        return [one for position in self.positions for one in position.of_kind(kind)]
+
+    def outcome(self, kind: Kind) -> Outcome | None:
+        """The decision on all errors of one kind; None where there are none."""
+        every = [outcome for one in self.lengths(kind) for outcome in one.outcomes]
+        return together(every) if every else None
+
+    def repeatability_outcome(self, kind: Kind) -> Outcome | None:
+        """The decision on the repeatability ranges; None without a limit or without repeats.
+
+        What makes a test value uncertain is the same in all repeats of a length, so nothing is taken off the limit.
+        """
+        ranges = [one.range_um for one in self.lengths(kind) if np.isfinite(one.range_um)]
+        limit = self.specification.repeatability_um
+        return None if limit is None or not ranges else decide(max(ranges), limit, 0.0)
+
+    def remeasure(self, kind: Kind) -> list[TestLength]:
+        """Lengths whose single error outside the conformance zone the standard lets be measured again, ten times.
+
+        Allowed for at most five lengths with one such repeat each; else the list is empty.
+        """
+        outside = {id(one): sum(o != "conforms" for o in one.outcomes) for one in self.lengths(kind)}
+        again = [one for one in self.lengths(kind) if outside[id(one)]]
+        single = all(outside[id(one)] == 1 and len(one.error_um) >= REPEATS for one in again)
+        return again if single and len(again) <= MOST_REMEASURED else []
+
+    @property
+    def complete(self) -> bool:
+        """Whether every rule of the test is met."""
+        return all(rule.met for rule in self.rules)
+
+    @property
+    def missing(self) -> list[str]:
+        """Contributions to the test value uncertainty that nobody stated."""
+        names: dict[str, None] = {}
+        for kind in KINDS:
+            for one in self.lengths(kind):
+                names.update(dict.fromkeys(one.uncertainty.missing))
+        return list(names)
+
+
+def length_test(
+    recording: Recording,
+    gauge: Gauge,
+    specification: Specification,
+    conditions: TestConditions | None = None,
+    choices: Choices | None = None,
+    machine: Machine | None = None,
+    placements: Sequence[Placement] = (),
+) -> LengthTest:
+    """Test of the errors of length measurement with a step gauge (ISO 10360-2:2009, clause 6).
+
+    Parameters
+    ----------
+    recording : every placement of the gauge is a measuring position, every cycle a repeat
+    gauge : the certificate
+    specification : permissible errors
+    conditions : what is known of the test's own uncertainty
+    choices : tip diameter and lengths
+    machine : its travel tells which positions were measured, and how long they should be
+    placements : where the gauge lay, in order; default: the axis is the mean approach
+
+    Raises
+    ------
+    InputError
+        a recording of another gauge, one position given twice, faces probed twice in a cycle, a tip diameter that is
+        not this tip's, no length at all. Too few positions, lengths or repeats are no error: the rules say what is
+        incomplete.
+    """
+    check_recording(recording, gauge)
+    numbers = recording.placements
+    if placements and len(placements) != len(numbers):
+        raise InputError(
+            recording.path, "one placement file per position", found=len(placements), expected=f"{len(numbers)} or none"
+        )
+    _check_different(recording)
+    conditions, choices = conditions or TestConditions(), choices or Choices()
+    tip = tip_diameter(recording, gauge, placements, choices.tip_diameter_mm, conditions.tip_diameter_u_um)
+    used = numbers[:POSITIONS]
+    lies: Sequence[Placement | None] = placements or [None] * len(used)
+    maker = _PositionMaker(gauge, specification, conditions, choices, tip, machine)
+    tables = [face_table(recording, gauge, number, place) for number, place in zip(used, lies, strict=False)]
+    positions = tuple(maker.position(table) for table in tables)
+    if not any(position.lengths for position in positions):
+        raise InputError(recording.path, "no length was measured", expected="at least two blocks with the same faces")
+    return LengthTest(
+        gauge,
+        specification,
+        conditions,
+        tip,
+        positions,
+        rules_of(positions, numbers, gauge, tip, machine),
+        excluded_parts(positions, numbers, tip),
+        recording.path,
+        recording.comments,
+    )
+
+
+def _check_different(recording: Recording) -> None:
+    """No two positions may have the very same readings: one file given twice is no second position."""
+    seen: dict[bytes, int] = {}
+    for number in recording.placements:
+        first = seen.setdefault(recording.of_placement(number).position_mm.tobytes(), number)
+        if first != number:
+            raise InputError(
+                recording.path,
+                f"placement {number} repeats the readings of placement {first}",
+                found="the same coordinates to the last digit",
+                expected="a recording of its own for every position",
+            )
+
+
+@dataclass(frozen=True)
+class _PositionMaker:
+    gauge: Gauge
+    specification: Specification
+    conditions: TestConditions
+    choices: Choices
+    tip: TipDiameter | None
+    machine: Machine | None
+
+    def position(self, table: FaceTable) -> Position:
+        lengths = tuple(
+            self._length(table, kind, faces)
+            for kind in KINDS
+            if kind == "unidirectional" or self.tip is not None
+            for faces in choose(candidates(table, kind, self.choices.side), self.gauge, self._wanted(kind))
+        )
+        if self.machine is None:
+            return Position(table.placement, table, lengths)
+        nearest, off_deg = orientation_of(table.axis, self.machine.travel_mm)
+        line = line_length_mm(table.point_mm, table.axis, self.machine.travel_mm)
+        return Position(table.placement, table, lengths, nearest.name, nearest.number, off_deg, line)
+
+    def _wanted(self, kind: Kind) -> tuple[float, ...] | None:
+        """The tester's lengths are bidirectional ones; unidirectional lengths are shorter by a block or as long."""
+        return self.choices.lengths_mm if kind == "bidirectional" else None
+
+    def _length(self, table: FaceTable, kind: Kind, faces: Faces) -> TestLength:
+        cycles = table.repeats(faces)[:REPEATS]
+        nominal = nominal_length_mm(self.gauge, faces)
+        tip_mm = self.tip.diameter_mm if self.tip else 0.0
+        tip_u = self.tip.u_um if self.tip and kind == "bidirectional" else None
+        sure = length_uncertainty(self.gauge, faces, table.temperature_C, self.conditions, tip_u)
+        return TestLength(
+            table.placement,
+            kind,
+            faces,
+            nominal,
+            float(self.gauge.position_mm[faces[1] - 1] - self.gauge.position_mm[faces[0] - 1]),
+            tuple(int(cycle) for cycle in cycles),
+            length_errors_um(table, faces, cycles, tip_mm),
+            float(self.specification.mpe.at(nominal)),
+            sure,
+            self.conditions.coverage_factor * sure.standard_um,
+        )

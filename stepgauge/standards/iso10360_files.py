@@ -1,0 +1,199 @@
+"""The length test as the files that leave the house: ``iso10360.json`` and ``iso10360.csv``."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from stepgauge import __version__
+from stepgauge.evaluation_files import TEMPERATURE_CONVENTION
+from stepgauge.files import write_text
+from stepgauge.standards.decision import DECISION_SOURCE
+from stepgauge.standards.gauge_table import gauge_to_dict
+from stepgauge.standards.iso10360 import KINDS, REMEASURE_SOURCE, LengthTest, Position, TestLength
+from stepgauge.standards.iso10360_rules import describe
+from stepgauge.standards.length_uncertainty import SOURCE as UNCERTAINTY_SOURCE
+from stepgauge.standards.lengths import Kind
+from stepgauge.standards.rules import incomplete
+
+CSV_COLUMNS = (
+    "position",
+    "kind",
+    "first_face",
+    "second_face",
+    "nominal_mm",
+    "certified_mm",
+    "repeat",
+    "cycle",
+    "error_um",
+    "mpe_um",
+    "expanded_uncertainty_um",
+    "outcome",
+    "range_um",
+)
+
+
+def length_test_to_dict(test: LengthTest) -> dict[str, Any]:
+    """Everything the test says, as JSON types (undefined values are None)."""
+    specification, tip = test.specification, test.tip
+    return {
+        "format": "stepgauge iso10360 1",
+        "stepgauge": __version__,
+        "standard": "ISO 10360-2:2009",
+        "recording": test.path,
+        "comments": dict(test.comments),
+        "gauge": gauge_to_dict(test.gauge),
+        "mpe": {
+            "text": str(specification.mpe),
+            "constant_um": specification.mpe.constant_um,
+            "um_per_mm": specification.mpe.um_per_mm,
+            "cap_um": specification.mpe.cap_um,
+        },
+        "repeatability_limit_um": specification.repeatability_um,
+        "tip_diameter": None
+        if tip is None
+        else {"diameter_mm": tip.diameter_mm, "u_um": tip.u_um, "origin": tip.origin},
+        "decision_rule": DECISION_SOURCE,
+        "coverage_factor": test.conditions.coverage_factor,
+        "uncertainty_source": UNCERTAINTY_SOURCE,
+        "uncertainty_not_stated": test.missing,
+        "temperature_convention": TEMPERATURE_CONVENTION,
+        "complete": test.complete,
+        "rules": [rule.as_dict() for rule in test.rules],
+        "excluded": [part.as_dict() for part in test.excluded],
+        "results": {kind: _result(test, kind) for kind in KINDS},
+        "statements": statements(test),
+        "positions": [_position(position) for position in test.positions],
+        "lengths": [_length(one) for kind in KINDS for one in test.lengths(kind)],
+    }
+
+
+def _result(test: LengthTest, kind: Kind) -> dict[str, Any] | None:
+    lengths = test.lengths(kind)
+    if not lengths:
+        return None
+    worst = max(lengths, key=lambda one: float(abs(one.error_um).max()) / one.mpe_um)
+    ranges = [one.range_um for one in lengths if not math.isnan(one.range_um)]
+    return {
+        "outcome": test.outcome(kind),
+        "errors": sum(len(one.error_um) for one in lengths),
+        "largest_error_um": max((float(e) for one in lengths for e in one.error_um), key=abs),
+        "largest_share_of_mpe": float(abs(worst.error_um).max()) / worst.mpe_um,
+        "worst": describe(worst),
+        "largest_range_um": max(ranges, default=None),
+        "repeatability_outcome": test.repeatability_outcome(kind),
+        "remeasure": [describe(one) for one in test.remeasure(kind)],
+    }
+
+
+def _position(position: Position) -> dict[str, Any]:
+    longest = position.longest_mm()
+    return {
+        "position": position.number,
+        "axis": [float(v) for v in position.table.axis],
+        "orientation": position.orientation,
+        "orientation_off_deg": position.off_deg,
+        "line_mm": position.line_mm,
+        "longest_mm": longest,
+        "longest_share": longest / position.line_mm if position.line_mm else None,
+        "gauge_temperature_C": position.table.temperature_C,
+    }
+
+
+def _length(one: TestLength) -> dict[str, Any]:
+    return {
+        "position": one.position,
+        "kind": one.kind,
+        "faces": list(one.faces),
+        "nominal_mm": one.nominal_mm,
+        "certified_mm": one.length_mm,
+        "cycles": list(one.cycles),
+        "errors_um": [float(error) for error in one.error_um],
+        "range_um": None if math.isnan(one.range_um) else one.range_um,
+        "mpe_um": one.mpe_um,
+        "uncertainty_um": one.uncertainty.parts_um,
+        "standard_uncertainty_um": one.uncertainty.standard_um,
+        "expanded_uncertainty_um": one.expanded_um,
+        "outcomes": one.outcomes,
+    }
+
+
+def statements(test: LengthTest) -> list[str]:
+    """What can be said of the machine, and what the test leaves open, in sentences."""
+    return verdicts(test) + [text[0].upper() + text[1:] + "." for text in incomplete(test.rules)]
+
+
+def verdicts(test: LengthTest) -> list[str]:
+    """What can be said of the machine, without the rules that were not met."""
+    said = [_verdict(test, kind) for kind in KINDS if test.lengths(kind)]
+    said += [text for kind in KINDS for text in _repeatability(test, kind)]
+    said += [text for kind in KINDS for text in _remeasure(test, kind)]
+    if test.missing:
+        said.append(
+            f"The test value uncertainty ({UNCERTAINTY_SOURCE}) is too small by what was not stated: "
+            + "; ".join(test.missing)
+            + "."
+        )
+    return said
+
+
+def _verdict(test: LengthTest, kind: Kind) -> str:
+    words = {
+        "conforms": "conformity with the permissible error is proven",
+        "does not conform": "nonconformity with the permissible error is proven",
+        "not decidable": "neither conformity nor nonconformity is proven: an error lies within the uncertainty of the"
+        " limit",
+    }
+    outcome = test.outcome(kind)
+    assert outcome is not None
+    tail = ", with the contributions to U that were stated" if test.missing else ""
+    tail += "" if test.complete else ", for what was measured: the test is not complete"
+    name = "E" if kind == "bidirectional" else "unidirectional errors, which alone are no E of the standard"
+    return f"{kind.capitalize()} lengths ({name}): {words[outcome]} ({DECISION_SOURCE}){tail}."
+
+
+def _repeatability(test: LengthTest, kind: Kind) -> list[str]:
+    outcome = test.repeatability_outcome(kind)
+    if outcome is None:
+        return []
+    largest = max(one.range_um for one in test.lengths(kind) if not math.isnan(one.range_um))
+    limit = test.specification.repeatability_um
+    return [f"Repeatability range of {kind} lengths: {largest:.2f} µm, limit {limit:g} µm: {outcome}."]
+
+
+def _remeasure(test: LengthTest, kind: Kind) -> list[str]:
+    again = test.remeasure(kind)
+    if not again:
+        return []
+    where = "; ".join(describe(one) for one in again)
+    return [
+        "The standard allows these lengths, with one repeat each outside the conformance zone, to be measured again ten"
+        f" times ({REMEASURE_SOURCE}): {where}."
+    ]
+
+
+def length_test_csv(test: LengthTest) -> str:
+    """One row per error."""
+    lines = [",".join(CSV_COLUMNS)]
+    for kind in KINDS:
+        for one in test.lengths(kind):
+            lines += [_row(one, repeat) for repeat in range(len(one.error_um))]
+    return "\n".join(lines) + "\n"
+
+
+def _row(one: TestLength, repeat: int) -> str:
+    numbers = (one.nominal_mm, one.length_mm)
+    values = (float(one.error_um[repeat]), one.mpe_um, one.expanded_um)
+    cells = [str(one.position), one.kind, str(one.faces[0]), str(one.faces[1]), *(f"{v:.12g}" for v in numbers)]
+    cells += [str(repeat + 1), str(one.cycles[repeat]), *(f"{value:.6g}" for value in values), one.outcomes[repeat]]
+    return ",".join([*cells, "" if math.isnan(one.range_um) else f"{one.range_um:.6g}"])
+
+
+def write_length_test(folder: str | Path, test: LengthTest) -> list[Path]:
+    """Write ``iso10360.json`` and ``iso10360.csv`` into a folder (made if missing); returns their paths."""
+    json_path, csv_path = Path(folder) / "iso10360.json", Path(folder) / "iso10360.csv"
+    write_text(json_path, json.dumps(length_test_to_dict(test), indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+    write_text(csv_path, length_test_csv(test))
+    return [json_path, csv_path]

@@ -1,0 +1,73 @@
+"""The plan of the seven positions as JSON, and a machine file for each way that the stylus points."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stepgauge import __version__
+from stepgauge.config import read_toml
+from stepgauge.machine_file import Machine
+from stepgauge.placement import format_placement
+from stepgauge.probes.schema import ProbeTable
+from stepgauge.standards.iso10360_plan import PlannedPosition
+from stepgauge.standards.measuring_line import POSITIONS_SOURCE
+
+NAMED_FILES = ("file", "map")
+"""Keys of ``[probe]`` that name a file beside the machine file."""
+
+
+def plan_to_dict(positions: list[PlannedPosition], machine: Machine) -> dict[str, Any]:
+    """The plan as JSON types."""
+    return {
+        "format": "stepgauge iso10360 plan 1",
+        "stepgauge": __version__,
+        "source": POSITIONS_SOURCE,
+        "machine": machine.table.name,
+        "positions": [_position(one) for one in positions],
+    }
+
+
+def _position(one: PlannedPosition) -> dict[str, Any]:
+    planned = one.placement is not None and one.probe is not None
+    return {
+        "position": one.orientation.number,
+        "orientation": one.orientation.name,
+        "line_mm": one.line_mm,
+        "longest_mm": one.longest_mm if planned else None,
+        "share": one.share if planned else None,
+        "blocks": list(one.blocks),
+        "stylus_direction": list(one.probe.stylus_direction) if one.probe else None,
+        "stylus_from_vertical_deg": _tilt_deg(one.probe) if one.probe else None,
+        "tip_off_ram_mm": one.tip_off_ram_mm() if one.probe else None,
+        "problem": one.problem,
+    }
+
+
+def _tilt_deg(probe: ProbeTable) -> float:
+    """Angle between the stylus and a vertical ram."""
+    return float(np.degrees(np.arccos(np.clip(-probe.stylus_direction[2], -1.0, 1.0))))
+
+
+def placement_text(one: PlannedPosition) -> str:
+    """The placement file of a planned position."""
+    assert one.placement is not None
+    body = format_placement(one.placement).split("\n", 1)[1]
+    number, name = one.orientation.number, one.orientation.name
+    return f"# Where the gauge is meant to lie: position {number} of ISO 10360-2, {name}. Lengths mm.\n{body}"
+
+
+def machine_with_probe(machine: Machine, probe: ProbeTable) -> str:
+    """The text of the machine file with the stylus turned as in ``probe``; files that it names are named in full."""
+    import tomli_w
+
+    data = read_toml(machine.path)
+    table = data["probe"]
+    for key in NAMED_FILES:
+        beside = Path(machine.path).parent / str(table.get(key, ""))
+        if key in table and beside.is_file():
+            table[key] = str(beside.resolve())
+    table["stylus_direction"] = [float(value) for value in probe.stylus_direction]
+    return f"# {machine.table.name}, with the stylus as planned by stepgauge plan --iso10360.\n" + tomli_w.dumps(data)

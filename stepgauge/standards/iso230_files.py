@@ -1,0 +1,163 @@
+"""A positioning test as files: ``iso230.json``, ``iso230.csv`` (a row per target), ``iso230-deviations.csv``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from stepgauge import __version__
+from stepgauge.evaluation_files import TEMPERATURE_CONVENTION
+from stepgauge.files import write_text
+from stepgauge.standards.gauge_table import gauge_to_dict
+from stepgauge.standards.positioning import PAIRINGS, AxisTest, PositioningTest
+from stepgauge.standards.rules import incomplete
+
+SIGN_CONVENTION = "a deviation is the position reached less the target: certified less indicated position"
+TARGET_COLUMNS = (
+    "target_mm",
+    "along_gauge_mm",
+    "block",
+    "mean_up_um",
+    "s_up_um",
+    "r_up_um",
+    "mean_down_um",
+    "s_down_um",
+    "r_down_um",
+    "mean_um",
+    "b_um",
+    "r_um",
+)
+DEVIATION_COLUMNS = ("placement", "target_mm", "block", "direction", "run", "cycle", "deviation_um")
+
+
+def positioning_to_dict(test: PositioningTest) -> dict[str, Any]:
+    """Everything the test says, as JSON types."""
+    return {
+        "format": "stepgauge iso230 1",
+        "stepgauge": __version__,
+        "standard": "ISO 230-2 (terms of 2006, clause 2; the same formulas in 2014)",
+        "recording": test.path,
+        "comments": dict(test.comments),
+        "gauge": gauge_to_dict(test.gauge),
+        "tip_diameter": {"diameter_mm": test.tip.diameter_mm, "u_um": test.tip.u_um, "origin": test.tip.origin},
+        "pairing": PAIRINGS[test.pairing],
+        "sign_convention": SIGN_CONVENTION,
+        "temperature_convention": TEMPERATURE_CONVENTION,
+        "complete": test.complete,
+        "statements": statements(test),
+        "axes": [axis_to_dict(one) for one in test.axes],
+    }
+
+
+def axis_to_dict(one: AxisTest) -> dict[str, Any]:
+    """One axis: its parameters in um, its targets and all deviations."""
+    p = one.parameters
+    return {
+        "placement": one.placement,
+        "axis": one.axis,
+        "name": one.name,
+        "off_deg": one.off_deg,
+        "gauge_against_axis": one.reversed,
+        "runs": list(one.runs),
+        "measured_mm": [float(one.targets.machine_mm.min()), float(one.targets.machine_mm.max())],
+        "axis_travel_mm": one.travel_mm,
+        "gauge_temperature_C": one.temperature_C,
+        "parameters_um": {
+            "A": p.A_um,
+            "A_up": p.up.A_um,
+            "A_down": p.down.A_um,
+            "E": p.E_um,
+            "E_up": p.up.E_um,
+            "E_down": p.down.E_um,
+            "M": p.M_um,
+            "R": p.R_um,
+            "R_up": p.up.R_um,
+            "R_down": p.down.R_um,
+            "B": p.B_um,
+            "mean_B": p.mean_B_um,
+        },
+        "targets": target_rows(one),
+        "deviations_up_um": p.up.x_um.tolist(),
+        "deviations_down_um": p.down.x_um.tolist(),
+        "rules": [rule.as_dict() for rule in one.rules],
+        "excluded": [part.as_dict() for part in one.excluded],
+    }
+
+
+def target_rows(one: AxisTest) -> list[dict[str, Any]]:
+    """One dictionary per target with the columns of ``iso230.csv``."""
+    p, t = one.parameters, one.targets
+    columns = (
+        t.machine_mm,
+        t.gauge_mm,
+        t.block,
+        p.up.mean_um,
+        p.up.s_um,
+        p.up.R_at_um,
+        p.down.mean_um,
+        p.down.s_um,
+        p.down.R_at_um,
+        p.mean_um,
+        p.B_at_um,
+        p.R_at_um,
+    )
+    return [dict(zip(TARGET_COLUMNS, (v.item() for v in row), strict=True)) for row in zip(*columns, strict=True)]
+
+
+def statements(test: PositioningTest) -> list[str]:
+    """What the numbers rest on, and what the test leaves open, in sentences."""
+    return assumptions(test) + [
+        f"Placement {one.placement}, {one.name}: {text}." for one in test.axes for text in incomplete(one.rules)
+    ]
+
+
+def assumptions(test: PositioningTest) -> list[str]:
+    """What is taken for granted to see probed faces as positioning."""
+    return [
+        "Every block is a target: its face touched on the way up stands for the approach in the positive direction, the"
+        " other one, less the tip diameter, for that in the negative; " + PAIRINGS[test.pairing] + ".",
+        f"Tip diameter {test.tip.diameter_mm:.5f} mm: {test.tip.origin}. An error of it moves every reversal value B by"
+        " as much. A diameter qualified on a sphere of this machine has the machine's reversal in it.",
+        "The scatter is that of positioning and probe together.",
+    ]
+
+
+def targets_csv(test: PositioningTest) -> str:
+    """One row per target."""
+    lines = [",".join(["placement", *TARGET_COLUMNS])]
+    for one in test.axes:
+        lines += [
+            ",".join([str(one.placement), *(_cell(row[name]) for name in TARGET_COLUMNS)]) for row in target_rows(one)
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def deviations_csv(test: PositioningTest) -> str:
+    """One row per deviation."""
+    lines = [",".join(DEVIATION_COLUMNS)]
+    for one in test.axes:
+        for name, direction in (("up", one.parameters.up), ("down", one.parameters.down)):
+            for target, block, values in zip(one.targets.machine_mm, one.targets.block, direction.x_um, strict=True):
+                lines += [
+                    f"{one.placement},{target:.6f},{block},{name},{run + 1},{one.runs[run]},{value:.6g}"
+                    for run, value in enumerate(values)
+                ]
+    return "\n".join(lines) + "\n"
+
+
+def _cell(value: float) -> str:
+    return str(value) if isinstance(value, int) else f"{value:.9g}"
+
+
+def write_positioning(folder: str | Path, test: PositioningTest) -> list[Path]:
+    """Write the three files into a folder (made if missing); returns their paths."""
+    texts = {
+        "iso230.json": json.dumps(positioning_to_dict(test), indent=1, allow_nan=False, ensure_ascii=False) + "\n",
+        "iso230.csv": targets_csv(test),
+        "iso230-deviations.csv": deviations_csv(test),
+    }
+    paths = [Path(folder) / name for name in texts]
+    for path, text in zip(paths, texts.values(), strict=True):
+        write_text(path, text)
+    return paths

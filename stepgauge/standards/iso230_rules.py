@@ -1,0 +1,76 @@
+"""What ISO 230-2 asks of a positioning test, checked one by one."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.standards.rules import Rule
+from stepgauge.standards.tip import TipDiameter
+
+Array = NDArray[np.float64]
+RUNS = 5
+LEAST_TARGETS = 5
+TARGETS_PER_M = 5.0
+LONGEST_MM = 2000.0
+SAME_STEP = 1e-3
+"""Steps between targets that differ by less than this share are one constant step."""
+LINEAR = "ISO 230-2:2006, 4.3.2 (linear axes up to 2000 mm)"
+
+
+def rules_of(
+    target_mm: Array, runs: int, off_deg: float, along_deg: float, tip: TipDiameter, temperature_C: float | None
+) -> tuple[Rule, ...]:
+    """Every rule, in the order of the standard; ``target_mm (m,)`` are the target positions, rising."""
+    span_mm = float(np.ptp(target_mm))
+    asked = max(LEAST_TARGETS, int(np.ceil(TARGETS_PER_M * span_mm * 1e-3)))
+    return (
+        Rule(
+            "ISO 230-2:2006, clause 1 (scope)",
+            "one axis moves at a time",
+            f"the gauge lies {off_deg:.2f}° off the nearest axis",
+            off_deg <= along_deg,
+        ),
+        Rule(LINEAR, f"{RUNS} runs in each direction", f"{runs} runs", runs >= RUNS),
+        Rule(
+            LINEAR,
+            f"{TARGETS_PER_M:g} targets per metre, {LEAST_TARGETS} at least",
+            f"{len(target_mm)} targets over {span_mm:.1f} mm, asked {asked}",
+            len(target_mm) >= asked,
+        ),
+        Rule(LINEAR, f"measurement travel up to {LONGEST_MM:g} mm", f"{span_mm:.1f} mm", span_mm <= LONGEST_MM),
+        _steps(target_mm),
+        _reversal(tip),
+        Rule(
+            "ISO 230-2:2006, clause 3 (test conditions)",
+            "temperature of the reference known",
+            "not recorded" if temperature_C is None else f"{temperature_C:.2f} °C (mean), positions corrected to it",
+            temperature_C is not None,
+        ),
+    )
+
+
+def _steps(target_mm: Array) -> Rule:
+    """A constant step can hide an error whose period divides it."""
+    steps = np.diff(target_mm)
+    constant = bool(np.ptp(steps) <= SAME_STEP * steps.mean())
+    found = f"constant step of {steps.mean():.3f} mm: an error with a period that divides it does not show"
+    return Rule(
+        "ISO 230-2:2006, 4.2 (selection of target positions)",
+        "steps that differ, so that periodic errors are sampled",
+        found if constant else f"steps of {steps.min():.3f} to {steps.max():.3f} mm",
+        not constant,
+    )
+
+
+def _reversal(tip: TipDiameter) -> Rule:
+    asks = "targets approached in both directions"
+    source = "ISO 230-2:2006, 2.7 and 4.3; step gauges: ISO 230-2:2014, Annex D"
+    if tip.own_block:
+        found = (
+            f"fronts and backs of blocks, the tip diameter from {tip.origin}: the reversal of that block is zero by"
+            " construction, and B is the change of the reversal along the axis"
+        )
+        return Rule(source, asks, found, False)
+    found = f"fronts and backs of blocks, tip diameter {tip.diameter_mm:.5f} mm, {tip.origin}"
+    return Rule(source, asks, found, True)

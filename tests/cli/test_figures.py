@@ -1,0 +1,59 @@
+"""``stepgauge figures`` and ``evaluate --mpe`` as a user runs them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Run
+
+MAGIC = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
+GAUGE = ("-g", "step-gauge-420")
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
+def test_every_figure_in_every_format(run: Run, files: Path, suffix: str) -> None:
+    only = [] if suffix == "png" else ["--only", "arrows", "--only", "run"]
+    line = ("figures", files / "recording.csv", *GAUGE, "-m", files / "machine.toml", "--mpe", "1.8 + L/350", *only)
+    result = run(*line, "--figure", suffix, "-o", files / "f")
+    assert result.code == 0, result.err
+    names = sorted(path.name for path in (files / "f").iterdir())
+    kinds = ["arrows", "bidirectional", "error", "repeatability", "run"] if suffix == "png" else ["arrows", "run"]
+    assert names == [f"{kind}.{suffix}" for kind in kinds]
+    assert all((files / "f" / name).read_bytes().startswith(MAGIC[suffix]) for name in names)
+
+
+def test_several_placements_have_figures_of_their_own(run: Run, files: Path) -> None:
+    both = (files / "recording.csv", files / "recording.csv")
+    result = run("figures", *both, *GAUGE, "--only", "error", "--only", "arrows", "-o", files / "f")
+    assert result.code == 0, result.err
+    names = {path.name for path in (files / "f").iterdir()}
+    assert names == {"error-placement-1.png", "error-placement-2.png", "arrows.png"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--mpe", "1.8 + L*350"], "--mpe: this is no maximum permissible error; found '1.8 + L*350'"),
+        (["-m", "narrow"], "placement 1 is outside the travel of x"),
+        (["--only", "pie"], "'pie' is not one of"),
+        (["-g", "step-gauge-9"], "no such gauge file"),
+    ],
+)
+def test_wrong_input_is_one_line(run: Run, files: Path, arguments: list[str], message: str) -> None:
+    arguments = [str(files / "narrow.toml") if one == "narrow" else one for one in arguments]
+    (files / "narrow.toml").write_text((files / "machine.toml").read_text().replace("x = [0, 700]", "x = [0, 20]"))
+    result = run("figures", files / "recording.csv", *GAUGE, "-o", files / "f", *arguments)
+    assert result.code == 2
+    assert message in result.err
+    assert "Traceback" not in result.err
+    assert len(result.err.splitlines()) == 1
+    assert not (files / "f").exists()
+
+
+def test_evaluate_counts_what_is_beyond_the_mpe(run: Run, files: Path) -> None:
+    line = ("evaluate", files / "recording.csv", *GAUGE, "-o", files / "r")
+    assert "0 of 8 faces have a mean error beyond MPE = 50 um" in run(*line, "--mpe", "50").err
+    assert "8 faces have a mean error beyond MPE = 0.001 + L/1e+06 um" in run(*line, "--mpe", "0.001 + L/1000000").err
+    assert run(*line, "--mpe", "no").code == 2

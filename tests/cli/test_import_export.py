@@ -1,0 +1,143 @@
+"""Import and export as a user runs them, and the example of one measurement in six files."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stepgauge.cli.import_ import FORMATS, KINDS, command
+from stepgauge.importing import FORMATS as KNOWN
+from stepgauge.importing.matching import KINDS as KNOWN_KINDS
+from stepgauge.recording import read_recording
+from tests.cli.conftest import Run
+from tests.conftest import ROOT
+
+GAUGE = ("-g", "step-gauge-420")
+
+
+def test_the_verb_offers_what_there_is() -> None:
+    assert list(KNOWN) == FORMATS
+    assert list(KNOWN_KINDS) == KINDS
+    assert {option.name for option in command.params} >= {"accept", "columns", "sheet", "delimiter", "decimal"}
+
+
+@pytest.fixture(scope="module")
+def example(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("import")
+    for path in (ROOT / "examples/import").iterdir():
+        if path.is_file():
+            shutil.copy(path, folder / path.name)
+    return folder
+
+
+def test_the_commands_of_the_example_give_one_evaluation(
+    run: Run, example: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(example)
+    readme = (example / "README.md").read_text()
+    commands = re.findall(r"^stepgauge (import .*)$", readme.replace("\\\n", " "), re.MULTILINE)
+    assert len(commands) == 7
+    results = []
+    for line in commands[:6]:
+        done = run(*shlex.split(line))
+        assert done.code == 0, done.err
+        written = line.split("-o ")[1]
+        assert run("evaluate", written, *GAUGE, "-o", "out/one").code == 0
+        data = json.loads(Path("out/one/evaluation.json").read_text())
+        results.append([data["r_eff_mm"], data["band_um"] * 1e-3, data["worst_two_sigma_um"] * 1e-3])
+        assert (read_recording(written).frame["gauge_temperature_C"].round(9) == 20.4).all()
+    assert np.ptp(np.array(results), axis=0).max() < 2e-5  # the protocol prints 1e-5 mm
+    said = re.search(r"band of XM (\S+) um.*R_eff (\S+) mm", readme)
+    assert said is not None
+    assert results[0][1] * 1e3 == pytest.approx(float(said[1]), abs=0.006)
+    assert results[0][0] == pytest.approx(float(said[2]), abs=6e-6)
+
+    rows = Path("linuxcnc-probeopen.txt").read_text().splitlines()
+    Path("out/lost.txt").write_text("\n".join([*rows[:2], *rows[3:]]) + "\n")
+    lost = run(*shlex.split(commands[6]))
+    assert lost.code == 2
+    assert " ".join(re.search(r"stepgauge: error:[^`]*", readme)[0].split()) == " ".join(lost.err.split())  # type: ignore[index]
+    assert not Path("out/lost.csv").exists()
+
+
+def test_export_and_import_on_the_command_line(run: Run, files: Path) -> None:
+    recording, placement = files / "recording.csv", files / "placement.toml"
+    first = read_recording(recording)
+    for form, options in (
+        ("csv", ["--delimiter", "bar", "--decimal", "comma", "--unit", "inch"]),
+        ("csv", ["--decimal", "comma"]),
+        ("xlsx", ["--unit", "um"]),
+        ("dmis", ["--points", "surface", "--unit", "inch"]),
+        ("ippdme", []),
+        ("linuxcnc", []),
+    ):
+        out, back = files / f"out.{form}", files / f"back.{form}.csv"
+        done = run("export", recording, "--to", form, *options, "-o", out)
+        assert done.code == 0, done.err
+        done = run("import", out, *GAUGE, "-p", placement, "--program", files / "program.dmi", "-o", back)
+        assert done.code == 0, done.err
+        assert "16 rows, 16 points of the program" in done.err
+        second = read_recording(back)
+        np.testing.assert_allclose(second.position_mm, first.position_mm, atol=0.51e-7)
+        assert second.frame[["cycle", "face"]].equals(first.frame[["cycle", "face"]])
+        assert second.comments["gauge_serial"] == "SG-420-001"
+        assert second.comments["import"].split("\n")[0] in done.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["import", "r.csv", "-p", "placement.toml", "-o", "x.csv"], "--placement needs --gauge"),
+        (["import", "r.csv", *GAUGE, "--program", "p.dmi", "-o", "x.csv"], "--program needs --gauge and --placement"),
+        (["import", "recording.csv", "--column", "x=X", "-o", "x.csv"], "--column: not understood; found 'x=X'"),
+        (["import", "none.csv", "-o", "x.csv"], "none.csv: no such file"),
+        (["import", "recording.csv", "--from", "dmis", "-o", "x.csv"], "recording.csv:1: this is not a DMIS output"),
+        (
+            ["import", "program.dmi", *GAUGE, "-o", "x.csv"],
+            "program.dmi: this is a measuring program, not what a machine",
+        ),
+        (["import", "program.dmi", "--from", "dmis", "--sheet", "A", "-o", "x.csv"], "can be said of tables only"),
+        (["import", "recording.csv", "--tip-radius", "nan", "-o", "x.csv"], "nan is not a finite number"),
+        (
+            ["export", "recording.csv", "--to", "csv", "--delimiter", "comma", "--decimal", "comma", "-o", "x.csv"],
+            "the decimal mark",
+        ),
+        (["export", "recording.csv", "--to", "dmis", "--unit", "um", "-o", "x.dmo"], "--unit: not a unit of DMIS"),
+        (
+            ["export", "recording.csv", "--to", "linuxcnc", "--unit", "inch", "-o", "x.txt"],
+            "the log has tip centres in mm",
+        ),
+        (
+            ["export", "recording.csv", "--to", "csv", "--placement-number", "2", "-o", "x.csv"],
+            "there is no placement 2",
+        ),
+    ],
+)
+def test_wrong_input_is_one_line_and_leaves_nothing(
+    run: Run, files: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], words: str
+) -> None:
+    monkeypatch.chdir(files)
+    before = set(files.iterdir())
+    done = run(*arguments)
+    assert done.code == 2
+    assert words in done.err
+    assert len(done.err.strip().splitlines()) == 1
+    assert set(files.iterdir()) == before
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_recording_may_be_parquet(run: Run, files: Path, suffix: str) -> None:
+    out = files / f"back{suffix}"
+    assert run("import", files / "recording.csv", *GAUGE, "-o", out).code == 0
+    assert run("evaluate", out, *GAUGE, "-o", files / "result").code == 0
+    assert read_recording(out).comments["import"].startswith("table: 16 rows, faces as stated")
+    report = files / "report.html"
+    assert run("report", files / "result", *GAUGE, "-p", files / "placement.toml", "-o", report).code == 0
+    assert "recording.csv (table)" in report.read_text()
+    assert "faces as stated" not in report.read_text()  # how it was read is no part of a certificate

@@ -1,0 +1,71 @@
+"""Certificates of a small measurement, and where the schema lies that the tests validate against."""
+
+from __future__ import annotations
+
+import os
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stepgauge.certificate_file import Laboratory, read_laboratory
+from stepgauge.dcc.elements import to_bytes
+from stepgauge.dcc.gauge_write import gauge_certificate
+from stepgauge.dcc.write import machine_certificate
+from stepgauge.evaluate import evaluate
+from stepgauge.evaluation_files import evaluation_to_dict
+from stepgauge.gauge import Gauge
+from stepgauge.montecarlo import recording_model
+from stepgauge.recording import Recording, join_recordings
+from stepgauge.standards.budget import make_budget
+from stepgauge.standards.budget_files import StoredBudget, budget_to_dict
+from tests.conftest import ROOT
+from tests.measured import ALONG_X, named, run, shipped
+
+SCHEMA = Path(os.environ.get("STEPGAUGE_DCC_SCHEMA", ROOT.parent / "shared/data/dcc/dcc-3.2.0.xsd"))
+needs_schema = pytest.mark.skipif(
+    not SCHEMA.is_file(),
+    reason=f"the DCC schema 3.2.0 is not at {SCHEMA.name} beside the checkout; STEPGAUGE_DCC_SCHEMA=dcc.xsd names it",
+)
+SAID = ROOT / "examples/certificate/certificate.toml"
+
+
+def laboratory() -> Laboratory:
+    return read_laboratory(SAID)
+
+
+def measured(placements: int = 1) -> Recording:
+    return one_recording() if placements == 1 else named(join_recordings([run(3).recording, run(2, ALONG_X).recording]))
+
+
+@cache
+def one_recording() -> Recording:
+    return named(run(3).recording)
+
+
+@cache
+def evaluated(placements: int = 1) -> tuple[dict[str, Any], StoredBudget]:
+    """The evaluation of a measurement, and its budget as it is read back."""
+    gauge, machine = shipped()
+    recording = measured(placements)
+    model = recording_model(recording, machine, gauge, 0.1)
+    stored = StoredBudget.model_validate(budget_to_dict(model, make_budget(model), 0))
+    return evaluation_to_dict(evaluate(recording, gauge)), stored
+
+
+@cache
+def machine_xml(placements: int = 1) -> str:
+    """The certificate of the machine."""
+    evaluation, budget = evaluated(placements)
+    gauge, machine = shipped()
+    return to_bytes(machine_certificate(evaluation, budget, laboratory(), gauge, machine)).decode()
+
+
+def gauge_xml(gauge: Gauge | None = None) -> str:
+    """The certificate of the shipped gauge."""
+    said = laboratory()
+    item = said.item.model_copy(update={"serial": None})
+    from dataclasses import replace
+
+    return to_bytes(gauge_certificate(gauge or shipped()[0], replace(said, item=item))).decode()

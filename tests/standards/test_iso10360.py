@@ -1,0 +1,276 @@
+"""The length test: errors, uncertainty, rules, and recordings that lie."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stepgauge.errors import InputError
+from stepgauge.recording import Recording
+from stepgauge.standards.decision import parse_mpe
+from stepgauge.standards.iso10360 import Choices, Specification, length_test
+from stepgauge.standards.iso10360_files import length_test_csv, length_test_to_dict, statements
+from stepgauge.standards.length_uncertainty import TestConditions, length_uncertainty
+from stepgauge.standards.measuring_line import ORIENTATIONS
+from stepgauge.standards.tip import OWN_BLOCK
+from tests.build import make_gauge, make_machine
+from tests.standards.made import START_MM, TIP_MM, joined, made
+
+GAUGE = make_gauge(blocks=21, u_um=0.1)
+SPEC = Specification(parse_mpe("1.8 + L/350"), 1.5)
+STATED = Choices(tip_diameter_mm=TIP_MM)
+ALL = TestConditions(temperature_u_K=0.1, alignment_mrad=0.5, fixture_um=0.1)
+CUBE = make_machine()
+CUBE = type(CUBE)(
+    CUBE.table.model_copy(update={"travel_mm": type(CUBE.table.travel_mm)(x=(0, 600), y=(0, 600), z=(0, 600))}),
+    CUBE.probe,
+)
+
+
+def seven(error=lambda _, __: 0.0, cycles: int = 3, only: int = 7, **more) -> Recording:
+    """The gauge centred on each of the seven lines of a cube of 600 mm, of which 410 mm are 40 % to 68 %."""
+    parts = []
+    for one in ORIENTATIONS[:only]:
+        along = one.direction(CUBE.travel_mm)
+        start = np.full(3, 300.0) - along * GAUGE.position_mm[-1] / 2.0
+        parts.append(made(GAUGE, error, along, cycles, start_mm=start, **more))
+    return joined(*parts)
+
+
+def beside(count: int, **more) -> Recording:
+    """The gauge along x in as many places."""
+    return joined(*(made(GAUGE, start_mm=START_MM + 5.0 * place, **more) for place in range(count)))
+
+
+def rules_met(test) -> dict[str, bool | None]:
+    return {rule.asks.split(",")[0]: rule.met for rule in test.rules}
+
+
+def test_errors_by_hand() -> None:
+    """8.5 ppm, repeats at +0, +0.3 and -0.5 um on backs, and a tip that was qualified 0.4 um too large.
+
+    Front 1 to back 42 is 410 mm: E = 3.485 + (0, 0.3, -0.5) - 0.4 um, R = 0.8 um. Front 1 to front 41, 400 mm: 3.4 um.
+    MPE = 2.971 um; of the certificate alone U = 2 x 0.1 sqrt 2 = 0.283 um: proven up to 2.688, disproven over 3.254 um.
+    """
+    scatter = {1: 0.0, 2: 0.3, 3: -0.5}
+
+    def error(cycle: int, face: int) -> float:
+        return 8.5e-3 * GAUGE.position_mm[face - 1] + (0.0 if face % 2 else scatter[cycle])
+
+    test = length_test(made(GAUGE, error), GAUGE, SPEC, choices=Choices(TIP_MM + 0.4e-3))
+    longest = test.lengths("bidirectional")[-1]
+    assert longest.faces == (1, 42)
+    assert longest.error_um == pytest.approx([3.085, 3.385, 2.585], abs=1e-6)
+    assert longest.range_um == pytest.approx(0.8, abs=1e-6)
+    assert longest.mpe_um == pytest.approx(1.8 + 410 / 350)
+    assert longest.outcomes == ["not decidable", "does not conform", "conforms"]
+    assert test.lengths("unidirectional")[-1].error_um == pytest.approx([3.4] * 3, abs=1e-6)
+    assert [one.nominal_mm for one in test.lengths("bidirectional")] == [30, 130, 210, 310, 410]
+
+
+@given(
+    i=st.floats(-1, 1),
+    j=st.floats(-1, 1),
+    k=st.floats(0.1, 1),
+    seed=st.integers(0, 2**32 - 1),
+    temperature=st.floats(15.0, 25.0),
+)
+def test_errors_wherever_the_gauge_lies(i: float, j: float, k: float, seed: int, temperature: float) -> None:
+    """E is the error of the end face less that of the first face, in any direction and at any recorded temperature."""
+    errors = np.random.default_rng(seed).normal(0.0, 1.0, (4, 43))
+    recording = made(GAUGE, lambda cycle, face: errors[cycle, face], (i, j, k), temperature_C=temperature)
+    test = length_test(recording, GAUGE, SPEC, choices=STATED)
+    for kind in ("bidirectional", "unidirectional"):
+        for one in test.lengths(kind):
+            first, end = one.faces
+            assert one.error_um == pytest.approx(errors[1:, end] - errors[1:, first], abs=1e-5)
+
+
+def test_backs_as_unidirectional_lengths_and_lengths_of_choice() -> None:
+    chosen = Choices(TIP_MM, "backs", (50.0, 90.0, 210.0, 330.0, 410.0))
+    test = length_test(made(GAUGE), GAUGE, SPEC, choices=chosen)
+    assert {one.faces[0] for one in test.lengths("unidirectional")} == {2}
+    assert [one.nominal_mm for one in test.lengths("bidirectional")] == [50, 90, 210, 330, 410]
+    with pytest.raises(InputError, match="no length of 55 mm"):
+        length_test(made(GAUGE), GAUGE, SPEC, choices=Choices(TIP_MM, lengths_mm=(55.0,)))
+
+
+def test_uncertainty_by_hand() -> None:
+    """410 mm at 22 degC: certificate 0.1 sqrt 2; expansion 410e3 x 2 x 0.5e-6 = 0.41; temperature 410e3 x 11.5e-6 x 0.1
+    = 0.4715; alignment sqrt 2 x 410e3 x (0.5e-3)^2 = 0.14496; fixture 0.1 um."""
+    found = length_uncertainty(GAUGE, (1, 42), 22.0, ALL, None)
+    expected = {
+        "certificate": 0.1 * np.sqrt(2),
+        "expansion": 0.41,
+        "temperature": 0.4715,
+        "alignment": np.sqrt(2) * 410e3 * 0.25e-6,
+        "fixture": 0.1,
+    }
+    assert found.parts_um == pytest.approx(expected, rel=1e-9)
+    assert found.standard_um == pytest.approx(np.sqrt(sum(v**2 for v in expected.values())))
+    assert found.missing == ()
+
+
+def test_alignment_against_monte_carlo() -> None:
+    """A tilt with 2 mrad in each direction across: the rms of L (1 - cos) over many gauges laid by hand."""
+    tilt = np.random.default_rng(1).normal(0.0, 2e-3, (200_000, 2))
+    shortened_um = 410e3 * (1.0 - 1.0 / np.sqrt(1.0 + (tilt**2).sum(axis=1)))
+    part = length_uncertainty(GAUGE, (1, 42), 20.0, TestConditions(alignment_mrad=2.0), None).parts_um["alignment"]
+    assert part == pytest.approx(float(np.sqrt((shortened_um**2).mean())), rel=0.02)
+
+
+def test_nothing_is_invented_where_nothing_is_stated() -> None:
+    found = length_uncertainty(GAUGE, (1, 42), None, TestConditions(), None)
+    assert set(found.parts_um) == {"certificate"}
+    assert len(found.missing) == 4
+    test = length_test(made(GAUGE, temperature_C=None), GAUGE, SPEC)
+    assert any("expansion of the gauge" in text for text in test.missing)
+    assert any("too small by what was not stated" in text for text in statements(test))
+
+
+def test_a_complete_test_of_a_good_machine() -> None:
+    """In a cube of 600 mm the 410 mm reach 66 % of the axes and not of the diagonals: that rule alone fails."""
+    test = length_test(seven(), GAUGE, SPEC, ALL, STATED, CUBE)
+    met = rules_met(test)
+    assert [asks for asks, is_met in met.items() if not is_met] == [
+        "longest length at least 66% of the machine's travel along the measured line"
+    ]
+    assert len(test.lengths("bidirectional")) == 35
+    assert sum(len(one.error_um) for one in test.lengths("bidirectional")) == 105
+    assert test.outcome("bidirectional") == "conforms"
+    assert test.repeatability_outcome("bidirectional") == "conforms"
+    assert test.positions[3].line_mm == pytest.approx(600 * np.sqrt(3))
+    rule = next(rule for rule in test.rules if rule.asks.startswith("longest"))
+    assert "position 1: 410.0 mm, asked 685.9 mm" in rule.found
+    assert "position 5" not in rule.found
+
+
+def test_without_a_machine_the_travel_rules_are_not_checked() -> None:
+    test = length_test(seven(), GAUGE, SPEC, ALL, STATED)
+    assert sum(rule.met is None for rule in test.rules) == 2
+    assert not test.complete
+
+
+def test_too_few_positions_repeats_and_lengths_are_named() -> None:
+    test = length_test(seven(cycles=2, only=5, faces=[1, 2, 3, 4, 21, 22]), GAUGE, SPEC, ALL, STATED, CUBE)
+    said = " ".join(statements(test))
+    assert "7 positions; 5 in the recording" in said
+    assert "3 repeats of each length; position 1: 2" in said
+    assert "5 lengths in each position; position 1: 2" in said
+    assert "test is not complete" in said
+
+
+def test_missing_diagonals_are_named() -> None:
+    test = length_test(beside(7), GAUGE, SPEC, ALL, STATED, CUBE)
+    rule = next(rule for rule in test.rules if "body diagonals" in rule.asks)
+    assert rule.met is False
+    assert rule.found.count("body diagonal") == 4
+
+
+def test_what_is_left_out_is_named() -> None:
+    recording = beside(8, cycles=5)
+    test = length_test(recording, GAUGE, SPEC, ALL, STATED)
+    left = [part.what for part in test.excluded]
+    assert "placement 8" in left
+    assert "positions 1, 2, 3, 4, 5, 6, 7: cycles 4, 5" in left
+    assert any("of 42 faces" in what for what in left)
+
+
+def test_the_tip_from_a_block_hides_an_error_of_size() -> None:
+    """The probe is qualified 2 um too small: every outside length reads 2 um long, unless the gauge gives the tip."""
+    recording = made(GAUGE)
+    hidden = length_test(recording, GAUGE, SPEC, ALL)
+    shown = length_test(recording, GAUGE, SPEC, ALL, Choices(TIP_MM - 2e-3))
+    assert hidden.tip is not None
+    assert hidden.tip.origin == OWN_BLOCK
+    assert hidden.lengths("bidirectional")[0].error_um == pytest.approx([0.0] * 3, abs=1e-6)
+    assert shown.lengths("bidirectional")[0].error_um == pytest.approx([2.0] * 3, abs=1e-6)
+    assert (
+        rules_met(hidden)["bidirectional lengths read with the tip diameter of the machine's own qualification"]
+        is False
+    )
+    assert "tip diameter" in hidden.lengths("bidirectional")[0].uncertainty.parts_um
+    assert "tip diameter" not in hidden.lengths("unidirectional")[0].uncertainty.parts_um
+
+
+def test_fronts_alone_are_unidirectional_only() -> None:
+    test = length_test(made(GAUGE, faces=range(1, 42, 2)), GAUGE, SPEC, ALL)
+    assert test.tip is None
+    assert test.outcome("bidirectional") is None
+    assert test.outcome("unidirectional") == "conforms"
+    assert any("bidirectional" in part.what for part in test.excluded)
+
+
+@pytest.mark.parametrize(("spikes", "allowed"), [(1, 1), (5, 5), (6, 0)])
+def test_single_errors_outside_may_be_measured_again_up_to_five(spikes: int, allowed: int) -> None:
+    """One repeat of the longest length of some positions is 4.5 um off."""
+    parts = [
+        made(
+            GAUGE,
+            lambda cycle, face, bad=number <= spikes: 4.5 if bad and cycle == 2 and face == 42 else 0.0,
+            start_mm=START_MM + number,
+        )
+        for number in range(1, 8)
+    ]
+    test = length_test(joined(*parts), GAUGE, SPEC, ALL, STATED)
+    assert test.outcome("bidirectional") == "does not conform"
+    assert len(test.remeasure("bidirectional")) == allowed
+
+
+def test_two_bad_repeats_of_one_length_are_not_measured_again() -> None:
+    bad = made(GAUGE, lambda cycle, face: 4.0 if cycle > 1 and face == 42 else 0.0)
+    assert length_test(bad, GAUGE, SPEC, ALL, STATED).remeasure("bidirectional") == []
+
+
+def test_files_say_the_same_as_the_test() -> None:
+    test = length_test(seven(lambda cycle, face: 0.1 * cycle * face / 42), GAUGE, SPEC, ALL, STATED, CUBE)
+    data = json.loads(json.dumps(length_test_to_dict(test), allow_nan=False))
+    rows = [line.split(",") for line in length_test_csv(test).splitlines()]
+    assert len(rows) == 1 + 2 * 105
+    errors = [float(row[rows[0].index("error_um")]) for row in rows[1:]]
+    flat = [error for one in data["lengths"] for error in one["errors_um"]]
+    assert errors == pytest.approx(flat, rel=1e-5, abs=1e-6)
+    assert data["results"]["bidirectional"]["largest_error_um"] == pytest.approx(max(flat[:105], key=abs))
+
+
+# Files that lie
+
+
+def test_a_recording_of_a_gauge_of_other_length() -> None:
+    with pytest.raises(InputError, match=r"is not where Test gauge has that face.*measured span"):
+        length_test(made(make_gauge(blocks=21, size=12.0, gap=13.0)), GAUGE, SPEC)
+
+
+def test_a_recording_of_another_serial() -> None:
+    recording = made(GAUGE)
+    with pytest.raises(InputError, match=r"another gauge.*T-2"):
+        length_test(Recording(recording.frame, {"gauge_serial": "T-2"}, "r.csv"), GAUGE, SPEC)
+
+
+def test_two_recordings_under_one_placement() -> None:
+    import pandas as pd
+
+    frame = pd.concat([made(GAUGE).frame] * 2)
+    with pytest.raises(InputError, match="probed twice in cycle 1"):
+        length_test(Recording(frame, {}, "r.csv"), GAUGE, SPEC)
+
+
+def test_one_file_given_for_two_positions() -> None:
+    with pytest.raises(InputError, match="placement 2 repeats the readings of placement 1"):
+        length_test(joined(made(GAUGE), made(GAUGE)), GAUGE, SPEC)
+
+
+def test_a_radius_for_a_diameter() -> None:
+    with pytest.raises(InputError, match=r"another tip \(a radius\?\)"):
+        length_test(made(GAUGE), GAUGE, SPEC, choices=Choices(TIP_MM / 2))
+
+
+def test_swapped_faces() -> None:
+    frame = made(GAUGE).frame
+    frame["face"] = frame["face"].map(lambda face: face + 1 if face % 2 else face - 1)
+    with pytest.raises(InputError, match="fronts and backs are swapped"):
+        length_test(Recording(frame, {}, "r.csv"), GAUGE, SPEC)

@@ -1,0 +1,280 @@
+"""Calibration certificates: the order of ISO/IEC 17025, nothing made up, and errors for what cannot be."""
+
+from __future__ import annotations
+
+import datetime
+import importlib.util
+import io
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pypdf import PdfReader
+
+from stepgauge.certificate_file import read_laboratory
+from stepgauge.cli import main
+from stepgauge.dcc.elements import to_bytes
+from stepgauge.dcc.read import read_document
+from stepgauge.dcc.results import read_errors
+from stepgauge.dcc.write import machine_certificate
+from stepgauge.dcc.xml import parse_xml, read_xml, validate
+from stepgauge.errors import InputError
+from stepgauge.gauge import read_gauge
+from stepgauge.report.content import Sources, Stated, make_content
+from stepgauge.report.render import render_html, render_pdf
+from stepgauge.resources import folder
+from tests.conftest import ROOT
+from tests.dcc.made import SAID, SCHEMA, evaluated, laboratory
+from tests.measured import shipped
+
+DAY = datetime.date(2026, 5, 4)
+EXAMPLE = ROOT / "examples" / "certificate"
+
+
+def content(placements: int = 1, **changed: Any) -> dict[str, Any]:
+    evaluation, budget = evaluated(placements)
+    gauge, machine = shipped()
+    sources = Sources(gauge, machine, (), budget, laboratory())
+    return make_content(evaluation, Stated(DAY), replace(sources, **changed))
+
+
+def texts(pdf: bytes) -> list[str]:
+    return [page.extract_text() for page in PdfReader(io.BytesIO(pdf)).pages]
+
+
+def test_the_order_is_that_of_the_standard() -> None:
+    """ISO/IEC 17025:2017, 7.8.2.1 a) to p) and 7.8.4.1 a) to e)."""
+    text = "\n".join(texts(render_pdf(content()).data))
+    asked = (
+        "Calibration certificate",
+        "7.8.2.1 b",
+        "Example Calibration Laboratory",
+        "7.8.2.1 c",
+        "7.8.2.1 d",
+        "EXAMPLE-2026-017",
+        "7.8.2.1 e",
+        "Sample Works Ltd",
+        "7.8.2.1 f",
+        "7.8.2.1 g",
+        "B700-0042",
+        "7.8.2.1 h, i, j",
+        "2026-05-04 to 2026-05-05",
+        "7.8.2.1 m",
+        "Errors against position",
+        "Errors with expanded uncertainty",
+        "Uncertainty budget, placement 1",
+        "7.8.4.1 a",
+        "7.8.4.1 b",
+        "41.0 to 47.0 %",
+        "7.8.4.1 c",
+        "SG-420-001",
+        "7.8.4.1 d",
+        "No statement of conformity is made.",
+        "The results relate only to the item calibrated",
+        "B. Signer, Head of the laboratory",
+        "End of calibration certificate EXAMPLE-2026-017",
+    )
+    place = 0
+    for words in asked:
+        found = text.find(words, place)
+        assert found >= 0, f"{words!r} is missing or too early"
+        place = found
+
+
+@pytest.mark.parametrize("placements", [1, 2])
+def test_number_and_page_stand_on_every_page_and_the_end_on_the_last(placements: int) -> None:
+    pages = texts(render_pdf(content(placements)).data)
+    for number, page in enumerate(pages, 1):
+        assert "No. EXAMPLE-2026-017" in page
+        assert f"page {number} of {len(pages)}" in page
+    assert ["End of calibration certificate" in page for page in pages] == [False] * (len(pages) - 1) + [True]
+
+
+def test_what_is_not_stated_says_so(tmp_path: Path) -> None:
+    (tmp_path / "c.toml").write_text("[item]\nserial = 'X 1'\n")
+    made = content(laboratory=read_laboratory(tmp_path / "c.toml"), budget=None)
+    sections = made["certificate"]["before"] + made["certificate"]["after"]
+    unsaid = {row["label"] for part in sections for row in part["rows"] if row["value"] is None}
+    assert {"Name", "Address", "Number", "Issued", "Calibrated", "Procedure", "Manufacturer", "Expanded"} <= unsaid
+    assert "Serial number" not in unsaid
+    assert {"date of issue", "name of the laboratory", "condition of the item"} <= set(made["not_stated"])
+    assert any(what.startswith("measurement uncertainty of XF") for what in made["not_stated"])
+    pages = texts(render_pdf(made).data)
+    assert all("no certificate number stated" in page for page in pages)
+    assert "not stated" in pages[0]
+    assert "End of the calibration certificate" in pages[-1]
+
+
+def test_uncertainties_stand_beside_the_errors() -> None:
+    evaluation, budget = evaluated()
+    made = content()
+    rows = {row["face"]: row["cells"] for row in made["placements"][0]["uncertain"]}
+    line = budget.find("xm", 1, 9)
+    assert line is not None
+    assert rows["9"][4:6] == [f"{line.value_um:.2f}".replace("-", "−"), f"{line.expanded_um:.2f}"]
+    assert rows["1"][2:4] == ["–", "–"]
+    table = made["budget"]["placements"][0]
+    assert table["heads"] == ["R_eff", "XF", "XB", "XM", "XR"]
+    combined = next(row for row in table["totals"] if row["label"] == "Combined u")["values"]
+    squares = np.zeros(5)
+    for source in table["sources"]:
+        squares += np.array([float(v) for v in source["contributions"]]) ** 2
+    np.testing.assert_allclose(np.sqrt(squares), [float(v) for v in combined], atol=2e-3)
+    assert make_content(evaluation, Stated(DAY), Sources())["budget"] is None
+
+
+def test_html_has_the_same_sections() -> None:
+    page = render_html(content()).data.decode()
+    for words in (
+        "<h1>Calibration certificate</h1>",
+        "7.8.4.1 c",
+        "Uncertainty budget, placement 1",
+        "Errors with expanded uncertainty",
+        "End of calibration certificate EXAMPLE-2026-017",
+    ):
+        assert words in page
+    assert page.count("<table") == page.count("</table>") == 4
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[certificat]\n", r"table \[certificat\] is not known"),
+        ("[certificate]\nnummer = '1'\n", "key certificate.nummer is not known; expected number?"),
+        ("[certificate]\nplace = 'moon'\n", "key certificate.place is wrong"),
+        (
+            "[certificate]\nperformed_from = 2026-05-05\nperformed_to = 2026-05-04\n",
+            r"performed_from \(2026-05-05\) not after performed_to \(2026-05-04\)",
+        ),
+        ("[laboratory]\ncountry = 'Germany'\n", "key laboratory.country is wrong"),
+        ("[statements]\nconformity = 'pass'\n", r"decision_rule beside conformity \(ISO/IEC 17025:2017, 7.8.6\)"),
+        ("[conditions]\nhumidity_percent = [60, 40]\n", "humidity_percent as"),
+        ("[person]\nname = 'A'\n", r"found \[person\]; expected \[\[person\]\]"),
+        ("[[person]]\nrole = 'A'\n", r"key person\[1\].name is missing"),
+        ("[customer]\nname = ' '\n", "key customer.name is wrong"),
+        ('[customer]\nname = "a\\u0007"\n', "key customer.name is wrong.*control characters"),
+    ],
+)
+def test_wrong_files_are_named(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "c.toml").write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_laboratory(tmp_path / "c.toml")
+
+
+def test_the_shipped_form_is_empty_and_every_key_of_it_is_known(tmp_path: Path) -> None:
+    form = folder("templates") / "reports" / "certificate.toml"
+    empty = read_laboratory(form)
+    assert empty.certificate.number is None
+    assert empty.persons == ()
+    filled = re.sub(r"^# (?=[\w\[]+(?: =|\]))", "", form.read_text(), flags=re.MULTILINE)
+    (tmp_path / "filled.toml").write_text(filled)
+    said = read_laboratory(tmp_path / "filled.toml")
+    assert said.certificate.number == "2026-017"
+    assert said.persons[0].signs
+    for table in (said.certificate, said.laboratory, said.item, said.method, said.conditions, said.statements):
+        unset = [name for name, value in table.model_dump().items() if value in (None, [])]
+        assert unset == [], f"the form does not show {unset}"
+
+
+def test_everything_stated_still_validates(tmp_path: Path) -> None:
+    """The form with every key in use, printed and digital."""
+    form = (folder("templates") / "reports" / "certificate.toml").read_text()
+    filled = re.sub(r"^# (?=[\w\[]+(?: =|\]))", "", form, flags=re.MULTILINE).replace('"..."', '"Some <words> & more"')
+    (tmp_path / "filled.toml").write_text(filled)
+    said = read_laboratory(tmp_path / "filled.toml")
+    evaluation, budget = evaluated()
+    text = to_bytes(machine_certificate(evaluation, budget, said, *shipped())).decode()
+    for words in ("7.8.8", "7.8.2.1 p)", "Decision rule: Some", "Place of the calibration: Measuring room 2"):
+        assert words in text
+    assert all("No. 2026-017" in page for page in texts(render_pdf(content(laboratory=said)).data))
+    if SCHEMA.is_file():
+        validate(parse_xml(text.encode(), "c.xml"), SCHEMA, "c.xml")
+
+
+def test_conformity_is_printed_with_its_decision_rule() -> None:
+    said = laboratory()
+    told = said.statements.model_copy(update={"conformity": "XM within 6 µm", "decision_rule": "U taken off"})
+    text = "\n".join(texts(render_pdf(content(laboratory=replace(said, statements=told))).data))
+    assert "XM within 6 µm" in text
+    assert "U taken off" in text
+    assert "No statement of conformity" not in text
+
+
+def call(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, str]:
+    try:
+        main([str(word) for word in words])
+        code = 0
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    return code, capsys.readouterr().err
+
+
+def run_example(results: Path) -> None:
+    spec = importlib.util.spec_from_file_location("certificate_example", EXAMPLE / "reproduce.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    module.main(results)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("certificate")
+    run_example(path)
+    return path
+
+
+def test_the_example_is_current(results: Path) -> None:
+    """What is published in expected/ is what the commands write."""
+    for name in ("certificate.xml", "gauge-certificate.xml"):
+        found, published = (read_document(where / name) for where in (results, EXAMPLE / "expected"))
+        assert (found.number, found.serial, found.laboratory) == (
+            published.number,
+            published.serial,
+            published.laboratory,
+        )
+        assert len(found.quantities) == len(published.quantities)
+        for one, other in zip(found.quantities, published.quantities, strict=True):
+            assert (one.name, one.kinds, one.unit_text) == (other.name, other.kinds, other.unit_text)
+            np.testing.assert_allclose(one.values, other.values, atol=2e-4)
+    pages, published_pages = (
+        texts((where / "certificate.pdf").read_bytes()) for where in (results, EXAMPLE / "expected")
+    )
+    assert len(pages) == len(published_pages)
+    assert all("EXAMPLE CERTIFICATE" in page for page in pages)
+    if SCHEMA.is_file():
+        validate(read_xml(results / "certificate.xml"), SCHEMA, "certificate.xml")
+
+
+def test_the_printed_and_the_digital_certificate_say_the_same(results: Path) -> None:
+    radii, lists = read_errors(read_document(results / "certificate.xml"))
+    text = "\n".join(texts((results / "certificate.pdf").read_bytes()))
+    assert f"{radii[0].r_eff_mm:.5f} mm" in text
+    xm = next(one for one in lists if one.name == "xm")
+    table = text[text.index("Errors with expanded uncertainty") :]
+    row = next(line.split() for line in table.splitlines() if line.startswith("41 front"))
+    assert [float(v.replace("−", "-")) for v in row[7:9]] == pytest.approx(
+        [xm.value_um[-1], xm.expanded_um[-1]], abs=0.006
+    )
+    assert read_gauge(results / "gauge.toml").certificate.laboratory == "Example Gauge Laboratory"
+
+
+def test_command_line_refuses_what_does_not_belong_together(
+    results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    report = ["report", results / "result", "-o", tmp_path / "c.pdf"]
+    for more, message in (
+        (["-c", SAID, "--number", "7"], "--certificate states number"),
+        (["-c", tmp_path / "none.toml"], "no such file"),
+        (["--budget", results / "result" / "evaluation.json"], "not a budget"),
+    ):
+        code, said = call(capsys, *report, *more)
+        assert (code, message in said) == (2, True), said
+    assert not (tmp_path / "c.pdf").exists()
+    assert call(capsys, *report, "--budget", results / "result", "-c", SAID)[0] == 0
+    text = "\n".join(texts((tmp_path / "c.pdf").read_bytes()))
+    assert "Issued\n2026-05-06" in text or "Issued 2026-05-06" in text

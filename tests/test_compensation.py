@@ -1,0 +1,259 @@
+"""Error tables for controllers: known axis errors come out as put in, in the words of each controller."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stepgauge.compensation import FORMATS, TableOptions, TipRadius, axis_faces, make_table, render_table
+from stepgauge.compensation.table import CompensationTable
+from stepgauge.effects.compensation import COLUMNS, read_compensation
+from stepgauge.errors import InputError
+from stepgauge.evaluate import evaluate
+from stepgauge.evaluation_files import evaluation_to_dict
+from stepgauge.gauge import Gauge
+from stepgauge.recording import Recording, join_recordings
+from stepgauge.templating import fill_template
+from tests.build import make_gauge
+
+Array = np.ndarray
+RADIUS = 1.997
+START = np.array([120.0, 80.0, 60.0])
+
+
+def wave_um(x: Array) -> Array:
+    """A screw: long, with a slow wave."""
+    return 0.05 * x + 3.0 * np.sin(2 * np.pi * x / 200.0)
+
+
+def measured(
+    gauge: Gauge,
+    error_um=wave_um,
+    reversal_um: float = 0.0,
+    yaw_deg: float = 0.0,
+    cycles: int = 2,
+    noise_um: float = 0.0,
+    seed: int = 0,
+) -> Recording:
+    """A recording from the definitions: tip centre = face -+ r, plus the error of x by coordinate and sense."""
+    yaw = np.radians(yaw_deg)
+    axis = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    face = np.tile(np.arange(1, gauge.n_faces + 1), cycles)
+    way = np.where(face % 2 == 1, 1.0, -1.0)
+    true = START + np.outer(gauge.position_mm[face - 1] - way * RADIUS, axis)
+    sense = way * np.sign(axis[0])
+    # the error belongs to what is indicated
+    indicated = true[:, 0]
+    for _ in range(4):
+        indicated = true[:, 0] + (error_um(indicated) + sense * reversal_um / 2.0) * 1e-3
+    noise = np.random.default_rng(seed).normal(0.0, noise_um, len(face)) * 1e-3
+    frame = pd.DataFrame({"placement": 1, "cycle": (np.arange(len(face)) // gauge.n_faces) + 1, "face": face})
+    frame["x_mm"], frame["y_mm"], frame["z_mm"] = indicated + noise, true[:, 1], true[:, 2]
+    for name, share in zip(("approach_i", "approach_j", "approach_k"), axis, strict=True):
+        frame[name] = way * share
+    return Recording(frame, {}, "made.csv")
+
+
+def table_of(gauge: Gauge, recording: Recording, tip: float | None = RADIUS, **options: object) -> CompensationTable:
+    data = evaluation_to_dict(evaluate(recording, gauge))
+    known = None if tip is None else TipRadius(tip)
+    return make_table(axis_faces(data, "evaluation.json", "x", known), TableOptions(**options))  # type: ignore[arg-type]
+
+
+GAUGE = make_gauge(12, deviation_um=np.r_[0.0, np.random.default_rng(3).normal(0, 2, 23)])
+
+
+@settings(max_examples=40)
+@given(
+    turned=st.sampled_from([0.0, 180.0]),
+    askew=st.floats(-0.3, 0.3),
+    ppm=st.floats(-100, 100),
+    reversal=st.floats(-20, 20),
+    zero=st.floats(150.0, 300.0),
+)
+def test_a_scale_error_with_reversal_comes_out_as_put_in(turned, askew, ppm, reversal, zero) -> None:
+    """Whichever way the gauge looks: error = ppm (x - zero) +- half of the reversal, from closed form."""
+    zero = zero if turned == 0.0 else 240.0 - zero
+    recording = measured(GAUGE, lambda x: ppm * 1e-3 * x, reversal, turned + askew)
+    table = table_of(GAUGE, recording, zero_at_mm=zero)
+    slope = ppm * 1e-3 * (table.position_mm - zero)
+    np.testing.assert_allclose(table.positive_um, slope + reversal / 2.0, atol=0.02)
+    np.testing.assert_allclose(table.negative_um, slope - reversal / 2.0, atol=0.02)
+    assert (np.diff(table.position_mm) > 0).all()
+
+
+def test_rows_stand_at_the_indicated_tip_centres_of_each_sense() -> None:
+    recording = measured(GAUGE)
+    table = table_of(GAUGE, recording)
+    indicated = recording.frame[recording.frame["cycle"] == 1]["x_mm"].to_numpy()
+    np.testing.assert_allclose(table.position_mm, np.sort(indicated), atol=0.06)
+    own = np.isin(np.arange(24), np.arange(0, 24, 2))
+    np.testing.assert_allclose(
+        (table.positive_um - table.positive_um[0])[own], wave_um(indicated[::2]) - wave_um(indicated[0]), atol=0.01
+    )
+
+
+def test_without_a_tip_radius_a_constant_reversal_stays_with_r_eff() -> None:
+    """Block 1 gives R_eff, which swallows its reversal: there is none left, and the table says so."""
+    recording = measured(GAUGE, lambda x: 0.0 * x, 6.0)
+    table = table_of(GAUGE, recording, tip=None)
+    np.testing.assert_allclose(table.reversal_um, 0.0, atol=1e-9)
+    assert any("hides the reversal" in note for note in table.notes)
+    np.testing.assert_allclose(table_of(GAUGE, recording).reversal_um, 6.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("tip", [RADIUS, None])
+def test_the_stated_uncertainty_is_the_scatter_of_many_tables(tip) -> None:
+    """Monte Carlo: 400 recordings with noise; the certificate is perfect here."""
+    gauge = make_gauge(6, u_um=0.0)
+    tables = [table_of(gauge, measured(gauge, cycles=4, noise_um=0.5, seed=s), tip, step_mm=15.0) for s in range(400)]
+    for name in ("positive", "negative"):
+        scatter = np.std([getattr(t, f"{name}_um") for t in tables], axis=0)
+        stated = np.sqrt(np.mean([getattr(t, f"u_{name}_um") ** 2 for t in tables], axis=0))
+        np.testing.assert_allclose(stated[1:], scatter[1:], rtol=0.15)
+
+
+def test_certificate_and_expansion_are_in_the_uncertainty() -> None:
+    """At a face: u^2 = u_face^2 + u_zero^2, and alpha's uncertainty times the warmth times the length."""
+    gauge = make_gauge(6, u_um=0.3)
+    recording = measured(gauge, lambda x: 0.0 * x)
+    table = table_of(gauge, recording, travel="positive")
+    np.testing.assert_allclose(table.u_positive_um[1:], 0.3 * np.sqrt(2), rtol=1e-9)
+    warm = Recording(recording.frame.assign(gauge_temperature_C=26.0), {}, "warm.csv")
+    warmer = table_of(gauge, warm, travel="positive")
+    expansion = 0.5e-6 * 6.0 * (warmer.position_mm - warmer.position_mm[0]) * 1e3
+    np.testing.assert_allclose(warmer.u_positive_um[1:], np.hypot(0.3 * np.sqrt(2), expansion[1:]), rtol=1e-6)
+
+
+def test_nothing_is_extrapolated_unless_asked_for() -> None:
+    recording = measured(GAUGE, lambda x: 0.1 * x)
+    with pytest.raises(InputError, match=r"outside what was measured on x; found 100\.000 to .* or --extend"):
+        table_of(GAUGE, recording, range_mm=(100.0, 200.0))
+    with pytest.raises(InputError, match=r"the zero of the table is outside"):
+        table_of(GAUGE, recording, zero_at_mm=0.0)
+    held = table_of(GAUGE, recording, range_mm=(60.0, 200.0), extend="hold")
+    assert held.positive_um[0] == pytest.approx(held.positive_um[1])
+    line = table_of(GAUGE, recording, range_mm=(60.0, 200.0), extend="linear", zero_at_mm=60.0)
+    np.testing.assert_allclose(line.mean_um, 0.1 * (line.position_mm - 60.0), atol=0.02)
+    for table in (held, line):
+        assert any(note.startswith("extrapolated: 1 of ") for note in table.notes)
+
+
+def test_a_gauge_across_is_refused_with_its_angle() -> None:
+    data = evaluation_to_dict(evaluate(measured(GAUGE, yaw_deg=7.5), GAUGE))
+    with pytest.raises(
+        InputError, match=r"does not lie along x.*found placement 1: 7\.50 deg off x; expected at most 1"
+    ):
+        axis_faces(data, "evaluation.json", "x")
+    assert axis_faces(data, "evaluation.json", "x", angle_limit_deg=8.0).share == pytest.approx(np.cos(np.radians(7.5)))
+
+
+def test_several_placements_along_the_axis_need_a_choice() -> None:
+    joined = join_recordings([measured(GAUGE), measured(GAUGE, yaw_deg=180.0), measured(GAUGE, yaw_deg=90.0)])
+    data = evaluation_to_dict(evaluate(joined, GAUGE))
+    with pytest.raises(InputError, match="several placements lie along x; found 1, 2; expected one, with --placement"):
+        axis_faces(data, "e.json", "x")
+    assert axis_faces(data, "e.json", "x", placement=2).share == pytest.approx(-1.0)
+    assert axis_faces(data, "e.json", "y").about["placement"] == 3
+    with pytest.raises(InputError, match="there is no placement 4"):
+        axis_faces(data, "e.json", "x", placement=4)
+
+
+def linuxcnc_motor(text: str, kind: int, p: Array, forward: bool) -> Array:
+    """Where LinuxCNC sends the motor for a commanded p, after the documentation of COMP_FILE and COMP_FILE_TYPE."""
+    nominal, one, other = np.array([list(map(float, line.split())) for line in text.splitlines()]).T
+    column = one if forward else other
+    trim = nominal - column if kind == 0 else column
+    return p + np.interp(p, nominal, trim)
+
+
+@pytest.mark.parametrize("kind", [0, 1])
+@pytest.mark.parametrize("forward", [True, False])
+def test_linuxcnc_sends_the_motor_where_the_table_is_right(kind: int, forward: bool) -> None:
+    reversal = 5.0
+    table = table_of(GAUGE, measured(GAUGE, reversal_um=reversal))
+    text = render_table(table, FORMATS["linuxcnc"], kind=kind)
+    p = np.linspace(125.0, 340.0, 60)
+    motor = linuxcnc_motor(text, kind, p, forward)
+    true = motor - (wave_um(motor) + (1 if forward else -1) * reversal / 2.0) * 1e-3
+    off_um = (true - p) * 1e3
+    # a constant is the choice of the zero; 20 mm chords of the wave leave +-h^2/8 A (2 pi / P)^2 = 0.15 um
+    assert np.ptp(off_um) < 0.35
+    other = linuxcnc_motor(text, kind, p, not forward)
+    away = other - (wave_um(other) - (1 if forward else -1) * reversal / 2.0) * 1e-3
+    assert np.abs(away - true).max() * 1e3 < 0.35, "both senses end at the same place"
+
+
+def test_linuxcnc_file_has_nothing_but_triplets_and_no_more_than_it_takes() -> None:
+    table = table_of(GAUGE, measured(GAUGE))
+    text = render_table(table, FORMATS["linuxcnc"])
+    assert all(re.fullmatch(r"\S+ \S+ \S+", line) for line in text.splitlines())
+    with pytest.raises(InputError, match=r"too long for LinuxCNC.*found 468 rows; expected at most 256"):
+        render_table(table_of(GAUGE, measured(GAUGE), step_mm=0.5), FORMATS["linuxcnc"])
+
+
+def test_siemens_value_added_to_the_encoder_gives_the_true_place() -> None:
+    """SINUMERIK K3: the value is added to the actual value; even steps from MIN to MAX."""
+    table = table_of(GAUGE, measured(GAUGE), travel="mean", step_mm=10.0, zero_at_mm=130.0)
+    text = render_table(table, FORMATS["siemens"])
+    value = np.array([float(v) for v in re.findall(r"^\$AA_ENC_COMP\[0,\d+,AX1\]=(\S+)$", text, re.M)])
+    low, high, step = (float(re.search(rf"_{n}\[0,AX1\]=(\S+)", text)[1]) for n in ("MIN", "MAX", "STEP"))  # type: ignore[index]
+    assert high == pytest.approx(low + (len(value) - 1) * step)
+    encoder = np.linspace(low, high, 40)
+    true = encoder - wave_um(encoder) * 1e-3
+    corrected = encoder + np.interp(encoder, low + step * np.arange(len(value)), value)
+    assert np.ptp(corrected - true) * 1e3 < 0.3
+    assert value[round((130.0 - low) / step)] == 0.0
+    assert text.startswith("%_N_AX1_EEC_INI\n")
+    assert text.endswith("M17\n")
+
+
+def test_siemens_has_one_table_and_even_steps() -> None:
+    with pytest.raises(InputError, match="one table for both senses"):
+        render_table(table_of(GAUGE, measured(GAUGE), step_mm=10.0), FORMATS["siemens"])
+    with pytest.raises(InputError, match="needs even spacing"):
+        render_table(table_of(GAUGE, measured(GAUGE), travel="mean"), FORMATS["siemens"])
+
+
+def test_the_csv_is_what_the_effect_reads(tmp_path: Path) -> None:
+    table = table_of(GAUGE, measured(GAUGE, reversal_um=3.0))
+    (tmp_path / "x.csv").write_text(render_table(table, FORMATS["csv"]))
+    assert ",".join(COLUMNS) in (tmp_path / "x.csv").read_text()
+    position, positive, negative = read_compensation(str(tmp_path / "x.csv"))
+    np.testing.assert_allclose(position, table.position_mm, atol=1e-6)
+    np.testing.assert_allclose(positive, table.positive_um, atol=1e-4)
+    np.testing.assert_allclose(negative, table.negative_um, atol=1e-4)
+
+
+def test_a_template_of_ones_own_in_the_sandbox(tmp_path: Path) -> None:
+    table = table_of(GAUGE, measured(GAUGE))
+    own = tmp_path / "own.j2"
+    own.write_text(
+        "{% for row in rows %}\n{{ row.position_mm | fixed(1) }};{{ -row.mean_um | fixed(2) }}\n{% endfor %}\n"
+    )
+    assert len(render_table(table, FORMATS["csv"], own).splitlines()) == 24
+    own.write_text("\n{{ rows[0].error }}\n")
+    with pytest.raises(InputError, match=r"own\.j2:2: template: .*no attribute 'error'"):
+        render_table(table, FORMATS["csv"], own)
+    own.write_text("{{ ''.__class__.__mro__ }}")
+    with pytest.raises(InputError, match=r"own\.j2:1: template: .*unsafe"):
+        render_table(table, FORMATS["csv"], own)
+    own.write_text("{% for %}")
+    with pytest.raises(InputError, match=r"own\.j2:1: template"):
+        fill_template(own, "compensation", {})
+
+
+def test_a_missing_face_leaves_a_longer_interpolation_and_no_shift() -> None:
+    """Face 1 was not measured: the coordinates start at face 2, a back."""
+    recording = measured(GAUGE)
+    kept = Recording(recording.frame[~recording.frame["face"].isin([1, 9])], {}, "gaps.csv")
+    options = {"zero_at_mm": 150.0, "step_mm": 10.0, "range_mm": (140.0, 340.0)}
+    whole, gaps = (table_of(GAUGE, r, **options) for r in (recording, kept))
+    np.testing.assert_allclose(gaps.position_mm, whole.position_mm, atol=1e-9)
+    np.testing.assert_allclose(gaps.negative_um, whole.negative_um, atol=0.3)

@@ -1,0 +1,59 @@
+"""The examples of ISO 10360-2 and ISO 230-2: they run, and their published tables are current."""
+
+from __future__ import annotations
+
+import csv
+import importlib.util
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.conftest import ROOT
+
+
+def run_example(name: str, folder: Path) -> Path:
+    """Run an example's script into a folder."""
+    spec = importlib.util.spec_from_file_location(f"{name}_example", ROOT / "examples" / name / "run.py")
+    assert spec is not None
+    assert spec.loader is not None
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    example.main(folder)
+    return folder
+
+
+def published_is_current(found: Path, published: Path) -> None:
+    """The same cells; numbers to the last digits that another platform may round otherwise."""
+    rows = [list(csv.reader(path.read_text().splitlines())) for path in (found, published)]
+    assert len(rows[0]) == len(rows[1])
+    for line, expected in zip(*rows, strict=True):
+        for cell, other in zip(line, expected, strict=True):
+            try:
+                assert float(cell) == pytest.approx(float(other), rel=1e-3, abs=1e-3)
+            except ValueError:
+                assert cell == other
+
+
+def test_iso10360(tmp_path: Path) -> None:
+    folder = run_example("iso10360", tmp_path)
+    published_is_current(folder / "iso10360.csv", ROOT / "examples/iso10360/expected/iso10360.csv")
+    data = json.loads((folder / "iso10360.json").read_text())
+    assert data["complete"]
+    assert data["results"]["bidirectional"]["outcome"] == "conforms"
+    longest = {one["position"]: one for one in data["lengths"] if one["nominal_mm"] == 1010.0}
+    errors = {position: np.mean(one["errors_um"]) for position, one in longest.items()}
+    assert errors[6] == pytest.approx(2.5e-3 * 1010.0, abs=0.4)  # the scale of y
+    # squareness: 2 urad i j L lengthens two diagonals and shortens the others
+    i, j, _ = np.abs(data["positions"][0]["axis"])
+    assert (errors[2] + errors[4] - errors[1] - errors[3]) / 4.0 == pytest.approx(2e-3 * i * j * 1010.0, abs=0.2)
+
+
+def test_iso230(tmp_path: Path) -> None:
+    folder = run_example("iso230", tmp_path)
+    published_is_current(folder / "iso230.csv", ROOT / "examples/iso230/expected/iso230.csv")
+    (axis,) = json.loads((folder / "iso230.json").read_text())["axes"]
+    assert axis["parameters_um"]["mean_B"] == pytest.approx(-2.4, abs=0.2)
+    scatter = np.sqrt(np.mean([[t["s_up_um"] ** 2, t["s_down_um"] ** 2] for t in axis["targets"]]))
+    assert scatter == pytest.approx(0.6, rel=0.15)

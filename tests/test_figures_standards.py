@@ -1,0 +1,46 @@
+"""Figures of the standard tests: what is drawn is what was computed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stepgauge.figures.iso230 import positioning_figure
+from stepgauge.figures.iso10360 import length_test_figure
+from stepgauge.standards.decision import parse_mpe
+from stepgauge.standards.iso10360 import Choices, Specification, length_test
+from stepgauge.standards.positioning import positioning_test
+from tests.build import make_gauge
+from tests.standards.made import TIP_MM, joined, made
+
+GAUGE = make_gauge(blocks=8)
+
+
+def error(cycle: int, face: int) -> float:
+    return 0.2 * face + 0.3 * (cycle % 2) + (0.4 if face % 2 else -0.4)
+
+
+def test_every_repeat_is_a_mark_between_the_limits() -> None:
+    spec = Specification(parse_mpe("1.8 + L/350"))
+    test = length_test(joined(made(GAUGE, error), made(GAUGE, error, (0, 1, 0))), GAUGE, spec, choices=Choices(TIP_MM))
+    figure = length_test_figure(test)
+    for axes, kind in zip(figure.axes, ("bidirectional", "unidirectional"), strict=True):
+        marks = np.concatenate([line.get_ydata() for line in axes.lines if line.get_linestyle() == "None"])
+        assert np.sort(marks) == pytest.approx(np.sort(np.concatenate([one.error_um for one in test.lengths(kind)])))
+        limits = [line for line in axes.lines if len(line.get_xdata()) == 200]
+        assert sorted(float(line.get_ydata()[0]) for line in limits) == pytest.approx([-1.8, 1.8])
+        assert axes.get_title(loc="left").endswith("(test incomplete)")
+
+
+def test_fronts_alone_have_one_panel() -> None:
+    spec = Specification(parse_mpe("2"))
+    figure = length_test_figure(length_test(made(GAUGE, faces=range(1, 16, 2)), GAUGE, spec))
+    assert len(figure.axes) == 1
+
+
+def test_brackets_say_the_parameters() -> None:
+    (one,) = positioning_test(made(GAUGE, error, cycles=5), GAUGE, TIP_MM).axes
+    texts = [text.get_text() for text in positioning_figure(one).axes[0].texts]
+    p = one.parameters
+    for name, value in (("A", p.A_um), ("E", p.E_um), ("M", p.M_um), ("B", p.B_um)):
+        assert f"{name} = {value:.2f} µm" in texts

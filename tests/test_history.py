@@ -1,0 +1,275 @@
+"""History: numbers of an entry by hand, trend lines against numpy, the store as a mirror of the files."""
+
+from __future__ import annotations
+
+import datetime
+import json
+import shutil
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stepgauge.cli.history import LIMITS
+from stepgauge.dates import first_moment, moment_in_path, parse_moment
+from stepgauge.errors import InputError
+from stepgauge.evaluate import evaluate
+from stepgauge.evaluation_files import evaluation_to_dict, write_evaluation
+from stepgauge.history import QUANTITIES, HistoryEntry, judge, make_series, refresh_store
+from stepgauge.history.entries import read_entries
+from stepgauge.history.trend import FEWEST_FOR_CONTROL, fit_trend
+from tests.build import make_gauge
+from tests.test_compensation import measured
+
+GAUGE = make_gauge(8, u_um=0.0)
+START = datetime.datetime(2024, 1, 1)
+
+
+def write(folder: Path, machine: str | None = "CMM", when: str | None = None, **made: object) -> Path:
+    """An evaluation in a folder."""
+    recording = measured(GAUGE, **made).with_comments(machine=machine, measured_at=when)  # type: ignore[arg-type]
+    return write_evaluation(folder, evaluate(recording, GAUGE))[0]
+
+
+def entry(day: float, value: float, u: float = 0.1, **changed: object) -> HistoryEntry:
+    """An entry with a scale error and nothing else to say."""
+    numbers = {"reversal_um": 0.0, "u_reversal_um": 0.1, "r_eff_mm": 2.0, "u_r_eff_change_um": 0.1}
+    names = {"machine": "CMM", "gauge_serial": "T-1", "certificate": "T", "placement": 1, "direction": "x", "cycles": 2}
+    more = {"gauge_temperature_C": 20.0, "span_mm": 150.0, "band_um": 1.0, "worst_two_sigma_um": 0.5}
+    given = {"path": f"{day}", "sha256": f"{day}", "date_source": "evaluation", **names, **numbers, **more, **changed}
+    when = START + datetime.timedelta(days=day)
+    return HistoryEntry(measured_at=when, scale_ppm=value, u_scale_ppm=u, **given)  # type: ignore[arg-type]
+
+
+def test_an_entry_by_hand(tmp_path: Path) -> None:
+    """Slope and mean of the printed XM and XR, and R_eff, from the JSON by plain numpy."""
+    path = write(tmp_path / "a", when="2024-05-06T07:08", noise_um=0.4, cycles=3, reversal_um=2.0)
+    (one,) = read_entries(path, tmp_path, "sha")
+    data = json.loads(path.read_text())
+    rows = [row for row in data["placements"][0]["faces"] if row["xm_um"] is not None]
+    slope = np.polyfit([r["position_mm"] for r in rows], [r["xm_um"] for r in rows], 1)[0] * 1e3
+    assert one.scale_ppm == pytest.approx(slope, abs=1e-9)
+    assert one.reversal_um == pytest.approx(np.mean([r["xr_um"] for r in rows]), abs=1e-9)
+    assert one.measured_at == datetime.datetime(2024, 5, 6, 7, 8)
+    assert (one.date_source, one.path, one.direction, one.machine) == ("evaluation", "a/evaluation.json", "x", "CMM")
+
+
+def test_the_uncertainties_of_an_entry_are_its_scatter(tmp_path: Path) -> None:
+    """Monte Carlo: 200 evaluations with noise, four cycles each."""
+    entries = []
+    for seed in range(200):
+        path = write(tmp_path, when="2024-05-06", noise_um=0.5, cycles=4, seed=seed)
+        entries += read_entries(path, tmp_path, str(seed))
+    for name in ("scale_ppm", "reversal_um"):
+        scatter = np.std([getattr(e, name) for e in entries])
+        stated = np.sqrt(np.mean([getattr(e, f"u_{name}") ** 2 for e in entries]))
+        assert stated == pytest.approx(scatter, rel=0.15)
+    r_eff_um = np.std([e.r_eff_mm * 1e3 for e in entries])
+    assert np.sqrt(np.mean([e.u_r_eff_change_um**2 for e in entries])) == pytest.approx(r_eff_um, rel=0.15)
+
+
+def test_where_the_date_comes_from(tmp_path: Path) -> None:
+    path = write(tmp_path / "cmm-2023-11-05" / "x")
+    assert read_entries(path, tmp_path, "")[0].measured_at == datetime.datetime(2023, 11, 5)
+    assert read_entries(path, tmp_path, "")[0].date_source == "path"
+    path = write(tmp_path / "undated")
+    with pytest.raises(InputError, match=r"nothing says when this was measured.*--measured-at.*--date-from file"):
+        read_entries(path, tmp_path, "")
+    assert read_entries(path, tmp_path, "", "file")[0].date_source == "file"
+
+
+def test_dates_are_read_or_refused() -> None:
+    assert parse_moment("2024-02-29", "f") == datetime.datetime(2024, 2, 29)
+    assert first_moment("2024-03-01; 2024-02-01", "f") == "2024-02-01"
+    assert first_moment(None, "f") is None
+    assert moment_in_path(Path("a-2024-13-01/2022-01-31_x/y")) == datetime.datetime(2022, 1, 31)
+    assert moment_in_path(Path("12024-01-011/x")) is None
+    for text, said in (
+        ("01.02.2024", "is no date"),
+        ("2024-02-30", "is no date"),
+        ("2999-01-01", "lies in the future"),
+    ):
+        with pytest.raises(InputError, match=said):
+            parse_moment(text, "f")
+
+
+@given(
+    value=st.lists(st.floats(-5, 5), min_size=3, max_size=12),
+    seed=st.integers(0, 1000),
+)
+def test_the_trend_is_weighted_least_squares(value: list[float], seed: int) -> None:
+    random = np.random.default_rng(seed)
+    days = np.sort(random.choice(2000, len(value), replace=False)).astype(float)
+    y, u = np.array(value), random.uniform(0.05, 0.5, len(value))
+    trend = fit_trend(START, days, y, u)
+    assert trend is not None
+    slope, level = np.polyfit(days / 365.25, y, 1, w=1.0 / u)
+    assert trend.per_year == pytest.approx(slope, rel=1e-6, abs=1e-9)
+    middle = (trend.middle - START).total_seconds() / 86400 / 365.25
+    assert trend.value == pytest.approx(level + slope * middle, rel=1e-6, abs=1e-6)
+    design = np.column_stack([np.ones_like(days), days / 365.25])
+    own = np.sqrt(np.linalg.inv(design.T @ np.diag(1 / u**2) @ design)[1, 1])
+    chi2 = (((y - design @ [level, slope]) / u) ** 2).sum()
+    assert trend.u_per_year == pytest.approx(own * max(np.sqrt(chi2 / (len(y) - 2)), 1.0), rel=1e-6)
+
+
+def test_a_trend_needs_three_dates() -> None:
+    assert fit_trend(START, np.array([0.0, 1.0]), np.ones(2), np.ones(2)) is None
+    assert fit_trend(START, np.zeros(3), np.arange(3.0), np.ones(3)) is None
+
+
+def test_one_value_that_jumps_is_outside_its_control_chart() -> None:
+    values = [0.1, -0.1, 0.05, 0.0, 0.12, 3.0, -0.05, 0.08]
+    series = next(
+        s for s in make_series([entry(90.0 * i, v) for i, v in enumerate(values)]) if s.quantity == "scale_ppm"
+    )
+    assert series.beyond.tolist() == [False] * 5 + [True] + [False] * 2
+    found = judge([series], {})
+    assert [(w.kind, w.measured_at.date().isoformat()) for w in found] == [("control", "2025-03-26")]
+
+
+def test_the_control_chart_cries_wolf_as_seldom_as_three_sigma_do() -> None:
+    """Normal values: at most 1 % of them are outside, for few and for many dates."""
+    random = np.random.default_rng(5)
+    for count in (FEWEST_FOR_CONTROL, 8, 20):
+        outside = 0
+        for _ in range(100):
+            entries = [entry(30.0 * i, v) for i, v in enumerate(random.normal(0, 0.1, count))]
+            outside += int(make_series(entries)[0].beyond.sum())
+        assert outside / (100 * count) < 0.01
+
+
+def test_a_drift_is_one_finding_and_no_alarm_of_the_chart() -> None:
+    noise = np.random.default_rng(2).normal(0, 0.05, 10)
+    series = make_series([entry(90.0 * i, 0.5 * i + n, 0.05) for i, n in enumerate(noise)])
+    found = [w for w in judge(series, {}) if w.quantity == "scale_ppm"]
+    assert [w.kind for w in found] == ["drift"]
+    trend = series[0].trend
+    assert trend is not None
+    assert trend.per_year == pytest.approx(0.5 * 365.25 / 90.0, abs=3 * trend.u_per_year)
+
+
+def test_another_stylus_starts_anew() -> None:
+    radii = [2.0, 2.0004, 1.5, 1.4998, 2.0002]
+    entries = [entry(30.0 * i, 0.0, r_eff_mm=r) for i, r in enumerate(radii)]
+    series = next(s for s in make_series(entries) if s.quantity == "r_eff_change_um")
+    np.testing.assert_allclose(series.value, [0.0, 0.4, 0.0, -0.2, 0.2], atol=1e-9)
+
+
+def test_limits_hold_for_sizes() -> None:
+    series = make_series([entry(0, -4.0), entry(90, 2.0), entry(180, 4.5, band_um=3.0)])
+    found = judge(series, {"scale_ppm": 3.0, "band_um": 2.0})
+    said = [(w.quantity, w.measured_at) for w in found if w.kind == "limit"]
+    assert [name for name, _ in said] == ["scale_ppm", "band_um", "scale_ppm"]
+    assert found[0].text.startswith("-4 um/m, beyond the limit 3 um/m")
+
+
+@pytest.fixture
+def archive(tmp_path: Path) -> Path:
+    """Three dates and a copy of one."""
+    root = tmp_path / "archive"
+    for number, date in enumerate(("2024-01-01", "2024-04-01", "2024-07-01")):
+        write(root / date, noise_um=0.3, cycles=3, seed=number)
+    shutil.copytree(root / "2024-04-01", root / "copy of 2024-04-01")
+    return root
+
+
+def dump(store: Path) -> list[tuple]:
+    with sqlite3.connect(store) as connection:
+        rows = connection.execute("SELECT * FROM entry ORDER BY path, placement").fetchall()
+    connection.close()
+    return rows
+
+
+def test_the_store_is_a_mirror_of_the_files(archive: Path, tmp_path: Path) -> None:
+    store = tmp_path / "h.sqlite"
+    first = refresh_store(store, archive)
+    assert (first.read, first.unchanged, first.gone, len(first.entries)) == (4, 0, 0, 3)
+    assert "counted once" in first.remarks[0]
+    before = dump(store)
+    again = refresh_store(store, archive)
+    assert (again.read, again.unchanged) == (0, 4)
+    assert repr(again.entries) == repr(first.entries)
+    assert dump(store) == before
+    rebuilt = refresh_store(store, archive, rebuild=True)
+    assert rebuilt.read == 4
+    assert repr(rebuilt.entries) == repr(first.entries)
+    assert dump(store) == before
+
+
+def test_changed_new_and_vanished_files_are_seen(archive: Path, tmp_path: Path) -> None:
+    store = tmp_path / "h.sqlite"
+    refresh_store(store, archive)
+    shutil.rmtree(archive / "copy of 2024-04-01")
+    write(archive / "2024-01-01", noise_um=0.3, cycles=3, seed=77)
+    write(archive / "2024-10-01", noise_um=0.3, cycles=3, seed=4)
+    found = refresh_store(store, archive)
+    assert (found.read, found.unchanged, found.gone, len(found.entries)) == (2, 2, 1, 4)
+
+
+def test_a_file_that_cannot_be_used_is_named_and_the_rest_counts(archive: Path, tmp_path: Path) -> None:
+    (archive / "2024-07-01" / "evaluation.json").write_text('{"format": "stepgauge evaluation 1", "gauge": {}')
+    other = archive / "2024-08-01"
+    other.mkdir()
+    (other / "evaluation.json").write_text('{"format": "stepgauge evaluation 1", "placements": [{}]}')
+    for _ in range(2):
+        found = refresh_store(tmp_path / "h.sqlite", archive)
+        assert len(found.entries) == 2
+        assert any("2024-07-01" in r and "not valid JSON" in r for r in found.remarks)
+        assert any("2024-08-01" in r and "not a complete evaluation" in r for r in found.remarks)
+
+
+def test_a_damaged_or_foreign_store_is_not_used(archive: Path, tmp_path: Path) -> None:
+    store = tmp_path / "h.sqlite"
+    store.write_bytes(b"this is not a data base at all, but long enough to be read as one" * 40)
+    with pytest.raises(InputError, match=r"the store is damaged.*--rebuild"):
+        refresh_store(store, archive)
+    found = refresh_store(store, archive, rebuild=True)
+    assert len(found.entries) == 3
+    assert "it is now h.sqlite.damaged" in found.remarks[0]
+    assert (tmp_path / "h.sqlite.damaged").read_bytes().startswith(b"this is not a data base")
+    content = bytearray(store.read_bytes())
+    content[100:4096] = b"\xff" * 3996
+    store.write_bytes(content)
+    with pytest.raises(InputError, match=r"--rebuild"):
+        refresh_store(store, archive)
+    with sqlite3.connect(tmp_path / "other.sqlite") as connection:
+        connection.execute("CREATE TABLE recipes (name TEXT)")
+    connection.close()
+    with pytest.raises(InputError, match=r"not a store of this stepgauge; found version 0, tables recipes"):
+        refresh_store(tmp_path / "other.sqlite", archive)
+    refresh_store(tmp_path / "other.sqlite", archive, rebuild=True)
+    assert (tmp_path / "other.sqlite.damaged").exists(), "somebody's recipes are not thrown away"
+    refresh_store(store, archive, rebuild=True)
+    elsewhere = tmp_path / "elsewhere"
+    shutil.copytree(archive / "2024-01-01", elsewhere / "2024-01-01")
+    with pytest.raises(InputError, match="this store is of another folder"):
+        refresh_store(store, elsewhere)
+
+
+def test_a_failure_leaves_the_store_as_it_was(archive: Path, tmp_path: Path) -> None:
+    store = tmp_path / "h.sqlite"
+    refresh_store(store, archive)
+    before = dump(store)
+    write(archive / "2024-10-01", seed=4)
+
+    def interrupted(done: int, of: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        refresh_store(store, archive, progress=interrupted)
+    assert dump(store) == before
+
+
+def test_the_names_of_the_limits_are_the_quantities() -> None:
+    assert set(LIMITS) == set(QUANTITIES)
+
+
+def test_a_gauge_across_is_a_direction_of_its_own(tmp_path: Path) -> None:
+    data = evaluation_to_dict(evaluate(measured(GAUGE, yaw_deg=45.0), GAUGE))
+    (tmp_path / "evaluation.json").write_text(json.dumps(data | {"measured_at": "2024-01-01"}))
+    (one,) = read_entries(tmp_path / "evaluation.json", tmp_path, "")
+    assert one.direction == "(0.71 0.71 0.00)"
