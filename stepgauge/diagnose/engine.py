@@ -17,7 +17,7 @@ from stepgauge.diagnose.noise import Noise, estimate_noise, with_lone_rows
 from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Verdict
 from stepgauge.diagnose.search import Library
-from stepgauge.diagnose.select import Selection, Selector, Term
+from stepgauge.diagnose.select import MOST_TERMS, Selection, Selector, Term
 from stepgauge.diagnose.separate import separate
 from stepgauge.diagnose.simpler import EXPLAINED, simpler
 from stepgauge.diagnose.solve import Estimate, Solved
@@ -73,9 +73,9 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine) -> Diagnosis:
     instead = simpler(forms, selector, terms, noise)
     if instead is not None:
         terms = _settle(selector, instead.kept)
+    terms, unexplained = _left_over(forms, selector, terms)
     solved, ranked = selector.fit(terms).solved, [rivals(selector, terms, place) for place in range(len(terms))]
     left, basis = selector.residual(terms)
-    unexplained = _unexplained(forms, left, basis, selector, terms)
     if instead is not None and not unexplained:
         unexplained = (describe(instead.form, instead.share),)
     findings = [_finding(s, r, data) for s, r in zip(solved, ranked, strict=True)]
@@ -112,20 +112,27 @@ def _settle(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
     return terms
 
 
-def _unexplained(
-    forms: Library, left: Array, basis: Array, selector: Selector, terms: tuple[Term, ...]
-) -> tuple[Located, ...]:
-    """Structure left over that is neither chance nor the small departure of a named law from its ideal shape."""
+def _left_over(
+    forms: Library, selector: Selector, terms: tuple[Term, ...]
+) -> tuple[tuple[Term, ...], tuple[Located, ...]]:
+    """Structure that the laws leave, and the laws, with one more where it makes up what is left.
+
+    What is left must be neither chance nor the small departure of a named law from its ideal shape.
+    """
+    left, basis = selector.residual(terms)
     looks = forms.looks(left, basis, selector.dof - basis.shape[1])
     bar = np.log(UNKNOWN_FALSE_ALARM / max(len(forms.families), 1))
     found = [look for look in looks if look.log_p <= bar]
     if not found:
-        return ()
+        return terms, ()
     explained = float(selector.data @ selector.data - left @ left)
     extra = max(found[0].gain - found[0].family.dimension, 0.0)
     if terms and explained / (explained + extra) >= EXPLAINED:
-        return ()
-    return tuple(describe(look, extra / (explained + extra)) for look in found[:3])
+        return terms, ()
+    law = selector.looks(terms)[0]
+    if len(terms) < MOST_TERMS and law.log_p <= selector.bar and law.gain >= EXPLAINED * found[0].gain:
+        return _left_over(forms, selector, _settle(selector, (*terms, selector.term_of(law))))
+    return terms, tuple(describe(look, extra / (explained + extra)) for look in found[:3])
 
 
 def _displacement_um(solved: Sequence[Solved], data: Residuals) -> Array:

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
+import numpy as np
 from scipy import stats
 
 from stepgauge.diagnose.noise import Noise
@@ -24,11 +25,14 @@ MARGIN = 3.0
 MISFIT_MARGIN = -8.0
 """The same where the laws do not fit as well as the scatter of the repeats would let them."""
 MISFIT_P = 0.002
-PILE_MISFIT_P = 0.02
+PILE_MISFIT_P = 0.003
 """The same for several laws at once, which could bend to fit and do not."""
 EXPLAINED = 0.85
 """A law that makes up this share of what a form explains is that law, in a shape a little off its ideal."""
 PILE_EXPLAINED = 0.93
+OSCILLATIONS = {"temperature_cycle", "vibration"}
+LOCKED = 0.25
+"""Share of an oscillation's square within the repeats of a probing below which it keeps step with the cycles."""
 MAY_REPEAT = {"block_defect", "step_change"}
 """Kinds of which two at once are nothing odd, even with the same choices."""
 
@@ -46,7 +50,7 @@ def simpler(forms: Library, selector: Selector, terms: tuple[Term, ...], noise: 
     """The shortest description by some of the laws and one form; None where the laws alone are shorter."""
     if not terms:
         return None
-    repeated = _repeated(selector, terms)
+    repeated = _repeated(selector, terms) or _locked(selector, terms)
     if repeated:
         kept = tuple(term for term in terms if term not in repeated)
         return _with_form(forms, selector, terms, kept)[1]
@@ -70,6 +74,24 @@ def _repeated(selector: Selector, terms: Sequence[Term]) -> set[Term]:
     names = [f.kind if f.directions is not None or "direction" in f.choices else f.label for f in families]
     counts = Counter(name for name, f in zip(names, families, strict=True) if f.kind not in MAY_REPEAT)
     return {term for term, name in zip(terms, names, strict=True) if counts[name] > 1}
+
+
+def _locked(selector: Selector, terms: Sequence[Term]) -> set[Term]:
+    """All terms, where one among several oscillates in time and yet reads the same in every cycle.
+
+    An oscillation that keeps step with the cycles is a rare chance; what depends on the place and on the way there, as
+    hysteresis does, keeps step with them always.
+    """
+    if len(terms) < 2:
+        return set()
+    group, side = selector.residuals.group, selector.residuals.side
+    for solved in selector.fit(tuple(terms)).solved:
+        if solved.family.kind in OSCILLATIONS:
+            along = solved.displacement_um(selector.residuals) * side
+            mean = np.bincount(group, along) / np.bincount(group)
+            if ((along - mean[group]) ** 2).sum() < LOCKED * ((along - along.mean()) ** 2).sum():
+                return set(terms)
+    return set()
 
 
 def _misfit(selector: Selector, terms: tuple[Term, ...], noise: Noise, chance: float, share: float) -> bool:
