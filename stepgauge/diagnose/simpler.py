@@ -16,6 +16,8 @@ from itertools import combinations
 import numpy as np
 from scipy import stats
 
+from stepgauge.diagnose.forms import WANDERING
+from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.noise import Noise
 from stepgauge.diagnose.search import Library, Look
 from stepgauge.diagnose.select import Selector, Term
@@ -116,12 +118,21 @@ def _with_form(
     price = sum(_price(selector, terms, term) for term in terms if term not in kept)
     looks = forms.looks(left, basis, rows - basis.shape[1])
     if len(terms) - len(kept) == 1:
-        looks = [look for look in looks if named < EXPLAINED * look.gain]
+        law = next(selector.library.families[term.index] for term in terms if term not in kept)
+        looks = [look for look in looks if named < EXPLAINED * look.gain or _another_matter(look, law)]
     if not looks:
         return float("-inf"), None
     best = max(looks, key=lambda look: look.gain / 2.0 - look.price(rows, count))
     saved = best.gain / 2.0 - best.price(rows, count) - (named / 2.0 - price)
     return saved, Simpler(kept, best, min(best.gain / max(here - rows, best.gain), 1.0))
+
+
+def _another_matter(look: Look, law: Family) -> bool:
+    """Whether a form would make an oscillation in time a matter of something else: the way, the cycle, the touches.
+
+    Fast enough oscillations alias into anything that alternates.
+    """
+    return law.kind in OSCILLATIONS and look.family.covariate not in WANDERING
 
 
 def _price(selector: Selector, terms: tuple[Term, ...], term: Term) -> float:
