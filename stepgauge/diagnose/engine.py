@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from stepgauge.diagnose.confounded import Rivals, rivals
 from stepgauge.diagnose.forms import form_families
 from stepgauge.diagnose.holdout import holdout_rms, make_folds
-from stepgauge.diagnose.library import effect_families
+from stepgauge.diagnose.library import carried, effect_families
 from stepgauge.diagnose.locate import describe, most_telling
 from stepgauge.diagnose.noise import Noise, estimate_noise, with_lone_rows
 from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Verdict
 from stepgauge.diagnose.search import Library
-from stepgauge.diagnose.select import MOST_TERMS, Selection, Selector, Term
+from stepgauge.diagnose.select import MOST_TERMS, Selector, Term
 from stepgauge.diagnose.separate import separate
 from stepgauge.diagnose.simpler import EXPLAINED, simpler
-from stepgauge.diagnose.solve import Estimate, Solved
+from stepgauge.diagnose.solve import Estimate, Fitted, Solved, solve
 from stepgauge.diagnose.whitening import Whitening, make_whitening
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
@@ -30,6 +30,11 @@ Array = NDArray[np.float64]
 UNKNOWN_FALSE_ALARM = 0.004
 """Chance that structure without a law is seen where there is none."""
 FEWEST_DOF = 8
+MOST_SEARCHED = 3000
+"""Rows that are searched; the laws found are fitted to all."""
+FEWEST_RUNS = 6
+SURE = 4.0
+"""Standard uncertainties by which all rows must see a law that was found in some."""
 SMALLEST_SIGMA_UM = 1e-5
 """Recordings that repeat better than this do so by construction, and give no scale to judge anything by."""
 SETTLING_ROUNDS = 3
@@ -52,38 +57,90 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine) -> Diagnosis:
         recordings that are not this gauge's, or too small to say anything about
     """
     data = make_residuals(recording, gauge, machine)
-    noise = estimate_noise(data)
-    whitening = make_whitening(data, noise.by_row_um)
-    shapes = list(form_families(data))
+    some = _some(data, recording)
+    noise = estimate_noise(some)
     if noise.dof < FEWEST_DOF or noise.sigma_um < SMALLEST_SIGMA_UM:
-        return _insufficient(data, noise, whitening, most_telling(Library(shapes, whitening), whitening(data.um)))
+        return _insufficient(some, noise)
+    found = _search(some, noise)
+    noise, whitening, fitted = found.noise, found.selector.whitening, found.selector.fit(found.terms)
+    if some is not data:
+        noise, whitening, fitted = _on_all_rows(fitted, data)
+        found = replace(found, terms=_confirmed(found.terms, fitted))
+        noise, whitening, fitted = _on_all_rows(found.selector.fit(found.terms), data)
+    ranked = [rivals(found.selector, found.terms, place) for place in range(len(found.terms))]
+    findings = [_finding(s, r, data) for s, r in zip(fitted.solved, ranked, strict=True)]
+    findings, placements = _with_separations(findings, found.selector.fit(found.terms).solved, ranked, some, noise)
+    findings += _scatter_findings(noise, data)
+    fit = _fit(data, noise, whitening, findings, fitted)
+    return _diagnosis(found, findings, fit, noise, data, placements)
+
+
+def _confirmed(terms: tuple[Term, ...], fitted: Fitted) -> tuple[Term, ...]:
+    """The laws that all rows confirm, of those found in some of them."""
+
+    def sure(one: Solved) -> bool:
+        sizes = [p.name for p in type(one.effect).parameters() if p.role == "linear"]
+        known = [one.parameters[name] for name in sizes if name in one.parameters]
+        return all(p.u is None or abs(p.value) > SURE * p.u for p in known)
+
+    return tuple(term for term, one in zip(terms, fitted.solved, strict=True) if sure(one))
+
+
+@dataclass(frozen=True)
+class _Search:
+    """What was found: the laws, where the disagreement lives, and what is left without a law."""
+
+    noise: Noise
+    selector: Selector
+    terms: tuple[Term, ...]
+    located: tuple[Located, ...]
+    unexplained: tuple[Located, ...]
+
+
+def _search(data: Residuals, noise: Noise) -> _Search:
+    whitening = make_whitening(data, noise.by_row_um)
     families = list(effect_families(data))
     selector = Selector(Library(families, whitening), whitening, data)
-    selection = selector.select()
+    terms = selector.select()
     # what looked like scatter, outliers among it, may have been the effect, and the other way round
-    again = _judged_again(noise, selector, selection.terms, data)
+    again = _judged_again(noise, selector, terms, data)
     if not _same(noise, again):
-        noise = again
+        noise, trail = again, selector.trail
         whitening = make_whitening(data, noise.by_row_um)
-        selector = Selector(Library(families, whitening), whitening, data)
-        selection = selector.select()
-    forms = Library(shapes, whitening)
-    located = most_telling(forms, selector.data)
-    terms = _settle(selector, selection.terms)
+        selector = Selector(Library(families, whitening), whitening, data, trail)
+        terms = selector.select()
+    forms = Library(list(form_families(data)), whitening)
+    terms = _settle(selector, terms)
     instead = simpler(forms, selector, terms, noise)
     if instead is not None:
         terms = _settle(selector, instead.kept)
     terms, unexplained = _left_over(forms, selector, terms)
-    solved, ranked = selector.fit(terms).solved, [rivals(selector, terms, place) for place in range(len(terms))]
-    left, basis = selector.residual(terms)
     if instead is not None and not unexplained:
         unexplained = (describe(instead.form, instead.share),)
-    findings = [_finding(s, r, data) for s, r in zip(solved, ranked, strict=True)]
-    findings, placements = _with_separations(findings, solved, ranked, data, noise)
-    findings += _scatter_findings(noise, data)
-    fit = _fit(data, noise, whitening, findings, left, basis)
-    verdict: Verdict = "unknown" if unexplained else "effects" if findings else "adequate"
-    return _diagnosis(verdict, findings, located, unexplained, fit, noise, data, selection, placements)
+    return _Search(noise, selector, terms, most_telling(forms, selector.data), unexplained)
+
+
+def _some(data: Residuals, recording: Recording) -> Residuals:
+    """All rows, or whole cycles spread over a recording that is too long to be searched row by row."""
+    if len(data) <= MOST_SEARCHED:
+        return data
+    run = np.unique(data.frame[["placement", "cycle"]].to_numpy(), axis=0, return_inverse=True)[1].ravel()
+    runs = int(run.max()) + 1
+    few = max(round(runs * MOST_SEARCHED / len(data)), FEWEST_RUNS)
+    # one after the other for what is quick, spread over all for what is slow
+    chosen = np.union1d(np.arange(few * 2 // 3), np.linspace(0, runs - 1, few - few * 2 // 3).astype(int))
+    rows = np.isin(run, chosen)
+    return make_residuals(
+        replace(recording, frame=recording.frame.reset_index(drop=True)[rows]), data.gauge, data.machine
+    )
+
+
+def _on_all_rows(found: Fitted, data: Residuals) -> tuple[Noise, Whitening, Fitted]:
+    """The scatter and the laws' parameters from all rows of a recording of which some were searched."""
+    noise = estimate_noise(replace(data, um=data.um - _displacement_um(found.solved, data)))
+    whitening = make_whitening(data, noise.by_row_um)
+    families = [carried(one.family, one.effect, data) for one in found.solved]
+    return noise, whitening, solve(families, [0] * len(families), data, whitening)
 
 
 def _judged_again(noise: Noise, selector: Selector, terms: tuple[Term, ...], data: Residuals) -> Noise:
@@ -213,9 +270,8 @@ def _scatter_findings(noise: Noise, data: Residuals) -> list[Finding]:
     return found
 
 
-def _fit(
-    data: Residuals, noise: Noise, whitening: Whitening, findings: Sequence[Finding], left: Array, basis: Array
-) -> Fit:
+def _fit(data: Residuals, noise: Noise, whitening: Whitening, findings: Sequence[Finding], fitted: Fitted) -> Fit:
+    left, basis = fitted.left, fitted.basis
     before = whitening(data.um)
     columns = [f.share_um for f in findings if f.share_um.any()]
     design = np.array(columns).T if columns else np.zeros((len(data), 0))
@@ -251,36 +307,37 @@ def _centred(data: Residuals, um: Array) -> Array:
     return um - data.side * mean[data.placement]
 
 
-def _insufficient(data: Residuals, noise: Noise, whitening: Whitening, located: Sequence[Located]) -> Diagnosis:
-    white = whitening(data.um)
-    fit = _fit(data, noise, whitening, [], white, np.zeros((len(white), 0)))
-    return Diagnosis("insufficient", (), tuple(located), (), fit, noise, data, data.um, data.um, ())
+def _insufficient(data: Residuals, noise: Noise) -> Diagnosis:
+    whitening = make_whitening(data, noise.by_row_um)
+    located = most_telling(Library(list(form_families(data)), whitening), whitening(data.um))
+    fit = _fit(data, noise, whitening, [], solve([], [], data, whitening))
+    return Diagnosis("insufficient", (), located, (), fit, noise, data, data.um, data.um, ())
 
 
 def _diagnosis(
-    verdict: Verdict,
+    found: _Search,
     findings: Sequence[Finding],
-    located: Sequence[Located],
-    unexplained: Sequence[Located],
     fit: Fit,
     noise: Noise,
     data: Residuals,
-    selection: Selection,
     placements: dict[str, str],
 ) -> Diagnosis:
+    verdict: Verdict = "unknown" if found.unexplained else "effects" if findings else "adequate"
     shares = np.sum([f.share_um for f in findings], axis=0) if findings else np.zeros(len(data))
     before, after = _centred(data, data.um), _centred(data, data.um - shares)
-    where = tuple(located) or tuple(unexplained)
+    searched = len(found.selector.residuals)
+    remarks = () if searched == len(data) else (f"searched in {searched} of {len(data)} rows, fitted to all of them",)
     return Diagnosis(
         verdict,
         tuple(findings),
-        where,
-        tuple(unexplained),
+        found.located or found.unexplained,
+        found.unexplained,
         fit,
         noise,
         data,
         before,
         after,
-        selection.trail,
+        tuple(found.selector.trail),
         placements,
+        remarks,
     )

@@ -233,6 +233,12 @@ def family_signatures(family: Family, atom: dict[str, Any], data: Residuals) -> 
     return np.concatenate([signatures(family.law, family.choices | one, [atom], data)[0] for one in free])
 
 
+def carried(family: Family, effect: Effect, data: Residuals) -> Family:
+    """A family in another recording, with the one signature that a fitted effect of it has."""
+    atom = {name: getattr(effect, name) for name in family.atoms[0]}
+    return replace(family, atoms=[atom], columns=family_signatures(family, atom, data)[None])
+
+
 def _columns(
     law: type[Effect], choices: dict[str, Any], atom: dict[str, Any], data: Residuals, count: int
 ) -> list[Array]:

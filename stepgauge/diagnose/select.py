@@ -48,24 +48,16 @@ class Step:
     log_p: float
 
 
-@dataclass(frozen=True)
-class Selection:
-    """The terms chosen, and what was decided on the way."""
-
-    terms: tuple[Term, ...]
-    trail: tuple[Step, ...]
-
-
 class Selector:
     """Searches the library of named effects for the terms of a recording."""
 
-    def __init__(self, library: Library, whitening: Whitening, data: Residuals) -> None:
+    def __init__(self, library: Library, whitening: Whitening, data: Residuals, trail: Sequence[Step] = ()) -> None:
         self.library, self.whitening, self.residuals = library, whitening, data
         self.data = whitening(data.um)
         self.dof = whitening.dof
         self.bar = np.log(FALSE_ALARM / max(len(library.families), 1))
         self.further_bar = np.log(FURTHER_FALSE_ALARM / max(len(library.families), 1))
-        self.trail: list[Step] = []
+        self.trail = list(trail)
         self._fits: dict[tuple[Term, ...], Fitted] = {}
         self._looks: dict[tuple[Term, ...], list[Look]] = {}
 
@@ -101,7 +93,7 @@ class Selector:
     def _log(self, action: str, look: Look) -> None:
         self.trail.append(Step(action, look.family.label, look.gain, look.log_p))
 
-    def select(self) -> Selection:
+    def select(self) -> tuple[Term, ...]:
         """Add, exchange and drop until nothing changes."""
         terms: tuple[Term, ...] = ()
         while len(terms) < MOST_TERMS:
@@ -111,8 +103,7 @@ class Selector:
                 break
             self._log("added", best)
             terms = self._exchange((*terms, self.term_of(best)))
-        terms = self._drop(terms)
-        return Selection(self._repeated(terms), tuple(self.trail))
+        return self._repeated(self._drop(terms))
 
     def _exchange(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
         """Replace each term by the best in its place, as long as that changes anything."""
