@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +22,8 @@ from stepgauge.diagnose.separate import separate
 from stepgauge.diagnose.simpler import EXPLAINED, simpler
 from stepgauge.diagnose.solve import Estimate, Fitted, Solved, solve
 from stepgauge.diagnose.whitening import Whitening, make_whitening
+from stepgauge.effects import effect_kinds
+from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.recording import Recording
@@ -42,7 +44,7 @@ SAME_NOISE = 0.03
 NO_SEPARATION = "the same in every placement and at every speed within this travel; log the temperatures"
 
 
-def diagnose(recording: Recording, gauge: Gauge, machine: Machine) -> Diagnosis:
+def diagnose(recording: Recording, gauge: Gauge, machine: Machine, without: Collection[str] = ()) -> Diagnosis:
     """Find where recording and simulation disagree, and the physics that explains it.
 
     Parameters
@@ -50,18 +52,24 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine) -> Diagnosis:
     recording : one or more placements, joined
     gauge : the certificate
     machine : the model to be judged, with the effects it already knows
+    without : kinds of effects that are no candidates, because they are known not to be there
 
     Raises
     ------
     InputError
-        recordings that are not this gauge's, or too small to say anything about
+        recordings that are not this gauge's, or too small to say anything about; kinds that do not exist
     """
+    for kind in without:
+        if kind not in effect_kinds():
+            raise InputError(
+                "without", "no such kind of effect", found=kind, expected=", ".join(sorted(effect_kinds()))
+            )
     data = make_residuals(recording, gauge, machine)
     some = _some(data, recording)
     noise = estimate_noise(some)
     if noise.dof < FEWEST_DOF or noise.sigma_um < SMALLEST_SIGMA_UM:
         return _insufficient(some, noise)
-    found = _search(some, noise)
+    found = _search(some, noise, without)
     noise, whitening, fitted = found.noise, found.selector.whitening, found.selector.fit(found.terms)
     if some is not data:
         noise, whitening, fitted = _on_all_rows(fitted, data)
@@ -97,9 +105,9 @@ class _Search:
     unexplained: tuple[Located, ...]
 
 
-def _search(data: Residuals, noise: Noise) -> _Search:
+def _search(data: Residuals, noise: Noise, without: Collection[str]) -> _Search:
     whitening = make_whitening(data, noise.by_row_um)
-    families = list(effect_families(data))
+    families = list(effect_families(data, without))
     selector = Selector(Library(families, whitening), whitening, data)
     terms = selector.select()
     # what looked like scatter, outliers among it, may have been the effect, and the other way round

@@ -6,7 +6,7 @@ anywhere between them: its components are linear parameters.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
@@ -65,11 +65,14 @@ class Family:
         return int(self.columns.shape[1])
 
 
-def effect_families(data: Residuals) -> Iterator[Family]:
-    """Families of all named effects whose signature can be computed from this recording and is not nothing."""
+def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[Family]:
+    """Families of all named effects whose signature can be computed from this recording and is not nothing.
+
+    Kinds in ``without`` are no candidates.
+    """
     directions = list(visible_directions(np.array(list(data.probings.setting.axis.values()))))
     for kind, law in sorted(effect_kinds().items()):
-        if kind in NOT_LAWS or (kind == "lever_arm" and data.machine.probe.model == "constant"):
+        if kind in NOT_LAWS or kind in without or (kind == "lever_arm" and data.machine.probe.model == "constant"):
             continue
         if NEEDS_TIME & set(law.covariates) and not data.has_time:
             continue

@@ -8,9 +8,11 @@ from functools import lru_cache
 
 import mpmath
 import numpy as np
+import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
+from stepgauge.diagnose import engine
 from stepgauge.diagnose.engine import diagnose
 from stepgauge.diagnose.library import visible_directions
 from stepgauge.diagnose.noise import estimate_noise
@@ -20,6 +22,7 @@ from stepgauge.diagnose.search import log_p_value
 from stepgauge.diagnose.unknown_law import model_unknown
 from stepgauge.diagnose.whitening import make_whitening
 from stepgauge.effects import Probings, Setting
+from stepgauge.errors import InputError
 from stepgauge.recording import APPROACH, POSITION, Recording
 from tests.diagnose.made import ALONG_X, ALONG_Y, gauge, machine, record
 
@@ -275,3 +278,37 @@ def test_directions_that_show_are_those_along_which_the_gauge_lay() -> None:
     x, y, plane = visible_directions(np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
     assert (x, y) == ("x", "y")
     np.testing.assert_allclose(np.asarray(plane).T @ np.asarray(plane), np.diag([1.0, 1.0, 0.0]), atol=1e-12)
+
+
+def test_a_kind_that_is_left_out_comes_back_unknown_where_it_lives() -> None:
+    recording = bent(along(BETWEEN, lambda t: 2.0 * np.sin(2.0 * np.pi * t / 217.0)))
+    found = diagnose(recording, gauge(), machine(), without=["temperature_cycle", "vibration"])
+    assert found.verdict == "unknown"
+    assert "time" in {one.covariate for one in (*found.located, *found.unexplained)}
+
+
+def test_a_kind_that_does_not_exist_cannot_be_left_out() -> None:
+    with pytest.raises(InputError, match="no such kind of effect"):
+        diagnose(clean(), gauge(), machine(), without=["gremlins"])
+
+
+def test_long_recordings_are_fitted_to_all_rows_and_alias_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An oscillation that the searched cycles may alias, and a scale error: only what all rows confirm is told."""
+    monkeypatch.setattr(engine, "MOST_SEARCHED", 500)
+    once, random = clean().frame, np.random.default_rng(0)
+    once = once[once["cycle"] == 1]
+    lasts = once["time_s"].max() + 30.0
+    frame = pd.concat(
+        [once.assign(cycle=i + 1, time_s=once["time_s"] + i * lasts) for i in range(30)], ignore_index=True
+    )
+    recording = replace(clean(), frame=frame)
+    frame[POSITION] += frame[APPROACH].to_numpy() * random.normal(0.0, NOISE_UM * 1e-3, (len(frame), 1))
+    x, time = frame["x_mm"].to_numpy(), frame["time_s"].to_numpy()
+    found = told(bent(lambda r: 8e-3 * x * side(r) * lies_on(r) + 0.4 * side(r) * np.sin(time / 143.0), recording))
+    kinds = {one.kind: one for one in found.findings}
+    ppm = kinds["scale_error"].parameters["ppm"]
+    assert ppm.u is not None
+    assert abs(ppm.value - 8.0) < 4.0 * ppm.u < 1.0
+    for one in kinds.get("temperature_cycle"), kinds.get("vibration"):
+        assert one is None or one.parameters["amplitude_um"].value == pytest.approx(0.4, rel=0.2)
+    assert any(f"of {len(frame)} rows" in remark for remark in found.remarks)
