@@ -45,7 +45,11 @@ def length_test_content(test: LengthTest, stated: Stated, machine: Machine | Non
         [gauge_section(test.gauge), _specification(data), _conditions(data), _recording(data, machine)],
         [(figure_svg(length_test_figure(test)), caption(data))],
         rules_table(data["rules"], data["excluded"]),
-        [_positions(data), *(_errors(data, kind) for kind in KINDS if data["results"][kind])],
+        [
+            _positions(data),
+            _uncertainties(data),
+            *(_errors(data, kind) for kind in KINDS if data["results"][kind]),
+        ],
         METHOD,
         ("iso10360.json", data),
         [f"contribution to U: {what}" for what in test.missing],
@@ -144,6 +148,30 @@ def _positions(data: dict[str, Any]) -> PrintedTable:
         for one in data["positions"]
     ]
     return PrintedTable("Measuring positions", columns, rows)
+
+
+def _uncertainties(data: dict[str, Any]) -> PrintedTable:
+    """What U is made of: of each kind, the length with the largest; dashes where nothing was stated."""
+    kinds = [kind for kind in KINDS if data["results"][kind]]
+    worst = [
+        max((one for one in data["lengths"] if one["kind"] == kind), key=lambda one: one["expanded_uncertainty_um"])
+        for kind in kinds
+    ]
+    names = ("certificate", "expansion", "temperature", "alignment", "fixture", "tip diameter")
+    columns = [Column("Lengths", words=True), Column("Nominal", "mm")]
+    columns += [Column(f"u {name}", "µm") for name in names] + [Column("Combined u", "µm"), Column("U", "µm")]
+    rows = [
+        (
+            kind,
+            number(one["nominal_mm"], 3),
+            *(number(one["uncertainty_um"].get(name), 3) for name in names),
+            number(one["standard_uncertainty_um"], 3),
+            number(one["expanded_uncertainty_um"], 2),
+        )
+        for kind, one in zip(kinds, worst, strict=True)
+    ]
+    note = f"Standard uncertainties of the length with the largest U; k = {data['coverage_factor']:g}. – not stated."
+    return PrintedTable("Uncertainty of the test", columns, rows, note)
 
 
 def _errors(data: dict[str, Any], kind: str) -> PrintedTable:

@@ -16,6 +16,20 @@ def number(value: float | None, decimals: int) -> str:
     return text.removeprefix("-") if float(text) == 0.0 else text.replace("-", "−")
 
 
+def uncertain(value: float | None, expanded: float | None, most: int = 5) -> tuple[str, str]:
+    """A value and its expanded uncertainty as a certificate states them.
+
+    The uncertainty has two significant digits and the value is rounded to the same decimal place (GUM 7.2.6; ILAC-P14),
+    with at most ``most`` decimals. Where the uncertainty is zero or unknown, the value has two decimals.
+    """
+    if expanded is None or math.isnan(expanded) or expanded <= 0.0:
+        return number(value, 2), number(expanded, 2)
+    place = math.floor(math.log10(float(f"{expanded:.1e}")))
+    step = min(1 - place, most)
+    rounded = [None if one is None else round(one, step) for one in (value, expanded)]
+    return number(rounded[0], max(step, 0)), number(rounded[1], max(step, 0))
+
+
 def quantity(value: float | None, decimals: int, unit: str) -> str:
     """A number with its unit (degrees without a space); a dash alone where it is not defined."""
     text = number(value, decimals)

@@ -72,6 +72,8 @@ def render_pdf(content: dict[str, Any], template: str | Path | None = None) -> P
     source = Path(template) if template else folder("templates") / "reports" / "report.typ"
     if re.search(r"@preview\b", read_text(source)):
         raise InputError(source, "template: packages from the network are not loaded", found="@preview")
+    if not re.search(r"sys\.inputs|#(import|include)\b", read_text(source)):
+        raise InputError(source, "template: it prints nothing of the report", expected="a Typst file with sys.inputs")
     import typst
 
     reasons: list[str] = []
@@ -107,6 +109,8 @@ def render_html(content: dict[str, Any], template: str | Path | None = None) -> 
     )
     environment.filters["image"] = svg_address
     text = read_text(source)
+    if not re.search(r"\breport\b", text):
+        raise InputError(source, "template: it prints nothing of the report", expected="a Jinja file with {{ report }}")
     try:
         return Pages(environment.from_string(text).render(report=content).encode("utf-8"))
     except jinja2.TemplateSyntaxError as error:
