@@ -125,7 +125,7 @@ def test_uncertainties_stand_beside_the_errors() -> None:
     rows = {row["face"]: row["cells"] for row in made["placements"][0]["uncertain"]}
     line = budget.find("xm", 1, 9)
     assert line is not None
-    assert rows["9"][4:6] == list(uncertain(line.value_um, line.expanded_um))
+    assert [cell.strip() for cell in rows["9"][4:6]] == list(uncertain(line.value_um, line.expanded_um))
     assert rows["1"][2:4] == ["–", "–"]
     table = made["budget"]["placements"][0]
     assert table["heads"] == ["R_eff", "XF", "XB", "XM", "XR"]

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepgauge.report.numbers import uncertain
+from stepgauge.report.numbers import aligned, uncertain
 
 
 @pytest.mark.parametrize(
@@ -36,3 +36,10 @@ def test_two_digits_of_the_uncertainty_and_the_value_to_the_same_place(value: fl
     assert u == pytest.approx(expanded, abs=0.5001 * place)
     assert shown == pytest.approx(value, abs=0.5001 * place)
     assert round(u / place) in range(10, 100)
+
+
+def test_decimal_points_stand_below_each_other() -> None:
+    digit, point = "\u2007", "\u2008"
+    assert aligned(["5.0", "−0.43", "–", "130"]) == [f"5.0{digit}", "−0.43", "–", f"130{point}{digit}{digit}"]
+    assert aligned(["1", "20"]) == ["1", "20"]
+    assert aligned([]) == []

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stepgauge.figures.budget import budget_figure, farthest, label
 from stepgauge.figures.style import figure_style
-from stepgauge.report.numbers import UNDEFINED, clean, number, uncertain
+from stepgauge.report.numbers import UNDEFINED, aligned, clean, number, uncertain
 from stepgauge.standards.budget_files import StoredBudget, StoredLine, StoredSource
 from stepgauge.statements import dof_text, uncertainty_text
 
@@ -99,7 +99,8 @@ def uncertain_faces(result: dict[str, Any], budget: StoredBudget) -> list[dict[s
                 "cells": cells,
             }
         )
-    return rows
+    columns = [aligned(column) for column in zip(*(row["cells"] for row in rows), strict=True)]
+    return [{**row, "cells": list(cells)} for row, cells in zip(rows, zip(*columns, strict=True), strict=True)]
 
 
 def _svg(figure: Figure) -> str:

@@ -23,6 +23,7 @@ from stepgauge.report.standards import (
 from stepgauge.standards.iso10360 import KINDS, LengthTest
 from stepgauge.standards.iso10360_files import length_test_to_dict, verdicts
 
+CONTRIBUTIONS = ("certificate", "expansion", "temperature", "alignment", "fixture", "tip diameter")
 METHOD = (
     "The error is the indicated length less the certified one at the gauge's recorded temperature. A unidirectional "
     "length lies between faces of one side; a bidirectional one between the front of a block and the back of a later "
@@ -151,26 +152,19 @@ def _positions(data: dict[str, Any]) -> PrintedTable:
 
 
 def _uncertainties(data: dict[str, Any]) -> PrintedTable:
-    """What U is made of: of each kind, the length with the largest; dashes where nothing was stated."""
+    """What U is made of, for the length of each kind that has the largest."""
     kinds = [kind for kind in KINDS if data["results"][kind]]
     worst = [
         max((one for one in data["lengths"] if one["kind"] == kind), key=lambda one: one["expanded_uncertainty_um"])
         for kind in kinds
     ]
-    names = ("certificate", "expansion", "temperature", "alignment", "fixture", "tip diameter")
-    columns = [Column("Lengths", words=True), Column("Nominal", "mm")]
-    columns += [Column(f"u {name}", "µm") for name in names] + [Column("Combined u", "µm"), Column("U", "µm")]
-    rows = [
-        (
-            kind,
-            number(one["nominal_mm"], 3),
-            *(number(one["uncertainty_um"].get(name), 3) for name in names),
-            number(one["standard_uncertainty_um"], 3),
-            number(one["expanded_uncertainty_um"], 2),
-        )
-        for kind, one in zip(kinds, worst, strict=True)
-    ]
-    note = f"Standard uncertainties of the length with the largest U; k = {data['coverage_factor']:g}. – not stated."
+    columns = [Column("Standard uncertainty by", words=True)]
+    columns += [Column(f"{one['kind']}, {number(one['nominal_mm'], 0)} mm", "µm") for one in worst]
+    rows = [(name, *(number(one["uncertainty_um"].get(name), 3) for one in worst)) for name in CONTRIBUTIONS]
+    rows.append(("combined", *(number(one["standard_uncertainty_um"], 3) for one in worst)))
+    factor = f"U, k = {data['coverage_factor']:g}"
+    rows.append((factor, *(number(one["expanded_uncertainty_um"], 2) for one in worst)))
+    note = "Of the lengths with the largest U. – not stated, or without influence on this length."
     return PrintedTable("Uncertainty of the test", columns, rows, note)
 
 
