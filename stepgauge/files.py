@@ -25,6 +25,27 @@ def read_text(path: str | Path) -> str:
         raise InputError(path, error.strerror or str(error)) from None
 
 
+def check_output(path: str | Path, *inputs: str | Path | None) -> None:
+    """Refuse an output that would replace what the command reads, or that has no place, before any work is done."""
+    target = Path(path)
+    for source in inputs:
+        if source is not None and target.exists() and Path(source).exists() and target.samefile(source):
+            raise InputError(target, "this output would replace what the command reads", expected="another name")
+    if target.is_dir():
+        raise InputError(target, "cannot write here: this is a folder", expected="the name of a file")
+    check_folder(target.parent)
+
+
+def check_folder(path: str | Path) -> None:
+    """Refuse a folder for outputs that cannot be made or written to, before any work is done."""
+    folder = Path(path)
+    present = next(one for one in (folder, *folder.absolute().parents) if os.path.lexists(one))
+    if not present.is_dir():
+        raise InputError(folder, "cannot write here", found=f"the file {present}", expected="a folder")
+    if not os.access(present, os.W_OK | os.X_OK):
+        raise InputError(folder, "cannot write here", found=f"no permission to write to {present}")
+
+
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
     """Yield a path beside ``path`` to write to; it takes the name of ``path`` only when all went well.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import islice, takewhile
@@ -121,7 +122,12 @@ def is_recording_file(path: str | Path) -> bool:
 def _read_csv(path: str | Path, skipped: int) -> pd.DataFrame:
     try:
         _check_header(path, skipped)
-        return pd.read_csv(path, skiprows=skipped, skip_blank_lines=False, index_col=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # pandas would drop what has no column
+            return pd.read_csv(path, skiprows=skipped, skip_blank_lines=False, index_col=False)
+    except pd.errors.ParserWarning:
+        where = f"{path}:{skipped + 1}"
+        raise InputError(where, "the rows have more cells than the header", expected=",".join(REQUIRED)) from None
     except pd.errors.EmptyDataError:
         raise InputError(path, "the recording is empty", expected="a header " + ",".join(REQUIRED)) from None
     except (pd.errors.ParserError, UnicodeDecodeError) as error:

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import jinja2
+from jinja2 import meta
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from stepgauge.errors import InputError
@@ -25,14 +26,25 @@ def fill_template(source: Path, kind: str, context: Mapping[str, object]) -> str
 
     :class:`InputError` names the line of a template that fails: syntax, an unknown name, something the sandbox forbids.
     """
+    environment, text = _environment(kind), read_text(source)
     try:
-        return _environment(kind).from_string(read_text(source)).render(context)
+        filled = environment.from_string(text).render(context)
+        _check_use(environment, text, source, context)
+        return filled
     except jinja2.TemplateSyntaxError as error:
         raise InputError(f"{source}:{error.lineno}", f"template: {error.message}") from None
     except InputError:
         raise
     except Exception as error:  # whatever a user's template does is the template's fault: name its line
         raise InputError(f"{source}:{_template_line(error)}", f"template: {error}") from None
+
+
+def _check_use(environment: jinja2.Environment, text: str, source: Path, context: Mapping[str, object]) -> None:
+    """Another file given for a template prints itself, whatever was measured: refused before the machine gets it."""
+    tree = environment.parse(text)
+    if meta.find_undeclared_variables(tree) & set(context) or any(meta.find_referenced_templates(tree)):
+        return
+    raise InputError(source, "template: it uses nothing of what it is given", expected="one of " + ", ".join(context))
 
 
 def _environment(kind: str) -> jinja2.Environment:

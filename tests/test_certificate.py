@@ -24,6 +24,7 @@ from stepgauge.dcc.xml import parse_xml, read_xml, validate
 from stepgauge.errors import InputError
 from stepgauge.gauge import read_gauge
 from stepgauge.report.content import Sources, Stated, make_content
+from stepgauge.report.numbers import uncertain
 from stepgauge.report.render import render_html, render_pdf
 from stepgauge.resources import folder
 from tests.conftest import ROOT
@@ -91,6 +92,16 @@ def test_number_and_page_stand_on_every_page_and_the_end_on_the_last(placements:
         assert "No. EXAMPLE-2026-017" in page
         assert f"page {number} of {len(pages)}" in page
     assert ["End of calibration certificate" in page for page in pages] == [False] * (len(pages) - 1) + [True]
+    assert "name, date, signature" in pages[-1]
+
+
+def test_the_end_mark_never_stands_alone(tmp_path: Path) -> None:
+    """However much is not stated, the last page has the signature, too."""
+    (tmp_path / "c.toml").write_text("")
+    for budget in (evaluated(1)[1], None):
+        pages = texts(render_pdf(content(laboratory=read_laboratory(tmp_path / "c.toml"), budget=budget)).data)
+        assert "End of the calibration certificate" in pages[-1]
+        assert "name, date, signature" in pages[-1]
 
 
 def test_what_is_not_stated_says_so(tmp_path: Path) -> None:
@@ -114,7 +125,7 @@ def test_uncertainties_stand_beside_the_errors() -> None:
     rows = {row["face"]: row["cells"] for row in made["placements"][0]["uncertain"]}
     line = budget.find("xm", 1, 9)
     assert line is not None
-    assert rows["9"][4:6] == [f"{line.value_um:.2f}".replace("-", "−"), f"{line.expanded_um:.2f}"]
+    assert [cell.strip() for cell in rows["9"][4:6]] == list(uncertain(line.value_um, line.expanded_um))
     assert rows["1"][2:4] == ["–", "–"]
     table = made["budget"]["placements"][0]
     assert table["heads"] == ["R_eff", "XF", "XB", "XM", "XR"]
@@ -257,9 +268,7 @@ def test_the_printed_and_the_digital_certificate_say_the_same(results: Path) -> 
     xm = next(one for one in lists if one.name == "xm")
     table = text[text.index("Errors with expanded uncertainty") :]
     row = next(line.split() for line in table.splitlines() if line.startswith("41 front"))
-    assert [float(v.replace("−", "-")) for v in row[7:9]] == pytest.approx(
-        [xm.value_um[-1], xm.expanded_um[-1]], abs=0.006
-    )
+    assert tuple(row[7:9]) == uncertain(xm.value_um[-1], xm.expanded_um[-1])
     assert read_gauge(results / "gauge.toml").certificate.laboratory == "Example Gauge Laboratory"
 
 

@@ -1,4 +1,4 @@
-"""The examples of ISO 10360-2 and ISO 230-2: they run, and their published tables are current."""
+"""The examples of ISO 10360-2, ISO 230-2 and the figures: they run, and what they publish is current."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stepgauge.evaluate import evaluate
+from stepgauge.gauge import read_gauge
+from stepgauge.recording import join_recordings, read_recording
 from tests.conftest import ROOT
 
 
@@ -57,3 +60,17 @@ def test_iso230(tmp_path: Path) -> None:
     assert axis["parameters_um"]["mean_B"] == pytest.approx(-2.4, abs=0.2)
     scatter = np.sqrt(np.mean([[t["s_up_um"] ** 2, t["s_down_um"] ** 2] for t in axis["targets"]]))
     assert scatter == pytest.approx(0.6, rel=0.15)
+
+
+def test_figures(tmp_path: Path) -> None:
+    """Every figure of the README's table is drawn, and the errors are those of the faults that were put in."""
+    folder = run_example("figures", tmp_path)
+    drawn = {path.stem for path in folder.glob("*.png")}
+    each = {f"{what}-placement-{n}" for what in ("error", "bidirectional", "repeatability") for n in (1, 2, 3)}
+    assert drawn == each | {"arrows", "run"}
+    gauge = read_gauge("step-gauge-420")
+    recording = join_recordings([read_recording(folder / f"{name}.csv") for name in ("along-x", "along-y", "diagonal")])
+    last = [one.xm_um[-2] for one in evaluate(recording, gauge).results]
+    # 6 ppm of y, and 12 urad of x leaning along y: (6 j^2 + 12 i j) um/m over 400 mm, j = 0.714
+    expected = [0.0, 2.4, 0.4 * (6.0 * 0.714**2 + 12.0 * 0.7 * 0.714)]
+    np.testing.assert_allclose(last, expected, atol=0.8)

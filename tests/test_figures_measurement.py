@@ -166,7 +166,10 @@ def test_run_chart_by_time_with_temperatures(recording, evaluation) -> None:
     np.testing.assert_allclose(
         points(errors, ">")[: tables[0]["front"].sum(), 0], tables[0]["time_s"][tables[0]["front"]] / 60
     )
-    assert {line.get_label() for line in temperatures.get_lines()} >= {"gauge", "scale x", "scale y", "scale z"}
+    assert {line.get_label() for line in temperatures.get_lines()} == {"gauge", "scales x, y, z", "_more"}
+    warmer = [table.assign(scale_temperature_y_C=table["scale_temperature_y_C"] + 0.1) for table in tables]
+    lines = run_chart_figure(warmer).axes[1].get_lines()
+    assert {line.get_label() for line in lines} == {"gauge", "scale x", "scale y", "scale z", "_more"}
     both = np.concatenate([points(errors, marker)[:, 1] for marker in "><"])
     both = both[np.isfinite(both)]
     np.testing.assert_allclose(

@@ -290,6 +290,6 @@ def test_a_template_may_extend_the_shipped_one_and_read_an_input(tmp_path: Path)
 
 def test_a_template_that_prints_what_no_controller_reads_is_refused(tmp_path: Path) -> None:
     template = tmp_path / "mine.j2"
-    template.write_text("ok\n20 °C\n")
+    template.write_text("ok {{ version }}\n20 °C\n")
     with pytest.raises(InputError, match=r"line 2 .* not ASCII"):
         render(plan(), DIALECTS["dmis"], template)

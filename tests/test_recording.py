@@ -73,6 +73,15 @@ def test_files_that_are_no_recording_are_refused(tmp_path: Path, old: str, new: 
     assert all(word in str(caught.value) for word in words), str(caught.value)
 
 
+def test_a_column_without_a_header_is_not_dropped_in_silence(tmp_path: Path) -> None:
+    """pandas only warns of it, and goes on without the last column; delimiters at the ends of rows are no column."""
+    comments = [line for line in CSV.splitlines() if line.startswith("#")]
+    header, *rows = [line for line in CSV.splitlines() if not line.startswith("#")]
+    with pytest.raises(InputError, match="more cells than the header"):
+        read(tmp_path, "\n".join([*comments, header, *(row + ",7" for row in rows)]) + "\n")
+    assert len(read(tmp_path, "\n".join([*comments, header, *(row + "," for row in rows)]) + "\n")) == len(rows)
+
+
 def test_missing_and_binary_files_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="No such file"):
         read_recording(tmp_path / "none.csv")

@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 from stepgauge.cli import cli
+from stepgauge.errors import InputError
 
 HERE = Path(__file__).resolve().parent
 STEPS = (
@@ -42,4 +43,7 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1] if len(sys.argv) > 1 else "certificate-results"))
+    try:
+        main(Path(sys.argv[1] if len(sys.argv) > 1 else "certificate-results"))
+    except (InputError, OSError) as error:
+        sys.exit(f"error: {error}")

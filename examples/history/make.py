@@ -10,6 +10,7 @@ import click
 
 from stepgauge.cli import cli
 from stepgauge.errors import InputError
+from stepgauge.files import check_folder
 
 HERE = Path(__file__).resolve().parent
 GAUGE = "step-gauge-420"
@@ -30,6 +31,7 @@ DATES = {
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Folder for all that comes out.")
 def main(output: Path) -> None:
     """Measure along x and along y at every date, evaluate, and draw the history."""
+    check_folder(output)
     archive = output / "archive"
     for number, (date, (ppm, reversal_um)) in enumerate(DATES.items()):
         machine = archive / date / "machine.toml"

@@ -13,7 +13,7 @@ import shlex
 import sys
 from pathlib import Path
 
-from stepgauge.cli import cli
+from stepgauge.cli import main as command_line
 
 HERE = Path(__file__).parent
 GAUGE = "step-gauge-1020"
@@ -27,7 +27,7 @@ def stepgauge(*arguments: object) -> None:
     """Run a command as it is shown."""
     words = [str(argument) for argument in arguments]
     print(f"$ stepgauge {shlex.join(words)}", flush=True)
-    cli.main(args=words, prog_name="stepgauge", standalone_mode=False)
+    command_line(words)
 
 
 def main(folder: Path) -> None:

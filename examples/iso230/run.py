@@ -11,7 +11,7 @@ import shlex
 import sys
 from pathlib import Path
 
-from stepgauge.cli import cli
+from stepgauge.cli import main as command_line
 
 HERE = Path(__file__).parent
 STEPS = (
@@ -27,7 +27,7 @@ def main(folder: Path) -> None:
     for step in STEPS:
         words = [part.format(here=HERE, out=folder) for part in shlex.split(step)]
         print(f"$ stepgauge {shlex.join(words)}", flush=True)
-        cli.main(args=words, prog_name="stepgauge", standalone_mode=False)
+        command_line(words)
 
 
 if __name__ == "__main__":

@@ -107,12 +107,14 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
     stepgauge budget recording.csv -g step-gauge-420 -m machine.toml -p placement.toml -o result
     """
     from stepgauge.figures.budget import draw_budget, farthest, label
+    from stepgauge.files import check_folder
     from stepgauge.gauge import read_gauge
     from stepgauge.machine_file import read_machine
     from stepgauge.placement import read_placement
     from stepgauge.standards.budget import Asked, make_budget
     from stepgauge.standards.budget_files import read_budget, write_budget
 
+    check_folder(output)
     steps, cmm = read_gauge(gauge), read_machine(machine)
     if options["certificate_correlation"] is not None:
         stated = {"correlation": options["certificate_correlation"]}
@@ -162,6 +164,8 @@ def _model(
         tables = [read_recording(path) for path in sources]
         for table in tables:
             check_machine({"comments": table.comments}, machine)
+        if options["gauge_temperature"] is not None:
+            raise click.UsageError("--gauge-temperature belongs to a program; a recording has its own.")
         recording = tables[0] if len(tables) == 1 else join_recordings(tables)
         blocks = parse_blocks(options["blocks"], gauge) if options["blocks"] else None
         return recording_model(recording, machine, gauge, u_temperature, origin, blocks)

@@ -117,10 +117,14 @@ def command(evaluation: str, axis: str, to: str, output: str, **options: Any) ->
     stepgauge compensate result --axis x --to csv -o x.csv --plot x.png
     """
     from stepgauge.compensation import FORMATS, axis_faces, make_table, render_table, write_table
+    from stepgauge.files import check_output
     from stepgauge.report.reading import find_evaluation, read_checked_evaluation
 
     path = find_evaluation(evaluation)
+    check_output(output, path, options["template"])
     known = FORMATS[to]
+    if to == "csv" and (options["file_type"] or options["joint"] is not None):
+        raise click.UsageError("--file-type and --joint are for linuxcnc and siemens; a csv table has neither.")
     faces = axis_faces(
         read_checked_evaluation(path),
         path,

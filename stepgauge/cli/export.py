@@ -80,8 +80,11 @@ def command(recording: str, form: str, output: str, **options: Any) -> None:
     stepgauge export recording.csv --to dmis --points surface --tip-radius 2 -o results.dmo
     """
     from stepgauge.exporting import ExportOptions, export_recording, write_export
+    from stepgauge.files import check_output
     from stepgauge.recording import read_recording
 
+    check_output(output, recording)
+    _check_options(form, output, options)
     decimal = "," if options["decimal"] == "comma" else "."
     delimiter = options["delimiter"] or ("semicolon" if decimal == "," else "comma")
     choice = ExportOptions(
@@ -98,3 +101,14 @@ def command(recording: str, form: str, output: str, **options: Any) -> None:
     for line in export.report:
         say(line)
     say(f"wrote {output}")
+
+
+def _check_options(form: str, output: str, options: dict[str, Any]) -> None:
+    """Options that the form has no use for are mistakes, and so is a workbook by another name."""
+    if form != "csv" and (options["delimiter"] or options["decimal"] == "comma"):
+        raise click.UsageError(f"--delimiter and --decimal are of a CSV table; found --to {form}.")
+    if form != "linuxcnc" and options["log_form"] != "log":
+        raise click.UsageError(f"--log-form is of LinuxCNC; found --to {form}.")
+    if (form == "xlsx") != output.lower().endswith(".xlsx"):
+        expected = "NAME.xlsx" if form == "xlsx" else "another suffix than .xlsx"
+        raise click.UsageError(f"--output does not fit --to {form}: found {output}, expected {expected}.")

@@ -120,11 +120,13 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
     stepgauge import results.dmo --from dmis --program gauge.dmi -g step-gauge-420 -p placement.toml -o recording.csv
     stepgauge import points.csv -g step-gauge-420 -p placement.toml --column x_mm="Messwert X" -o recording.csv
     """
+    from stepgauge.files import check_output
     from stepgauge.gauge import read_gauge
     from stepgauge.importing import ImportOptions, import_log, recognise_log
     from stepgauge.placement import read_placement
     from stepgauge.recording import write_recording
 
+    check_output(output, log, options["program"], options["gauge"], options["placement"])
     _check_options(options)
     steps = read_gauge(options["gauge"]) if options["gauge"] else None
     lies = read_placement(options["placement"], steps) if steps is not None and options["placement"] else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -139,9 +140,12 @@ def _lengths(text: str | None) -> tuple[float, ...] | None:
     if text is None:
         return None
     try:
-        return tuple(float(part) for part in text.split(","))
+        lengths = tuple(float(part) for part in text.split(","))
     except ValueError:
-        raise click.BadParameter(f"{text!r} are no lengths (mm, separated by commas)", param_hint="--lengths") from None
+        lengths = ()
+    if not lengths or not all(math.isfinite(length) and length > 0.0 for length in lengths):
+        raise click.BadParameter(f"{text!r} are no lengths (mm, separated by commas)", param_hint="--lengths")
+    return lengths
 
 
 def _write(folder: Path, test: LengthTest, machine: Machine | None, options: dict[str, Any]) -> list[Path]:

@@ -50,12 +50,14 @@ def command(
     stepgauge locate points.csv --gauge step-gauge-420 -o placement.toml
     """
     from stepgauge.errors import InputError
+    from stepgauge.files import check_output
     from stepgauge.gauge import read_gauge
     from stepgauge.locate import locate, read_points
     from stepgauge.machine_file import read_machine
     from stepgauge.placement import write_placement
     from stepgauge.plan import parse_blocks
 
+    check_output(output, points, gauge, machine)
     steps = read_gauge(gauge)
     cmm = read_machine(machine) if machine else None
     sigma_um = repeatability if repeatability is not None else (cmm.table.repeatability_um if cmm else 1.0)

@@ -143,7 +143,7 @@ def command(source: str | None, gauge: str, output: str, dialect: str, template:
     if source is None:
         raise click.UsageError("Missing argument 'PLACEMENT|POINTS' (or --iso10360).")
     from stepgauge.collision import make_tool
-    from stepgauge.files import write_text
+    from stepgauge.files import check_output, write_text
     from stepgauge.gauge import read_gauge
     from stepgauge.machine_file import read_machine
     from stepgauge.plan import faces_in_order, make_program
@@ -151,6 +151,7 @@ def command(source: str | None, gauge: str, output: str, dialect: str, template:
     from stepgauge.probes.schema import ConstantTable
     from stepgauge.programs import DIALECTS
 
+    check_output(output, source, gauge, options["machine"], template)
     steps = read_gauge(gauge)
     machine = read_machine(options["machine"]) if options["machine"] else None
     placement = _placement(source, steps, options["points_on"], options["tip_radius"], machine)

@@ -20,12 +20,14 @@ def plan_seven(
 ) -> None:
     """Plan, check and write the seven positions into a folder."""
     from stepgauge.errors import InputError
+    from stepgauge.files import check_folder
     from stepgauge.gauge import read_gauge
     from stepgauge.machine_file import read_machine
     from stepgauge.standards.iso10360_plan import plan_positions
     from stepgauge.standards.measuring_line import LONGEST_SHARE
 
     _check_options(source, options)
+    check_folder(output)
     steps, machine = read_gauge(gauge), read_machine(options["machine"])
     settings = probing_settings(options, steps, machine, machine.probe.tip_radius_mm)
     positions = plan_positions(steps, machine, plan_options(options, steps), settings, options["stylus"])

@@ -63,6 +63,7 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
     \b
     stepgauge simulate gauge.dmi --machine bridge-cmm --gauge step-gauge-420 --placement placement.toml -o recording.csv
     """
+    from stepgauge.files import check_output
     from stepgauge.gauge import read_gauge
     from stepgauge.machine import Conditions, probing_settings, run_program
     from stepgauge.machine_file import read_machine
@@ -70,6 +71,7 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
     from stepgauge.programs import read_program
     from stepgauge.recording import write_recording
 
+    check_output(output, program, machine, gauge, placement, options["true_placement"])
     steps, cmm = read_gauge(gauge), read_machine(machine)
     believed = read_placement(placement, steps)
     lies = read_placement(options["true_placement"], steps) if options["true_placement"] else believed

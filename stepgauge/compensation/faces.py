@@ -16,6 +16,10 @@ Array = NDArray[np.float64]
 AXES = "xyz"
 
 
+TIP_FAR_OFF_MM = 0.1
+"""A stated radius farther than this from that of the gauge's blocks belongs to another tip: a reversal is some um."""
+
+
 @dataclass(frozen=True)
 class TipRadius:
     """Effective radius known from elsewhere (ring, sphere), mm, and its standard uncertainty, um."""
@@ -141,6 +145,7 @@ def axis_faces(
     """
     one = _choose(evaluation["placements"], str(path), axis, placement, angle_limit_deg)
     share = float(one["axis"][AXES.index(axis)])
+    _check_tip(tip, float(one["r_eff_mm"]), str(path))
     rows = [row for row in one["faces"] if row["count"] > 0]
     front = np.array([row["side"] == "front" for row in rows])
     radius_mm = float(one["r_eff_mm"])
@@ -164,6 +169,19 @@ def axis_faces(
         abs((expansion_u or 0.0) * warm_K) * 1e3,
         _about(evaluation, one, path, axis, offset_mm, tip),
         tuple(_notes(one, axis, unknown, expansion_u is None and warm_K != 0.0)),
+    )
+
+
+def _check_tip(tip: TipRadius | None, measured_mm: float, path: str) -> None:
+    """A radius from elsewhere differs from that of the blocks by half of the reversal: far more is another tip."""
+    if tip is None or abs(tip.r_eff_mm - measured_mm) <= TIP_FAR_OFF_MM:
+        return
+    hint = " (a diameter?)" if abs(tip.r_eff_mm / 2.0 - measured_mm) <= TIP_FAR_OFF_MM else ""
+    raise InputError(
+        path,
+        f"--tip-radius is that of another tip{hint}: the difference would get into the table as reversal",
+        found=f"{tip.r_eff_mm:g} mm",
+        expected=f"about {measured_mm:.4f} mm, from the gauge's blocks",
     )
 
 

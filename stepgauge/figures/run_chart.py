@@ -37,15 +37,27 @@ def run_chart_figure(tables: Sequence[pd.DataFrame]) -> Figure:
         for number, (table, x) in enumerate(zip(tables, places, strict=True)):
             _draw_probings(panels[0], table, x)
             _mark_placement(panels[0], table, x, number)
-            for name in temperatures:
+            for name, label in _drawn(tables, temperatures).items():
                 line, color = _LINES[TEMPERATURES.index(name)]
                 panels[-1].plot(
                     x, table[name], color=color, linestyle=line, linewidth=1.2,
-                    label=_NAMES[TEMPERATURES.index(name)] if number == 0 else "_more",
+                    label=label if number == 0 else "_more",
                 )  # fmt: skip
         _label(list(panels), temperatures, timed)
         figure.legend(loc="outside upper center", ncols=8, frameon=False)
     return figure
+
+
+def _drawn(tables: Sequence[pd.DataFrame], temperatures: Sequence[str]) -> dict[str, str]:
+    """Columns to draw with their labels: scales that are equally warm throughout are one line, not three above each
+    other."""
+    scales = [name for name in temperatures if name.startswith("scale_")]
+    alike = all(table[name].equals(table[scales[0]].rename(name)) for table in tables for name in scales)
+    if len(scales) < 2 or not alike:
+        return {name: _NAMES[TEMPERATURES.index(name)] for name in temperatures}
+    label = "scales " + ", ".join(_NAMES[TEMPERATURES.index(name)].split()[-1] for name in scales)
+    others = {name: _NAMES[TEMPERATURES.index(name)] for name in temperatures if name not in scales}
+    return {**others, scales[0]: label}
 
 
 def _places(tables: Sequence[pd.DataFrame], timed: bool) -> list[NDArray[np.float64]]:

@@ -88,6 +88,7 @@ def read_log(path: str | Path, source: str, layout: TableLayout | None = None) -
     :class:`InputError` for a file of another kind, and for the first line that is not as the format wants it.
     """
     if source in TABLES:
+        _check_layout(path, source, layout or TableLayout())
         return read_sheet(path, source, layout or TableLayout())
     if layout not in (None, TableLayout()):
         raise InputError(
@@ -108,6 +109,13 @@ def read_log(path: str | Path, source: str, layout: TableLayout | None = None) -
             expected=known.layout,
         )
     return known.read(text, path)
+
+
+def _check_layout(path: str | Path, source: str, layout: TableLayout) -> None:
+    """A delimiter of a workbook, or a sheet of a text, is a mistake about the file."""
+    for option, value, of in (("--delimiter", layout.delimiter, "csv"), ("--sheet", layout.sheet, "xlsx")):
+        if value is not None and source != of:
+            raise InputError(path, f"{option} is of a {FORMATS[of].title}", found=f"a {FORMATS[source].title}")
 
 
 def import_log(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stepgauge.figures.budget import budget_figure, farthest, label
 from stepgauge.figures.style import figure_style
-from stepgauge.report.numbers import UNDEFINED, clean, number
+from stepgauge.report.numbers import UNDEFINED, aligned, clean, number, uncertain
 from stepgauge.standards.budget_files import StoredBudget, StoredLine, StoredSource
 from stepgauge.statements import dof_text, uncertainty_text
 
@@ -84,13 +84,13 @@ def _totals(lines: Sequence[StoredLine], budget: StoredBudget) -> list[dict[str,
 
 
 def uncertain_faces(result: dict[str, Any], budget: StoredBudget) -> list[dict[str, Any]]:
-    """Errors with their expanded uncertainties by face; both are dashes where ``evaluate`` defines nothing."""
+    """Errors with their expanded uncertainties by face, to two significant digits of these; dashes where none is."""
     rows = []
     for row in result["faces"]:
         cells: list[str] = []
         for name in ERRORS:
             line = budget.find(name, result["placement"], row["face"])
-            cells += [number(row[f"{name}_um"], 2), UNDEFINED if line is None else number(line.expanded_um, 2)]
+            cells += uncertain(row[f"{name}_um"], None if line is None else line.expanded_um)
         rows.append(
             {
                 "face": str(row["face"]),
@@ -99,7 +99,8 @@ def uncertain_faces(result: dict[str, Any], budget: StoredBudget) -> list[dict[s
                 "cells": cells,
             }
         )
-    return rows
+    columns = [aligned(column) for column in zip(*(row["cells"] for row in rows), strict=True)]
+    return [{**row, "cells": list(cells)} for row, cells in zip(rows, zip(*columns, strict=True), strict=True)]
 
 
 def _svg(figure: Figure) -> str:

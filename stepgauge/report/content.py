@@ -22,7 +22,7 @@ from stepgauge.machine_file import Machine
 from stepgauge.placement import Placement
 from stepgauge.report.budget import budget_content, uncertain_faces
 from stepgauge.report.certificate import certificate_content, not_stated
-from stepgauge.report.numbers import UNDEFINED, clean, number, quantity
+from stepgauge.report.numbers import UNDEFINED, clean, number, quantity, uncertain
 from stepgauge.report.sections import (
     DATE_MISSING,
     Section,
@@ -153,10 +153,15 @@ def _summary(result: dict[str, Any], budget: StoredBudget | None) -> dict[str, s
         "two_sigma": quantity(result["worst_two_sigma_um"], 2, "µm"),
         "r_eff": quantity(result["r_eff_mm"], 5, "mm"),
         "u_r_eff": quantity(result["u_r_eff_mm"] * 1e3, 2, "µm"),
-        "expanded_r_eff": quantity(expanded["r_eff"], 2, "µm"),
-        "expanded_xm": quantity(expanded["xm"], 2, "µm"),
+        "expanded_r_eff": _expanded(expanded["r_eff"]),
+        "expanded_xm": _expanded(expanded["xm"]),
         "band_interval": _band_interval(result["placement"], budget),
     }
+
+
+def _expanded(value_um: float | None) -> str:
+    """An expanded uncertainty to two significant digits; a dash without one."""
+    return UNDEFINED if value_um is None else f"{uncertain(None, value_um)[1]} µm"
 
 
 def _band_interval(placement: int, budget: StoredBudget | None) -> str:

@@ -23,6 +23,7 @@ from stepgauge.report.standards import (
 from stepgauge.standards.iso10360 import KINDS, LengthTest
 from stepgauge.standards.iso10360_files import length_test_to_dict, verdicts
 
+CONTRIBUTIONS = ("certificate", "expansion", "temperature", "alignment", "fixture", "tip diameter")
 METHOD = (
     "The error is the indicated length less the certified one at the gauge's recorded temperature. A unidirectional "
     "length lies between faces of one side; a bidirectional one between the front of a block and the back of a later "
@@ -45,7 +46,11 @@ def length_test_content(test: LengthTest, stated: Stated, machine: Machine | Non
         [gauge_section(test.gauge), _specification(data), _conditions(data), _recording(data, machine)],
         [(figure_svg(length_test_figure(test)), caption(data))],
         rules_table(data["rules"], data["excluded"]),
-        [_positions(data), *(_errors(data, kind) for kind in KINDS if data["results"][kind])],
+        [
+            _positions(data),
+            _uncertainties(data),
+            *(_errors(data, kind) for kind in KINDS if data["results"][kind]),
+        ],
         METHOD,
         ("iso10360.json", data),
         [f"contribution to U: {what}" for what in test.missing],
@@ -144,6 +149,23 @@ def _positions(data: dict[str, Any]) -> PrintedTable:
         for one in data["positions"]
     ]
     return PrintedTable("Measuring positions", columns, rows)
+
+
+def _uncertainties(data: dict[str, Any]) -> PrintedTable:
+    """What U is made of, for the length of each kind that has the largest."""
+    kinds = [kind for kind in KINDS if data["results"][kind]]
+    worst = [
+        max((one for one in data["lengths"] if one["kind"] == kind), key=lambda one: one["expanded_uncertainty_um"])
+        for kind in kinds
+    ]
+    columns = [Column("Standard uncertainty by", words=True)]
+    columns += [Column(f"{one['kind']}, {number(one['nominal_mm'], 0)} mm", "µm") for one in worst]
+    rows = [(name, *(number(one["uncertainty_um"].get(name), 3) for one in worst)) for name in CONTRIBUTIONS]
+    rows.append(("combined", *(number(one["standard_uncertainty_um"], 3) for one in worst)))
+    factor = f"U, k = {data['coverage_factor']:g}"
+    rows.append((factor, *(number(one["expanded_uncertainty_um"], 2) for one in worst)))
+    note = "Of the lengths with the largest U. – not stated, or without influence on this length."
+    return PrintedTable("Uncertainty of the test", columns, rows, note)
 
 
 def _errors(data: dict[str, Any], kind: str) -> PrintedTable:

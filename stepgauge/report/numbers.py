@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 UNDEFINED = "–"
+FIGURE_SPACE, POINT_SPACE = "\u2007", "\u2008"
+"""As wide as a digit, and as a point."""
 
 
 def number(value: float | None, decimals: int) -> str:
@@ -14,6 +16,31 @@ def number(value: float | None, decimals: int) -> str:
         return UNDEFINED
     text = f"{value:.{decimals}f}"
     return text.removeprefix("-") if float(text) == 0.0 else text.replace("-", "−")
+
+
+def uncertain(value: float | None, expanded: float | None, most: int = 5) -> tuple[str, str]:
+    """A value and its expanded uncertainty as a certificate states them.
+
+    The uncertainty has two significant digits and the value is rounded to the same decimal place (GUM 7.2.6; ILAC-P14),
+    with at most ``most`` decimals. Where the uncertainty is zero or unknown, the value has two decimals.
+    """
+    if expanded is None or math.isnan(expanded) or expanded <= 0.0:
+        return number(value, 2), number(expanded, 2)
+    place = math.floor(math.log10(float(f"{expanded:.1e}")))
+    step = min(1 - place, most)
+    rounded = [None if one is None else round(one, step) for one in (value, expanded)]
+    return number(rounded[0], max(step, 0)), number(rounded[1], max(step, 0))
+
+
+def aligned(texts: Sequence[str]) -> list[str]:
+    """Numbers of a column with their decimal points below each other: filled up with spaces as wide as a digit."""
+    tails = [text.partition(".")[2] if text[-1:].isdigit() else None for text in texts]
+    most = max((len(tail) for tail in tails if tail is not None), default=0)
+    point = [POINT_SPACE if most and not tail else "" for tail in tails]
+    return [
+        text if tail is None else text + gap + FIGURE_SPACE * (most - len(tail))
+        for text, tail, gap in zip(texts, tails, point, strict=True)
+    ]
 
 
 def quantity(value: float | None, decimals: int, unit: str) -> str:

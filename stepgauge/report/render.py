@@ -84,10 +84,17 @@ def render_pdf(content: dict[str, Any], template: str | Path | None = None) -> P
                 sys_inputs={"report": json.dumps(content)},
                 pdf_standards=[standard],
             )
+            _check_use(source, r"sys\.inputs|#(import|include)\b", "a Typst file with sys.inputs.report")
             return Pages(bytes(data), tuple(f"plain PDF, not for archives: {reason}" for reason in reasons))
         except typst.TypstError as error:
             reasons.append(getattr(error, "message", str(error)) + _typst_line(error))
     raise InputError(source, f"template: {reasons[-1]}")
+
+
+def _check_use(source: Path, pattern: str, expected: str) -> None:
+    """Another file given for a template prints itself, whatever was measured."""
+    if not re.search(pattern, read_text(source)):
+        raise InputError(source, "template: it prints nothing of the report", expected=expected)
 
 
 def _typst_line(error: Exception) -> str:
@@ -108,11 +115,13 @@ def render_html(content: dict[str, Any], template: str | Path | None = None) -> 
     environment.filters["image"] = svg_address
     text = read_text(source)
     try:
-        return Pages(environment.from_string(text).render(report=content).encode("utf-8"))
+        page = environment.from_string(text).render(report=content).encode("utf-8")
     except jinja2.TemplateSyntaxError as error:
         raise InputError(f"{source}:{error.lineno}", f"template: {error.message}") from None
     except Exception as error:  # whatever a user's template does is the template's fault: name its line
         raise InputError(f"{source}:{_jinja_line(error)}", f"template: {error}") from None
+    _check_use(source, r"\breport\b", "a Jinja file with {{ report }}")
+    return Pages(page)
 
 
 def svg_address(svg: str) -> str:

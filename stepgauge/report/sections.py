@@ -11,7 +11,7 @@ import numpy as np
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.placement import Placement
-from stepgauge.report.numbers import clean, number, quantity, vector
+from stepgauge.report.numbers import clean, number, quantity, uncertain, vector
 from stepgauge.standards.budget_files import StoredBudget
 
 DATE_MISSING = "date of the measurement (the recording does not say)"
@@ -159,7 +159,7 @@ def radius_section(evaluation: dict[str, Any], machine: Machine | None, budget: 
         line = budget.find("r_eff", result["placement"], None) if budget else None
         u = f"u = {number(result['u_r_eff_mm'] * 1e3, 2)} µm"
         if line is not None:
-            u = f"U = {number(line.expanded_um, 2)} µm, k = {line.k:.2f}"
+            u = f"U = {uncertain(None, line.expanded_um)[1]} µm, k = {line.k:.2f}"
         section.add(f"R_eff{tail}", f"{number(result['r_eff_mm'], 5)} mm ({u})")
         section.add(
             f"From block{'s' if len(result['r_eff_blocks']) > 1 else ''}{tail}", _ranges(result["r_eff_blocks"])

@@ -1,0 +1,45 @@
+"""Values beside their expanded uncertainty, as a certificate states them (GUM 7.2.6; ILAC-P14)."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stepgauge.report.numbers import aligned, uncertain
+
+
+@pytest.mark.parametrize(
+    ("value", "expanded", "printed"),
+    [
+        (5.034, 1.262, ("5.0", "1.3")),
+        (-0.4346, 0.3146, ("−0.43", "0.31")),
+        (0.4346, 0.0314, ("0.435", "0.031")),
+        (12.34, 0.9961, ("12.3", "1.0")),
+        (1234.6, 126.0, ("1230", "130")),
+        (-0.02, 1.3, ("0.0", "1.3")),
+        (0.0, 0.0, ("0.00", "0.00")),
+        (None, 1.26, ("–", "1.3")),
+        (0.5, None, ("0.50", "–")),
+    ],
+)
+def test_by_hand(value: float | None, expanded: float | None, printed: tuple[str, str]) -> None:
+    assert uncertain(value, expanded) == printed
+
+
+@given(st.floats(-1e4, 1e4), st.floats(1e-3, 1e3))
+def test_two_digits_of_the_uncertainty_and_the_value_to_the_same_place(value: float, expanded: float) -> None:
+    shown, u = (float(text.replace("−", "-")) for text in uncertain(value, expanded))
+    place = 10.0 ** (math.floor(math.log10(u) + 1e-9) - 1)
+    assert u == pytest.approx(expanded, abs=0.5001 * place)
+    assert shown == pytest.approx(value, abs=0.5001 * place)
+    assert round(u / place) in range(10, 100)
+
+
+def test_decimal_points_stand_below_each_other() -> None:
+    digit, point = "\u2007", "\u2008"
+    assert aligned(["5.0", "−0.43", "–", "130"]) == [f"5.0{digit}", "−0.43", "–", f"130{point}{digit}{digit}"]
+    assert aligned(["1", "20"]) == ["1", "20"]
+    assert aligned([]) == []
