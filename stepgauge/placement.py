@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -115,6 +116,11 @@ def perpendicular(vector: Array, axis: Array) -> Array:
 def read_placement(path: str | Path, gauge: Gauge) -> Placement:
     """Read a placement file and check it against the gauge (:class:`InputError` names the key)."""
     return parse_placement(read_text(path), path, gauge)
+
+
+def read_placements(paths: Sequence[str | Path], gauge: Gauge) -> list[Placement]:
+    """Several placement files, in order."""
+    return [read_placement(path, gauge) for path in paths]
 
 
 def is_placement_file(path: str | Path) -> bool:

@@ -18,8 +18,8 @@ from stepgauge.cli import cli
 HERE = Path(__file__).parent
 GAUGE = "step-gauge-1020"
 TEST = (
-    "--mpe", "1.8 + L/350", "--mpe-repeatability", "1.5", "--tip-diameter", "3.9940", "--temperature-u", "0.05",
-    "--alignment-u", "0.1", "--fixture-u", "0.1",
+    "--mpe", "1.8 + L/350", "--mpe-repeatability", "1.5", "--tip-diameter", "3.9940", "--u-gauge-temperature", "0.05",
+    "--u-alignment", "0.1", "--u-fixture", "0.1",
 )  # fmt: skip
 
 
