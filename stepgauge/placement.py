@@ -21,6 +21,8 @@ from stepgauge.gauge import Gauge
 Array = NDArray[np.float64]
 STANDING_COS = 0.999
 """|a.z| above which machine +z gives no usable up direction (within 2.6 deg of vertical)."""
+UPRIGHT_SIN = 1e-3
+"""An axis that leans less than this from upright has no yaw."""
 
 
 class PlacementTable(Table):
@@ -111,6 +113,11 @@ def perpendicular(vector: Array, axis: Array) -> Array:
     if size < 1e-9:
         raise ValueError("up is parallel to the axis")
     return across / size
+
+
+def has_yaw(axis: ArrayLike) -> bool:
+    """Whether an axis has a direction in the xy plane; one within 1 mrad of upright has none worth stating."""
+    return float(np.hypot(*np.asarray(axis, float)[:2])) > UPRIGHT_SIN
 
 
 def read_placement(path: str | Path, gauge: Gauge) -> Placement:

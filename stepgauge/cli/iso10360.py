@@ -92,7 +92,7 @@ if TYPE_CHECKING:
     help="Factor from standard to expanded uncertainty in the decision.",
 )
 @SUFFIX
-@stated_options
+@stated_options()
 def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str | None, **options: Any) -> None:
     """Test of a CMM's errors of length measurement by ISO 10360-2, from recordings of a step gauge.
 

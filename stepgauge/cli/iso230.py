@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     " taken as they are, a block apart.",
 )
 @SUFFIX
-@stated_options
+@stated_options()
 def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str | None, **options: Any) -> None:
     """Accuracy and repeatability of positioning of an axis by ISO 230-2, from a recording of the step gauge along it.
 
