@@ -8,11 +8,10 @@ runs the commands of README.md one after the other, shows each, and leaves every
 from __future__ import annotations
 
 import contextlib
-import shlex
 import sys
 from pathlib import Path
 
-from stepgauge.cli import cli
+from stepgauge.cli import show_and_run
 
 HERE = Path(__file__).resolve().parent
 STEPS = (
@@ -36,9 +35,7 @@ def main(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     with contextlib.chdir(folder):
         for step in STEPS:
-            arguments = [part.format(here=HERE) for part in step.split()]
-            print("$ stepgauge", shlex.join(arguments), file=sys.stderr)
-            cli.main(args=arguments, prog_name="stepgauge", standalone_mode=False)
+            show_and_run(*(part.format(here=HERE) for part in step.split()))
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import shlex
 import sys
 from typing import Any
 
@@ -107,24 +108,39 @@ def cli() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; wrong input ends with one line on stderr and exit code 2, never a traceback."""
+    run_command(cli, "stepgauge", arguments)
+
+
+def run_command(command: click.Command, name: str, arguments: list[str] | None = None) -> None:
+    """Run a click command (ours, or that of an example) so that whatever goes wrong ends with one line.
+
+    Exit code 2 for wrong input, 130 where it was interrupted.
+    """
     try:
-        cli.main(args=arguments, prog_name="stepgauge", standalone_mode=False)
+        command.main(args=arguments, prog_name=name, standalone_mode=False)
     except click.exceptions.Exit as stop:
         sys.exit(stop.exit_code)
     except click.ClickException as error:
-        verb = getattr(getattr(error, "ctx", None), "command_path", "stepgauge")
-        _complain(f"{error.format_message()} ('{verb} --help' explains)")
+        verb = getattr(getattr(error, "ctx", None), "command_path", name)
+        _complain(name, f"{error.format_message()} ('{verb} --help' explains)")
         sys.exit(2)
     except click.Abort:
-        _complain("interrupted")
+        _complain(name, "interrupted")
         sys.exit(130)
     except InputError as error:
-        _complain(str(error))
+        _complain(name, str(error))
         sys.exit(2)
     except OSError as error:
-        _complain(f"{error.filename or 'file system'}: {error.strerror or error}")
+        _complain(name, f"{error.filename or 'file system'}: {error.strerror or error}")
         sys.exit(2)
 
 
-def _complain(message: str) -> None:
-    click.echo(f"stepgauge: error: {' '.join(message.split())}", err=True)
+def show_and_run(*arguments: object) -> None:
+    """Run a verb and show it as a user would type it; errors are raised, for whoever runs several."""
+    words = [str(argument) for argument in arguments]
+    click.echo(f"$ stepgauge {shlex.join(words)}", err=True)
+    cli.main(args=words, prog_name="stepgauge", standalone_mode=False)
+
+
+def _complain(name: str, message: str) -> None:
+    click.echo(f"{name}: error: {' '.join(message.split())}", err=True)

@@ -121,15 +121,15 @@ def test_wrong_angles(text, message):
 
 def test_complaints(tmp_path):
     assert "no such probe file" in complaint("nothing", "-o", tmp_path / "m.csv")
-    assert "expected .png, .pdf or .svg" in complaint(
-        "tp6-50mm", "--polar-plot", tmp_path / "p.jpg", "-o", tmp_path / "m"
-    )
     assert "not a direction" in complaint("tp6-50mm", "--stylus-direction", "0,0,0")
     assert "too many directions" in complaint("tp6-50mm", "--polar", "0:180:0.1", "--azimuth", "0:360:0.1")
 
 
 def test_a_wrong_figure_name_costs_no_table(tmp_path):
-    complaint("tp6-50mm", "--body-plot", tmp_path / "body", "-o", tmp_path / "m.csv")
+    for name in ("body", "body.jpg"):
+        result = run("tp6-50mm", "--body-plot", tmp_path / name, "-o", tmp_path / "m.csv")
+        assert result.exit_code == 2
+        assert f"--body-plot (.png, .svg or .pdf): {tmp_path / name} is no figure" in result.stderr
     assert not (tmp_path / "m.csv").exists()
 
 
