@@ -71,7 +71,7 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
     "--zero-at",
     type=MILLIMETRES,
     metavar="MM",
-    help="Machine coordinate where the correction is zero: the reference point. Default: the table's low end.",
+    help="Machine coordinate where the correction is zero (the reference point), mm. Default: the table's low end.",
 )
 @click.option(
     "--offset",

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stepgauge.cli.options import machine_option, output, say
+from stepgauge.cli.options import SUFFIX, machine_option, output, say
 
 if TYPE_CHECKING:
     from stepgauge.diagnose.many import Outcome
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     metavar="N",
     help="Processes that share the recordings of --each; default: the processors there are.",
 )
-@click.option("--figure", "suffix", type=click.Choice(["png", "svg", "pdf"]), default="png", show_default=True)
+@SUFFIX
 def command(
     recordings: tuple[str, ...],
     gauge: str | None,

@@ -41,7 +41,10 @@ from stepgauge.cli.options import (
     help="Processes at most, as far as the work is worth it; changes no number. Default: all processor cores.",
 )
 @click.option(
-    "--chunk", type=click.IntRange(1), metavar="RUNS", help="Runs given to a process at a time; changes no number."
+    "--chunk",
+    type=click.IntRange(1),
+    metavar="RUNS",
+    help="Runs given to a process at a time; changes no number. Default: one block, sized by the model.",
 )
 @U_GAUGE_TEMPERATURE
 @GAUGE_TEMPERATURE

@@ -120,9 +120,10 @@ def test_wrong_angles(text, message):
 
 
 def test_complaints(tmp_path):
-    assert "no such probe file" in complaint("nothing", "-o", tmp_path / "m.csv")
-    assert "not a direction" in complaint("tp6-50mm", "--stylus-direction", "0,0,0")
-    assert "too many directions" in complaint("tp6-50mm", "--polar", "0:180:0.1", "--azimuth", "0:360:0.1")
+    out = ("-o", tmp_path / "m.csv")
+    assert "no such probe file" in complaint("nothing", *out)
+    assert "not a direction" in complaint("tp6-50mm", "--stylus-direction", "0,0,0", *out)
+    assert "too many directions" in complaint("tp6-50mm", "--polar", "0:180:0.1", "--azimuth", "0:360:0.1", *out)
 
 
 def test_a_wrong_figure_name_costs_no_table(tmp_path):
