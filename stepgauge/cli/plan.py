@@ -125,8 +125,15 @@ if TYPE_CHECKING:
 @click.option(
     "--home", metavar="X,Y,Z", help="Where the program starts and ends, machine mm. Default: above the gauge."
 )
-@click.option("--measuring-speed", type=POSITIVE, metavar="MM/S", help="mm/s. Default: the machine's, or 3.")
-@click.option("--travel-speed", type=POSITIVE, metavar="MM/S", help="mm/s. Default: the machine's, or 50.")
+@click.option(
+    "--measuring-speed",
+    type=POSITIVE,
+    metavar="MM/S",
+    help="Speed of the searches, mm/s. Default: the machine's, or 3.",
+)
+@click.option(
+    "--travel-speed", type=POSITIVE, metavar="MM/S", help="Speed on the way, mm/s. Default: the machine's, or 50."
+)
 def command(source: str | None, gauge: str, output: str, dialect: str, template: str | None, **options: Any) -> None:
     """Plan the measurement of the step gauge and write the program for the controller.
 
