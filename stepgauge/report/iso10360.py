@@ -7,7 +7,7 @@ from typing import Any
 
 from stepgauge.figures.iso10360 import length_test_figure
 from stepgauge.figures.style import save_figure
-from stepgauge.machine_file import Machine, check_machine_name
+from stepgauge.machine_file import Machine
 from stepgauge.report.content import Stated, figure_svg
 from stepgauge.report.numbers import number, quantity
 from stepgauge.report.sections import Section, certificate_section
@@ -66,10 +66,8 @@ def report_length_test(
     """Write all files of a test into a folder (made if missing): JSON, CSV, figure and report; paths, and notes.
 
     ``template``: your own Typst template; ``suffix`` of the figure: png, svg or pdf. A template that fails
-    (:class:`InputError`) does so before anything is written, and so does a machine that the recording does not name.
+    (:class:`InputError`) does so before anything is written.
     """
-    if machine is not None:
-        check_machine_name(test.comments.get("machine"), machine)
     figure, report = Path(folder) / f"iso10360-figure.{suffix}", Path(folder) / "iso10360.pdf"
     notes = write_standard_report(report, length_test_content(test, stated, machine), template)
     paths = write_length_test(folder, test)

@@ -7,7 +7,7 @@ from typing import Any
 
 from stepgauge.figures.iso230 import positioning_figure
 from stepgauge.figures.style import save_figure
-from stepgauge.machine_file import Machine, check_machine_name
+from stepgauge.machine_file import Machine
 from stepgauge.report.content import Stated, figure_svg
 from stepgauge.report.numbers import number
 from stepgauge.report.sections import Section, certificate_section
@@ -72,10 +72,8 @@ def report_positioning(
     """Write all files of a test into a folder (made if missing): JSON, CSV, figures and report; paths, and notes.
 
     ``template``: your own Typst template; ``suffix`` of the figures: png, svg or pdf. A template that fails
-    (:class:`InputError`) does so before anything is written, and so does a machine that the recording does not name.
+    (:class:`InputError`) does so before anything is written.
     """
-    if machine is not None:
-        check_machine_name(test.comments.get("machine"), machine)
     report = Path(folder) / "iso230.pdf"
     notes = write_standard_report(report, positioning_content(test, stated, machine), template)
     paths = write_positioning(folder, test)
