@@ -39,6 +39,12 @@ if TYPE_CHECKING:
     metavar="N",
     help="Processes that share the recordings of --each; default: the processors there are.",
 )
+@click.option(
+    "--without",
+    multiple=True,
+    metavar="KIND",
+    help="Kind of effect (see 'stepgauge effects') that is known not to be there, e.g. vibration; once per kind.",
+)
 @SUFFIX
 def command(
     recordings: tuple[str, ...],
@@ -50,6 +56,7 @@ def command(
     together: bool,
     jobs: int | None,
     suffix: str,
+    without: tuple[str, ...],
 ) -> None:
     """Find where recording and simulation disagree, name the physics, and model it.
 
@@ -80,10 +87,11 @@ def command(
     from stepgauge.errors import InputError
 
     if together:
-        _say_outcome(diagnose_together(recordings, gauge, machine, output, suffix))
+        _say_outcome(diagnose_together(recordings, gauge, machine, output, suffix, without))
         return
     failed = 0
-    for number, outcome in enumerate(diagnose_each(recordings, gauge, machine, output, jobs, suffix), 1):
+    outcomes = diagnose_each(recordings, gauge, machine, output, jobs, suffix, without)
+    for number, outcome in enumerate(outcomes, 1):
         _say_outcome(outcome, f"[{number}/{len(recordings)}] {outcome.name}: ")
         failed += not outcome.files
     if failed:

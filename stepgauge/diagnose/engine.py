@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,17 +11,19 @@ from numpy.typing import NDArray
 from stepgauge.diagnose.confounded import Rivals, rivals
 from stepgauge.diagnose.forms import form_families
 from stepgauge.diagnose.holdout import holdout_rms, make_folds
-from stepgauge.diagnose.library import effect_families, parameter_count
+from stepgauge.diagnose.library import carried, effect_families
 from stepgauge.diagnose.locate import describe, most_telling
-from stepgauge.diagnose.noise import Noise, estimate_noise
+from stepgauge.diagnose.noise import Noise, estimate_noise, with_lone_rows
 from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Verdict
 from stepgauge.diagnose.search import Library
-from stepgauge.diagnose.select import Selection, Selector, Term
+from stepgauge.diagnose.select import MOST_TERMS, Selector, Term
 from stepgauge.diagnose.separate import separate
-from stepgauge.diagnose.solve import Estimate, Solved, solve
+from stepgauge.diagnose.simpler import EXPLAINED, simpler
+from stepgauge.diagnose.solve import Estimate, Fitted, Solved, solve
 from stepgauge.diagnose.whitening import Whitening, make_whitening
-from stepgauge.effects import along_approach_um
+from stepgauge.effects import effect_kinds
+from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.recording import Recording
@@ -29,18 +31,20 @@ from stepgauge.recording import Recording
 Array = NDArray[np.float64]
 UNKNOWN_FALSE_ALARM = 0.004
 """Chance that structure without a law is seen where there is none."""
-EXPLAINED = 0.85
-"""A named law must make up this share of the structure that it is in, or the structure counts as unknown."""
 FEWEST_DOF = 8
+MOST_SEARCHED = 3000
+"""Rows that are searched; the laws found are fitted to all."""
+FEWEST_RUNS = 6
+SURE = 4.0
+"""Standard uncertainties by which all rows must see a law that was found in some."""
 SMALLEST_SIGMA_UM = 1e-5
 """Recordings that repeat better than this do so by construction, and give no scale to judge anything by."""
 SETTLING_ROUNDS = 3
-SIMPLER = 6.0
-"""By how much Schwarz' criterion must prefer one form to several laws."""
+SAME_NOISE = 0.03
 NO_SEPARATION = "the same in every placement and at every speed within this travel; log the temperatures"
 
 
-def diagnose(recording: Recording, gauge: Gauge, machine: Machine) -> Diagnosis:
+def diagnose(recording: Recording, gauge: Gauge, machine: Machine, without: Collection[str] = ()) -> Diagnosis:
     """Find where recording and simulation disagree, and the physics that explains it.
 
     Parameters
@@ -48,71 +52,121 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine) -> Diagnosis:
     recording : one or more placements, joined
     gauge : the certificate
     machine : the model to be judged, with the effects it already knows
+    without : kinds of effects that are no candidates, because they are known not to be there
 
     Raises
     ------
     InputError
-        recordings that are not this gauge's, or too small to say anything about
+        recordings that are not this gauge's, or too small to say anything about; kinds that do not exist
     """
+    for kind in without:
+        if kind not in effect_kinds():
+            raise InputError(
+                "without", "no such kind of effect", found=kind, expected=", ".join(sorted(effect_kinds()))
+            )
     data = make_residuals(recording, gauge, machine)
-    noise = estimate_noise(data)
-    whitening = make_whitening(data, noise.by_row_um)
-    shapes = list(form_families(data))
+    some = _some(data, recording)
+    noise = estimate_noise(some)
     if noise.dof < FEWEST_DOF or noise.sigma_um < SMALLEST_SIGMA_UM:
-        return _insufficient(data, noise, whitening, most_telling(Library(shapes, whitening), whitening(data.um)))
-    families = list(effect_families(data))
-    selector = Selector(Library(families, whitening), whitening, data.um)
-    selection = selector.select()
-    if selection.terms and (noise.outliers.size or noise.growth):
-        # what looked like outliers or growing scatter may have been the effect: judge the scatter again beside it
-        noise = estimate_noise(replace(data, um=data.um - _displacement_um(_solve(selector, selection, data), data)))
-        whitening = make_whitening(data, noise.by_row_um)
-        selector = Selector(Library(families, whitening), whitening, data.um)
-        selection = selector.select()
-    forms = Library(shapes, whitening)
-    located = most_telling(forms, selector.data)
-    terms, ranked = _settle(selector, selection.terms)
-    left, basis = selector.residual(terms)
-    solved = solve([families[t.index] for t in terms], [t.atom for t in terms], data, whitening)
-    left = _smaller(left, whitening(data.um - _displacement_um(solved, data)))
-    unexplained = _unexplained(forms, left, basis, selector, terms) or _simpler(forms, left, selector, ranked)
-    findings = [_finding(s, r, data) for s, r in zip(solved, ranked, strict=True)]
-    findings, placements = _with_separations(findings, solved, ranked, data, noise)
+        return _insufficient(some, noise)
+    found = _search(some, noise, without)
+    noise, whitening, fitted = found.noise, found.selector.whitening, found.selector.fit(found.terms)
+    if some is not data:
+        noise, whitening, fitted = _on_all_rows(fitted, data)
+        found = replace(found, terms=_confirmed(found.terms, fitted))
+        noise, whitening, fitted = _on_all_rows(found.selector.fit(found.terms), data)
+    ranked = [rivals(found.selector, found.terms, place) for place in range(len(found.terms))]
+    findings = [_finding(s, r, data) for s, r in zip(fitted.solved, ranked, strict=True)]
+    findings, placements = _with_separations(findings, found.selector.fit(found.terms).solved, ranked, some, noise)
     findings += _scatter_findings(noise, data)
-    fit = _fit(data, noise, whitening, findings, left, basis)
-    verdict: Verdict = "unknown" if unexplained else "effects" if findings else "adequate"
-    return _diagnosis(verdict, findings, located, unexplained, fit, noise, data, selection, placements)
+    fit = _fit(data, noise, whitening, findings, fitted)
+    return _diagnosis(found, findings, fit, noise, data, placements)
 
 
-def _solve(selector: Selector, selection: Selection, data: Residuals) -> list[Solved]:
-    families = [selector.library.families[term.index] for term in selection.terms]
-    return solve(families, [term.atom for term in selection.terms], data, selector.whitening)
+def _confirmed(terms: tuple[Term, ...], fitted: Fitted) -> tuple[Term, ...]:
+    """The laws that all rows confirm, of those found in some of them."""
+
+    def sure(one: Solved) -> bool:
+        sizes = [p.name for p in type(one.effect).parameters() if p.role == "linear"]
+        known = [one.parameters[name] for name in sizes if name in one.parameters]
+        return all(p.u is None or abs(p.value) > SURE * p.u for p in known)
+
+    return tuple(term for term, one in zip(terms, fitted.solved, strict=True) if sure(one))
 
 
-def _simpler(forms: Library, left: Array, selector: Selector, ranked: Sequence[Rivals]) -> tuple[Located, ...]:
-    """A single form that explains as much as several laws with fewer parameters (Schwarz), or a law needed twice.
+@dataclass(frozen=True)
+class _Search:
+    """What was found: the laws, where the disagreement lives, and what is left without a law."""
 
-    Physics that has no name is imitated by piling up laws that are flexible enough; one form in one covariate then does
-    the same for less.
-    """
-    if len(ranked) < 2:
-        return ()
-    families = [r.looks[0].family for r in ranked]
-    log_n = float(np.log(max(selector.dof, 2)))
-    total = float(selector.data @ selector.data)
-    named = float(left @ left) + log_n * sum(parameter_count(family) for family in families)
-    none = np.zeros((len(left), 0))
-    looks = forms.looks(selector.data, none, selector.dof)
-    best = min(looks, key=lambda look: total - look.gain + log_n * parameter_count(look.family))
-    form = total - best.gain + log_n * parameter_count(best.family)
-    labels = [family.label for family in families]
-    if form + SIMPLER < named or len(set(labels)) < len(labels):
-        return (describe(best, best.gain / max(total - selector.dof, 1.0)),)
-    return ()
+    noise: Noise
+    selector: Selector
+    terms: tuple[Term, ...]
+    located: tuple[Located, ...]
+    unexplained: tuple[Located, ...]
 
 
-def _settle(selector: Selector, terms: tuple[Term, ...]) -> tuple[tuple[Term, ...], list[Rivals]]:
-    """The likeliest law in every place, each judged beside what now stands in the others, and its rivals."""
+def _search(data: Residuals, noise: Noise, without: Collection[str]) -> _Search:
+    whitening = make_whitening(data, noise.by_row_um)
+    families = list(effect_families(data, without))
+    selector = Selector(Library(families, whitening), whitening, data)
+    terms = selector.select()
+    # what looked like scatter, outliers among it, may have been the effect, and the other way round
+    again = _judged_again(noise, selector, terms, data)
+    if not _same(noise, again):
+        noise, trail = again, selector.trail
+        whitening = make_whitening(data, noise.by_row_um)
+        selector = Selector(Library(families, whitening), whitening, data, trail)
+        terms = selector.select()
+    forms = Library(list(form_families(data)), whitening)
+    terms = _settle(selector, terms)
+    instead = simpler(forms, selector, terms, noise)
+    if instead is not None:
+        terms = _settle(selector, instead.kept)
+    terms, unexplained = _left_over(forms, selector, terms)
+    if instead is not None and not unexplained:
+        unexplained = (describe(instead.form, instead.share),)
+    return _Search(noise, selector, terms, most_telling(forms, selector.data), unexplained)
+
+
+def _some(data: Residuals, recording: Recording) -> Residuals:
+    """All rows, or whole cycles spread over a recording that is too long to be searched row by row."""
+    if len(data) <= MOST_SEARCHED:
+        return data
+    run = np.unique(data.frame[["placement", "cycle"]].to_numpy(), axis=0, return_inverse=True)[1].ravel()
+    runs = int(run.max()) + 1
+    few = max(round(runs * MOST_SEARCHED / len(data)), FEWEST_RUNS)
+    # one after the other for what is quick, spread over all for what is slow
+    chosen = np.union1d(np.arange(few * 2 // 3), np.linspace(0, runs - 1, few - few * 2 // 3).astype(int))
+    rows = np.isin(run, chosen)
+    return make_residuals(
+        replace(recording, frame=recording.frame.reset_index(drop=True)[rows]), data.gauge, data.machine
+    )
+
+
+def _on_all_rows(found: Fitted, data: Residuals) -> tuple[Noise, Whitening, Fitted]:
+    """The scatter and the laws' parameters from all rows of a recording of which some were searched."""
+    noise = estimate_noise(replace(data, um=data.um - _displacement_um(found.solved, data)))
+    whitening = make_whitening(data, noise.by_row_um)
+    families = [carried(one.family, one.effect, data) for one in found.solved]
+    return noise, whitening, solve(families, [0] * len(families), data, whitening)
+
+
+def _judged_again(noise: Noise, selector: Selector, terms: tuple[Term, ...], data: Residuals) -> Noise:
+    """The scatter beside the effects found, and the rows that stand alone beside them."""
+    left_um = data.um - _displacement_um(selector.fit(terms).solved, data)
+    if terms:
+        noise = estimate_noise(replace(data, um=left_um))
+    return with_lone_rows(noise, left_um, data)
+
+
+def _same(one: Noise, other: Noise) -> bool:
+    """Whether two judgements of the scatter differ too little to matter."""
+    alike = np.isfinite(one.by_row_um) == np.isfinite(other.by_row_um)
+    return bool(alike.all()) and np.allclose(one.by_row_um, other.by_row_um, rtol=SAME_NOISE)
+
+
+def _settle(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
+    """The likeliest law in every place, each judged beside what now stands in the others."""
     for _ in range(SETTLING_ROUNDS):
         before = terms
         for place in range(len(terms)):
@@ -120,52 +174,61 @@ def _settle(selector: Selector, terms: tuple[Term, ...]) -> tuple[tuple[Term, ..
             terms = (*terms[:place], selector.term_of(best), *terms[place + 1 :])
         if terms == before:
             break
-    return terms, [rivals(selector, terms, place) for place in range(len(terms))]
+    return terms
 
 
-def _unexplained(
-    forms: Library, left: Array, basis: Array, selector: Selector, terms: tuple[Term, ...]
-) -> tuple[Located, ...]:
-    """Structure left over that is neither chance nor the small departure of a named law from its ideal shape."""
+def _left_over(
+    forms: Library, selector: Selector, terms: tuple[Term, ...]
+) -> tuple[tuple[Term, ...], tuple[Located, ...]]:
+    """Structure that the laws leave, and the laws, with one more where it makes up what is left.
+
+    What is left must be neither chance nor the small departure of a named law from its ideal shape.
+    """
+    left, basis = selector.residual(terms)
     looks = forms.looks(left, basis, selector.dof - basis.shape[1])
     bar = np.log(UNKNOWN_FALSE_ALARM / max(len(forms.families), 1))
     found = [look for look in looks if look.log_p <= bar]
     if not found:
-        return ()
+        return terms, ()
     explained = float(selector.data @ selector.data - left @ left)
     extra = max(found[0].gain - found[0].family.dimension, 0.0)
     if terms and explained / (explained + extra) >= EXPLAINED:
-        return ()
-    return tuple(describe(look, extra / (explained + extra)) for look in found[:3])
-
-
-def _smaller(one: Array, other: Array) -> Array:
-    """The residual with the smaller sum of squares: the fitted parameters may lie between the signatures tried."""
-    return other if float(other @ other) < float(one @ one) else one
+        return terms, ()
+    law = selector.looks(terms)[0]
+    if len(terms) < MOST_TERMS and law.log_p <= selector.bar and law.gain >= EXPLAINED * found[0].gain:
+        return _left_over(forms, selector, _settle(selector, (*terms, selector.term_of(law))))
+    return terms, tuple(describe(look, extra / (explained + extra)) for look in found[:3])
 
 
 def _displacement_um(solved: Sequence[Solved], data: Residuals) -> Array:
-    return sum((along_approach_um(one.effect, data.probings) for one in solved), np.zeros(len(data)))
+    return sum((one.displacement_um(data) for one in solved), np.zeros(len(data)))
 
 
 def _finding(solved: Solved, rival: Rivals, data: Residuals) -> Finding:
     family = solved.family
     kinds = [look.family.kind for look in rival.looks]
     others = tuple(dict.fromkeys(kind for kind in kinds if kind != family.kind))
-    same = tuple(look.family.label for look in rival.looks[1:] if look.family.kind == family.kind)
+    labels = [look.family.label for look in rival.looks[1:] if look.family.kind == family.kind]
+    same = tuple(label for label in labels if label != family.label)
     probability = sum(w for kind, w in zip(kinds, rival.weights, strict=True) if kind == family.kind)
-    share = np.broadcast_to(along_approach_um(solved.effect, data.probings), (len(data),)).astype(float)
     return Finding(
         family.kind,
         family.label,
         solved.effect,
-        dict(family.choices),
+        _choices(solved),
         solved.parameters,
         min(probability, 1.0 - np.exp(rival.looks[0].log_p)),
-        share,
+        solved.displacement_um(data),
         others,
         same,
     )
+
+
+def _choices(solved: Solved) -> dict[str, object]:
+    """Axis, face, ... of an effect, and the direction that was found for it."""
+    if solved.family.directions is None:
+        return dict(solved.family.choices)
+    return {**solved.family.choices, "direction": getattr(solved.effect, "direction", None)}
 
 
 def _with_separations(
@@ -207,14 +270,16 @@ def _scatter_findings(noise: Noise, data: Residuals) -> list[Finding]:
         found.append(Finding("outliers", "outliers", None, {"rows": rows}, estimate, 0.998, nothing))
     if noise.growth is not None:
         per, rate, p = noise.growth
-        parameters = {"rate": Estimate(rate, None, "um per m or mm/s")}
-        found.append(Finding("noise_growth", f"noise_growth_{per}", None, {"per": per}, parameters, 1.0 - p, nothing))
+        choices: dict[str, object] = {"per": per}
+        if per == "time":
+            choices["start_s"] = float(data.probings.time_s.min())
+        parameters = {"rate": Estimate(rate, None, "um per m, mm/s or h")}
+        found.append(Finding("noise_growth", f"noise_growth_{per}", None, choices, parameters, 1.0 - p, nothing))
     return found
 
 
-def _fit(
-    data: Residuals, noise: Noise, whitening: Whitening, findings: Sequence[Finding], left: Array, basis: Array
-) -> Fit:
+def _fit(data: Residuals, noise: Noise, whitening: Whitening, findings: Sequence[Finding], fitted: Fitted) -> Fit:
+    left, basis = fitted.left, fitted.basis
     before = whitening(data.um)
     columns = [f.share_um for f in findings if f.share_um.any()]
     design = np.array(columns).T if columns else np.zeros((len(data), 0))
@@ -250,36 +315,37 @@ def _centred(data: Residuals, um: Array) -> Array:
     return um - data.side * mean[data.placement]
 
 
-def _insufficient(data: Residuals, noise: Noise, whitening: Whitening, located: Sequence[Located]) -> Diagnosis:
-    white = whitening(data.um)
-    fit = _fit(data, noise, whitening, [], white, np.zeros((len(white), 0)))
-    return Diagnosis("insufficient", (), tuple(located), (), fit, noise, data, data.um, data.um, ())
+def _insufficient(data: Residuals, noise: Noise) -> Diagnosis:
+    whitening = make_whitening(data, noise.by_row_um)
+    located = most_telling(Library(list(form_families(data)), whitening), whitening(data.um))
+    fit = _fit(data, noise, whitening, [], solve([], [], data, whitening))
+    return Diagnosis("insufficient", (), located, (), fit, noise, data, data.um, data.um, ())
 
 
 def _diagnosis(
-    verdict: Verdict,
+    found: _Search,
     findings: Sequence[Finding],
-    located: Sequence[Located],
-    unexplained: Sequence[Located],
     fit: Fit,
     noise: Noise,
     data: Residuals,
-    selection: Selection,
     placements: dict[str, str],
 ) -> Diagnosis:
+    verdict: Verdict = "unknown" if found.unexplained else "effects" if findings else "adequate"
     shares = np.sum([f.share_um for f in findings], axis=0) if findings else np.zeros(len(data))
     before, after = _centred(data, data.um), _centred(data, data.um - shares)
-    where = tuple(located) or tuple(unexplained)
+    searched = len(found.selector.residuals)
+    remarks = () if searched == len(data) else (f"searched in {searched} of {len(data)} rows, fitted to all of them",)
     return Diagnosis(
         verdict,
         tuple(findings),
-        where,
-        tuple(unexplained),
+        found.located or found.unexplained,
+        found.unexplained,
         fit,
         noise,
         data,
         before,
         after,
-        selection.trail,
+        tuple(found.selector.trail),
         placements,
+        remarks,
     )

@@ -18,7 +18,18 @@ from stepgauge.recording import COUNTS, OPTIONAL, REQUIRED
 Array = NDArray[np.float64]
 BINS = 8
 HARMONICS = 6
+TOUCHES = "touches since a pause"
+REST = "rest before the touch"
+WAY = "direction of travel"
+FEWEST_BACK = 0.2
+"""Share of the touches each way from which a difference between the ways can be told from single touches."""
+WANDERING = ("time", "order")
+KNOTS = (8, 16, 32)
+POWERS = np.geomspace(0.15, 3.0, 14)
+"""Exponents of a decay with the number of touches that is no exponential."""
 MOST_PERIODS = 400
+PRIOR_SIZE = 3.0
+"""Standard deviation of what is expected of a form's coefficients, over that of the residuals."""
 SIDES = ("approach", "gauge", "front", "back")
 """Along every approach; along the gauge axis; on front faces only; on back faces only."""
 
@@ -46,7 +57,8 @@ def covariates(data: Residuals) -> list[Covariate]:
     found += [Covariate("cycle", "", frame["cycle"].to_numpy(float))]
     found += [Covariate("time", "s", frame["time_s"].to_numpy(float))] if data.has_time else []
     found += [Covariate("order", "", order)] if not data.has_time else []
-    found += [Covariate("touches since a pause", "", data.probings.touches_since_pause(60.0))] if data.has_time else []
+    found += [Covariate(TOUCHES, "", data.probings.touches_since_pause(60.0))] if data.has_time else []
+    found += [Covariate(REST, "s", data.probings.rest_s())] if data.has_time else []
     for name in frame.columns:
         if name.startswith("share_"):
             continue  # the truth of a simulation is no covariate
@@ -74,6 +86,9 @@ def form_families(data: Residuals) -> Iterator[Family]:
             for form, columns, values in _shapes(covariate):
                 family = _make(form, covariate.name, side, columns * mask, data)
                 yield replace(family, details={**family.details, "atoms": values, "unit": covariate.unit})
+    yield from _way_forms(data)
+    yield from _side_forms(data)
+    yield from _cycle_forms(data)
     yield from _placement_forms(data)
     yield from _azimuth_forms(data)
 
@@ -90,7 +105,10 @@ def _mask(data: Residuals, side: str) -> Array:
 def _make(form: str, covariate: str, side: str, columns: Array, data: Residuals) -> Family:
     atoms = [{"atom": i} for i in range(len(columns))]
     details = {"form": form, "side": side}
-    return Family(f"form:{form}", f"{form} in {covariate}, {side}", {}, atoms, columns, None, covariate, False, details)
+    label = f"{form} in {covariate}, {side}"
+    # a form describes residuals: one that is all but an origin shift must not grow beyond them to show
+    prior = PRIOR_SIZE * max(float(data.um.std()), 1e-9)
+    return Family(f"form:{form}", label, {}, atoms, columns, None, covariate, details=details, prior=prior)
 
 
 def _shapes(covariate: Covariate) -> Iterator[tuple[str, Array, Array | None]]:
@@ -102,10 +120,23 @@ def _shapes(covariate: Covariate) -> Iterator[tuple[str, Array, Array | None]]:
         yield "bow", np.stack([u, u**2 - (u**2).mean()])[None], None
     if covariate.steps > 3:
         yield "free shape", _bins(x)[None], None
+    if covariate.name in WANDERING:
+        yield from (("wander", hats(x, knots)[None], None) for knots in KNOTS if covariate.steps > 4 * knots)
+    if covariate.name == TOUCHES:
+        yield "decay", (1.0 + x) ** -POWERS[:, None, None], POWERS
+    if covariate.name == REST:
+        yield "power", np.maximum(x, 0.1) ** POWERS[:, None, None] / x.max() ** POWERS[:, None, None], POWERS
     if covariate.steps > 12:
         places = _places(x)
         yield "step", (x >= places[:, None]).astype(float)[:, None], places
         yield "period", *_periods(x)
+
+
+def hats(x: Array, knots: int) -> Array:
+    """Piecewise linear functions of ``x`` with evenly spaced knots, less their mean, shape ``(knots - 1, n)``."""
+    at = np.linspace(x.min(), x.max(), knots)
+    columns = np.array([np.interp(x, at, one) for one in np.eye(knots)])
+    return (columns - columns.mean(axis=1, keepdims=True))[1:]
 
 
 def _bins(x: Array) -> Array:
@@ -130,6 +161,38 @@ def _periods(x: Array) -> tuple[Array, Array]:
     frequency = np.arange(1.0, min(len(np.unique(x)) / 2.0, MOST_PERIODS / 3.0), 1.0 / 3.0) / span
     angle = 2.0 * np.pi * frequency[:, None] * (x - x.min())
     return np.stack([np.sin(angle), np.cos(angle)], axis=1), 1.0 / frequency
+
+
+def _way_forms(data: Residuals) -> Iterator[Family]:
+    """What differs between the ways there and back: by a constant, or by another shape along the gauge each way."""
+    way = data.probings.way()
+    if min((way > 0).sum(), (way < 0).sum()) < FEWEST_BACK * len(data):
+        return
+    shape = _bins(data.probings.certified_mm())
+    for side in ("approach", "gauge"):
+        mask = _mask(data, side)
+        yield _make("offset", WAY, side, (way * mask)[None, None], data)
+        yield _make("loop", WAY, side, (np.vstack([shape, way, way * shape]) * mask)[None], data)
+
+
+def _side_forms(data: Residuals) -> Iterator[Family]:
+    """Fronts and backs each with a curve of their own along the gauge."""
+    x = data.probings.certified_mm()
+    u = (x - x.mean()) / max(float(np.ptp(x)), 1e-9) * 2.0
+    curve = np.array([u, u**2, u**3])
+    columns = np.vstack([curve * (data.side > 0), curve * (data.side < 0), data.side > 0])
+    yield _make("two curves", "position", "approach", columns[None].astype(float), data)
+
+
+def _cycle_forms(data: Residuals) -> Iterator[Family]:
+    """A level of its own for every cycle of every placement."""
+    cycles = data.frame["cycle"].to_numpy()
+    run = np.unique(np.column_stack([data.placement, cycles]), axis=0, return_inverse=True)[1].ravel()
+    count = int(run.max()) + 1
+    if data.placement.max() > 0 and 2 < count < len(data) / 8:
+        columns = (run == np.arange(count)[:, None]).astype(float)
+        for side in ("approach", "gauge"):
+            yield _make("levels", "cycle", side, (columns * _mask(data, side))[None, :-1], data)
 
 
 def _placement_forms(data: Residuals) -> Iterator[Family]:

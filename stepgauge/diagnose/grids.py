@@ -77,8 +77,16 @@ def _widths_mm(choices: dict[str, Any], data: Residuals) -> Array:
 
 
 def _supports(_: dict[str, Any], data: Residuals) -> list[tuple[float, float]]:
+    """Two supports anywhere, at least a quarter of the gauge apart."""
     length = float(data.gauge.position_mm[-1])
-    return [(share * length, (1.0 - share) * length) for share in (0.0, 0.1, 0.2113, 0.3)]
+    shares = np.linspace(0.0, 1.0, 25)
+    return [(float(a * length), float(b * length)) for a in shares for b in shares if b - a > 0.25]
+
+
+def _touches(choices: dict[str, Any], data: Residuals) -> Array:
+    """What has not decayed before the next pause is no memory of the first touches."""
+    most = float(data.probings.touches_since_pause(choices["pause_s"]).max())
+    return np.geomspace(0.3, max(most / 3.0, 1.0), 14)
 
 
 _RULES: dict[str, Callable[[dict[str, Any], Residuals], Any]] = {
@@ -90,6 +98,6 @@ _RULES: dict[str, Callable[[dict[str, Any], Residuals], Any]] = {
     "at_mm": _places_mm,
     "width_mm": _widths_mm,
     "supports_mm": _supports,
-    "touches": lambda choices, data: np.geomspace(0.5, 50.0, 9),
+    "touches": _touches,
     "mrad": lambda choices, data: [1.0],
 }

@@ -14,6 +14,10 @@ WEAK = 1e-4
 """Prior weight of a coefficient: what the rows left in do not determine is predicted as nothing, not at random."""
 
 
+MOST_FOLDS = 20
+"""Of more cycles, every twentieth is held out together."""
+
+
 @dataclass(frozen=True)
 class Folds:
     """A split of the rows into groups; ``by`` says into what."""
@@ -29,7 +33,7 @@ class Folds:
 def make_folds(data: Residuals) -> list[Folds]:
     """Whole cycles, and whole faces in interleaved sets; only splits that leave something to learn from."""
     found = []
-    cycle = np.unique(data.frame["cycle"].to_numpy(), return_inverse=True)[1]
+    cycle = np.unique(data.frame["cycle"].to_numpy(), return_inverse=True)[1] % MOST_FOLDS
     if cycle.max() > 0:
         found.append(Folds("cycles", cycle))
     faces = np.unique(data.face, return_inverse=True)[1] // 2 % 4

@@ -1,9 +1,13 @@
-"""Every named effect that a recording could show, as signatures along the approach."""
+"""Every named effect that a recording could show, as signatures along the approach.
+
+An effect with a direction is a family for every machine axis that the gauge was laid along, and one more that may point
+anywhere between them: its components are linear parameters.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
@@ -13,12 +17,25 @@ from numpy.typing import NDArray
 from stepgauge.diagnose.grids import parameter_grid
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.effects import Effect, Parameter, along_approach_um, effect_kinds
+from stepgauge.effects.base import Axis, Vector
 from stepgauge.errors import InputError
+from stepgauge.recording import APPROACH
 
 Array = NDArray[np.float64]
 NOT_LAWS = {"axis_compensation", "empirical", "error_map", "outliers", "noise_growth"}
 """Kinds that are no law of the mean with parameters of their own: fitted elsewhere or not at all."""
 NEEDS_TIME = {"time", "order"}
+LENGTHS = {"coordinate", "position"}
+SEEN_SHARE = 0.1
+"""Smallest share of a direction along some gauge axis with which motion in it is looked for."""
+NEAR_AXIS = np.cos(np.radians(5.0))
+MOST_PAUSES = 4
+PAUSE_JUMP = 1.25
+MOST_PAUSED = 0.15
+"""Largest share of touches that follow a pause: what every touch follows is none."""
+SHORT_PAUSE_S = 10.0
+PRIOR_SIZE = 3.0
+"""Standard deviation of what is expected of a linear parameter before measuring, over the sensible range's bound."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +44,8 @@ class Family:
 
     ``kind`` is the name in the vocabulary, or ``form:...`` for a form without a law. ``atoms``: the non-linear
     parameters of each signature; ``columns (atoms, d, n)``: displacement along the approach in um for a unit of each of
-    the ``d`` linear parameters. ``law``: the effect class, None for a form.
+    the ``d`` linear parameters. ``law``: the effect class, None for a form. ``directions (k, 3)``: unit vectors whose
+    components make the direction of motion, where that is free. ``prior``: see :data:`PRIOR_SIZE`, infinite for none.
     """
 
     kind: str
@@ -39,60 +57,159 @@ class Family:
     covariate: str = ""
     positive: bool = False
     details: dict[str, Any] = field(default_factory=dict)
+    directions: Array | None = None
+    prior: float = np.inf
 
     @property
     def dimension(self) -> int:
         return int(self.columns.shape[1])
 
 
-def parameter_count(family: Family) -> int:
-    """Fitted parameters of a family: the linear ones, and those that its signatures were searched for."""
-    searched = len(family.atoms[0]) if len(family.atoms) > 1 else 0
-    return family.dimension + searched
+def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[Family]:
+    """Families of all named effects whose signature can be computed from this recording and is not nothing.
 
-
-def effect_families(data: Residuals) -> Iterator[Family]:
-    """Families of all named effects whose signature can be computed from this recording and is not nothing."""
+    Kinds in ``without`` are no candidates.
+    """
+    directions = list(visible_directions(np.array(list(data.probings.setting.axis.values()))))
     for kind, law in sorted(effect_kinds().items()):
-        if kind in NOT_LAWS or (kind == "lever_arm" and data.machine.probe.model == "constant"):
+        if kind in NOT_LAWS or kind in without or (kind == "lever_arm" and data.machine.probe.model == "constant"):
             continue
         if NEEDS_TIME & set(law.covariates) and not data.has_time:
             continue
         for choices in _choices(law, data):
-            family = _family(law, choices, data)
+            atoms = _atoms(law, choices, data)
+            try:
+                columns = signatures(law, choices, atoms, data)
+            except (InputError, ValueError):
+                continue  # impossible choices (travel and direction the same), or a column this recording lacks
+            family = None
+            if has_free_direction(law):
+                yield from _directed(law, choices, atoms, columns, directions, data)
+            else:
+                family = _family(law, choices, atoms, columns)
             if family is not None:
-                yield family
+                yield replace(family, prior=max(family.prior, _needed(family, data)))
+
+
+def _needed(family: Family, data: Residuals) -> float:
+    """The size that moves readings as far as they are off, for laws that grow with a length.
+
+    What is sensible for metres is nothing for a gauge of micrometres.
+    """
+    if not LENGTHS & {family.covariate}:
+        return 0.0
+    return float(data.um.std() / max(np.sqrt((family.columns**2).mean(axis=2)).max(), 1e-300))
+
+
+def has_free_direction(law: type[Effect]) -> bool:
+    """Whether an effect moves the readings along any direction of the machine."""
+    return "direction" in law.model_fields and law.model_fields["direction"].annotation == Axis | Vector
 
 
 def _choices(law: type[Effect], data: Residuals) -> Iterator[dict[str, Any]]:
-    names = [p for p in law.parameters() if p.role == "choice"]
-    values = [_values_of(p, data) for p in names]
+    names = [p for p in law.parameters() if p.role == "choice" or p.name == "pause_s"]
+    values = [_values_of(p, data, law) for p in names]
     for combination in product(*values):
         yield dict(zip((p.name for p in names), combination, strict=True))
 
 
-def _values_of(parameter: Parameter, data: Residuals) -> Sequence[Any]:
+def _values_of(parameter: Parameter, data: Residuals, law: type[Effect]) -> Sequence[Any]:
     if parameter.name == "face":
         return [int(face) for face in np.unique(data.face)]
+    if parameter.name == "direction" and has_free_direction(law):
+        return ["approach"]  # what it is along the approach is known by then; the direction takes a share of it
+    if parameter.name == "pause_s":
+        return pauses_s(data)
     return parameter.choices or (parameter.default,)
 
 
-def _family(law: type[Effect], choices: dict[str, Any], data: Residuals) -> Family | None:
+def _atoms(law: type[Effect], choices: dict[str, Any], data: Residuals) -> list[dict[str, Any]]:
     nonlinear = [p for p in law.parameters() if p.role == "nonlinear" and p.name != "phase_deg"]
     grids = [parameter_grid(law, p, choices, data) for p in nonlinear]
-    atoms = [dict(zip((p.name for p in nonlinear), values, strict=True)) for values in product(*grids)]
-    try:
-        columns = signatures(law, choices, atoms, data)
-    except (InputError, ValueError):
-        return None  # impossible choices (travel and direction the same), or a column this recording lacks
-    size = np.sqrt((columns**2).mean(axis=2)).max(axis=1)
+    return [dict(zip((p.name for p in nonlinear), values, strict=True)) for values in product(*grids)]
+
+
+def pauses_s(data: Residuals) -> list[float]:
+    """What may count as a pause, s: between the sizes into which the times between touches fall, the clearest first."""
+    gaps = np.sort(np.diff(np.sort(data.frame["time_s"].to_numpy(float))))
+    gaps = np.unique(gaps[len(gaps) - int(MOST_PAUSED * len(gaps)) :])
+    jump = gaps[1:] / np.maximum(gaps[:-1], 1e-9)
+    places = [i for i in np.argsort(-jump)[:MOST_PAUSES] if jump[i] > PAUSE_JUMP and gaps[i + 1] > SHORT_PAUSE_S]
+    found = [float(np.sqrt(gaps[i] * gaps[i + 1])) for i in places]
+    return [float(f"{pause:.3g}") for pause in found] or [60.0]
+
+
+def visible_directions(axes: Array) -> Iterator[str | tuple[float, ...] | Array]:
+    """Directions in which placements of the gauge axes ``(m, 3)`` show a motion.
+
+    Laid along one line, only the motion along it shows: a machine axis by name where the line is near one, else the
+    line. Otherwise the machine axes that show, and then the unit vectors ``(k, 3)`` that span all that shows.
+    """
+    _, size, span = np.linalg.svd(axes, full_matrices=False)
+    span = span[size > SEEN_SHARE]
+    if len(span) == 1:
+        line = axes[0] * np.sign(axes[0][np.abs(axes[0]).argmax()])
+        nearest = int(np.abs(line).argmax())
+        yield "xyz"[nearest] if line[nearest] > NEAR_AXIS else tuple(float(share) for share in line)
+        return
+    yield from (axis for i, axis in enumerate("xyz") if np.abs(axes[:, i]).max() > SEEN_SHARE)
+    yield span
+
+
+def _directed(
+    law: type[Effect],
+    choices: dict[str, Any],
+    atoms: list[dict[str, Any]],
+    along: Array,
+    directions: Sequence[str | tuple[float, ...] | Array],
+    data: Residuals,
+) -> Iterator[Family]:
+    """One family for every direction, from the signatures of a motion along each approach."""
+    approach = data.frame[APPROACH].to_numpy(float)
+    for direction in directions:
+        if isinstance(direction, np.ndarray):
+            columns = np.concatenate([along * (approach @ unit) for unit in direction], axis=1)
+            rest = {name: value for name, value in choices.items() if name != "direction"}
+            family = _family(law, rest, atoms, columns, direction)
+        else:
+            unit = np.eye(3)["xyz".index(direction)] if isinstance(direction, str) else np.array(direction)
+            family = _family(law, choices | {"direction": direction}, atoms, along * (approach @ unit))
+        if family is not None:
+            yield family
+
+
+def _family(
+    law: type[Effect],
+    choices: dict[str, Any],
+    atoms: list[dict[str, Any]],
+    columns: Array,
+    directions: Array | None = None,
+) -> Family | None:
+    size = np.sqrt(np.einsum("adn,adn->ad", columns, columns) / columns.shape[2]).max(axis=1)
     seen = size > 1e-9 * max(float(size.max()), 1e-300)
     if not seen.any() or size.max() == 0.0:
         return None
-    probe = law.model_construct(**(fixed_values(law) | choices | atoms[0]))
-    positive = law.kind == "misalignment"
+    label = law.kind
+    if directions is None:
+        label = law.model_construct(**(fixed_values(law) | choices | atoms[0])).label
     kept = [atom for atom, keep in zip(atoms, seen, strict=True) if keep]
-    return Family(law.kind, probe.label, choices, kept, columns[seen], law, law.covariates[0], positive)
+    return Family(
+        law.kind,
+        label,
+        choices,
+        kept,
+        columns if seen.all() else columns[seen],
+        law,
+        law.covariates[0],
+        law.kind == "misalignment",
+        directions=directions,
+        prior=_prior(law),
+    )
+
+
+def _prior(law: type[Effect]) -> float:
+    sizes = [max(abs(bound) for bound in p.sensible) for p in law.parameters() if p.role == "linear" and p.sensible]
+    return PRIOR_SIZE * max(sizes, default=np.inf)
 
 
 def fixed_values(law: type[Effect]) -> dict[str, Any]:
@@ -110,6 +227,19 @@ def signatures(law: type[Effect], choices: dict[str, Any], atoms: Sequence[dict[
         together = {name: np.array([float(atom[name]) for atom in atoms])[:, None] for name in atoms[0]}
         return np.stack(_columns(law, choices, together, data, len(atoms)), axis=1)
     return np.concatenate([np.stack(_columns(law, choices, atom, data, 1), axis=1) for atom in atoms])
+
+
+def family_signatures(family: Family, atom: dict[str, Any], data: Residuals) -> Array:
+    """One signature of a family in another recording, shape ``(d, n)``."""
+    assert family.law is not None
+    free = [{}] if family.directions is None else [{"direction": tuple(unit)} for unit in family.directions]
+    return np.concatenate([signatures(family.law, family.choices | one, [atom], data)[0] for one in free])
+
+
+def carried(family: Family, effect: Effect, data: Residuals) -> Family:
+    """A family in another recording, with the one signature that a fitted effect of it has."""
+    atom = {name: getattr(effect, name) for name in family.atoms[0]}
+    return replace(family, atoms=[atom], columns=family_signatures(family, atom, data)[None])
 
 
 def _columns(

@@ -55,7 +55,13 @@ def _words(family: Family, form: str, side: str, look: Look) -> str:
     place = {"front": "on front faces only, ", "back": "on backward faces only, "}.get(side, "")
     covariate = family.covariate
     text = {
-        "offset": "a constant along the approach",
+        "offset": "a constant along the approach" if covariate == "side" else f"a constant by {covariate}",
+        "wander": f"wanders with {covariate}",
+        "decay": f"decays with {covariate}, by a power law and not exponentially",
+        "power": f"grows with a power of the {covariate}",
+        "two curves": "follows another curve along the gauge on fronts than on backs",
+        "levels": "jumps from cycle to cycle",
+        "loop": "another shape along the gauge on the way there than on the way back",
         "trend": f"grows with {covariate}" if covariate != "position" else "grows along the gauge",
         "bow": f"a bow over {covariate}",
         "free shape": f"changes with {covariate} in no simple form",

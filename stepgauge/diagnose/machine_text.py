@@ -60,7 +60,7 @@ def scatter_effect(finding: Finding) -> NoiseGrowth | None:
     """A finding about the scatter as an effect; None for one that is no law (outliers)."""
     if finding.kind != "noise_growth":
         return None
-    values: dict[str, Any] = {"per": finding.choices["per"], "rate": finding.parameters["rate"].value}
+    values: dict[str, Any] = {"start_s": 0.0, **finding.choices, "rate": finding.parameters["rate"].value}
     return NoiseGrowth.model_construct(**values)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -32,15 +32,26 @@ class Outcome:
 
 
 def diagnose_together(
-    paths: Sequence[str], gauge: str, machine: str, folder: str | Path, suffix: str = "png"
+    paths: Sequence[str],
+    gauge: str,
+    machine: str,
+    folder: str | Path,
+    suffix: str = "png",
+    without: Collection[str] = (),
 ) -> Outcome:
     """Diagnose several recordings as placements of one machine; parameters as :func:`diagnose_each`."""
     steps, cmm = read_gauge(gauge), read_machine(machine)
-    return _diagnose([read_recording(path) for path in paths], steps, cmm, Path(folder), suffix)
+    return _diagnose([read_recording(path) for path in paths], steps, cmm, Path(folder), suffix, without)
 
 
 def diagnose_each(
-    paths: Sequence[str], gauge: str, machine: str, folder: str | Path, jobs: int | None = None, suffix: str = "png"
+    paths: Sequence[str],
+    gauge: str,
+    machine: str,
+    folder: str | Path,
+    jobs: int | None = None,
+    suffix: str = "png",
+    without: Collection[str] = (),
 ) -> Iterator[Outcome]:
     """Diagnose recordings one by one into folders named after their files, in the order given.
 
@@ -55,6 +66,7 @@ def diagnose_each(
     folder : gets one folder per recording
     jobs : processes; by default as many as there are processors
     suffix : format of the figures
+    without : kinds of effects that are no candidates
 
     Raises
     ------
@@ -64,7 +76,7 @@ def diagnose_each(
     _check_names(paths)
     steps, cmm = read_gauge(gauge), read_machine(machine)
     recordings = [read_recording(path) for path in paths]
-    one = partial(_one, gauge=steps, machine=cmm, folder=Path(folder), suffix=suffix)
+    one = partial(_one, gauge=steps, machine=cmm, folder=Path(folder), suffix=suffix, without=without)
     count = min(jobs or os.cpu_count() or 1, len(recordings))
     return map(one, recordings) if count == 1 else _in_processes(one, recordings, count)
 
@@ -82,17 +94,26 @@ def _start_method() -> str:
     return "spawn"
 
 
-def _one(recording: Recording, gauge: Gauge, machine: Machine, folder: Path, suffix: str) -> Outcome:
+def _one(
+    recording: Recording, gauge: Gauge, machine: Machine, folder: Path, suffix: str, without: Collection[str]
+) -> Outcome:
     name = Path(recording.path).stem
     try:
-        return _diagnose([recording], gauge, machine, folder / name, suffix)
+        return _diagnose([recording], gauge, machine, folder / name, suffix, without)
     except InputError as error:
         return Outcome(name, f"error: {error}")
 
 
-def _diagnose(recordings: Sequence[Recording], gauge: Gauge, machine: Machine, folder: Path, suffix: str) -> Outcome:
+def _diagnose(
+    recordings: Sequence[Recording],
+    gauge: Gauge,
+    machine: Machine,
+    folder: Path,
+    suffix: str,
+    without: Collection[str],
+) -> Outcome:
     whole = recordings[0] if len(recordings) == 1 else join_recordings(recordings)
-    found = diagnose(whole, gauge, machine)
+    found = diagnose(whole, gauge, machine, without)
     return Outcome(folder.name, summary_line(found), tuple(write_diagnosis(folder, found, recordings, suffix)))
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import optimize, stats
 
 from stepgauge.diagnose.residuals import Residuals
 
@@ -15,7 +15,13 @@ OUTLIER_P = 0.002
 """Chance of calling any row of an undisturbed recording an outlier."""
 GROWTH_P = 0.0003
 """Chance of seeing growing scatter in an undisturbed recording."""
+GROWTH_RANKS_P = 0.01
 MOST_OUTLIERS = 0.1
+LARGE = 3000
+MOST_DATUM = 0.5
+MOST_LONE = 0.03
+NEAR = 3.0
+"""Standard deviations within which a repeat counts as good."""
 KNOT_ROWS = 16
 """Rows of one placement per knot of the slow change with time that is taken out before the scatter is judged."""
 
@@ -46,11 +52,11 @@ def estimate_noise(data: Residuals) -> Noise:
     misses.
     """
     basis, repeats = _free_columns(data)
-    keep = np.ones(len(data), bool)
+    told = ~_datum_rows(data)
     weight = np.ones(len(data))
     growth = None
     for _ in range(2):
-        keep = _without_outliers(data.um / weight, basis / weight[:, None], keep)
+        keep = _without_outliers(data.um / weight, basis / weight[:, None], told)
         residual, leverage = _fit(data.um / weight, basis / weight[:, None], keep)
         growth = _growth(data, residual, leverage, keep) if growth is None else growth
         if growth is None:
@@ -58,9 +64,31 @@ def estimate_noise(data: Residuals) -> Noise:
         weight = _weights(data, growth[0], growth[1])
     dof = int(keep.sum() - _rank(basis[keep]))
     sigma = float(np.sqrt((residual[keep] ** 2).sum() / max(dof, 1)))
-    by_row = np.where(keep, sigma * weight, np.inf)
+    good = keep | ~told
+    by_row = np.where(good, sigma * weight, np.inf)
     rate = None if growth is None else (growth[0], sigma * growth[1], growth[2])
-    return Noise(sigma, by_row, dof, np.flatnonzero(~keep), rate, repeats)
+    return Noise(sigma, by_row, dof, np.flatnonzero(~good), rate, repeats)
+
+
+def with_lone_rows(noise: Noise, left_um: Array, data: Residuals) -> Noise:
+    """The scatter with other outliers where a model that knows the other faces knows better than the repeats.
+
+    Of two repeats that differ the repeats alone cannot say which is bad; ``left_um (n,)``, what a model leaves, can. A
+    face that is off in all its repeats is no matter of outliers.
+    """
+    along = left_um * data.side
+    middle = np.array([np.median(along[data.placement == i]) for i in range(int(data.placement.max()) + 1)])
+    typical = np.where(np.isfinite(noise.by_row_um), noise.by_row_um, noise.sigma_um)
+    off = np.abs(along - middle[data.placement]) / np.hypot(typical, data.gauge.u_um[data.face - 1])
+    far = off > -stats.t.ppf(OUTLIER_P / (2.0 * len(data)), max(noise.dof, 1))
+    near = np.bincount(data.group, off < NEAR) > 0
+    lone = far & near[data.group]
+    if not lone.any() or lone.sum() > MOST_LONE * len(data):
+        return noise
+    with_lone = np.bincount(data.group, lone) > 0
+    good = np.isfinite(noise.by_row_um) | (with_lone[data.group] & (off < NEAR))
+    good &= ~lone
+    return replace(noise, by_row_um=np.where(good, typical, np.inf), outliers=np.flatnonzero(~good))
 
 
 def _free_columns(data: Residuals) -> tuple[Array, bool]:
@@ -105,9 +133,20 @@ def _fit(um: Array, basis: Array, keep: NDArray[np.bool_]) -> tuple[Array, Array
     return residual, leverage
 
 
-def _without_outliers(um: Array, basis: Array, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Take out one row after the other while the largest studentised residual is too large to be chance."""
-    keep = keep.copy()
+def _datum_rows(data: Residuals) -> NDArray[np.bool_]:
+    """Rows that read the same in all repeats while others scatter: a datum that was set, not probed."""
+    spread = np.array([np.ptp(data.um[data.group == g]) for g in range(int(data.group.max()) + 1)])
+    count = np.bincount(data.group)
+    datum = (count > 1) & (spread < 1e-6)
+    return datum[data.group] if datum.sum() < MOST_DATUM * (count > 1).sum() else np.zeros(len(data), bool)
+
+
+def _without_outliers(um: Array, basis: Array, told: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Take out one row after the other while the largest studentised residual is too large to be chance.
+
+    Of large recordings all that are too large at once: the scatter that they are judged by hardly knows them.
+    """
+    keep = told.copy()
     for _ in range(int(MOST_OUTLIERS * len(um))):
         residual, leverage = _fit(um, basis, keep)
         free = np.sqrt(np.maximum(1.0 - leverage, 1e-9))
@@ -120,7 +159,10 @@ def _without_outliers(um: Array, basis: Array, keep: NDArray[np.bool_]) -> NDArr
         t = standard[worst] / np.sqrt(rss / dof)
         if np.log(2.0 * keep.sum()) + stats.t.logsf(t, dof) > np.log(OUTLIER_P):
             break
-        keep[worst] = False
+        if len(um) < LARGE:
+            keep[worst] = False
+        else:
+            keep &= standard < -stats.t.ppf(OUTLIER_P / (2.0 * keep.sum()), dof) * np.sqrt(rss / dof)
     return keep
 
 
@@ -130,34 +172,64 @@ def _covariates(data: Residuals) -> dict[str, Array]:
     found["position"] = data.probings.certified_mm() * 1e-3
     if "speed_mm_s" in data.frame:
         found["speed"] = data.probings.speed_mm_s.astype(float)
+    if data.has_time:
+        time_s = data.probings.time_s
+        found["time"] = (time_s - time_s.min()) / 3600.0
     return {name: values for name, values in found.items() if np.ptp(values) > 1e-6 * max(np.abs(values).max(), 1e-9)}
 
 
 def _growth(
     data: Residuals, residual: Array, leverage: Array, keep: NDArray[np.bool_]
 ) -> tuple[str, float, float] | None:
-    """Covariate with which the squares grow, its rate over sigma and the p-value; None if none does."""
+    """Covariate with which the squares grow, its rate over sigma and the p-value; None if none does.
+
+    A likelihood ratio, counted at the degrees of freedom that the rows have left; and, for it believes in the normal
+    distribution, the ranks of the squares must grow as well.
+    """
     used = keep & (leverage < 0.9)
     square = residual[used] ** 2 / (1.0 - leverage[used])
-    tests = []
+    share = float((1.0 - leverage[used]).mean())
+    score = stats.norm.ppf((stats.rankdata(square) - 0.5) / max(len(square), 1))
     covariates = _covariates(data)
-    # repeats of a face share their mean, so that their squares are not independent: one number for each set of repeats
-    group = data.group[used]
-    count = np.bincount(group)
-    there = count > 0
-    by_group = np.bincount(group, square)[there] / count[there]
+    tests = []
     for name, values in covariates.items():
-        c = values[used] ** 2
-        result = stats.spearmanr(np.bincount(group, c)[there] / count[there], by_group)
-        if result.statistic > 0:
-            slope, offset = np.polyfit(c, square, 1)
-            tests.append((float(result.pvalue) * len(covariates) / 2.0, name, slope, max(offset, 0.05 * square.mean())))
+        rate, gain = _rate(square, values[used])
+        ranks_p = stats.norm.sf(_rank_score(score, values[used] ** 2, data.group[used]))
+        if ranks_p < GROWTH_RANKS_P:
+            tests.append((gain * share, name, rate))
     if not tests:
         return None
-    p, name, slope, offset = min(tests)
-    if p > GROWTH_P or slope <= 0:
-        return None
-    return name, float(np.sqrt(slope / offset)), p
+    gain, name, rate = max(tests)
+    p = 0.5 * float(stats.chi2.sf(gain, 1)) * len(covariates)
+    return (name, rate, p) if p <= GROWTH_P else None
+
+
+def _rank_score(score: Array, covariate: Array, group: NDArray[np.intp]) -> float:
+    """Correlation of normal scores with a covariate, in standard deviations of chance.
+
+    Repeats of a face share their mean: two of m residuals correlate by -1 / (m - 1), their squares by its square.
+    """
+    c = covariate - covariate.mean()
+    kinship = 1.0 / np.maximum(np.bincount(group) - 1.0, 1.0) ** 2
+    squares = np.bincount(group, c**2)
+    variance = squares.sum() + float((kinship * (np.bincount(group, c) ** 2 - squares)).sum())
+    return float(score @ c / np.sqrt(max(variance, 1e-300)))
+
+
+def _rate(square: Array, covariate: Array) -> tuple[float, float]:
+    """The rate for which the squares are likeliest with variances as 1 + (rate covariate)^2, and its likelihood ratio.
+
+    The ratio is twice the logarithm of the likelihood over that of no growth.
+    """
+    largest = float(np.abs(covariate).max())
+
+    def unlikely(log_rate: float) -> float:
+        growth = 1.0 + (np.exp(log_rate) * covariate) ** 2
+        return float(np.log((square / growth).mean()) + np.log(growth).mean())
+
+    bounds = (np.log(0.03 / largest), np.log(30.0 / largest))
+    found = optimize.minimize_scalar(unlikely, bounds=bounds, method="bounded")
+    return float(np.exp(found.x)), len(square) * (float(np.log(square.mean())) - float(found.fun))
 
 
 def _weights(data: Residuals, covariate: str, rate: float) -> Array:

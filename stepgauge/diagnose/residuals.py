@@ -27,7 +27,8 @@ class Residuals:
 
     ``um``: (recorded - simulated) . approach, with the origin of every placement still in it; ``side``: +1 where the
     approach goes along the gauge axis (fronts), -1 against it; ``placement``: index from 0; ``probings``: the columns
-    that effects see; ``frame``: the recording, rows as in the file.
+    that effects see, with the simulated coordinates: a recorded one holds the very residual that is to be explained;
+    ``frame``: the recording, rows as in the file.
     """
 
     um: Array
@@ -88,7 +89,8 @@ def make_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Resi
     }
     axis = np.array([axes[int(n)] for n in numbers])[placement]
     along = (approach * axis).sum(axis=1)
-    probings = Probings(frame, Setting.of(machine, gauge, axes))
+    setting = Setting.of(machine, gauge, axes)
+    probings = Probings(frame, setting)
     radius_mm = machine.probe.tip_radius_mm - machine.sensor.pretravel_um(approach) * 1e-3
     simulated_mm = certified_mm(recording, gauge, face) - along * radius_mm
     um = ((position * axis).sum(axis=1) - simulated_mm) * along * 1e3
@@ -96,7 +98,8 @@ def make_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Resi
         um = um - along_approach_um(effect, probings)
     side = np.sign(along)
     um = um - side * _origin(um * side, placement)[placement]
-    return Residuals(um, side, placement, face, probings, frame, gauge, machine)
+    simulated = frame.assign(**dict(zip(POSITION, (position - um[:, None] * 1e-3 * approach).T, strict=True)))
+    return Residuals(um, side, placement, face, Probings(simulated, setting), frame, gauge, machine)
 
 
 def _origin(along_um: Array, placement: NDArray[np.intp]) -> Array:

@@ -1,19 +1,21 @@
 """How much each family would explain, and how surprising that is after so many looks.
 
-The gain of a signature is what it takes off the whitened sum of squares. Its significance counts every look: within a
-family by the length of the curve that its whitened signatures draw on the unit sphere (Hotelling's tube: the chance
-that pure noise comes as near to any point of the curve), between families by their number (Bonferroni).
+The gain of a signature is what it takes off the whitened sum of squares, less the price of a size beyond what occurs (a
+normal prior, wide as against the sensible range: it bears on what is badly determined, and hardly on anything else).
+Its significance counts every look: within a family by the length of the curve that its whitened signatures draw on the
+unit sphere (Hotelling's tube: the chance that pure noise comes as near to any point of the curve), between families by
+their number (Bonferroni).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special, stats
 
 from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.whitening import Whitening
@@ -23,6 +25,7 @@ PERIODS = {"period_mm", "period_s", "frequency_hz"}
 """Parameters whose values stand in a family from the slowest to the fastest."""
 ALIAS_GAIN = 0.03
 """Share of the gain that a period may lose by lying between two of the grid."""
+FAR_OUT = -500.0
 CHUNK = 4_000_000
 """Numbers whitened at a time."""
 COLLINEAR = 1e-4
@@ -37,13 +40,19 @@ huge amplitude.
 class Look:
     """The best signature of a family: which one, what it gains, and how surprising that is.
 
-    ``gain`` is in units of variance one; ``log_p``: logarithm of the family's p-value, all its looks counted.
+    ``gain`` is in units of variance one; ``log_p``: logarithm of the family's p-value, all its looks counted;
+    ``looks``: how many independent signatures the family amounts to.
     """
 
     family: Family
     atom: int
     gain: float
     log_p: float
+    looks: float
+
+    def price(self, rows: int, families: int) -> float:
+        """What it takes to say which law with which values (Schwarz' criterion, and what was searched), in nats."""
+        return 0.5 * self.family.dimension * float(np.log(max(rows, 2))) + float(np.log(self.looks * families))
 
     @property
     def score(self) -> float:
@@ -51,45 +60,83 @@ class Look:
 
 
 class Library:
-    """Families with their whitened signatures, to be looked through again and again."""
+    """Families with their whitened signatures, to be looked through again and again.
+
+    Signatures are scaled by what they were before the nuisances were taken out, and stacked by their number of linear
+    parameters, so that one product with a residual and a model serves all of them.
+    """
 
     def __init__(self, families: Sequence[Family], whitening: Whitening) -> None:
         self.families = list(families)
         self.whitening = whitening
-        self._white: list[Array] = []
-        self._square: list[Array] = []
-        self._looks: list[float] = []
-        for family in self.families:
-            white = _whitened(family.columns, whitening)
-            self._white.append(white)
-            self._square.append(np.einsum("adn,n->ad", family.columns**2, whitening.inverse_sigma**2))
-            self._looks.append(_curve_length(white))
+        self._stacks: list[_Stack] = []
+        self._place: dict[int, tuple[_Stack, int]] = {}
+        for dimension in sorted({family.dimension for family in self.families}):
+            members = [i for i, family in enumerate(self.families) if family.dimension == dimension]
+            stack = _Stack([self.families[i] for i in members], whitening)
+            self._stacks.append(stack)
+            self._place |= {index: (stack, place) for place, index in enumerate(members)}
 
     def white(self, index: int) -> Array:
-        return self._white[index]
+        """Whitened signatures of a family, shape ``(atoms, d, n)``."""
+        stack, place = self._place[index]
+        rows = stack.rows(place)
+        return stack.unit[rows] * stack.scale[rows][..., None]
 
-    def gains(self, index: int, residual: Array, model: Array) -> Array:
-        """Gain of every signature of a family beside a model's orthonormal columns ``(n, k)``, shape ``(atoms,)``."""
-        white = self._white[index]
-        beside = white - (white @ model) @ model.T if model.shape[1] else white
-        total = self._square[index]
-        if white.shape[1] == 1:
-            return _gain_one(beside[:, 0], total[:, 0], residual, self.families[index].positive)
-        return _gain_more(beside, total, residual)
-
-    def looks(self, residual: Array, model: Array, dof: int, variance: float = 1.0) -> list[Look]:
-        """The best signature of every family, most surprising first."""
-        found = []
-        rss = float(residual @ residual)
-        for index, family in enumerate(self.families):
-            gains = self.gains(index, residual, model)
-            atom = _best_atom(family, gains)
-            gain = float(gains[atom])
-            d = family.dimension
-            left = (rss - gain) / max(dof - d, 1)
-            scaled = gain / max(min(variance, left), 1e-12)
-            found.append(Look(family, atom, gain, log_p_value(scaled, d, dof, self._looks[index], len(gains))))
+    def looks(self, residual: Array, model: Array, dof: int) -> list[Look]:
+        """The best signature of every family beside a model's orthonormal columns ``(n, k)``, most surprising first."""
+        left = residual - model @ (model.T @ residual)
+        found = [look for stack in self._stacks for look in stack.looks(left, model, float(residual @ residual), dof)]
         return sorted(found, key=lambda look: look.log_p)
+
+
+class _Stack:
+    """Families of the same number of linear parameters ``d``, one behind the other.
+
+    ``unit (atoms, d, n)``, ``scale (atoms, d)``: whitened signatures and what they were divided by; ``gram``: their
+    products; ``stiff``: the price of their sizes.
+    """
+
+    def __init__(self, families: Sequence[Family], whitening: Whitening) -> None:
+        self.families = list(families)
+        self.first = np.cumsum([0, *(len(family.columns) for family in families)])
+        white = [_whitened(family.columns, whitening) for family in families]
+        scale = [np.sqrt(np.einsum("adn,n->ad", f.columns**2, whitening.inverse_sigma**2)) for f in families]
+        self.scale = np.maximum(np.concatenate(scale), 1e-150)
+        self.unit = np.concatenate(white)
+        self.unit /= self.scale[..., None]
+        self.gram = self.unit @ np.swapaxes(self.unit, 1, 2)
+        price = np.repeat([family.prior**-2 for family in families], np.diff(self.first))
+        self.stiff = price[:, None] / self.scale**2
+        self.lengths = [_curve_length(self.unit[self.rows(i)], self.gram[self.rows(i)]) for i in range(len(families))]
+
+    def rows(self, place: int) -> slice:
+        """Where the signatures of a family stand."""
+        return slice(int(self.first[place]), int(self.first[place + 1]))
+
+    def looks(self, left: Array, model: Array, total: float, dof: int) -> Iterator[Look]:
+        gains = self._gains(left, model)
+        for place, family in enumerate(self.families):
+            own = gains[self.rows(place)]
+            atom = _best_atom(family, own)
+            gain = float(own[atom])
+            variance = min(1.0, (total - gain) / max(dof - family.dimension, 1))
+            scaled = gain / max(variance, 1e-12)
+            looks = min(1.0 + self.lengths[place] * np.sqrt(scaled / (2.0 * np.pi)), float(len(own)))
+            yield Look(family, atom, gain, log_p_value(scaled, family.dimension, dof, looks), looks)
+
+    def _gains(self, left: Array, model: Array) -> Array:
+        """Gain of every signature, shape ``(atoms,)``."""
+        atoms, d, n = self.unit.shape
+        products = (self.unit.reshape(-1, n) @ np.column_stack([left, model])).reshape(atoms, d, -1)
+        dot, beside = products[..., 0], products[..., 1:]
+        gram = self.gram - beside @ np.swapaxes(beside, 1, 2)
+        gain = _gain_one(gram[:, 0, 0], dot[:, 0], self.stiff[:, 0]) if d == 1 else _gain_more(gram, dot, self.stiff)
+        for place, family in enumerate(self.families):
+            if family.positive:
+                own = self.rows(place)
+                gain[own] = np.where(dot[own, 0] > 0.0, gain[own], 0.0)
+        return gain
 
 
 def _best_atom(family: Family, gains: Array) -> int:
@@ -105,44 +152,47 @@ def _whitened(columns: Array, whitening: Whitening) -> Array:
     return np.concatenate([whitening(columns[i : i + size]) for i in range(0, len(columns), size)])
 
 
-def _gain_one(beside: Array, total: Array, residual: Array, positive: bool) -> Array:
-    left = (beside**2).sum(axis=1)
-    dot = beside @ residual
+def _gain_one(left: Array, dot: Array, stiff: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
-        gain = np.where(left > COLLINEAR * total, dot**2 / left, 0.0)
-    return np.where(dot > 0, gain, 0.0) if positive else gain
+        return np.where(left > COLLINEAR, dot**2 / (left + stiff), 0.0)
 
 
-def _gain_more(beside: Array, total: Array, residual: Array) -> Array:
-    scale = np.sqrt(np.maximum(total, 1e-300))
-    unit = beside / scale[..., None]
-    gram = unit @ np.swapaxes(unit, 1, 2)
-    dot = unit @ residual
+def _gain_more(gram: Array, dot: Array, stiff: Array) -> Array:
     value, vector = np.linalg.eigh(gram)
     share = np.einsum("aij,ai->aj", vector, dot)
+    against = np.einsum("aij,ai->aj", vector**2, stiff)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(value > COLLINEAR, share**2 / value, 0.0).sum(axis=1)
+        return np.where(value > COLLINEAR, share**2 / (value + against), 0.0).sum(axis=1)
 
 
-def _curve_length(white: Array) -> float:
-    """Length of the curve of the normalised signatures, rad; two-dimensional ones by their larger principal angle."""
-    if len(white) < 2:
+def _curve_length(unit: Array, gram: Array) -> float:
+    """Length of the curve of the normalised signatures, rad; of subspaces by their larger principal angle."""
+    if len(unit) < 2:
         return 0.0
-    bases = np.linalg.qr(np.swapaxes(white, 1, 2) / _sizes(white))[0]
-    overlap = np.swapaxes(bases[:-1], 1, 2) @ bases[1:]
-    smallest = np.linalg.svd(overlap, compute_uv=False)[:, -1]
-    return float(np.arccos(np.clip(smallest, 0.0, 1.0)).sum())
-
-
-def _sizes(white: Array) -> Array:
-    return np.maximum(np.linalg.norm(white, axis=2), 1e-300)[:, None, :]
+    cross = unit[:-1] @ np.swapaxes(unit[1:], 1, 2)
+    shrink = np.linalg.inv(gram + 1e-12 * np.eye(gram.shape[1]))
+    overlap = shrink[:-1] @ cross @ shrink[1:] @ np.swapaxes(cross, 1, 2)
+    smallest = np.linalg.eigvals(overlap).real.min(axis=1)
+    return float(np.arccos(np.sqrt(np.clip(smallest, 0.0, 1.0))).sum())
 
 
 @lru_cache(maxsize=100_000)
-def log_p_value(gain: float, dimension: int, dof: int, length: float, count: int) -> float:
-    """Logarithm of the chance that noise gains as much anywhere in a family."""
+def log_p_value(gain: float, dimension: int, dof: int, looks: float) -> float:
+    """Logarithm of the chance that noise gains as much anywhere in a family of so many independent signatures."""
     if gain <= 0.0:
         return 0.0
-    single = float(stats.f.logsf(gain / dimension, dimension, max(dof - dimension, 1)))
-    looks = min(1.0 + length * np.sqrt(gain) / np.sqrt(2.0 * np.pi), float(count))
+    single = _log_f_tail(gain / dimension, dimension, max(dof - dimension, 1))
     return min(single + float(np.log(looks)), 0.0)
+
+
+def _log_f_tail(f: float, d: int, dof: int) -> float:
+    """Logarithm of the upper tail of an F distribution.
+
+    Far out, where scipy's underflows, the first term of the series is all there is: with x = dof / (dof + d f) the tail
+    is the incomplete beta I_x(dof / 2, d / 2), about x^a (1 - x)^(b - 1) / (a B(a, b)).
+    """
+    exact = float(stats.f.logsf(f, d, dof))
+    if exact > FAR_OUT:
+        return exact
+    a, b, x = dof / 2.0, d / 2.0, dof / (dof + d * f)
+    return float(a * np.log(x) + (b - 1.0) * np.log1p(-x) - np.log(a) - special.betaln(a, b))

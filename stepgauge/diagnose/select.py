@@ -1,22 +1,31 @@
 """Which effects are there: terms are added, exchanged and dropped until nothing improves.
 
 A term enters when the chance that noise looks like it, after all looks, is below a bar; every term must stay below the
-bar beside the others, and is exchanged for whatever explains more in its place.
+bar beside the others, and is exchanged for whatever explains more in its place. Between two steps the non-linear
+parameters are fitted: what a grid leaves of one effect must not pass for another.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnose.holdout import Folds, holdout_rms, make_folds
+from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.search import Library, Look
-from stepgauge.diagnose.whitening import Whitening, orthonormal
+from stepgauge.diagnose.solve import Fitted, solve
+from stepgauge.diagnose.whitening import Whitening
 
 Array = NDArray[np.float64]
 FALSE_ALARM = 0.004
 """Chance that any named effect enters where there is none."""
+FURTHER_FALSE_ALARM = 0.001
+"""The same for every further effect: a second cause at the same time is rarer than a first."""
+SAME_IN_REPEATS = 0.05
+"""Share of a displacement's square that may differ between repeats where it counts as the same in all cycles."""
 MOST_TERMS = 4
 ROUNDS = 6
 
@@ -39,39 +48,42 @@ class Step:
     log_p: float
 
 
-@dataclass(frozen=True)
-class Selection:
-    """The terms chosen, what was decided on the way, and the residual they leave (whitened)."""
-
-    terms: tuple[Term, ...]
-    trail: tuple[Step, ...]
-    residual: Array
-
-
 class Selector:
     """Searches the library of named effects for the terms of a recording."""
 
-    def __init__(self, library: Library, whitening: Whitening, um: Array) -> None:
-        self.library, self.whitening = library, whitening
-        self.data = whitening(um)
+    def __init__(self, library: Library, whitening: Whitening, data: Residuals, trail: Sequence[Step] = ()) -> None:
+        self.library, self.whitening, self.residuals = library, whitening, data
+        self.data = whitening(data.um)
         self.dof = whitening.dof
         self.bar = np.log(FALSE_ALARM / max(len(library.families), 1))
-        self.trail: list[Step] = []
+        self.further_bar = np.log(FURTHER_FALSE_ALARM / max(len(library.families), 1))
+        self.trail = list(trail)
+        self._fits: dict[tuple[Term, ...], Fitted] = {}
+        self._looks: dict[tuple[Term, ...], list[Look]] = {}
 
     def columns(self, terms: tuple[Term, ...]) -> Array:
         """Whitened signatures of terms, shape ``(n, d)``."""
         parts = [self.library.white(term.index)[term.atom] for term in terms]
         return np.concatenate(parts).T if parts else np.zeros((len(self.data), 0))
 
+    def fit(self, terms: tuple[Term, ...]) -> Fitted:
+        """All parameters of the terms fitted together, the non-linear ones from where the signatures stand."""
+        if terms not in self._fits:
+            families = [self.library.families[term.index] for term in terms]
+            self._fits[terms] = solve(families, [term.atom for term in terms], self.residuals, self.whitening)
+        return self._fits[terms]
+
     def residual(self, terms: tuple[Term, ...]) -> tuple[Array, Array]:
         """What terms leave, and the orthonormal columns they take."""
-        basis = orthonormal(self.columns(terms))
-        return self.data - basis @ (basis.T @ self.data), basis
+        fit = self.fit(terms)
+        return fit.left, fit.basis
 
     def looks(self, terms: tuple[Term, ...]) -> list[Look]:
         """All families beside the terms, most surprising first."""
-        left, basis = self.residual(terms)
-        return self.library.looks(left, basis, self.dof - basis.shape[1])
+        if terms not in self._looks:
+            left, basis = self.residual(terms)
+            self._looks[terms] = self.library.looks(left, basis, self.dof - basis.shape[1])
+        return self._looks[terms]
 
     def term_of(self, look: Look) -> Term:
         """The term that a look means."""
@@ -81,18 +93,17 @@ class Selector:
     def _log(self, action: str, look: Look) -> None:
         self.trail.append(Step(action, look.family.label, look.gain, look.log_p))
 
-    def select(self) -> Selection:
+    def select(self) -> tuple[Term, ...]:
         """Add, exchange and drop until nothing changes."""
         terms: tuple[Term, ...] = ()
         while len(terms) < MOST_TERMS:
             best = self.looks(terms)[0]
-            if best.log_p > self.bar:
+            if best.log_p > (self.further_bar if terms else self.bar):
                 self._log("not added", best)
                 break
             self._log("added", best)
             terms = self._exchange((*terms, self.term_of(best)))
-        terms = self._drop(terms)
-        return Selection(terms, tuple(self.trail), self.residual(terms)[0])
+        return self._repeated(self._drop(terms))
 
     def _exchange(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
         """Replace each term by the best in its place, as long as that changes anything."""
@@ -126,7 +137,35 @@ class Selector:
                 return self._drop(others)
         return terms
 
+    def _repeated(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
+        """Only terms that help to predict whole cycles, of those that say the same in every cycle.
+
+        What a single bad probing looks like is significant, and wrong in all other cycles.
+        """
+        folds = [one for one in make_folds(self.residuals) if one.by == "cycles"]
+        shares = [solved.displacement_um(self.residuals) for solved in self.fit(terms).solved]
+        for place in range(len(terms)):
+            if not folds or _varies_between_repeats(shares[place], self.residuals.group):
+                continue
+            others = shares[:place] + shares[place + 1 :]
+            if self._held_out_um(shares, folds[0]) > self._held_out_um(others, folds[0]):
+                self._log("dropped: does not predict other cycles", self.look_at(terms[place].index, ()))
+                return self._repeated(terms[:place] + terms[place + 1 :])
+        return terms
+
+    def _held_out_um(self, shares: Sequence[Array], folds: Folds) -> float:
+        with np.errstate(divide="ignore"):
+            sigma_um = 1.0 / self.whitening.inverse_sigma
+        design = np.array(shares).T if shares else np.zeros((len(self.residuals), 0))
+        return holdout_rms(self.residuals, sigma_um, design, folds)
+
     def look_at(self, index: int, others: tuple[Term, ...]) -> Look:
         """One family beside other terms."""
         family = self.library.families[index]
         return next(look for look in self.looks(others) if look.family is family)
+
+
+def _varies_between_repeats(um: Array, group: NDArray[np.intp]) -> bool:
+    """Whether a displacement differs between repeats of the same probing."""
+    mean = np.bincount(group, um) / np.bincount(group)
+    return float(((um - mean[group]) ** 2).sum()) > SAME_IN_REPEATS * float(((um - um.mean()) ** 2).sum())

@@ -15,7 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.diagnose.confounded import Rivals
-from stepgauge.diagnose.library import signatures
+from stepgauge.diagnose.library import family_signatures
 from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.solve import Solved
 from stepgauge.diagnose.whitening import make_whitening, orthonormal
@@ -173,9 +173,7 @@ def _left_over(
     others = [whitening(along_approach_um(s.effect, more.probings)) for i, s in enumerate(solved) if i != place]
     left_over = {}
     for look in rivals.looks[1:]:
-        law = look.family.law
-        assert law is not None
-        columns = whitening(signatures(law, look.family.choices, [look.family.atoms[look.atom]], more)[0])
+        columns = whitening(family_signatures(look.family, look.family.atoms[look.atom], more))
         basis = orthonormal(np.vstack([*others, *columns]).T)
         left = effect - basis @ (basis.T @ effect)
         left_over[look.family.label] = float(left @ left)

@@ -12,14 +12,14 @@ from scipy.optimize import least_squares
 
 from stepgauge.diagnose.library import Family, fixed_values
 from stepgauge.diagnose.residuals import Residuals
-from stepgauge.diagnose.whitening import Whitening
+from stepgauge.diagnose.whitening import Whitening, orthonormal
 from stepgauge.effects import Effect, along_approach_um
 
 Array = NDArray[np.float64]
 STEP = 1e-4
 """Share of a parameter's scale by which it is moved to find the slope."""
-FROZEN = {"time_s", "supports_mm"}
-"""Parameters in which the displacement has no slope, or too little to be fitted further than the grid."""
+FROZEN = {"time_s"}
+"""Parameters in which the displacement has no slope: as fine as the grid."""
 
 
 @dataclass(frozen=True)
@@ -39,107 +39,185 @@ class Solved:
     effect: Effect
     parameters: dict[str, Estimate]
 
+    def displacement_um(self, data: Residuals) -> Array:
+        """Along the approach, shape ``(n,)``."""
+        return np.broadcast_to(along_approach_um(self.effect, data.probings), (len(data),)).astype(float)
 
-def solve(families: Sequence[Family], atoms: Sequence[int], data: Residuals, whitening: Whitening) -> list[Solved]:
+
+@dataclass(frozen=True)
+class Fitted:
+    """Laws fitted together.
+
+    ``left (n,)``: whitened residuals; ``basis (n, k)``: orthonormal columns of what the fit is free to move to first
+    order, the non-linear parameters' tangents included.
+    """
+
+    solved: tuple[Solved, ...]
+    left: Array
+    basis: Array
+
+
+def solve(families: Sequence[Family], atoms: Sequence[int], data: Residuals, whitening: Whitening) -> Fitted:
     """Fit all parameters of the families together, starting from the signatures chosen."""
     laws = [_Law(family, atom) for family, atom in zip(families, atoms, strict=True)]
-    if not laws:
-        return []
     white = whitening(data.um)
+    if not laws:
+        return Fitted((), white, np.zeros((len(white), 0)))
     columns = np.concatenate([whitening(law.family.columns[atom]) for law, atom in zip(laws, atoms, strict=True)])
     coefficients = np.linalg.lstsq(columns.T, white, rcond=None)[0]
-    start, place = [], 0
-    for law in laws:
-        start.append(law.start(coefficients[place : place + law.family.dimension]))
-        place += law.family.dimension
+    cuts = np.cumsum([law.family.dimension for law in laws])[:-1]
+    start = [law.start(part) for law, part in zip(laws, np.split(coefficients, cuts), strict=True)]
     return _refine(laws, np.concatenate(start), data, whitening, white)
 
 
 class _Law:
-    """A family as a function of its fitted parameters."""
+    """A family as a function of its fitted parameters.
+
+    A free direction stands among them by its components: the first ``k`` parameters.
+    """
 
     def __init__(self, family: Family, atom: int) -> None:
         assert family.law is not None
         self.family, self.law, self.atom = family, family.law, dict(family.atoms[atom])
         known = {p.name: p for p in self.law.parameters()}
-        linear = [name for name, p in known.items() if p.role == "linear"]
-        moving = [name for name, value in self.atom.items() if value is not None and name not in FROZEN]
+        self.linear = [name for name, p in known.items() if p.role == "linear"]
+        moving = [
+            part
+            for name, value in self.atom.items()
+            if value is not None and name not in FROZEN
+            for part in _parts(name, value)
+        ]
         phase = ["phase_deg"] if "phase_deg" in known else []
-        self.names = [*linear, *moving, *phase]
+        components = [f"component {i}" for i in range(self.free)]
+        self.names = [*(components or self.linear), *moving, *phase]
         self.units = {name: known[name].unit for name in known}
+
+    @property
+    def free(self) -> int:
+        """Number of components of a free direction, 0 without one."""
+        return 0 if self.family.directions is None else len(self.family.directions)
 
     def start(self, coefficients: Array) -> Array:
         """Parameters that the signature's coefficients mean."""
-        values = dict(self.atom)
+        values: dict[str, Any] = dict(self.atom)
         if "phase_deg" in self.names:
             lobes = 1.0 if self.law.quadrature else 3.0
-            values["amplitude_um"] = float(np.hypot(*coefficients))
-            values["phase_deg"] = float(np.degrees(np.arctan2(coefficients[1], coefficients[0])) / lobes)
+            size, turn = _sine(coefficients.reshape(-1, 2))
+            names = [f"component {i}" for i in range(self.free)] or ["amplitude_um"]
+            values |= dict(zip(names, map(float, size), strict=True))
+            values["phase_deg"] = float(np.degrees(turn) / lobes)
         elif self.law.kind == "misalignment":
             values["mrad"] = float(np.sqrt(max(coefficients[0], 0.0)))
         else:
-            linear = [p.name for p in self.law.parameters() if p.role == "linear"]
-            values |= dict(zip(linear, map(float, coefficients), strict=True))
+            names = [f"component {i}" for i in range(self.free)] or self.linear
+            values |= dict(zip(names, map(float, coefficients), strict=True))
         self.atom |= {name: values[name] for name in self.atom}
+        for name, value in self.atom.items():
+            values |= dict(zip(_parts(name, value), value, strict=True)) if isinstance(value, tuple) else {}
         return np.array([values[name] for name in self.names], float)
 
     def values(self, parameters: Array) -> dict[str, Any]:
-        return (
-            fixed_values(self.law)
-            | self.family.choices
-            | self.atom
-            | dict(zip(self.names, map(float, parameters), strict=True))
-        )
+        """All parameters of the effect."""
+        fitted: dict[str, Any] = dict(zip(self.names, map(float, parameters), strict=True))
+        if self.family.directions is not None:
+            vector = parameters[: self.free] @ self.family.directions
+            size = float(np.linalg.norm(vector))
+            fitted = {name: value for name, value in fitted.items() if not name.startswith("component")}
+            fitted |= {
+                self.linear[0]: size,
+                "direction": tuple(vector / size) if size > 0.0 else tuple(self.family.directions[0]),
+            }
+        for name, value in self.atom.items():
+            if isinstance(value, tuple):
+                fitted[name] = tuple(fitted.pop(part) for part in _parts(name, value))
+        return fixed_values(self.law) | self.family.choices | self.atom | fitted
 
     def displacement_um(self, parameters: Array, data: Residuals) -> Array:
         """Along the approach, shape ``(n,)``."""
         effect = self.law.model_construct(**self.values(parameters))
         return np.broadcast_to(along_approach_um(effect, data.probings), (len(data),)).astype(float)
 
+    def sizes(self, parameters: Array) -> Array:
+        """Linear parameters over the standard deviation of what is expected of them."""
+        if not np.isfinite(self.family.prior):
+            return np.zeros(0)
+        return parameters[: self.free or len(self.linear)] / self.family.prior
+
     def scales(self, parameters: Array) -> Array:
         """How far a parameter is moved to see its effect."""
         return np.array(
             [
-                max(abs(value), 1e-3) if name not in ("phase_deg", "at_mm") else 10.0
+                10.0 if name == "phase_deg" or "_mm" in name else max(abs(value), 1e-3)
                 for name, value in zip(self.names, parameters, strict=True)
             ]
         )
 
 
-def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Whitening, white: Array) -> list[Solved]:
+def _parts(name: str, value: object) -> list[str]:
+    """Names of the numbers of a parameter: its own, or one for each of several."""
+    return [f"{name} {i}" for i in range(len(value))] if isinstance(value, tuple) else [name]
+
+
+def _sine(coefficients: Array) -> tuple[Array, float]:
+    """Signed amplitudes ``(k,)`` and the common phase, rad, of sine and cosine coefficients ``(k, 2)``."""
+    _, _, turns = np.linalg.svd(coefficients, full_matrices=False)
+    first = turns[0] * (np.sign(coefficients[np.abs(coefficients).sum(axis=1).argmax()] @ turns[0]) or 1.0)
+    return coefficients @ first, float(np.arctan2(first[1], first[0]))
+
+
+def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Whitening, white: Array) -> Fitted:
     cuts = np.cumsum([len(law.names) for law in laws])[:-1]
     scale = np.concatenate([law.scales(part) for law, part in zip(laws, np.split(start, cuts), strict=True)])
 
     def left(moved: Array) -> Array:
         parts = np.split(start + moved * scale, cuts)
         shares = [law.displacement_um(part, data) for law, part in zip(laws, parts, strict=True)]
-        return white - whitening(np.sum(shares, axis=0))
+        sizes = np.concatenate([law.sizes(part) for law, part in zip(laws, parts, strict=True)])
+        return np.concatenate([white - whitening(np.sum(shares, axis=0)), sizes])
 
     found = least_squares(
         left, np.zeros(len(start)), method="lm" if len(white) > len(start) else "trf", max_nfev=60 * len(start)
     )
     moved = found.x if found.cost <= 0.5 * float((left(np.zeros(len(start))) ** 2).sum()) else np.zeros(len(start))
     values = start + moved * scale
-    u = _uncertainties(found.jac, scale)
-    solved = []
-    for law, part, spread in zip(laws, np.split(values, cuts), np.split(u, cuts), strict=True):
-        solved.append(_solved(law, part, spread))
-    return solved
+    covariance = _covariance(found.jac, scale)
+    solved, first = [], 0
+    for law, part in zip(laws, np.split(values, cuts), strict=True):
+        own = slice(first, first + len(part))
+        solved.append(_solved(law, part, covariance[own, own]))
+        first += len(part)
+    return Fitted(tuple(solved), left(moved)[: len(white)], orthonormal(found.jac[: len(white)]))
 
 
-def _uncertainties(jacobian: Array, scale: Array) -> Array:
-    """Standard uncertainties from the curvature of the sum of squares (variance one), NaN where there is none."""
+def _covariance(jacobian: Array, scale: Array) -> Array:
+    """Covariance from the curvature of the sum of squares (variance one); NaN on the diagonal where there is none."""
     gram = jacobian.T @ jacobian
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     value, vector = np.linalg.eigh(gram / np.outer(size, size))
     good = value > 1e-10
     inverse = (vector[:, good] / value[good]) @ vector[:, good].T
-    u = np.sqrt(np.maximum(np.diag(inverse), 0.0)) / size * scale
-    return np.where((vector[:, ~good] ** 2).sum(axis=1) > 1e-6, np.nan, u)
+    covariance = inverse * np.outer(scale / size, scale / size)
+    lost = (vector[:, ~good] ** 2).sum(axis=1) > 1e-6
+    covariance[lost, lost] = np.nan
+    return covariance
 
 
-def _solved(law: _Law, parameters: Array, u: Array) -> Solved:
+def _spreads(law: _Law, parameters: Array, covariance: Array) -> dict[str, float]:
+    """Standard uncertainty by name; that of a size from its components'."""
+    spread = dict(zip(law.names, np.sqrt(np.maximum(np.diag(covariance), 0.0)), strict=True))
+    if law.free:
+        own = slice(0, law.free)
+        unit = parameters[own] / max(float(np.linalg.norm(parameters[own])), 1e-300)
+        variance = float(unit @ covariance[own, own] @ unit)
+        spread = {name: u for name, u in spread.items() if not name.startswith("component")}
+        spread = {law.linear[0]: float(np.sqrt(max(variance, 0.0))) if variance == variance else np.nan} | spread
+    return spread
+
+
+def _solved(law: _Law, parameters: Array, covariance: Array) -> Solved:
     values = law.values(parameters)
+    if "direction" in values and law.free:
+        _point_forward(values, law)
     if "amplitude_um" in values and values["amplitude_um"] < 0:
         values["amplitude_um"] *= -1.0
         values["phase_deg"] += 180.0 if law.law.quadrature else 60.0
@@ -150,9 +228,22 @@ def _solved(law: _Law, parameters: Array, u: Array) -> Solved:
         values["mrad"] = abs(values["mrad"])
     estimates = {
         name: Estimate(float(values[name]), None if np.isnan(spread) else float(spread), law.units[name])
-        for name, spread in zip(law.names, u, strict=True)
+        for name, spread in _spreads(law, parameters, covariance).items()
+        if name in law.units
     }
     for name in FROZEN & set(law.atom):
         if isinstance(law.atom[name], float):
             estimates[name] = Estimate(float(law.atom[name]), None, law.units[name])
     return Solved(law.family, law.law.model_construct(**values), estimates)
+
+
+def _point_forward(values: dict[str, Any], law: _Law) -> None:
+    """A direction and its opposite are one: the one with its largest component positive is told."""
+    direction = np.array(values["direction"])
+    if direction[np.abs(direction).argmax()] < 0.0:
+        direction = -direction
+        if "phase_deg" in values:
+            values["phase_deg"] += 180.0
+        else:
+            values[law.linear[0]] *= -1.0
+    values["direction"] = tuple(float(share) for share in direction)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from stepgauge.diagnose.forms import BINS, HARMONICS, covariates, form_families
+from stepgauge.diagnose.forms import BINS, HARMONICS, KNOTS, WAY, covariates, form_families
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Located
 from stepgauge.diagnose.solve import Estimate
@@ -31,6 +31,8 @@ COLUMN = {
     "order": "row",
     "touches since a pause": "touches",
     "speed": "speed_mm_s",
+    "direction of travel": "way",
+    "rest before the touch": "rest_s",
 }
 """Name of a covariate in a formula, where it differs."""
 MASK = {"approach": "", "gauge": "side * ", "front": "step(side) * ", "back": "step(-side) * "}
@@ -127,11 +129,13 @@ def _best_law(
     located: Located, data: Residuals, whitening: Whitening, left_um: Array
 ) -> tuple[UnknownLaw | None, float]:
     """The law on the side that explains most, and what it takes off chi-square."""
-    best, best_gain = None, -1.0
+    best, best_gain, worth = None, -1.0, -np.inf
+    price = np.log(max(whitening.dof, 2))
     for side in SIDES[located.side]:
         for terms, period in _candidates(located, side, data, whitening, left_um):
             fitted = _fit(terms, data, whitening, left_um)
-            if fitted.gain > best_gain:
+            if fitted.gain - price * len(fitted.terms) > worth:
+                worth = fitted.gain - price * len(fitted.terms)
                 best, best_gain = _law(located, side, fitted, period), fitted.gain
     return best, best_gain
 
@@ -181,7 +185,15 @@ def _candidates(
 ) -> Iterator[tuple[list[str], float | None]]:
     """Terms to try for a form on one side, with the period where it has one."""
     mask = MASK[side]
-    if located.form == "offset":
+    if located.covariate == WAY:
+        position = data.probings.certified_mm()
+        loop = [*_stairs("position_mm", position), *(f"way * {term}" for term in _stairs("position_mm", position))]
+        yield [mask + term for term in (loop if located.form == "loop" else ["way"])], None
+    elif located.form == "two curves":
+        yield _two_curves(data), None
+    elif located.form == "levels":
+        yield [mask + term for term in _levels(data)], None
+    elif located.form == "offset":
         yield [f"{mask}1"], None
     elif located.form == "harmonics":
         yield [mask + term for term in _harmonics(data)], None
@@ -202,13 +214,20 @@ def _of_covariate(
     mask, middle = MASK[side], float(x.mean())
     centred = f"{mask}({name} - {middle:.9g})"
     place = _place(located, side, data, whitening, left_um)
-    if located.form == "trend":
-        yield [centred], None
+    one_term = {
+        "trend": centred,
+        "power": f"{mask}max({name}, 0.1)**{place:.9g}",
+        "decay": f"{mask}(1 + {name})**(-{place:.9g})",
+        "step": f"{mask}step({name} - {place:.9g})",
+    }
+    if located.form in one_term:
+        yield [one_term[located.form]], None
     elif located.form == "bow":
         yield [centred, f"{centred}**2"], None
-    elif located.form == "step" and place is not None:
-        yield [f"{mask}step({name} - {place:.9g})"], None
-    elif located.form == "period" and place is not None:
+    elif located.form == "wander":
+        for knots in KNOTS:
+            yield [mask + term for term in _ramps(name, x, knots)], None
+    elif located.form == "period":
         for period in _finer(place, x):
             angle = f"(2 * pi * {name} / {period:.9g})"
             yield [f"{mask}sin{angle}", f"{mask}cos{angle}"], period
@@ -216,8 +235,8 @@ def _of_covariate(
         yield [mask + term for term in _stairs(name, x)], None
 
 
-def _place(located: Located, side: str, data: Residuals, whitening: Whitening, left_um: Array) -> float | None:
-    """Where a step is, or the period, as far as the grid of the forms knows."""
+def _place(located: Located, side: str, data: Residuals, whitening: Whitening, left_um: Array) -> float:
+    """Where a step is, the period, the power, as far as the grid of the forms knows; NaN for a form without one."""
     target = whitening(left_um)
     for family in form_families(data):
         atoms = family.details.get("atoms")
@@ -225,12 +244,12 @@ def _place(located: Located, side: str, data: Residuals, whitening: Whitening, l
         if same and family.details["side"] == side and atoms is not None:
             gains = [_gain(whitening(columns), target) for columns in family.columns]
             return float(atoms[int(np.argmax(gains))])
-    return None
+    return float("nan")
 
 
-def _described(place: float | None, located: Located) -> bool:
+def _described(place: float, located: Located) -> bool:
     """Whether a place is the one that the words name."""
-    return place is not None and f"{place:.4g}" in located.where
+    return f"{place:.4g}" in located.where
 
 
 def _gain(white: Array, target: Array) -> float:
@@ -243,6 +262,24 @@ def _finer(period: float, x: Array) -> Array:
     step = 1.0 / (3.0 * float(np.ptp(x)))
     frequency = 1.0 / period + np.linspace(-step, step, 2 * FINER + 1)
     return 1.0 / frequency[frequency > 0.1 * step]
+
+
+def _ramps(name: str, x: Array, knots: int) -> list[str]:
+    """A line that may bend at evenly spaced places."""
+    at = np.linspace(x.min(), x.max(), knots)[:-1]
+    return ["1", *(f"max({name} - {place:.9g}, 0)" for place in at)]
+
+
+def _two_curves(data: Residuals) -> list[str]:
+    u = f"(position_mm - {float(data.probings.certified_mm().mean()):.9g})"
+    powers = [u, f"{u}**2", f"{u}**3"]
+    return ["step(side)", *(f"step({sign}side) * {power}" for sign in ("", "-") for power in powers)]
+
+
+def _levels(data: Residuals) -> list[str]:
+    """One for each cycle of each placement."""
+    runs = np.unique(data.frame[["placement", "cycle"]].to_numpy(), axis=0)
+    return [f"(abs(placement - {p:g}) < 0.5) * (abs(cycle - {c:g}) < 0.5)" for p, c in runs]
 
 
 def _stairs(name: str, x: Array) -> list[str]:

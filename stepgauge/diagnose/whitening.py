@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,16 +35,38 @@ class Whitening:
         v = self.side * self.inverse_sigma
         flat = x.reshape(-1, x.shape[-1])
         by_face = np.zeros((len(flat), len(self.shrink)))
-        order = np.argsort(self.face, kind="stable")
-        starts = np.flatnonzero(np.diff(self.face[order], prepend=-1))
+        order, starts = self._by_face
         by_face[:, self.face[order][starts]] = np.add.reduceat((flat * v)[:, order], starts, axis=1)
         taken = (by_face * (1.0 - self.shrink) / np.maximum(self.strength, 1e-300))[:, self.face]
         return (flat - taken * v).reshape(x.shape)
 
     def __call__(self, columns: Array) -> Array:
         """Whitened columns ``(..., n)`` orthogonal to the nuisances."""
-        x = self.scaled(columns)
-        return x - (x @ self.nuisance) @ self.nuisance.T
+        take, give = self._low_rank
+        x = (columns * self.inverse_sigma).reshape(-1, columns.shape[-1])
+        x -= (x @ take) @ give
+        return x.reshape(columns.shape)
+
+    @cached_property
+    def _low_rank(self) -> tuple[Array, Array]:
+        """Matrices ``(n, k)`` and ``(k, n)`` of the projection: shrinking by face, then taking the nuisances out.
+
+        With V the faces' columns and g their shrinking, (I - V g V') (I - N N') = I - [V N] M [V N]'.
+        """
+        faces = len(self.shrink)
+        v = (self.face[:, None] == np.arange(faces)) * (self.side * self.inverse_sigma)[:, None]
+        g = (1.0 - self.shrink) / np.maximum(self.strength, 1e-300)
+        take = np.hstack([v, self.nuisance])
+        middle = np.eye(take.shape[1])
+        middle[:faces, :faces] = np.diag(g)
+        middle[:faces, faces:] = -g[:, None] * (v.T @ self.nuisance)
+        return take, middle @ take.T
+
+    @cached_property
+    def _by_face(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Rows sorted by face, and where each face begins among them."""
+        order = np.argsort(self.face, kind="stable")
+        return order, np.flatnonzero(np.diff(self.face[order], prepend=-1))
 
     @property
     def dof(self) -> int:

@@ -19,6 +19,8 @@ DERIVED = {
     "side": "+1 for fronts, -1 for backs",
     "row": "number of the probing, from 0",
     "touches": "touches since the last pause longer than a minute, in order of time",
+    "rest_s": "time since the touch before, s",
+    "way": "+1 where the touch before was nearer to face 1, -1 where it was farther from it",
     "azimuth_rad": "azimuth of the approach about the stylus, from machine +x",
 }
 PAUSE_S = 60.0
@@ -85,6 +87,10 @@ def _covariate(probings: Probings, name: str) -> Array:
         return np.arange(probings.first_row, probings.first_row + len(probings), dtype=float)
     if name == "touches":
         return probings.touches_since_pause(PAUSE_S)
+    if name == "rest_s":
+        return probings.rest_s()
+    if name == "way":
+        return probings.way()
     if name == "azimuth_rad":
         cosine, sine = probings.lateral_share()
         return np.arctan2(sine, cosine)

@@ -158,6 +158,18 @@ class Probings:
             self._made[key] = _count_since_pause(self.time_s, pause_s, placement)
         return self._made[key]
 
+    def rest_s(self) -> Array:
+        """Time since the touch before, s; the first touch of a placement counts as rested for the longest of them."""
+        if "rest" not in self._made:
+            self._made["rest"] = _rest_s(self)
+        return self._made["rest"]
+
+    def way(self) -> Array:
+        """+1 where the touch before, in order of time, was nearer to face 1 (or there was none), else -1."""
+        if "way" not in self._made:
+            self._made["way"] = _way(self)
+        return self._made["way"]
+
     def lateral_share(self) -> tuple[Array, Array]:
         """Cosine and sine of the approach's azimuth about the stylus, times the sine of its polar angle.
 
@@ -195,6 +207,35 @@ class _Slice(Probings):
 
     def touches_since_pause(self, pause_s: float) -> Array:
         return self.whole.touches_since_pause(pause_s)[self.rows]
+
+    def rest_s(self) -> Array:
+        return self.whole.rest_s()[self.rows]
+
+    def way(self) -> Array:
+        return self.whole.way()[self.rows]
+
+
+def _rest_s(probings: Probings) -> Array:
+    time_s = probings.time_s
+    order = np.argsort(time_s, kind="stable")
+    placement = probings.column("placement")[order] if "placement" in probings.columns else np.ones(len(probings))
+    gap = np.diff(time_s[order], prepend=-np.inf)
+    gap[np.diff(placement, prepend=placement[0]) != 0] = np.inf
+    known = np.isfinite(gap)
+    gap[~known] = gap[known].max(initial=0.0)
+    rest = np.empty(len(probings))
+    rest[order] = gap
+    return rest
+
+
+def _way(probings: Probings) -> Array:
+    order = np.argsort(probings.time_s, kind="stable") if "time_s" in probings.columns else np.arange(len(probings))
+    placement = probings.column("placement")[order] if "placement" in probings.columns else np.ones(len(probings))
+    position = probings.certified_mm()[order]
+    back = (np.diff(position, prepend=position[0]) < 0.0) & (np.diff(placement, prepend=placement[0]) == 0)
+    way = np.empty(len(probings))
+    way[order] = np.where(back, -1.0, 1.0)
+    return way
 
 
 def _count_since_pause(time_s: Array, pause_s: float, placement: Array) -> Array:

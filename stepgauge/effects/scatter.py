@@ -10,26 +10,29 @@ from pydantic import Field, model_validator
 from stepgauge.effects.base import Array, Displacement, Effect, parameter, whole_numbers
 from stepgauge.effects.probings import Probings
 
-Covariate = Literal["x", "y", "z", "position", "speed"]
+Covariate = Literal["x", "y", "z", "position", "speed", "time"]
 
 
 class NoiseGrowth(Effect):
-    """The repeatability grows with position or speed: s^2 = s0^2 + (rate c)^2."""
+    """The repeatability grows with position, speed or time: s^2 = s0^2 + (rate c)^2."""
 
     kind: ClassVar[str] = "noise_growth"
     equation: ClassVar[str] = (
-        "s^2 = repeatability^2 + (rate c)^2; c: metres from the travel's low end or face 1, or mm/s"
+        "s^2 = repeatability^2 + (rate c)^2; c: metres from the travel's low end or face 1, mm/s, or hours"
     )
     source: ClassVar[str] = "quadrature sum of independent scatter, JCGM 100:2008, 5.1.2"
     covariates: ClassVar[tuple[str, ...]] = ("scatter",)
-    per: Covariate = parameter(unit="", role="choice", meaning="x, y, z (machine), position (along the gauge) or speed")
+    per: Covariate = parameter(
+        unit="", role="choice", meaning="x, y, z (machine), position (along the gauge), speed or time"
+    )
     rate: float = parameter(
-        unit="um per m or mm/s",
-        meaning="standard deviation per metre of position or per mm/s",
+        unit="um per m, mm/s or h",
+        meaning="standard deviation per metre of position, per mm/s or per hour",
         ge=0,
         le=1e4,
         sensible=(0, 10),
     )
+    start_s: float = parameter(0.0, unit="s", role="fixed", meaning="time from which hours count", ge=-1e12, le=1e12)
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Nothing: the mean stays."""
@@ -42,6 +45,8 @@ class NoiseGrowth(Effect):
     def _covariate(self, probings: Probings) -> Array:
         if self.per == "speed":
             return probings.speed_mm_s
+        if self.per == "time":
+            return (probings.time_s - self.start_s) / 3600.0
         if self.per == "position":
             return probings.certified_mm() * 1e-3
         low = probings.setting.travel_mm["xyz".index(self.per), 0]

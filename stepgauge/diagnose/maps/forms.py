@@ -126,4 +126,4 @@ def _look(form: Form, left: Array, basis: Array, sigma: Sequence[Array]) -> tupl
     if d == 0 or dof - d < 2:
         return 0.0, 0.0, columns
     variance = max((float(left @ left) - gain) / (dof - d), 1e-12)
-    return log_p_value(gain / variance, d, dof, 0.0, 1), gain, columns
+    return log_p_value(gain / variance, d, dof, 1.0), gain, columns

@@ -106,7 +106,7 @@ class MapSelector:
         without = self.fitter.at(beside.terms, fitted.rest)
         variance = max(fitted.rss / max(fitted.dof, 1), 1.0)
         gain = (without.rss - fitted.rss) / variance
-        log_p = log_p_value(gain, len(candidate.knobs), fitted.dof + len(candidate.knobs), 0.0, 1)
+        log_p = log_p_value(gain, len(candidate.knobs), fitted.dof + len(candidate.knobs), 1.0)
         log_p = min(log_p + float(np.log(len(candidate.starts))), 0.0)
         return Tried(candidate, fitted, gain, log_p, self._share(without.terms, fitted.terms))
 

@@ -1,0 +1,141 @@
+"""Named laws, or one form without a name that says the same in fewer words.
+
+Physics that has no name is imitated by piling up laws that are flexible enough. Each law costs its fitted parameters
+and the search that found it (a description length); where one form in one covariate leaves as little for less, the laws
+that it replaces were imitations. So are several laws of one kind at once, and laws that leave more than the scatter of
+the repeats.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from scipy import stats
+
+from stepgauge.diagnose.forms import WANDERING
+from stepgauge.diagnose.library import Family
+from stepgauge.diagnose.noise import Noise
+from stepgauge.diagnose.search import Library, Look
+from stepgauge.diagnose.select import Selector, Term
+
+MARGIN = 3.0
+"""By how many nats the form must be the shorter description: a factor of twenty in plausibility."""
+MISFIT_MARGIN = -8.0
+"""The same where the laws do not fit as well as the scatter of the repeats would let them."""
+MISFIT_P = 0.002
+PILE_MISFIT_P = 0.003
+"""The same for several laws at once, which could bend to fit and do not."""
+EXPLAINED = 0.85
+"""A law that makes up this share of what a form explains is that law, in a shape a little off its ideal."""
+PILE_EXPLAINED = 0.93
+OSCILLATIONS = {"temperature_cycle", "vibration"}
+LOCKED = 0.25
+"""Share of an oscillation's square within the repeats of a probing below which it keeps step with the cycles."""
+MAY_REPEAT = {"block_defect", "step_change"}
+"""Kinds of which two at once are nothing odd, even with the same choices."""
+
+
+@dataclass(frozen=True)
+class Simpler:
+    """The laws that stay, and the form that stands for the others; ``share`` of the structure that it explains."""
+
+    kept: tuple[Term, ...]
+    form: Look
+    share: float
+
+
+def simpler(forms: Library, selector: Selector, terms: tuple[Term, ...], noise: Noise) -> Simpler | None:
+    """The shortest description by some of the laws and one form; None where the laws alone are shorter."""
+    if not terms:
+        return None
+    repeated = _repeated(selector, terms) or _locked(selector, terms)
+    if repeated:
+        kept = tuple(term for term in terms if term not in repeated)
+        return _with_form(forms, selector, terms, kept)[1]
+    margin = MISFIT_MARGIN if _misfit(selector, terms, noise, MISFIT_P, EXPLAINED) else MARGIN
+    saved, best = max((_with_form(forms, selector, terms, kept) for kept in _subsets(terms)), key=lambda one: one[0])
+    if saved > margin:
+        return best
+    if len(terms) > 1 and _misfit(selector, terms, noise, PILE_MISFIT_P, PILE_EXPLAINED):
+        return _with_form(forms, selector, terms, terms)[1]
+    return None
+
+
+def _subsets(terms: tuple[Term, ...]) -> Iterator[tuple[Term, ...]]:
+    for count in range(len(terms)):
+        yield from combinations(terms, count)
+
+
+def _repeated(selector: Selector, terms: Sequence[Term]) -> set[Term]:
+    """Terms of a kind that stands there more than once with the same choices, or free in its direction."""
+    families = [selector.library.families[term.index] for term in terms]
+    names = [f.kind if f.directions is not None or "direction" in f.choices else f.label for f in families]
+    counts = Counter(name for name, f in zip(names, families, strict=True) if f.kind not in MAY_REPEAT)
+    return {term for term, name in zip(terms, names, strict=True) if counts[name] > 1}
+
+
+def _locked(selector: Selector, terms: Sequence[Term]) -> set[Term]:
+    """All terms, where one among several oscillates in time and yet reads the same in every cycle.
+
+    An oscillation that keeps step with the cycles is a rare chance; what depends on the place and on the way there, as
+    hysteresis does, keeps step with them always.
+    """
+    if len(terms) < 2:
+        return set()
+    group, side = selector.residuals.group, selector.residuals.side
+    for solved in selector.fit(tuple(terms)).solved:
+        if solved.family.kind in OSCILLATIONS:
+            along = solved.displacement_um(selector.residuals) * side
+            mean = np.bincount(group, along) / np.bincount(group)
+            if ((along - mean[group]) ** 2).sum() < LOCKED * ((along - along.mean()) ** 2).sum():
+                return set(terms)
+    return set()
+
+
+def _misfit(selector: Selector, terms: tuple[Term, ...], noise: Noise, chance: float, share: float) -> bool:
+    """Whether the laws leave more between the sets of repeats than within them, and not just a little of it all."""
+    left, basis = selector.residual(terms)
+    dof = selector.dof - basis.shape[1] - noise.dof
+    between = float(left @ left) - noise.dof
+    if dof < 1 or stats.f.sf(between / dof, dof, noise.dof) > chance:
+        return False
+    explained = float(selector.data @ selector.data - left @ left)
+    return explained < share * (explained + between - dof)
+
+
+def _with_form(
+    forms: Library, selector: Selector, terms: tuple[Term, ...], kept: tuple[Term, ...]
+) -> tuple[float, Simpler | None]:
+    """By how much the best form beside the laws kept is shorter than the laws it replaces, and that description."""
+    left, basis = selector.residual(kept)
+    here, rows, count = float(left @ left), selector.dof, len(forms.families)
+    all_left, _ = selector.residual(terms)
+    named = here - float(all_left @ all_left)
+    price = sum(_price(selector, terms, term) for term in terms if term not in kept)
+    looks = forms.looks(left, basis, rows - basis.shape[1])
+    if len(terms) - len(kept) == 1:
+        law = next(selector.library.families[term.index] for term in terms if term not in kept)
+        looks = [look for look in looks if named < EXPLAINED * look.gain or _another_matter(look, law)]
+    if not looks:
+        return float("-inf"), None
+    best = max(looks, key=lambda look: look.gain / 2.0 - look.price(rows, count))
+    saved = best.gain / 2.0 - best.price(rows, count) - (named / 2.0 - price)
+    return saved, Simpler(kept, best, min(best.gain / max(here - rows, best.gain), 1.0))
+
+
+def _another_matter(look: Look, law: Family) -> bool:
+    """Whether a form would make an oscillation in time a matter of something else: the way, the cycle, the touches.
+
+    Fast enough oscillations alias into anything that alternates.
+    """
+    return law.kind in OSCILLATIONS and look.family.covariate not in WANDERING
+
+
+def _price(selector: Selector, terms: tuple[Term, ...], term: Term) -> float:
+    """What a law costs beside the others."""
+    others = tuple(other for other in terms if other != term)
+    return selector.look_at(term.index, others).price(selector.dof, len(selector.library.families))

@@ -1,0 +1,314 @@
+"""What is named, what is not, and the arithmetic behind it: on recordings with effects added here by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+
+import mpmath
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.typing import NDArray
+
+from stepgauge.diagnose import engine
+from stepgauge.diagnose.engine import diagnose
+from stepgauge.diagnose.library import visible_directions
+from stepgauge.diagnose.noise import estimate_noise
+from stepgauge.diagnose.residuals import make_residuals
+from stepgauge.diagnose.result import Diagnosis
+from stepgauge.diagnose.search import log_p_value
+from stepgauge.diagnose.unknown_law import model_unknown
+from stepgauge.diagnose.whitening import make_whitening
+from stepgauge.effects import Probings, Setting
+from stepgauge.errors import InputError
+from stepgauge.recording import APPROACH, POSITION, Recording
+from tests.diagnose.made import ALONG_X, ALONG_Y, gauge, machine, record
+
+Array = NDArray[np.float64]
+NOISE_UM = 0.3
+BETWEEN = (0.6, 0.8, 0.0)
+
+
+@lru_cache
+def clean(axes: tuple[tuple[float, float, float], ...] = (ALONG_X, ALONG_Y), pause_s: float = 0.0) -> Recording:
+    """Two placements of five cycles with noise only; ``pause_s`` is waited before every second cycle."""
+    recording = record(machine(noise_um=NOISE_UM), axes, seed=5)
+    frame = recording.frame.copy()
+    run = np.unique(frame[["placement", "cycle"]], axis=0, return_inverse=True)[1]
+    frame["time_s"] += pause_s * ((run + 1) // 2)
+    return replace(recording, frame=frame)
+
+
+def bent(um: Callable[[Recording], Array], recording: Recording | None = None) -> Recording:
+    """A recording moved by ``um`` along every approach."""
+    recording = recording or clean()
+    frame = recording.frame.copy()
+    frame[POSITION] += frame[APPROACH].to_numpy() * (um(recording) * 1e-3)[:, None]
+    return replace(recording, frame=frame)
+
+
+def along(direction: tuple[float, float, float], um: Callable[[Array], Array]) -> Callable[[Recording], Array]:
+    """A motion in a machine direction as a function of time."""
+
+    def displacement(recording: Recording) -> Array:
+        return um(recording.frame["time_s"].to_numpy()) * (recording.frame[APPROACH].to_numpy() @ np.array(direction))
+
+    return displacement
+
+
+def told(recording: Recording) -> Diagnosis:
+    return diagnose(recording, gauge(), machine(noise_um=NOISE_UM))
+
+
+def names(found: Diagnosis) -> list[str]:
+    return [finding.kind for finding in found.findings]
+
+
+def within(found: Diagnosis, name: str, truth: float) -> bool:
+    one = found.findings[0].parameters[name]
+    assert one.u is not None
+    return abs(one.value - truth) < 4.0 * one.u
+
+
+# One cause, one name.
+
+
+@pytest.mark.parametrize("direction", [BETWEEN, (1.0, 0.0, 0.0)])
+def test_a_motion_between_the_axes_is_one_effect_with_its_direction(direction: tuple[float, float, float]) -> None:
+    found = told(bent(along(direction, lambda t: 2.0 * np.sin(2.0 * np.pi * t / 217.0 + 0.4))))
+    assert names(found) == ["temperature_cycle"]
+    assert within(found, "amplitude_um", 2.0)
+    assert within(found, "period_s", 217.0)
+    pointing = getattr(found.findings[0].effect, "direction", None)
+    vector = np.eye(3)["xyz".index(pointing)] if isinstance(pointing, str) else np.array(pointing)
+    assert vector @ np.array(direction) > 0.99
+
+
+@pytest.mark.parametrize("period", [23.37, 61.9])
+def test_a_period_between_two_of_the_grid_is_one_effect(period: float) -> None:
+    """60 standard deviations: what the grid alone leaves would be a second one many times over."""
+    found = told(
+        bent(lambda r: 18.0 * np.sin(2.0 * np.pi * r.frame["x_mm"].to_numpy() / period) * side(r) * lies_on(r))
+    )
+    assert names(found) == ["periodic_scale_error"]
+    assert within(found, "period_mm", period)
+    assert within(found, "amplitude_um", 18.0)
+
+
+def side(recording: Recording) -> Array:
+    return recording.frame[APPROACH].to_numpy().sum(axis=1)
+
+
+def lies_on(recording: Recording, placement: int = 1) -> Array:
+    """1 in the placement along x, where x moves."""
+    return (recording.frame["placement"] == placement).to_numpy(float)
+
+
+def test_the_memory_of_a_pause_is_found_with_the_pause_of_the_recording() -> None:
+    recording = clean(pause_s=35.0)
+    number = touches(recording, 20.0)
+    found = told(bent(lambda _: 3.0 * np.exp(-number / 2.5), recording))
+    assert names(found) == ["approach_memory"]
+    assert within(found, "um", 3.0)
+    assert within(found, "touches", 2.5)
+
+
+def touches(recording: Recording, pause_s: float) -> Array:
+    """Touches since the last pause, counted one by one."""
+    time, placement = recording.frame["time_s"].to_numpy(), recording.frame["placement"].to_numpy()
+    order, count, number = np.argsort(time), 0, np.zeros(len(time))
+    for before, row in zip([None, *order[:-1]], order, strict=True):
+        fresh = before is None or time[row] - time[before] > pause_s or placement[row] != placement[before]
+        count = 0 if fresh else count + 1
+        number[row] = count
+    return number
+
+
+def test_scatter_that_grows_with_time_is_named() -> None:
+    quiet, random = clean(), np.random.default_rng(3)
+    hours = quiet.frame["time_s"].to_numpy() / 3600.0
+    found = told(bent(lambda r: random.normal(0.0, 1.0, len(r)) * hours / hours.max() * 1.5))
+    assert names(found) == ["noise_growth"]
+    assert found.findings[0].choices["per"] == "time"
+    assert found.findings[0].parameters["rate"].value == pytest.approx(1.5 / hours.max(), rel=0.3)
+
+
+def test_of_two_repeats_that_differ_the_bad_one_is_known_by_the_other_faces() -> None:
+    recording = clean()
+    two = recording.frame["cycle"] <= 2
+    twice = replace(recording, frame=recording.frame[two].reset_index(drop=True))
+    rows = [10, 31]
+    found = told(bent(lambda r: 8.0 * np.isin(np.arange(len(r)), rows), twice))
+    assert names(found) == ["outliers"]
+    assert found.findings[0].choices["rows"] == tuple(row + 1 for row in rows)
+
+
+def test_a_single_bad_probing_is_no_defect_of_the_scale() -> None:
+    """Significant, and wrong in all other cycles: it is told as an outlier or not at all."""
+    for row in (3, 50, 200):
+        found = told(bent(lambda r, row=row: 9.0 * (np.arange(len(r)) == row)))
+        assert names(found) == ["outliers"]
+        assert found.findings[0].choices["rows"] == (row + 1,)
+
+
+# Structure without a name.
+
+
+def sawtooth(t: Array) -> Array:
+    return 4.0 * ((t / 171.0) % 1.0 - 0.5)
+
+
+def by_run(recording: Recording) -> Array:
+    run = np.unique(recording.frame[["placement", "cycle"]], axis=0, return_inverse=True)[1]
+    return np.array([0.0, 2.1, -1.7, 0.6, -2.2, 1.3, 1.9, -0.9, -2.4, 0.4])[run] * side(recording)
+
+
+def wandering(t: Array) -> Array:
+    random = np.random.default_rng(12)
+    at = np.linspace(t.min(), t.max(), 60)
+    return np.interp(t, at, np.cumsum(random.normal(0.0, 0.6, len(at))))
+
+
+def power_of_touches(recording: Recording) -> Array:
+    return 5.0 * (1.0 + touches(recording, 20.0)) ** -0.6
+
+
+UNKNOWN = {
+    "sawtooth in time": (along(BETWEEN, sawtooth), 0.0, {"time"}),
+    "offset by cycle": (by_run, 0.0, {"cycle", "time"}),
+    "random walk": (along(BETWEEN, wandering), 0.0, {"time", "cycle"}),
+    "power law of touches": (power_of_touches, 35.0, {"touches since a pause", "rest before the touch"}),
+}
+
+
+@pytest.mark.parametrize("name", UNKNOWN)
+def test_structure_without_a_law_is_unknown_and_lives_where_it_was_put(name: str) -> None:
+    um, pause_s, lives_in = UNKNOWN[name]
+    found = told(bent(um, clean(pause_s=pause_s)))
+    assert found.verdict == "unknown"
+    assert lives_in & {one.covariate for one in (*found.located, *found.unexplained)}
+    laws = model_unknown(found)
+    assert laws, "structure without a law is imitated by a formula"
+
+
+def test_other_readings_on_the_way_back_are_a_matter_of_the_way() -> None:
+    recording = there_and_back(clean((ALONG_X,)))
+    way = Probings(recording.frame, Setting.of(machine(), gauge())).way()
+    found = told(bent(lambda r: 2.0 * way * side(r), recording))
+    assert found.verdict == "unknown"
+    assert any(one.covariate == "direction of travel" for one in (*found.located, *found.unexplained))
+
+
+def there_and_back(recording: Recording) -> Recording:
+    """Every second cycle probed from the last face to the first."""
+    frame = recording.frame.copy()
+    time = frame["time_s"].to_numpy().copy()
+    for cycle in (2, 4):
+        rows = (frame["cycle"] == cycle).to_numpy()
+        time[rows] = time[rows][::-1]
+    frame["time_s"] = time
+    return replace(recording, frame=frame.sort_values("time_s").reset_index(drop=True))
+
+
+def test_way_and_rest_by_counting() -> None:
+    recording = there_and_back(clean((ALONG_X,)))
+    probings = Probings(recording.frame, Setting.of(machine(), gauge()))
+    face, time = recording.frame["face"].to_numpy(), recording.frame["time_s"].to_numpy()
+    assert probings.way()[0] == 1.0
+    np.testing.assert_array_equal(probings.way()[1:], np.where(np.diff(face) < 0, -1.0, 1.0))
+    np.testing.assert_allclose(probings.rest_s()[1:], np.diff(time))
+    assert probings.rest_s()[0] == np.diff(time).max()
+
+
+# The arithmetic.
+
+
+@pytest.mark.parametrize(
+    ("gain", "d", "dof"), [(30.0, 1, 200), (90.0, 2, 150), (900.0, 3, 60), (4e4, 1, 900), (3e5, 4, 500)]
+)
+def test_chances_agree_with_the_incomplete_beta_function_to_any_depth(gain: float, d: int, dof: int) -> None:
+    with mpmath.workdps(60):
+        left = mpmath.mpf(dof - d)
+        x = left / (left + mpmath.mpf(gain))
+        exact = mpmath.log(mpmath.betainc(left / 2, mpmath.mpf(d) / 2, 0, x, regularized=True))
+    assert log_p_value(gain, d, dof, 1.0) == pytest.approx(float(exact), rel=0.01)
+
+
+def test_whitening_is_the_inverse_root_of_the_covariance_beside_the_origins() -> None:
+    """W'W from the low-rank product against the inverse of a dense covariance with the origins projected out."""
+    data = make_residuals(clean(), gauge(), machine())
+    random = np.random.default_rng(1)
+    sigma = random.uniform(0.2, 0.6, len(data))
+    white = make_whitening(data, sigma)(np.eye(len(data)))
+    face = (data.face[:, None] == data.face) * (data.side[:, None] * data.side)
+    covariance = np.diag(sigma**2) + face * (gauge().u_um[data.face - 1] ** 2)[:, None]
+    inverse = np.linalg.inv(covariance)
+    origins = ((data.placement[:, None] == np.arange(2)) * data.side[:, None]).astype(float)
+    middle = origins.T @ inverse @ origins
+    wanted = inverse - inverse @ origins @ np.linalg.solve(middle, origins.T @ inverse)
+    np.testing.assert_allclose(white @ white.T, wanted, atol=1e-8 * np.abs(inverse).max())
+
+
+def test_a_datum_that_was_set_says_nothing_of_the_scatter() -> None:
+    recording = clean((ALONG_X,))
+    frame = recording.frame.copy()
+    first = frame["face"] == frame["face"].min()
+    frame.loc[first, POSITION] = frame.loc[first, POSITION].to_numpy()[0]
+    honest = estimate_noise(make_residuals(recording, gauge(), machine()))
+    found = estimate_noise(make_residuals(replace(recording, frame=frame), gauge(), machine()))
+    assert found.sigma_um == pytest.approx(honest.sigma_um, rel=0.05)
+    assert found.growth is None
+    assert not found.outliers.size
+
+
+def test_a_large_scale_error_is_not_judged_in_its_own_coordinates() -> None:
+    """Two per cent: a signature in recorded coordinates would make it 2 % smaller than it is."""
+    found = told(bent(lambda r: 0.02e3 * (r.frame["x_mm"].to_numpy() - 350.0) * side(r) * lies_on(r)))
+    assert "scale_error" in {name for one in found.findings for name in (one.kind, *one.confounded_with)}
+    ppm = found.findings[0].parameters["ppm"]
+    assert ppm.value == pytest.approx(20_000.0, rel=1e-3)
+
+
+def test_directions_that_show_are_those_along_which_the_gauge_lay() -> None:
+    assert list(visible_directions(np.array([[1.0, 0.004, 0.0]]))) == ["x"]
+    (line,) = visible_directions(np.array([[-0.6, -0.8, 0.0]]))
+    np.testing.assert_allclose(line, (0.6, 0.8, 0.0))
+    x, y, plane = visible_directions(np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
+    assert (x, y) == ("x", "y")
+    np.testing.assert_allclose(np.asarray(plane).T @ np.asarray(plane), np.diag([1.0, 1.0, 0.0]), atol=1e-12)
+
+
+def test_a_kind_that_is_left_out_comes_back_unknown_where_it_lives() -> None:
+    recording = bent(along(BETWEEN, lambda t: 2.0 * np.sin(2.0 * np.pi * t / 217.0)))
+    found = diagnose(recording, gauge(), machine(), without=["temperature_cycle", "vibration"])
+    assert found.verdict == "unknown"
+    assert "time" in {one.covariate for one in (*found.located, *found.unexplained)}
+
+
+def test_a_kind_that_does_not_exist_cannot_be_left_out() -> None:
+    with pytest.raises(InputError, match="no such kind of effect"):
+        diagnose(clean(), gauge(), machine(), without=["gremlins"])
+
+
+def test_long_recordings_are_fitted_to_all_rows_and_alias_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An oscillation that the searched cycles may alias, and a scale error: only what all rows confirm is told."""
+    monkeypatch.setattr(engine, "MOST_SEARCHED", 500)
+    once, random = clean().frame, np.random.default_rng(0)
+    once = once[once["cycle"] == 1]
+    lasts = once["time_s"].max() + 30.0
+    frame = pd.concat(
+        [once.assign(cycle=i + 1, time_s=once["time_s"] + i * lasts) for i in range(30)], ignore_index=True
+    )
+    recording = replace(clean(), frame=frame)
+    frame[POSITION] += frame[APPROACH].to_numpy() * random.normal(0.0, NOISE_UM * 1e-3, (len(frame), 1))
+    x, time = frame["x_mm"].to_numpy(), frame["time_s"].to_numpy()
+    found = told(bent(lambda r: 8e-3 * x * side(r) * lies_on(r) + 0.4 * side(r) * np.sin(time / 143.0), recording))
+    kinds = {one.kind: one for one in found.findings}
+    ppm = kinds["scale_error"].parameters["ppm"]
+    assert ppm.u is not None
+    assert abs(ppm.value - 8.0) < 4.0 * ppm.u < 1.0
+    for one in kinds.get("temperature_cycle"), kinds.get("vibration"):
+        assert one is None or one.parameters["amplitude_um"].value == pytest.approx(0.4, rel=0.2)
+    assert any(f"of {len(frame)} rows" in remark for remark in found.remarks)
