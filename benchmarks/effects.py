@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
+import tomllib
 import tracemalloc
 from pathlib import Path
 from typing import Any
@@ -34,36 +35,7 @@ TYPICAL: list[dict[str, Any]] = [
     {"kind": "probe_lobing", "amplitude_um": 0.5},
     {"kind": "thermal_drift", "direction": "x", "rate_um_per_h": 1.0},
 ]
-EVERY: list[dict[str, Any]] = [
-    {"kind": "scale_error", "axis": "x", "ppm": 2.5},
-    {"kind": "scale_curvature", "axis": "y", "um_per_m2": 12.0},
-    {"kind": "periodic_scale_error", "axis": "x", "period_mm": 3.2, "amplitude_um": 1.5, "phase_deg": 20.0},
-    {"kind": "local_scale_defect", "axis": "x", "at_mm": 150.0, "width_mm": 30.0, "height_um": 4.0},
-    {"kind": "squareness", "plane": "xy", "urad": 30.0},
-    {"kind": "straightness", "axis": "x", "direction": "y", "um": 3.0, "length_mm": 700.0},
-    {"kind": "angular_error", "travel_axis": "x", "rotation_axis": "y", "urad_per_m": 20.0},
-    {"kind": "roll", "axis": "y", "urad_per_m": 15.0},
-    {"kind": "error_map", "axis": "x", "component": "x", "file": "map.csv"},
-    {"kind": "axis_compensation", "axis": "x", "file": "table.csv"},
-    {"kind": "reversal_error", "axis": "x", "um": 2.0},
-    {"kind": "effective_radius", "um": 1.2},
-    {"kind": "probe_lobing", "amplitude_um": 0.8, "phase_deg": 15.0},
-    {"kind": "trigger_delay", "ms": 1.5},
-    {"kind": "lever_arm", "mm": 14.5},
-    {"kind": "gauge_temperature", "delta_K": 0.8},
-    {"kind": "scale_temperature", "axis": "x", "delta_K": 0.6},
-    {"kind": "thermal_drift", "direction": "x", "rate_um_per_h": 4.0, "time_constant_h": 0.5},
-    {"kind": "temperature_cycle", "direction": [1.0, 1.0, 0.0], "amplitude_um": 1.0, "period_s": 600.0},
-    {"kind": "step_change", "direction": "x", "time_s": 300.0, "um": 2.0},
-    {"kind": "vibration", "direction": "x", "frequency_hz": 17.3, "amplitude_um": 0.7},
-    {"kind": "approach_memory", "um": 1.0, "touches": 4.0, "pause_s": 30.0},
-    {"kind": "misalignment", "mrad": 5.0},
-    {"kind": "block_defect", "face": 7, "um": 3.0},
-    {"kind": "gauge_bending", "supports_mm": [90.0, 330.0], "sag_um": 20.0},
-    {"kind": "outliers", "rows": [3, 5], "um": [20.0, -10.0]},
-    {"kind": "noise_growth", "per": "x", "rate": 2.0},
-    {"kind": "empirical", "formula": "a * side + b * log(time_s + 1)", "coefficients": {"a": 0.5, "b": 0.2}},
-]
+EVERY: list[dict[str, Any]] = tomllib.loads((Path(__file__).parent / "every-effect.toml").read_text())["effect"]
 
 
 def table_of(rows: int) -> pd.DataFrame:

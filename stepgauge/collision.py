@@ -73,7 +73,7 @@ class Obstacles:
 def make_obstacles(gauge: Gauge, placement: Placement, temperature_C: float | None = None) -> Obstacles:
     """The blocks and the rail of a placed gauge, at a gauge temperature (default: the certificate's)."""
     table = gauge.table
-    face = gauge.position_at(table.reference_temperature_C if temperature_C is None else temperature_C)
+    face = gauge.position_at(gauge.temperature_C(temperature_C))
     half_width, half_height = table.block_width_mm / 2.0, table.block_height_mm / 2.0
     blocks = np.ones(gauge.n_blocks)
     low = np.column_stack([face[0::2], -half_width * blocks, -half_height * blocks])

@@ -24,6 +24,10 @@ class InputError(Exception):
             text += f"; expected {expected}"
         super().__init__(" ".join(text.split()))
 
+    def at(self, where: str | PathLike[str]) -> InputError:
+        """The same error with its place as somebody knows it who knows the file."""
+        return type(self)(where, self.what, found=self.found, expected=self.expected)
+
 
 class ProgramStoppedError(InputError):
     """The virtual machine stopped in the middle of a program; what was recorded until then is kept."""

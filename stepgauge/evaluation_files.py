@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -11,10 +10,10 @@ import numpy as np
 
 from stepgauge import __version__
 from stepgauge.dates import first_moment
-from stepgauge.errors import InputError
 from stepgauge.evaluate import Evaluation, PlacementResult
-from stepgauge.files import read_text, write_text
+from stepgauge.files import read_result, write_json, write_text
 from stepgauge.gauge import Gauge
+from stepgauge.tables import csv_text, result_cell
 
 CSV_COLUMNS = (
     "face",
@@ -132,7 +131,7 @@ def _largest(values: list[float]) -> float:
 def write_evaluation(folder: str | Path, evaluation: Evaluation) -> list[Path]:
     """Write ``evaluation.json`` and ``evaluation.csv`` into a folder (made if missing); returns their paths."""
     json_path, csv_path = Path(folder) / "evaluation.json", Path(folder) / "evaluation.csv"
-    write_text(json_path, json.dumps(evaluation_to_dict(evaluation), indent=1, allow_nan=False) + "\n")
+    write_json(json_path, evaluation_to_dict(evaluation))
     write_text(csv_path, evaluation_csv(evaluation))
     return [json_path, csv_path]
 
@@ -140,27 +139,14 @@ def write_evaluation(folder: str | Path, evaluation: Evaluation) -> list[Path]:
 def evaluation_csv(evaluation: Evaluation) -> str:
     """The table of all faces; a column ``placement`` is added where there are several."""
     several = len(evaluation.results) > 1
-    lines = [",".join([*CSV_COLUMNS, "placement"] if several else CSV_COLUMNS)]
+    rows = []
     for result in evaluation.results:
         for row in face_rows(result):
-            cells = [_cell(row[name]) for name in CSV_COLUMNS]
-            lines.append(",".join([*cells, str(result.placement)] if several else cells))
-    return "\n".join(lines) + "\n"
-
-
-def _cell(value: object) -> str:
-    if value is None:
-        return ""
-    return f"{value:.12g}" if isinstance(value, float) else str(value)
+            cells = [result_cell(row[name], 12) for name in CSV_COLUMNS]
+            rows.append([*cells, str(result.placement)] if several else cells)
+    return csv_text([*CSV_COLUMNS, "placement"] if several else CSV_COLUMNS, rows)
 
 
 def read_evaluation(path: str | Path) -> dict[str, Any]:
     """The content of an ``evaluation.json`` (:class:`InputError` where it is not one)."""
-    try:
-        data = json.loads(read_text(path))
-    except json.JSONDecodeError as error:
-        raise InputError(f"{path}:{error.lineno}", f"not valid JSON: {error.msg}") from None
-    kind = data.get("format") if isinstance(data, dict) else None
-    if kind != "stepgauge evaluation 1":
-        raise InputError(path, "not an evaluation", found=repr(kind), expected="evaluation.json of stepgauge evaluate")
-    return data
+    return read_result(path, "evaluation")

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from stepgauge.errors import InputError
 
@@ -86,3 +88,34 @@ def write_text(path: str | Path, text: str, newline: str | None = None) -> None:
     """Write text beside ``path``, then rename it there."""
     with replacing(path) as beside:
         beside.write_text(text, encoding="utf-8", newline=newline)
+
+
+def write_json(path: str | Path, data: Any) -> None:
+    """Write JSON types as every result of ours is written; NaN, which JSON has not, is a mistake of the caller."""
+    write_text(path, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+
+
+def read_json(path: str | Path) -> Any:
+    """The content of a JSON file; :class:`InputError` names the line where it is none."""
+    try:
+        return json.loads(read_text(path))
+    except json.JSONDecodeError as error:
+        raise InputError(f"{path}:{error.lineno}", f"not valid JSON: {error.msg}") from None
+
+
+def read_result(path: str | Path, kind: str) -> dict[str, Any]:
+    """The result of a verb, by the key ``format`` (``stepgauge KIND 1``); :class:`InputError` for anything else.
+
+    ``kind`` is the noun of the result, e.g. ``evaluation``; the file is ``KIND.json``.
+    """
+    data = read_json(path)
+    found = data.get("format") if isinstance(data, dict) else None
+    if found != f"stepgauge {kind} 1":
+        article = "an" if kind[0] in "aeiou" else "a"
+        raise InputError(path, f"not {article} {kind}", found=repr(found), expected=f"{kind}.json of stepgauge")
+    return dict(data)
+
+
+def in_folder(path: str | Path, name: str) -> Path:
+    """The file ``name`` of a folder, or the file itself: results are given by either."""
+    return Path(path) / name if Path(path).is_dir() else Path(path)

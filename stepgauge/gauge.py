@@ -105,6 +105,10 @@ class Gauge:
     def rail_width_mm(self) -> float:
         return self.table.rail_width_mm or self.table.block_width_mm + 20.0
 
+    def temperature_C(self, measured: float | None) -> float:
+        """The temperature as measured, or that of the certificate where it was not, deg C."""
+        return self.table.reference_temperature_C if measured is None else measured
+
     def position_at(self, temperature_C: ArrayLike) -> NDArray[np.float64]:
         """Face positions in mm at a gauge temperature: S (1 + alpha (T - T_ref)).
 

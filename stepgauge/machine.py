@@ -21,7 +21,7 @@ from stepgauge.machine_file import Machine
 from stepgauge.machine_stops import NO_TRIGGER, Stop, first_stop
 from stepgauge.moves import Path, ProbingSettings, Program, trace
 from stepgauge.placement import Placement
-from stepgauge.readout import read_out
+from stepgauge.readout import read_out, rows_beyond
 from stepgauge.recording import APPROACH, POSITION, Recording
 
 Array = NDArray[np.float64]
@@ -45,7 +45,8 @@ class Run:
     """What came of a program: the recording, the path, its duration, and what stopped it (None if nothing did).
 
     ``stop_piece`` is the index of the piece of the path on which it stopped. ``shares``, where asked for: one column
-    per effect, its share along the approach in um, row by row as the recording.
+    per effect, its share along the approach in um, row by row as the recording. ``notes``: what of the machine file had
+    no chance to act.
     """
 
     recording: Recording
@@ -54,6 +55,7 @@ class Run:
     stop: ProgramStoppedError | None = None
     stop_piece: int | None = None
     shares: pd.DataFrame | None = None
+    notes: tuple[str, ...] = ()
 
     def explained(self) -> Recording:
         """The recording with the shares as further columns."""
@@ -123,7 +125,8 @@ def run_program(
         comments["stopped"] = str(executed.stop)
     recording = Recording(frame, comments)
     shares = reading.shares_um() if explain else None
-    return Run(recording, executed.path, executed.duration_s, executed.stop, executed.stop_piece, shares)
+    notes = rows_beyond(reading.effects, len(recording), machine.path)
+    return Run(recording, executed.path, executed.duration_s, executed.stop, executed.stop_piece, shares, notes)
 
 
 def probing_settings(machine: Machine, search_mm: float) -> ProbingSettings:

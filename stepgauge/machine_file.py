@@ -110,6 +110,14 @@ class Machine:
         return np.array([travel.x, travel.y, travel.z])
 
 
+def check_machine_name(named: str | None, machine: Machine) -> None:
+    """:class:`InputError` where a recording names another machine; one that names none may be of any."""
+    if named is not None and named != machine.table.name:
+        raise InputError(
+            machine.path, "not the machine of this recording", found=machine.table.name, expected=repr(named)
+        )
+
+
 def read_machine(name: str | Path) -> Machine:
     """Read and check a machine file, given by its path or by the name of a shipped one."""
     path = find_data(name, "machine", "machines")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,8 @@ from stepgauge.gauge import Gauge
 Array = NDArray[np.float64]
 STANDING_COS = 0.999
 """|a.z| above which machine +z gives no usable up direction (within 2.6 deg of vertical)."""
+UPRIGHT_SIN = 1e-3
+"""An axis that leans less than this from upright has no yaw."""
 
 
 class PlacementTable(Table):
@@ -112,9 +115,19 @@ def perpendicular(vector: Array, axis: Array) -> Array:
     return across / size
 
 
+def has_yaw(axis: ArrayLike) -> bool:
+    """Whether an axis has a direction in the xy plane; one within 1 mrad of upright has none worth stating."""
+    return float(np.hypot(*np.asarray(axis, float)[:2])) > UPRIGHT_SIN
+
+
 def read_placement(path: str | Path, gauge: Gauge) -> Placement:
     """Read a placement file and check it against the gauge (:class:`InputError` names the key)."""
     return parse_placement(read_text(path), path, gauge)
+
+
+def read_placements(paths: Sequence[str | Path], gauge: Gauge) -> list[Placement]:
+    """Several placement files, in order."""
+    return [read_placement(path, gauge) for path in paths]
 
 
 def is_placement_file(path: str | Path) -> bool:

@@ -209,6 +209,11 @@ def parse_blocks(text: str, gauge: Gauge) -> tuple[int, int]:
     return first, last
 
 
+def parse_section(text: str | None, gauge: Gauge) -> tuple[int, int] | None:
+    """The used section as :func:`parse_blocks` reads it; None where nobody stated one."""
+    return parse_blocks(text, gauge) if text else None
+
+
 def parse_block_list(text: str, gauge: Gauge) -> tuple[int, ...]:
     """``"1,2,13"`` as numbers of blocks of the gauge, rising."""
     try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -13,7 +12,7 @@ from pydantic import Field
 
 from stepgauge.config import Table, Vector3, check_table
 from stepgauge.errors import InputError
-from stepgauge.files import read_text, write_text
+from stepgauge.files import read_json, write_json
 from stepgauge.physics import wozniak
 from stepgauge.physics.directions import probe_frame
 from stepgauge.physics.sphere import EffectiveRadius, effective_radius
@@ -149,16 +148,12 @@ def tip_radius_mm(qualification: Qualification, where: str | Path = "qualificati
 
 def write_qualification(path: str | Path, qualification: Qualification) -> None:
     """The qualification as JSON."""
-    write_text(path, json.dumps(qualification.model_dump(), indent=2) + "\n")
+    write_json(path, qualification.model_dump())
 
 
 def read_qualification(path: str | Path) -> Qualification:
     """A qualification file; :class:`InputError` names what is wrong with it."""
-    try:
-        data = json.loads(read_text(path))
-    except json.JSONDecodeError as error:
-        raise InputError(f"{path}:{error.lineno}", f"not valid JSON: {error.msg}") from None
-    return check_table(Qualification, data, path)
+    return check_table(Qualification, read_json(path), path)
 
 
 def _check_approaches(points: ProbedPoints, centre_mm: Array) -> None:

@@ -10,8 +10,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.effects import Effect, Probings, along_approach_um, make_effects, total_displacement_um
+from stepgauge.effects.scatter import Outliers
 from stepgauge.effects.thermal import UncompensatedScales
 from stepgauge.effects.totals import scatter_um
+from stepgauge.errors import InputError
 from stepgauge.machine_file import Machine
 
 Array = NDArray[np.float64]
@@ -58,15 +60,32 @@ def machine_effects(machine: Machine) -> list[Effect]:
 
 
 def read_out(probings: Probings, machine: Machine, random: np.random.Generator) -> ReadOut:
-    """Displacement of all probings by the machine's effects and, along the approach, by its repeatability."""
+    """Displacement of all probings by the machine's effects and, along the approach, by its repeatability.
+
+    :class:`InputError` names the machine file and the effect where one cannot be had of these probings.
+    """
     effects = machine_effects(machine)
-    displacement_um = total_displacement_um(effects, probings)
-    sigma_um = scatter_um(effects, probings, machine.table.repeatability_um)[-1]
+    try:
+        displacement_um = total_displacement_um(effects, probings)
+        sigma_um = scatter_um(effects, probings, machine.table.repeatability_um)[-1]
+    except InputError as error:
+        raise error.at(f"{machine.path}: {error.where}") from None
     noise = random.standard_normal(len(probings)) if np.any(sigma_um) else np.zeros(len(probings))
     noise_um = sigma_um * noise
     for column, axis in enumerate("xyz"):
         displacement_um[:, column] += noise_um * probings.approach(axis)
     return ReadOut(displacement_um, effects, probings, machine.table.repeatability_um, noise)
+
+
+def rows_beyond(effects: Sequence[Effect], n_rows: int, path: str) -> tuple[str, ...]:
+    """A note for every effect that lists rows which a recording of ``n_rows`` has not: they displace nothing."""
+    notes = []
+    for effect in effects:
+        beyond = [row for row in effect.rows if row > n_rows] if isinstance(effect, Outliers) else []
+        if beyond:
+            rows = ", ".join(map(str, beyond))
+            notes.append(f"{path}: effect outliers: rows {rows} do nothing, the recording has {n_rows}")
+    return tuple(notes)
 
 
 def _new_name(label: str, taken: dict[str, Array]) -> str:

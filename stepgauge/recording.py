@@ -293,3 +293,9 @@ def join_recordings(recordings: Sequence[Recording]) -> Recording:
             comments[key] = known if value in known.split("; ") else f"{known}; {value}"
     path = ", ".join(recording.path for recording in recordings)
     return Recording(pd.concat(frames, ignore_index=True), comments, path)
+
+
+def read_recordings(paths: Sequence[str | Path]) -> Recording:
+    """One or more recordings, read and joined as :func:`join_recordings` does."""
+    tables = [read_recording(path) for path in paths]
+    return tables[0] if len(tables) == 1 else join_recordings(tables)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -103,11 +103,22 @@ def read_numbers(path: str | Path, columns: Sequence[str]) -> CsvTable:
 
 def write_table(path: str | Path, header: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
     """A CSV table; floats are written with as many digits as they need to be read back the same."""
+    plain = [[float(cell) if isinstance(cell, np.floating) else cell for cell in row] for row in rows]
+    write_text(path, csv_text(header, plain))
+
+
+def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]], delimiter: str = ",") -> str:
+    """A table as the text of a CSV file; cells that need it are quoted."""
     text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
+    writer = csv.writer(text, delimiter=delimiter, lineterminator="\n")
     writer.writerow(header)
-    writer.writerows([[float(cell) if isinstance(cell, np.floating) else cell for cell in row] for row in rows])
-    write_text(path, text.getvalue())
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def result_cell(value: object, digits: int = 9) -> str:
+    """A cell of a result: floats to so many significant digits, what is undefined (None) empty."""
+    return "" if value is None else f"{value:.{digits}g}" if isinstance(value, float) else str(value)
 
 
 def _check_header(where: str, header: list[str], required: Sequence[str], others: bool) -> None:

@@ -7,8 +7,8 @@ import pytest
 
 from stepgauge.figures.iso230 import positioning_figure
 from stepgauge.figures.iso10360 import length_test_figure
-from stepgauge.standards.decision import parse_mpe
 from stepgauge.standards.iso10360 import Choices, Specification, length_test
+from stepgauge.standards.mpe import Mpe
 from stepgauge.standards.positioning import positioning_test
 from tests.build import make_gauge
 from tests.standards.made import TIP_MM, joined, made
@@ -21,7 +21,7 @@ def error(cycle: int, face: int) -> float:
 
 
 def test_every_repeat_is_a_mark_between_the_limits() -> None:
-    spec = Specification(parse_mpe("1.8 + L/350"))
+    spec = Specification(Mpe.parse("1.8 + L/350"))
     test = length_test(joined(made(GAUGE, error), made(GAUGE, error, (0, 1, 0))), GAUGE, spec, choices=Choices(TIP_MM))
     figure = length_test_figure(test)
     for axes, kind in zip(figure.axes, ("bidirectional", "unidirectional"), strict=True):
@@ -33,7 +33,7 @@ def test_every_repeat_is_a_mark_between_the_limits() -> None:
 
 
 def test_fronts_alone_have_one_panel() -> None:
-    spec = Specification(parse_mpe("2"))
+    spec = Specification(Mpe.parse("2"))
     figure = length_test_figure(length_test(made(GAUGE, faces=range(1, 16, 2)), GAUGE, spec))
     assert len(figure.axes) == 1
 

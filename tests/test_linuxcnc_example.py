@@ -185,5 +185,8 @@ def test_without_linuxcnc_one_line_says_what_to_install(tmp_path: Path):
         check=False,
     )
     assert result.returncode == 2
-    assert result.stderr == "error: linuxcnc: LinuxCNC is not installed; expected the Debian package linuxcnc-uspace\n"
+    assert (
+        result.stderr
+        == "run.py: error: linuxcnc: LinuxCNC is not installed; expected the Debian package linuxcnc-uspace\n"
+    )
     assert not (tmp_path / "out").exists()

@@ -71,6 +71,14 @@ def test_a_gauge_turned_about_its_axis_or_standing_is_found_with_its_up_directio
     assert any("up direction" in note for note in found.details["notes"])
 
 
+def test_a_gauge_that_stands_upright_has_no_yaw() -> None:
+    gauge = make_gauge(8)
+    for pitch, known in ((np.pi / 2, False), (np.pi / 2 - 0.02, True)):
+        points = make_points(gauge, make_pose(0.3, pitch), RADIUS, (1, 8))
+        yaw_deg = locate(points, gauge, (1, 8), 1.0).details["angles"]["yaw_deg"]
+        assert yaw_deg == pytest.approx(np.degrees(0.3), abs=1e-3) if known else yaw_deg == "undefined"
+
+
 def test_angles_are_stated_against_the_machine_axes() -> None:
     gauge = make_gauge(8)
     yaw, pitch = 0.000610 + np.pi / 2, 0.002

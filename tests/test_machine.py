@@ -196,6 +196,19 @@ def test_effects_displace_what_is_read() -> None:
     assert result.radius.r_eff_mm == pytest.approx(2.0 - 0.003 - 0.002, abs=1e-6)  # backlash passes for pre-travel
 
 
+def test_an_effect_that_cannot_act_is_named_with_its_machine_file() -> None:
+    gauge, machine, pose = make_gauge(6), make_machine(), make_pose(0.0, 0.0, origin=(50.0, 0.0, 0.0))
+    program = plan(gauge, pose, machine)
+    wrong = replace(machine, path="mine.toml", effects=({"kind": "block_defect", "face": 99, "um": 1.0},))
+    said = r'mine.toml: \[\[effect\]\] kind = "block_defect": no such face; found 99; expected 1 to 12'
+    with pytest.raises(InputError, match=said):
+        run_program(program, wrong, gauge, pose.placement(gauge), 0)
+    beyond = replace(machine, path="mine.toml", effects=({"kind": "outliers", "rows": [2, 10_000], "um": 5.0},))
+    run = run_program(program, beyond, gauge, pose.placement(gauge), 0)
+    assert run.notes == (f"mine.toml: effect outliers: rows 10000 do nothing, the recording has {len(run.recording)}",)
+    assert run_program(program, machine, gauge, pose.placement(gauge), 0).notes == ()
+
+
 def test_unknown_effects_and_parameters_are_refused() -> None:
     with pytest.raises(
         InputError, match=r"effect\[2\]\.kind is not a known effect; found 'gremlins'; expected .*scale_error"

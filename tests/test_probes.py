@@ -318,9 +318,9 @@ class TestMap:
             read_map(self.write(tmp_path, rows), symmetry)
 
     def test_columns_are_those_of_probe_map(self):
-        from stepgauge.cli.probe.map import HEADER
+        from stepgauge.probes.directions_map import COLUMNS
 
-        assert HEADER[2:] == VALUES
+        assert COLUMNS[2:] == VALUES
 
 
 class TestErrors:

@@ -8,12 +8,10 @@ runs the commands of README.md one after the other, shows each, and leaves every
 from __future__ import annotations
 
 import contextlib
-import shlex
 import sys
 from pathlib import Path
 
-from stepgauge.cli import cli
-from stepgauge.errors import InputError
+from stepgauge.cli import show_and_run
 
 HERE = Path(__file__).resolve().parent
 STEPS = (
@@ -37,13 +35,8 @@ def main(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     with contextlib.chdir(folder):
         for step in STEPS:
-            arguments = [part.format(here=HERE) for part in step.split()]
-            print("$ stepgauge", shlex.join(arguments), file=sys.stderr)
-            cli.main(args=arguments, prog_name="stepgauge", standalone_mode=False)
+            show_and_run(*(part.format(here=HERE) for part in step.split()))
 
 
 if __name__ == "__main__":
-    try:
-        main(Path(sys.argv[1] if len(sys.argv) > 1 else "certificate-results"))
-    except (InputError, OSError) as error:
-        sys.exit(f"error: {error}")
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "certificate-results"))

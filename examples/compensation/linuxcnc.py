@@ -6,7 +6,6 @@ Exit code 0: what is left of XM is within the controller's latch error and the i
 
 from __future__ import annotations
 
-import shlex
 import sys
 from pathlib import Path
 
@@ -18,7 +17,7 @@ sys.path.append(str(HERE.parent / "linuxcnc"))
 from controller import Drives, ScrewTable, latch_bound_um, require_linuxcnc, run_program  # noqa: E402
 from hal_gauge import render_hal  # noqa: E402
 
-from stepgauge.cli import cli  # noqa: E402
+from stepgauge.cli import run_command, show_and_run  # noqa: E402
 from stepgauge.errors import InputError  # noqa: E402
 from stepgauge.evaluation_files import read_evaluation  # noqa: E402
 from stepgauge.gauge import read_gauge  # noqa: E402
@@ -44,7 +43,7 @@ def main(output: Path, file_type: int) -> None:
     comp = output / "x.comp"
     tip = str(read_machine(MACHINE).probe.tip_radius_mm)
     table = ["compensate", str(output / "before"), "--axis", "x", "--to", "linuxcnc", "--tip-radius", tip]
-    stepgauge(*table, "--file-type", str(file_type), "-o", str(comp))
+    show_and_run(*table, "--file-type", str(file_type), "-o", str(comp))
     drives = Drives(screw_tables={0: ScrewTable(comp.read_text(encoding="utf-8"), file_type)})
     measure(output / "after", HERE / "after.toml", "2:8", drives)
     sys.exit(0 if report(output) else 1)
@@ -54,7 +53,7 @@ def measure(folder: Path, placement: Path, blocks: str, drives: Drives) -> None:
     """Plan, run on LinuxCNC with the hidden screw, import and evaluate."""
     program, recording = str(folder / "program.ngc"), str(folder / "recording.csv")
     where = ["-g", GAUGE, "-m", MACHINE, "--blocks", blocks, "--cycles", "2"]
-    stepgauge("plan", str(placement), *where, "-d", "linuxcnc", "--standoff", str(STANDOFF_MM), "-o", program)
+    show_and_run("plan", str(placement), *where, "-d", "linuxcnc", "--standoff", str(STANDOFF_MM), "-o", program)
     click.echo(f"$ linuxcnc -r {folder / 'simulation.ini'}")
     moves = read_program(program, ProbingSettings(standoff_mm=STANDOFF_MM))
     text = Path(program).read_text(encoding="utf-8")
@@ -63,8 +62,8 @@ def measure(folder: Path, placement: Path, blocks: str, drives: Drives) -> None:
         raise InputError(f"{program}:{outcome.line}", f"LinuxCNC stopped: {outcome.error}")
     click.echo(f"{outcome.seconds:.1f} s")
     origin = ["--program", program, "-g", GAUGE, "-p", str(placement)]
-    stepgauge("import", str(folder / LOG), "--from", "linuxcnc", *origin, "-o", recording)
-    stepgauge("evaluate", recording, "-g", GAUGE, "-o", str(folder))
+    show_and_run("import", str(folder / LOG), "--from", "linuxcnc", *origin, "-o", recording)
+    show_and_run("evaluate", recording, "-g", GAUGE, "-o", str(folder))
 
 
 def hidden_hal(placement: Path) -> str:
@@ -83,12 +82,6 @@ def hidden_hal(placement: Path) -> str:
     )
 
 
-def stepgauge(*arguments: str) -> None:
-    """A verb of the command line, shown as a user would type it."""
-    click.echo("$ stepgauge " + shlex.join(arguments))
-    cli.main(list(arguments), prog_name="stepgauge", standalone_mode=False)
-
-
 def report(output: Path) -> bool:
     """Both results side by side, and whether the second is what latch and interpolation leave."""
     bound_um = latch_bound_um(read_machine(MACHINE).table.measuring_speed_mm_s) + INTERPOLATION_UM
@@ -105,14 +98,4 @@ def report(output: Path) -> bool:
 
 
 if __name__ == "__main__":
-    try:
-        main(standalone_mode=False)
-    except click.ClickException as error:
-        error.show()
-        sys.exit(2)
-    except click.Abort:
-        click.echo("interrupted; LinuxCNC was ended", err=True)
-        sys.exit(130)
-    except InputError as error:
-        click.echo(f"error: {error}", err=True)
-        sys.exit(2)
+    run_command(main, "linuxcnc.py")

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 
 import click
 
-from stepgauge.cli import cli
-from stepgauge.errors import InputError
+from stepgauge.cli import run_command, show_and_run
 from stepgauge.evaluation_files import read_evaluation
 
 HERE = Path(__file__).resolve().parent
@@ -24,9 +21,9 @@ def main(output: Path) -> None:
     """Measure, write tables for three controllers, apply one of them on the virtual CMM, and measure again."""
     before = measure(output, "before", MACHINE, HERE / "placement.toml", "1:21", 1)
     table = ["compensate", before, "--axis", "x", "--tip-radius", R_EFF_MM, "--u-tip-radius", U_R_EFF_UM]
-    stepgauge(*table, "--to", "csv", "-o", str(output / "x.csv"), "--plot", str(output / "x.png"))
-    stepgauge(*table, "--to", "linuxcnc", "-o", str(output / "x.comp"))
-    stepgauge(*table, "--to", "siemens", "--step", "20", "--zero-at", "120", "-o", str(output / "AX1_EEC.INI"))
+    show_and_run(*table, "--to", "csv", "-o", str(output / "x.csv"), "--plot", str(output / "x.png"))
+    show_and_run(*table, "--to", "linuxcnc", "-o", str(output / "x.comp"))
+    show_and_run(*table, "--to", "siemens", "--step", "20", "--zero-at", "120", "-o", str(output / "AX1_EEC.INI"))
     corrected = output / "corrected.toml"
     effect = '\n[[effect]]\nkind = "axis_compensation"\naxis = "x"\nfile = "x.csv"\n'
     corrected.write_text(MACHINE.read_text(encoding="utf-8") + effect, encoding="utf-8")
@@ -44,24 +41,11 @@ def measure(output: Path, name: str, machine: Path, placement: Path, blocks: str
     program, recording, result = (str(output / f"{name}{end}") for end in (".dmi", ".csv", ""))
     common = ["-g", GAUGE, "-m", str(machine)]
     plan = ["plan", str(placement), *common, "-d", "dmis", "--blocks", blocks, "--cycles", "5", "-o", program]
-    stepgauge(*plan)
-    stepgauge("simulate", program, *common, "-p", str(placement), "--seed", str(seed), "-o", recording)
-    stepgauge("evaluate", recording, "-g", GAUGE, "-o", result)
+    show_and_run(*plan)
+    show_and_run("simulate", program, *common, "-p", str(placement), "--seed", str(seed), "-o", recording)
+    show_and_run("evaluate", recording, "-g", GAUGE, "-o", result)
     return result
 
 
-def stepgauge(*arguments: str) -> None:
-    """A verb of the command line, shown as a user would type it."""
-    click.echo("$ stepgauge " + shlex.join(arguments))
-    cli.main(list(arguments), prog_name="stepgauge", standalone_mode=False)
-
-
 if __name__ == "__main__":
-    try:
-        main(standalone_mode=False)
-    except click.ClickException as error:
-        error.show()
-        sys.exit(2)
-    except InputError as error:
-        click.echo(f"error: {error}", err=True)
-        sys.exit(2)
+    run_command(main, "virtual.py")

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 
 import click
 
-from stepgauge.cli import cli
-from stepgauge.errors import InputError
-from stepgauge.files import check_folder
+from stepgauge.cli import run_command, show_and_run
 
 HERE = Path(__file__).resolve().parent
 GAUGE = "step-gauge-420"
@@ -31,7 +27,6 @@ DATES = {
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Folder for all that comes out.")
 def main(output: Path) -> None:
     """Measure along x and along y at every date, evaluate, and draw the history."""
-    check_folder(output)
     archive = output / "archive"
     for number, (date, (ppm, reversal_um)) in enumerate(DATES.items()):
         machine = archive / date / "machine.toml"
@@ -40,7 +35,7 @@ def main(output: Path) -> None:
         for axis in ("x", "y"):
             measure(archive / date, axis, 2 * number + (axis == "y"), date)
     limits = ["--limit", "scale_ppm=4", "--limit", "reversal_um=2", "--limit", "band_um=2.5"]
-    stepgauge("history", str(archive), *limits, "-o", str(output / "history"))
+    show_and_run("history", str(archive), *limits, "-o", str(output / "history"))
 
 
 def machine_text(ppm: float, reversal_um: float) -> str:
@@ -58,23 +53,10 @@ def measure(folder: Path, axis: str, seed: int, date: str) -> None:
     machine, placement = str(folder / "machine.toml"), str(HERE / f"along-{axis}.toml")
     program, recording = str(folder / f"{axis}.dmi"), str(folder / f"{axis}.csv")
     common = ["-g", GAUGE, "-m", machine]
-    stepgauge("plan", placement, *common, "-d", "dmis", "--cycles", "5", "-o", program)
-    stepgauge("simulate", program, *common, "-p", placement, "--seed", str(seed), "-o", recording)
-    stepgauge("evaluate", recording, "-g", GAUGE, "--measured-at", date, "-o", str(folder / axis))
-
-
-def stepgauge(*arguments: str) -> None:
-    """A verb of the command line, shown as a user would type it."""
-    click.echo("$ stepgauge " + shlex.join(arguments))
-    cli.main(list(arguments), prog_name="stepgauge", standalone_mode=False)
+    show_and_run("plan", placement, *common, "-d", "dmis", "--cycles", "5", "-o", program)
+    show_and_run("simulate", program, *common, "-p", placement, "--seed", str(seed), "-o", recording)
+    show_and_run("evaluate", recording, "-g", GAUGE, "--measured-at", date, "-o", str(folder / axis))
 
 
 if __name__ == "__main__":
-    try:
-        main(standalone_mode=False)
-    except click.ClickException as error:
-        error.show()
-        sys.exit(2)
-    except InputError as error:
-        click.echo(f"error: {error}", err=True)
-        sys.exit(2)
+    run_command(main, "make.py")

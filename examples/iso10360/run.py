@@ -9,40 +9,32 @@ was located in each position and planned again (see README.md).
 from __future__ import annotations
 
 import json
-import shlex
 import sys
 from pathlib import Path
 
-from stepgauge.cli import main as command_line
+from stepgauge.cli import show_and_run
 
 HERE = Path(__file__).parent
 GAUGE = "step-gauge-1020"
 TEST = (
-    "--mpe", "1.8 + L/350", "--mpe-repeatability", "1.5", "--tip-diameter", "3.9940", "--temperature-u", "0.05",
-    "--alignment-u", "0.1", "--fixture-u", "0.1",
+    "--mpe", "1.8 + L/350", "--mpe-repeatability", "1.5", "--tip-diameter", "3.9940", "--u-gauge-temperature", "0.05",
+    "--u-alignment", "0.1", "--u-fixture", "0.1",
 )  # fmt: skip
-
-
-def stepgauge(*arguments: object) -> None:
-    """Run a command as it is shown."""
-    words = [str(argument) for argument in arguments]
-    print(f"$ stepgauge {shlex.join(words)}", flush=True)
-    command_line(words)
 
 
 def main(folder: Path) -> None:
     """Plan, seven runs, test."""
     plan = folder / "plan"
-    stepgauge("plan", "--iso10360", "-g", GAUGE, "-m", HERE / "machine.toml", "-d", "dmis", "-o", plan)
+    show_and_run("plan", "--iso10360", "-g", GAUGE, "-m", HERE / "machine.toml", "-d", "dmis", "-o", plan)
     recordings = []
     for number in (one["position"] for one in json.loads((plan / "plan.json").read_text())["positions"]):
         name, recording = plan / f"position-{number}", folder / f"position-{number}.csv"
-        stepgauge(
+        show_and_run(
             "simulate", f"{name}.dmi", "-m", f"{name}-machine.toml", "-g", GAUGE, "-p", f"{name}.toml",
             "--placement-number", number, "--seed", number, "--gauge-temperature", 20.3, "-o", recording,
         )  # fmt: skip
         recordings.append(recording)
-    stepgauge("iso10360", *recordings, "-g", GAUGE, "-m", HERE / "machine.toml", *TEST, "-o", folder)
+    show_and_run("iso10360", *recordings, "-g", GAUGE, "-m", HERE / "machine.toml", *TEST, "-o", folder)
 
 
 if __name__ == "__main__":

@@ -7,11 +7,10 @@ Every step is a command of its own that is shown as it runs.
 
 from __future__ import annotations
 
-import shlex
 import sys
 from pathlib import Path
 
-from stepgauge.cli import main as command_line
+from stepgauge.cli import show_and_run
 
 HERE = Path(__file__).parent
 STEPS = (
@@ -25,9 +24,7 @@ STEPS = (
 def main(folder: Path) -> None:
     """Plan, run, evaluate."""
     for step in STEPS:
-        words = [part.format(here=HERE, out=folder) for part in shlex.split(step)]
-        print(f"$ stepgauge {shlex.join(words)}", flush=True)
-        command_line(words)
+        show_and_run(*(part.format(here=HERE, out=folder) for part in step.split()))
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ import click
 from cases import CASES, GAUGE, Case, read_cases
 from score import Score, score, table
 
+from stepgauge.cli import run_command
 from stepgauge.errors import InputError
 
 HERE = Path(__file__).resolve().parent
@@ -104,14 +105,4 @@ def _process(*arguments: str) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main(standalone_mode=False)
-    except click.ClickException as error:
-        error.show()
-        sys.exit(2)
-    except click.Abort:
-        click.echo("interrupted; LinuxCNC was ended", err=True)
-        sys.exit(130)
-    except InputError as error:
-        click.echo(f"error: {error}", err=True)
-        sys.exit(2)
+    run_command(main, "run.py")

@@ -6,7 +6,6 @@ controller stopped; 2: wrong input, or LinuxCNC is not installed.
 
 from __future__ import annotations
 
-import shlex
 import sys
 from pathlib import Path
 
@@ -16,8 +15,7 @@ from comparison import Comparison, compare
 from controller import latch_bound_um, require_linuxcnc, run_program
 from hal_gauge import HERE, read_truth, render_hal
 
-from stepgauge.cli import cli
-from stepgauge.errors import InputError
+from stepgauge.cli import run_command, show_and_run
 from stepgauge.evaluation_files import read_evaluation
 from stepgauge.gauge import read_gauge
 from stepgauge.machine_file import read_machine
@@ -54,7 +52,7 @@ def main(output: Path, gauge_name: str, placement: str, true_placement: str | No
     plan = ["plan", placement, "--gauge", gauge_name, "--dialect", "linuxcnc", "--machine", options["machine_name"]]
     plan += ["--route", options["route"], "--blocks", options["blocks"], "--cycles", str(options["cycles"])]
     plan += ["--template", options["template"]] if options["template"] else []
-    stepgauge(*plan, "--standoff", STANDOFF_MM, "-o", program)
+    show_and_run(*plan, "--standoff", STANDOFF_MM, "-o", program)
 
     click.echo(f"$ linuxcnc -r {output / 'simulation.ini'}")
     moves = read_program(program, ProbingSettings(standoff_mm=float(STANDOFF_MM)))
@@ -67,8 +65,8 @@ def main(output: Path, gauge_name: str, placement: str, true_placement: str | No
 
     log = str(output / LOG)
     run = ["--program", program, "--gauge", gauge_name, "--placement", placement]
-    stepgauge("import", log, "--from", "linuxcnc", *run, "-o", recording)
-    stepgauge("evaluate", recording, "--gauge", gauge_name, "-o", str(output))
+    show_and_run("import", log, "--from", "linuxcnc", *run, "-o", recording)
+    show_and_run("evaluate", recording, "--gauge", gauge_name, "-o", str(output))
     comparison = compare(
         read_recording(recording),
         read_evaluation(output / "evaluation.json"),
@@ -80,12 +78,6 @@ def main(output: Path, gauge_name: str, placement: str, true_placement: str | No
     )
     report(comparison)
     sys.exit(0 if comparison.agrees else 1)
-
-
-def stepgauge(*arguments: str) -> None:
-    """A verb of the command line, shown as a user would type it."""
-    click.echo("$ stepgauge " + shlex.join(arguments))
-    cli.main(list(arguments), prog_name="stepgauge", standalone_mode=False)
 
 
 def report(comparison: Comparison) -> None:
@@ -105,14 +97,4 @@ def report(comparison: Comparison) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main(standalone_mode=False)
-    except click.ClickException as error:
-        error.show()
-        sys.exit(2)
-    except click.Abort:
-        click.echo("interrupted; LinuxCNC was ended", err=True)
-        sys.exit(130)
-    except InputError as error:
-        click.echo(f"error: {error}", err=True)
-        sys.exit(2)
+    run_command(main, "run.py")

@@ -1,7 +1,7 @@
 """A virtual run of Ren's probe bench: the shipped 18 mm probe, pushed five times from each of twelve sides.
 
     python simulate.py series.csv
-    stepgauge probe bench series.csv -o bench.csv --figure bench.png
+    stepgauge probe bench series.csv -o bench.csv --plot bench.png
 
 The pre-travel of each side is that of the probe's mechanical model; hysteresis and scatter are those that the paper
 reports (repeatability about 0.03 to 0.06 um), the noise of grating and laser is assumed.

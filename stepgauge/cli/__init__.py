@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import shlex
 import sys
 from typing import Any
 
@@ -11,17 +12,20 @@ import click
 from stepgauge import __version__
 from stepgauge.errors import InputError
 
+Tasks = dict[str, dict[str, tuple[str, str]]]
+
 
 class LazyGroup(click.Group):
     """A group whose verbs live in modules that are imported only when the verb runs.
 
-    ``verbs`` maps a verb to ``(module, help)``; every module calls its click command ``command``. The help of the
-    group is written from the map, so that it costs no import of numpy.
+    ``tasks`` maps a heading to its verbs, and a verb to ``(module, help)``; every module calls its click command
+    ``command``. The help of the group is written from the map, so that it costs no import of numpy.
     """
 
-    def __init__(self, *args: Any, verbs: dict[str, tuple[str, str]] | None = None, **kwargs: Any) -> None:
+    def __init__(self, *args: Any, tasks: Tasks | None = None, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self.verbs = verbs or {}
+        self.tasks = tasks or {}
+        self.verbs = {verb: place for verbs in self.tasks.values() for verb, place in verbs.items()}
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.verbs)
@@ -33,8 +37,10 @@ class LazyGroup(click.Group):
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Verbs"):
-            formatter.write_dl([(verb, text) for verb, (_, text) in self.verbs.items()])
+        width = max(map(len, self.verbs))
+        for heading, verbs in self.tasks.items():
+            with formatter.section(heading):
+                formatter.write_dl([(verb.ljust(width), text) for verb, (_, text) in verbs.items()])
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         try:
@@ -47,36 +53,47 @@ class LazyGroup(click.Group):
             raise click.UsageError(error.message + hint, ctx) from None
 
 
-VERBS = {
-    "demo": ("stepgauge.cli.demo", "run the whole loop on a shipped example, ending in a PDF report"),
-    "locate": ("stepgauge.cli.locate", "16 probed points -> how the gauge lies"),
-    "plan": ("stepgauge.cli.plan", "placement + gauge -> a checked measuring program"),
-    "simulate": ("stepgauge.cli.simulate", "run a program on the virtual CMM -> a recording"),
-    "import": ("stepgauge.cli.import_", "a controller's log, DMIS output, a table -> a recording"),
-    "export": ("stepgauge.cli.export", "recording -> DMIS, I++ DME, LinuxCNC, CSV, Excel"),
-    "evaluate": ("stepgauge.cli.evaluate", "recording + certificate -> errors with two-sigma bands"),
-    "iso10360": ("stepgauge.cli.iso10360", "recordings in seven positions -> length measurement test of ISO 10360-2"),
-    "iso230": ("stepgauge.cli.iso230", "recording along an axis -> positioning accuracy of ISO 230-2"),
-    "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> what is wrong with the model"),
-    "uncertainty": ("stepgauge.cli.uncertainty", "how sure the errors are: Monte Carlo of a program or a recording"),
-    "compensate": ("stepgauge.cli.compensate", "evaluation -> an error table for a controller"),
-    "figures": ("stepgauge.cli.figures", "the figures of a measurement, for the wall and the report"),
-    "history": ("stepgauge.cli.history", "many evaluations of one machine -> trends and warnings"),
-    "budget": ("stepgauge.cli.budget", "how sure the errors are: uncertainty budget (GUM), Monte Carlo beside it"),
-    "effects": ("stepgauge.cli.effects", "what can bend a machine's readings: equations, parameters, units"),
-    "report": ("stepgauge.cli.report", "evaluation -> a report to print and sign (PDF, HTML)"),
-    "dcc": ("stepgauge.cli.dcc", "Digital Calibration Certificates (XML): write, check, import a gauge's"),
-    "probe": ("stepgauge.cli.probe", "the probe itself: map, qualify, compensate, bench"),
-    "shipped": ("stepgauge.cli.shipped", "list or copy the shipped gauges, machines and templates"),
+TASKS: Tasks = {
+    "Start here": {
+        "demo": ("stepgauge.cli.demo", "the whole loop on an example, ending in a PDF report"),
+        "shipped": ("stepgauge.cli.shipped", "list or copy the shipped gauges, machines, templates"),
+    },
+    "Measure": {
+        "locate": ("stepgauge.cli.locate", "16 probed points -> how the gauge lies"),
+        "plan": ("stepgauge.cli.plan", "placement + gauge -> a checked measuring program"),
+        "simulate": ("stepgauge.cli.simulate", "program -> recording, on the virtual CMM"),
+        "import": ("stepgauge.cli.import_", "controller's log, DMIS output, table -> recording"),
+        "export": ("stepgauge.cli.export", "recording -> DMIS, I++ DME, LinuxCNC, CSV, Excel"),
+    },
+    "Evaluate": {
+        "evaluate": ("stepgauge.cli.evaluate", "recording + certificate -> errors, two-sigma bands"),
+        "iso10360": ("stepgauge.cli.iso10360", "recordings -> length measurement test of ISO 10360-2"),
+        "iso230": ("stepgauge.cli.iso230", "recording -> positioning accuracy by ISO 230-2"),
+        "budget": ("stepgauge.cli.budget", "uncertainty of the errors by the GUM, by source"),
+        "uncertainty": ("stepgauge.cli.uncertainty", "uncertainty of the errors by Monte Carlo"),
+    },
+    "Show and certify": {
+        "report": ("stepgauge.cli.report", "evaluation -> report or certificate (PDF, HTML)"),
+        "dcc": ("stepgauge.cli.dcc", "Digital Calibration Certificates (XML)"),
+        "figures": ("stepgauge.cli.figures", "the figures of a measurement"),
+        "history": ("stepgauge.cli.history", "many evaluations of a machine -> trends, warnings"),
+    },
+    "Understand and improve the machine": {
+        "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> what is wrong with it"),
+        "effects": ("stepgauge.cli.effects", "what can bend readings: equations, parameters"),
+        "compensate": ("stepgauge.cli.compensate", "evaluation -> an error table for a controller"),
+        "probe": ("stepgauge.cli.probe", "the probe itself: map, qualify, compensate, bench"),
+    },
 }
+VERBS = {verb: place for verbs in TASKS.values() for verb, place in verbs.items()}
 
 
 @click.group(
     cls=LazyGroup,
-    verbs=VERBS,
+    tasks=TASKS,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
     epilog="Lengths are in mm, deviations in um, angles in degrees on the command line. "
-    "'stepgauge VERB --help' explains a verb; 'stepgauge demo' shows them all at work.",
+    "'stepgauge VERB --help' explains a verb; 'stepgauge demo' shows the loop at work.",
 )
 @click.version_option(__version__, "--version", "-V", prog_name="stepgauge")
 def cli() -> None:
@@ -91,24 +108,39 @@ def cli() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; wrong input ends with one line on stderr and exit code 2, never a traceback."""
+    run_command(cli, "stepgauge", arguments)
+
+
+def run_command(command: click.Command, name: str, arguments: list[str] | None = None) -> None:
+    """Run a click command (ours, or that of an example) so that whatever goes wrong ends with one line.
+
+    Exit code 2 for wrong input, 130 where it was interrupted.
+    """
     try:
-        cli.main(args=arguments, prog_name="stepgauge", standalone_mode=False)
+        command.main(args=arguments, prog_name=name, standalone_mode=False)
     except click.exceptions.Exit as stop:
         sys.exit(stop.exit_code)
     except click.ClickException as error:
-        verb = getattr(getattr(error, "ctx", None), "command_path", "stepgauge")
-        _complain(f"{error.format_message()} ('{verb} --help' explains)")
+        verb = getattr(getattr(error, "ctx", None), "command_path", name)
+        _complain(name, f"{error.format_message()} ('{verb} --help' explains)")
         sys.exit(2)
     except click.Abort:
-        _complain("interrupted")
+        _complain(name, "interrupted")
         sys.exit(130)
     except InputError as error:
-        _complain(str(error))
+        _complain(name, str(error))
         sys.exit(2)
     except OSError as error:
-        _complain(f"{error.filename or 'file system'}: {error.strerror or error}")
+        _complain(name, f"{error.filename or 'file system'}: {error.strerror or error}")
         sys.exit(2)
 
 
-def _complain(message: str) -> None:
-    click.echo(f"stepgauge: error: {' '.join(message.split())}", err=True)
+def show_and_run(*arguments: object) -> None:
+    """Run a verb and show it as a user would type it; errors are raised, for whoever runs several."""
+    words = [str(argument) for argument in arguments]
+    click.echo(f"$ stepgauge {shlex.join(words)}", err=True)
+    cli.main(args=words, prog_name="stepgauge", standalone_mode=False)
+
+
+def _complain(name: str, message: str) -> None:
+    click.echo(f"{name}: error: {' '.join(message.split())}", err=True)

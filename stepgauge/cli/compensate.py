@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import FiniteRange, check_figure, output, say
+from stepgauge.cli.options import FiniteRange, output, plot_option, say, say_written
 
 if TYPE_CHECKING:
     from stepgauge.compensation import CompensationTable, TableOptions, TipRadius
@@ -16,7 +16,7 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
 
 
 @click.command("compensate")
-@click.argument("evaluation", metavar="RESULT_DIR|EVALUATION.JSON")
+@click.argument("evaluation", metavar="EVALUATION")
 @click.option("--axis", type=click.Choice(["x", "y", "z"]), required=True, help="Machine axis that is corrected.")
 @click.option(
     "--to",
@@ -71,7 +71,7 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
     "--zero-at",
     type=MILLIMETRES,
     metavar="MM",
-    help="Machine coordinate where the correction is zero: the reference point. Default: the table's low end.",
+    help="Machine coordinate where the correction is zero (the reference point), mm. Default: the table's low end.",
 )
 @click.option(
     "--offset",
@@ -90,7 +90,10 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
     help="Largest angle between gauge and axis, deg.",
 )
 @click.option(
-    "--placement", type=click.IntRange(1), metavar="N", help="Which placement, if several lie along the axis."
+    "--placement-number",
+    type=click.IntRange(1),
+    metavar="N",
+    help="Which placement of the evaluation. Default: the one that lies along the axis.",
 )
 @click.option(
     "--file-type",
@@ -102,9 +105,9 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
 @click.option(
     "--joint", type=click.IntRange(0, 30), help="Number of the axis in the controller. Default: x 0, y 1, z 2."
 )
-@click.option("--plot", callback=check_figure, metavar="FILE", help="The table as a figure (png, svg or pdf).")
+@plot_option("The table as a figure")
 def command(evaluation: str, axis: str, to: str, output: str, **options: Any) -> None:
-    """An error table of one axis, ready for a controller, from an evaluation.
+    """An error table of one axis, ready for a controller: EVALUATION is the folder of evaluate or its evaluation.json.
 
     The gauge must lie along the axis. Errors are those of the axis in machine coordinates, by sense of travel, averaged
     over the cycles; error = indicated minus true. Nothing is extrapolated unless you ask for it.
@@ -130,7 +133,7 @@ def command(evaluation: str, axis: str, to: str, output: str, **options: Any) ->
         path,
         axis,
         _tip(options),
-        options["placement"],
+        options["placement_number"],
         options["offset"],
         options["angle_limit"],
     )
@@ -148,7 +151,7 @@ def command(evaluation: str, axis: str, to: str, output: str, **options: Any) ->
         kind = options["file_type"]
         say(f"for the INI file, [JOINT_{joint}]: COMP_FILE = {Path(output).name}, COMP_FILE_TYPE = {kind}")
         say("note: lengths in mm, as LINEAR_UNITS must be; BACKLASH of that joint has no effect beside a COMP_FILE")
-    say("wrote " + ", ".join(str(one) for one in written))
+    say_written(*written)
 
 
 def _tip(options: dict[str, Any]) -> TipRadius | None:

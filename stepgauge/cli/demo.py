@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import time
 from pathlib import Path
 
@@ -48,15 +47,14 @@ def command(output: str) -> None:
     the example's machine is 14 ppm too long and has a wave of 0.8 um every 160 mm: FOLDER/result/evaluation.png shows
     both.
     """
-    from stepgauge.cli import cli
+    from stepgauge.cli import show_and_run
 
     _copy_inputs(Path(output))
     for number, (purpose, line) in enumerate(STEPS, 1):
         arguments = [part.format(d=output, g=GAUGE) for part in line.split()]
         say(f"[{number}/{len(STEPS)}] {purpose}")
-        say(f"  $ stepgauge {shlex.join(arguments)}")
         began = time.perf_counter()
-        cli.main(args=arguments, prog_name="stepgauge", standalone_mode=False)
+        show_and_run(*arguments)
         say(f"  done in {time.perf_counter() - began:.1f} s")
     say(f"look at {output}/report.pdf, {output}/result/evaluation.png and, in a browser, {output}/path.html")
 

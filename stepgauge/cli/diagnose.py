@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stepgauge.cli.options import machine_option, output, say
+from stepgauge.cli.options import SUFFIX, machine_option, output, say
 
 if TYPE_CHECKING:
     from stepgauge.diagnose.many import Outcome
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     metavar="KIND",
     help="Kind of effect (see 'stepgauge effects') that is known not to be there, e.g. vibration; once per kind.",
 )
-@click.option("--figure", "suffix", type=click.Choice(["png", "svg", "pdf"]), default="png", show_default=True)
+@SUFFIX
 def command(
     recordings: tuple[str, ...],
     gauge: str | None,

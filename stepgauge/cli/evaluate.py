@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import GAUGE, output, say
+from stepgauge.cli.options import (
+    BLOCKS,
+    GAUGE,
+    PLACEMENTS,
+    R_EFF,
+    SUFFIX,
+    mpe_from,
+    mpe_options,
+    output,
+    say,
+    say_written,
+)
 
 if TYPE_CHECKING:
     from stepgauge.evaluate import PlacementResult
@@ -17,40 +28,14 @@ if TYPE_CHECKING:
 @click.argument("recordings", nargs=-1, required=True, metavar="RECORDING...")
 @GAUGE
 @output("Folder for evaluation.json, evaluation.csv and the figures (made if missing).")
-@click.option("--blocks", metavar="A:B", help="First and last block of the used section; default: what was measured.")
-@click.option(
-    "--r-eff",
-    "r_eff_from",
-    type=click.Choice(["first", "all"]),
-    default="first",
-    show_default=True,
-    help="Effective radius from the first used block (its XB is then zero by construction) or from all used blocks.",
-)
-@click.option(
-    "--placement",
-    "placement_files",
-    multiple=True,
-    metavar="P",
-    help="Placement file; once per placement in the recording. Default: the axis is the mean approach.",
-)
+@PLACEMENTS
+@BLOCKS
+@R_EFF
+@mpe_options(False, "Draw the lines of a maximum permissible error")
 @click.option("--measured-at", metavar="DATE", help="When it was measured, 2026-03-02 or with time; for the history.")
 @click.option("--machine-name", metavar="NAME", help="Machine that measured it, where the recording does not say.")
-@click.option(
-    "--mpe", metavar="LIMIT", help='Draw the lines of a maximum permissible error, e.g. "1.8 + L/350" (um, mm).'
-)
-@click.option("--figure", "suffix", type=click.Choice(["png", "svg", "pdf"]), default="png", show_default=True)
-def command(
-    recordings: tuple[str, ...],
-    gauge: str,
-    output: str,
-    blocks: str | None,
-    r_eff_from: str,
-    placement_files: tuple[str, ...],
-    measured_at: str | None,
-    machine_name: str | None,
-    mpe: str | None,
-    suffix: str,
-) -> None:
+@SUFFIX
+def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any) -> None:
     """Errors of the machine from a recording of the step gauge (Pahk & Kim, equations 1 to 13).
 
     Forward XF (fronts), backward XB (backs), their mean XM and the reversal XR at every face, with two-sigma bands from
@@ -68,22 +53,19 @@ def command(
     from stepgauge.evaluation_files import write_evaluation
     from stepgauge.figures.evaluation import draw_evaluations
     from stepgauge.gauge import read_gauge
-    from stepgauge.placement import read_placement
-    from stepgauge.plan import parse_blocks
-    from stepgauge.recording import join_recordings, read_recording
-    from stepgauge.standards.mpe import Mpe
+    from stepgauge.placement import read_placements
+    from stepgauge.plan import parse_section
+    from stepgauge.recording import read_recordings
 
-    limit = Mpe.parse(mpe) if mpe else None
+    limit, measured_at = mpe_from(options), options["measured_at"]
     if measured_at:
         parse_moment(measured_at, "--measured-at")
     steps = read_gauge(gauge)
-    section = parse_blocks(blocks, steps) if blocks else None
-    placements = [read_placement(path, steps) for path in placement_files]
-    tables = [read_recording(path) for path in recordings]
-    recording = tables[0] if len(tables) == 1 else join_recordings(tables)
-    recording = recording.with_comments(measured_at=measured_at, machine=machine_name)
-    result = evaluate(recording, steps, section, "all" if r_eff_from == "all" else "first", placements)
-    written = [*write_evaluation(output, result), *draw_evaluations(output, result, suffix, limit)]
+    section = parse_section(options["blocks"], steps)
+    placements = read_placements(options["placement_files"], steps)
+    recording = read_recordings(recordings).with_comments(measured_at=measured_at, machine=options["machine_name"])
+    result = evaluate(recording, steps, section, options["origin"], placements)
+    written = [*write_evaluation(output, result), *draw_evaluations(output, result, options["suffix"], limit)]
     for one in result.results:
         for note in one.notes:
             say(f"placement {one.placement}: note: {note}")
@@ -94,7 +76,7 @@ def command(
         )
         if limit is not None:
             say(_against(one, limit))
-    say("wrote " + ", ".join(str(path) for path in written))
+    say_written(*written)
 
 
 def _against(result: PlacementResult, limit: Mpe) -> str:

@@ -29,7 +29,7 @@ DELIMITERS = {"semicolon": ";", "tab": "\t", "bar": "|", "comma": ","}
     help="Export this placement only. Default: all; the logs have room for one.",
 )
 @click.option(
-    "--unit",
+    "--length-unit",
     type=click.Choice(["mm", "um", "m", "inch"]),
     default="mm",
     show_default=True,
@@ -76,7 +76,7 @@ def command(recording: str, form: str, output: str, **options: Any) -> None:
 
     \b
     stepgauge export recording.csv --to xlsx -o recording.xlsx
-    stepgauge export recording.csv --to csv --delimiter semicolon --decimal comma --unit um -o for-excel.csv
+    stepgauge export recording.csv --to csv --delimiter semicolon --decimal comma --length-unit um -o for-excel.csv
     stepgauge export recording.csv --to dmis --points surface --tip-radius 2 -o results.dmo
     """
     from stepgauge.exporting import ExportOptions, export_recording, write_export
@@ -88,7 +88,7 @@ def command(recording: str, form: str, output: str, **options: Any) -> None:
     decimal = "," if options["decimal"] == "comma" else "."
     delimiter = options["delimiter"] or ("semicolon" if decimal == "," else "comma")
     choice = ExportOptions(
-        options["unit"],
+        options["length_unit"],
         DELIMITERS[delimiter],
         decimal,
         options["placement"],

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import output, say
+from stepgauge.cli.options import SUFFIX, output, say, say_written
 
 if TYPE_CHECKING:
     from stepgauge.history import HistoryEntry, Series
@@ -47,8 +47,8 @@ def _parse_limits(_: click.Context, param: click.Parameter, given: Sequence[str]
     metavar="NAME=NUMBER",
     help=f"Warn beyond this; repeatable. Names: {', '.join(LIMITS)} (sizes; um, or um/m for ppm).",
 )
-@click.option("--machine", metavar="NAME", help="Only evaluations of this machine.")
-@click.option("--gauge", metavar="SERIAL", help="Only evaluations with this gauge.")
+@click.option("--machine-name", metavar="NAME", help="Only evaluations of this machine.")
+@click.option("--gauge-serial", metavar="SERIAL", help="Only evaluations with this gauge.")
 @click.option(
     "--date-from",
     type=click.Choice(["record", "file"]),
@@ -58,7 +58,7 @@ def _parse_limits(_: click.Context, param: click.Parameter, given: Sequence[str]
 )
 @click.option("--store", metavar="FILE", help="SQLite store to keep. Default: history.sqlite in the output folder.")
 @click.option("--rebuild", is_flag=True, help="Throw the store away and make it anew from the JSON files.")
-@click.option("--figure", "suffix", type=click.Choice(["png", "svg", "pdf"]), default="png", show_default=True)
+@SUFFIX
 def command(folder: str, output: str, limits: dict[str, float], **options: Any) -> None:
     """What the evaluations below a folder say of one machine by date: trends, limits, a control chart.
 
@@ -74,10 +74,10 @@ def command(folder: str, output: str, limits: dict[str, float], **options: Any) 
 
     \b
     stepgauge history archive -o history
-    stepgauge history archive --machine "Bridge CMM" --limit reversal_um=2 --limit scale_ppm=5 -o history
+    stepgauge history archive --machine-name "Bridge CMM" --limit reversal_um=2 --limit scale_ppm=5 -o history
     """
     from stepgauge.figures.history import draw_history
-    from stepgauge.history import judge, make_series, refresh_store, write_history
+    from stepgauge.history import judge, make_series, of_one_machine, refresh_store, write_history
 
     store = options["store"] or Path(output) / "history.sqlite"
     found = refresh_store(store, folder, options["date_from"], options["rebuild"], _progress)
@@ -85,7 +85,7 @@ def command(folder: str, output: str, limits: dict[str, float], **options: Any) 
         say(remark)
     gone = f", {found.gone} gone" if found.gone else ""
     say(f"{found.read} files read, {found.unchanged} unchanged{gone}")
-    entries = _of_one_machine(found.entries, folder, options["machine"], options["gauge"])
+    entries = of_one_machine(found.entries, folder, options["machine_name"], options["gauge_serial"])
     series = make_series(entries)
     warnings = judge(series, limits)
     written = write_history(output, series, warnings, limits)
@@ -95,33 +95,12 @@ def command(folder: str, output: str, limits: dict[str, float], **options: Any) 
     click.echo(_trends(series))
     for warning in warnings:
         say(f"warning: {warning.measured_at:%Y-%m-%d}, along {warning.direction}: {warning.quantity} {warning.text}")
-    say("wrote " + ", ".join(str(path) for path in [*written, figure, store]))
+    say_written(*written, figure, store)
 
 
 def _progress(done: int, of: int) -> None:
     if of >= 200 and done % 100 == 0:
         say(f"{done} of {of} files")
-
-
-def _of_one_machine(
-    entries: Sequence[HistoryEntry], folder: str, machine: str | None, gauge: str | None
-) -> list[HistoryEntry]:
-    from stepgauge.errors import InputError
-
-    if not entries:
-        raise InputError(folder, "no evaluation with a date", expected="'evaluate --measured-at', or --date-from file")
-    kept = list(entries)
-    for option, value, name in (("--machine", machine, "machine"), ("--gauge", gauge, "gauge_serial")):
-        there = sorted({getattr(entry, name) for entry in kept})
-        what = name.replace("_serial", "")
-        if value is not None and value not in there:
-            raise InputError(folder, f"no evaluation of {what} {value!r}", expected=", ".join(there))
-        kept = [entry for entry in kept if value is None or getattr(entry, name) == value]
-        if value is None and len(there) > 1:
-            raise InputError(
-                folder, f"evaluations of several {what}s", found=", ".join(there), expected=f"one: {option}"
-            )
-    return kept
 
 
 def _table(entries: Sequence[HistoryEntry]) -> str:

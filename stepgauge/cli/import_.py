@@ -48,7 +48,7 @@ DECIMALS = {"point": ".", "comma": ","}
 @click.option(
     "--gauge-temperature",
     type=TEMPERATURE_C,
-    metavar="DEG_C",
+    metavar="C",
     help="Temperature of the gauge during the run, deg C. Default: what LOG records, if it does.",
 )
 @click.option(

@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import GAUGE, FiniteRange, machine_option, output, say
+from stepgauge.cli.options import (
+    GAUGE,
+    NOT_NEGATIVE,
+    PLACEMENTS,
+    POSITIVE,
+    SUFFIX,
+    FiniteRange,
+    machine_option,
+    mpe_from,
+    mpe_options,
+    output,
+    say,
+    say_written,
+)
 from stepgauge.cli.stated import stated_from, stated_options
 
 if TYPE_CHECKING:
@@ -17,26 +29,15 @@ if TYPE_CHECKING:
     from stepgauge.recording import Recording
     from stepgauge.standards.iso10360 import LengthTest
 
-POSITIVE = FiniteRange(min=0.0, min_open=True)
-NOT_NEGATIVE = FiniteRange(min=0.0)
-
 
 @click.command("iso10360")
 @click.argument("recordings", nargs=-1, required=True, metavar="RECORDING...")
 @GAUGE
-@click.option("--mpe", required=True, metavar="TEXT", help='Permissible error "A + L/K": um, with L in mm.')
-@click.option("--mpe-cap", type=POSITIVE, metavar="UM", help="The permissible error is never above this, um.")
-@click.option("--mpe-repeatability", type=POSITIVE, metavar="UM", help="Limit of the repeatability range R0, um.")
 @output("Folder for iso10360.json, iso10360.csv, the figure and iso10360.pdf (made if missing).")
+@mpe_options(True, "Maximum permissible error")
+@click.option("--mpe-repeatability", type=POSITIVE, metavar="UM", help="Limit of the repeatability range R0, um.")
 @machine_option(False, "Machine file or shipped name: its travel tells whether positions and lengths are those asked.")
-@click.option(
-    "--placement",
-    "-p",
-    "placement_files",
-    multiple=True,
-    metavar="P",
-    help="Placement file; once per position, in order. Default: the axis is the mean approach.",
-)
+@PLACEMENTS
 @click.option(
     "--tip-diameter",
     type=POSITIVE,
@@ -45,7 +46,7 @@ NOT_NEGATIVE = FiniteRange(min=0.0)
     " gauge's own first block, which hides an error of size; the report says so.",
 )
 @click.option(
-    "--tip-diameter-u",
+    "--u-tip-diameter",
     type=NOT_NEGATIVE,
     metavar="UM",
     help="Standard uncertainty of that diameter, um; leave out where it is the machine's own and so part of the test.",
@@ -61,26 +62,38 @@ NOT_NEGATIVE = FiniteRange(min=0.0)
 @click.option(
     "--lengths",
     metavar="MM,...",
-    help="Nominal bidirectional lengths to test, mm, five of them; default: shortest, longest and three between.",
+    help="Nominal bidirectional lengths to test, mm, five of them. Default: shortest, longest and three between.",
 )
-@click.option("--temperature-u", type=NOT_NEGATIVE, metavar="K", help="Standard uncertainty of gauge temperature, K.")
 @click.option(
-    "--alignment-u",
+    "--u-gauge-temperature",
+    type=NOT_NEGATIVE,
+    metavar="K",
+    help="Standard uncertainty of the gauge's temperature, K. Default: not counted, and said.",
+)
+@click.option(
+    "--u-alignment",
     type=NOT_NEGATIVE,
     metavar="MRAD",
-    help="Standard uncertainty of the angle between gauge and evaluated axis, in each direction across it, mrad.",
+    help="Standard uncertainty of the angle between gauge and evaluated axis, in each direction across it, mrad."
+    " Default: not counted, and said.",
 )
-@click.option("--fixture-u", type=NOT_NEGATIVE, metavar="UM", help="Standard uncertainty by the gauge's fixture, um.")
+@click.option(
+    "--u-fixture",
+    type=NOT_NEGATIVE,
+    metavar="UM",
+    help="Standard uncertainty by the gauge's fixture, um. Default: not counted, and said.",
+)
 @click.option(
     "--coverage-factor",
+    "-k",
     type=FiniteRange(1.0, 4.0),
     default=2.0,
     show_default=True,
     metavar="K",
     help="Factor from standard to expanded uncertainty in the decision.",
 )
-@click.option("--figure", "suffix", type=click.Choice(["png", "svg", "pdf"]), default="png", show_default=True)
-@stated_options
+@SUFFIX
+@stated_options()
 def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str | None, **options: Any) -> None:
     """Test of a CMM's errors of length measurement by ISO 10360-2, from recordings of a step gauge.
 
@@ -95,44 +108,49 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str |
 
     \b
     stepgauge iso10360 position-*.csv -g step-gauge-1020 -m bridge-cmm --mpe "1.8 + L/350" \\
-        --mpe-repeatability 1.5 --tip-diameter 3.9940 --temperature-u 0.05 -o iso10360
+        --mpe-repeatability 1.5 --tip-diameter 3.9940 --u-gauge-temperature 0.05 -o iso10360
     """
     from stepgauge.gauge import read_gauge
     from stepgauge.machine_file import read_machine
-    from stepgauge.recording import join_recordings, read_recording
+    from stepgauge.recording import read_recordings
+    from stepgauge.report.iso10360 import report_length_test
+    from stepgauge.standards.iso10360_files import statements
 
-    if options["tip_diameter_u"] is not None and options["tip_diameter"] is None:
-        raise click.UsageError("--tip-diameter-u needs --tip-diameter.")
+    if options["u_tip_diameter"] is not None and options["tip_diameter"] is None:
+        raise click.UsageError("--u-tip-diameter needs --tip-diameter.")
     steps = read_gauge(gauge)
     cmm = read_machine(machine) if machine else None
-    tables = [read_recording(path) for path in recordings]
-    recording = tables[0] if len(tables) == 1 else join_recordings(tables)
-    test = _test(recording, steps, cmm, options)
-    written = _write(Path(output), test, cmm, options)
-    _tell(test)
-    say("wrote " + ", ".join(str(path) for path in written))
+    test = _test(read_recordings(recordings), steps, cmm, options)
+    written, notes = report_length_test(output, test, stated_from(options), cmm, options["template"], options["suffix"])
+    for note in notes:
+        say(f"note: {note}")
+    for text in statements(test):
+        say(f"- {text}")
+    say_written(*written)
 
 
 def _test(recording: Recording, gauge: Gauge, machine: Machine | None, options: dict[str, Any]) -> LengthTest:
-    from stepgauge.placement import read_placement
-    from stepgauge.standards.decision import parse_mpe
+    from stepgauge.placement import read_placements
     from stepgauge.standards.iso10360 import Choices, Specification, length_test
     from stepgauge.standards.length_uncertainty import TestConditions
 
+    limit = mpe_from(options)
+    if limit is None:
+        raise click.UsageError("--mpe is empty.")
     return length_test(
         recording,
         gauge,
-        Specification(parse_mpe(options["mpe"], options["mpe_cap"]), options["mpe_repeatability"]),
+        Specification(limit, options["mpe_repeatability"]),
         TestConditions(
-            options["temperature_u"],
-            options["alignment_u"],
-            options["fixture_u"],
-            options["tip_diameter_u"],
+            options["u_gauge_temperature"],
+            options["u_alignment"],
+            options["u_fixture"],
+            options["u_tip_diameter"],
             options["coverage_factor"],
         ),
         Choices(options["tip_diameter"], options["side"], _lengths(options["lengths"])),
         machine,
-        [read_placement(path, gauge) for path in options["placement_files"]],
+        read_placements(options["placement_files"], gauge),
     )
 
 
@@ -146,27 +164,3 @@ def _lengths(text: str | None) -> tuple[float, ...] | None:
     if not lengths or not all(math.isfinite(length) and length > 0.0 for length in lengths):
         raise click.BadParameter(f"{text!r} are no lengths (mm, separated by commas)", param_hint="--lengths")
     return lengths
-
-
-def _write(folder: Path, test: LengthTest, machine: Machine | None, options: dict[str, Any]) -> list[Path]:
-    from stepgauge.figures.iso10360 import length_test_figure
-    from stepgauge.figures.style import save_figure
-    from stepgauge.report.iso10360 import length_test_content
-    from stepgauge.report.render import write_report
-    from stepgauge.report.standards import template
-    from stepgauge.standards.iso10360_files import write_length_test
-
-    figure, report = folder / f"iso10360-figure.{options['suffix']}", folder / "iso10360.pdf"
-    content = length_test_content(test, stated_from(options), machine)
-    for note in write_report(report, content, options["template"] or template()):  # first: a template may fail
-        say(f"note: {note}")
-    paths = write_length_test(folder, test)
-    save_figure(length_test_figure(test), figure)
-    return [*paths, figure, report]
-
-
-def _tell(test: LengthTest) -> None:
-    from stepgauge.standards.iso10360_files import statements
-
-    for text in statements(test):
-        say(f"- {text}")

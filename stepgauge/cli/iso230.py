@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import GAUGE, FiniteRange, machine_option, output, say
+from stepgauge.cli.options import GAUGE, PLACEMENTS, POSITIVE, SUFFIX, machine_option, output, say, say_written
 from stepgauge.cli.stated import stated_from, stated_options
 
 if TYPE_CHECKING:
-    from stepgauge.machine_file import Machine
     from stepgauge.standards.positioning import PositioningTest
 
 
@@ -20,17 +18,10 @@ if TYPE_CHECKING:
 @GAUGE
 @output("Folder for iso230.json, iso230.csv, iso230-deviations.csv, the figures and iso230.pdf (made if missing).")
 @machine_option(False, "Machine file or shipped name: tells how much of the axis was measured.")
-@click.option(
-    "--placement",
-    "-p",
-    "placement_files",
-    multiple=True,
-    metavar="P",
-    help="Placement file; once per placement, in order. Default: the axis is the mean approach.",
-)
+@PLACEMENTS
 @click.option(
     "--tip-diameter",
-    type=FiniteRange(min=0.0, min_open=True),
+    type=POSITIVE,
     metavar="MM",
     help="Effective tip diameter found independently of the reversal, mm. Default: 2 R_eff from the gauge's own first"
     " block, whose reversal is then zero by construction.",
@@ -44,8 +35,8 @@ if TYPE_CHECKING:
     help="Front and back of a block as one target: run means carried to the block's middle along neighbouring faces, or"
     " taken as they are, a block apart.",
 )
-@click.option("--figure", "suffix", type=click.Choice(["png", "svg", "pdf"]), default="png", show_default=True)
-@stated_options
+@SUFFIX
+@stated_options()
 def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str | None, **options: Any) -> None:
     """Accuracy and repeatability of positioning of an axis by ISO 230-2, from a recording of the step gauge along it.
 
@@ -62,39 +53,21 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str |
     """
     from stepgauge.gauge import read_gauge
     from stepgauge.machine_file import read_machine
-    from stepgauge.placement import read_placement
-    from stepgauge.recording import join_recordings, read_recording
+    from stepgauge.placement import read_placements
+    from stepgauge.recording import read_recordings
+    from stepgauge.report.iso230 import report_positioning
     from stepgauge.standards.positioning import positioning_test
 
     steps = read_gauge(gauge)
     cmm = read_machine(machine) if machine else None
-    tables = [read_recording(path) for path in recordings]
-    recording = tables[0] if len(tables) == 1 else join_recordings(tables)
-    placements = [read_placement(path, steps) for path in options["placement_files"]]
+    placements = read_placements(options["placement_files"], steps)
+    recording = read_recordings(recordings)
     test = positioning_test(recording, steps, options["tip_diameter"], options["pairing"], cmm, placements)
-    written = _write(Path(output), test, cmm, options)
-    _tell(test)
-    say("wrote " + ", ".join(str(path) for path in written))
-
-
-def _write(folder: Path, test: PositioningTest, machine: Machine | None, options: dict[str, Any]) -> list[Path]:
-    from stepgauge.figures.iso230 import positioning_figure
-    from stepgauge.figures.style import save_figure
-    from stepgauge.report.iso230 import positioning_content
-    from stepgauge.report.render import write_report
-    from stepgauge.report.standards import template
-    from stepgauge.standards.iso230_files import write_positioning
-
-    report = folder / "iso230.pdf"
-    content = positioning_content(test, stated_from(options), machine)
-    for note in write_report(report, content, options["template"] or template()):  # first: a template may fail
+    written, notes = report_positioning(output, test, stated_from(options), cmm, options["template"], options["suffix"])
+    for note in notes:
         say(f"note: {note}")
-    paths = write_positioning(folder, test)
-    for one in test.axes:
-        tail = f"-placement-{one.placement}" if len(test.axes) > 1 else ""
-        paths.append(folder / f"iso230-figure{tail}.{options['suffix']}")
-        save_figure(positioning_figure(one), paths[-1])
-    return [*paths, report]
+    _tell(test)
+    say_written(*written)
 
 
 def _tell(test: PositioningTest) -> None:

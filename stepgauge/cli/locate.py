@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import click
 
-from stepgauge.cli.options import GAUGE, FiniteRange, machine_option, output, say
+from stepgauge.cli.options import GAUGE, NOT_NEGATIVE, POSITIVE, machine_option, output, say, say_written
 
 
 @click.command("locate")
 @click.argument("points", metavar="POINTS")
 @GAUGE
 @output("Placement file to write (TOML).")
-@click.option("--blocks", metavar="A:B", help="Blocks that were probed; default: the first and the last of the gauge.")
+@click.option("--blocks", metavar="A:B", help="Blocks that were probed. Default: the first and the last of the gauge.")
 @machine_option(False, "Machine file; gives tip radius and repeatability where they are not stated.")
 @click.option(
-    "--tip-radius", type=FiniteRange(), metavar="MM", help="Nominal tip radius, mm; checked against the points."
+    "--tip-radius",
+    type=POSITIVE,
+    metavar="MM",
+    help="Nominal tip radius, mm, checked against the points. Default: the machine's, if given.",
 )
 @click.option(
     "--repeatability",
-    type=FiniteRange(),
+    type=NOT_NEGATIVE,
     metavar="UM",
-    help="One sigma of a probed coordinate in um; default: the machine's, or 1.",
+    help="One sigma of a probed coordinate, um. Default: the machine's, or 1.",
 )
 def command(
     points: str,
@@ -49,7 +52,6 @@ def command(
     \b
     stepgauge locate points.csv --gauge step-gauge-420 -o placement.toml
     """
-    from stepgauge.errors import InputError
     from stepgauge.files import check_output
     from stepgauge.gauge import read_gauge
     from stepgauge.locate import locate, read_points
@@ -61,8 +63,6 @@ def command(
     steps = read_gauge(gauge)
     cmm = read_machine(machine) if machine else None
     sigma_um = repeatability if repeatability is not None else (cmm.table.repeatability_um if cmm else 1.0)
-    if sigma_um < 0:
-        raise InputError("--repeatability", "must not be negative", found=f"{sigma_um:g} um")
     radius = tip_radius if tip_radius is not None else (cmm.probe.tip_radius_mm if cmm else None)
     probed = parse_blocks(blocks or ":", steps)
     placement = locate(read_points(points), steps, probed, sigma_um, radius, points)
@@ -70,11 +70,14 @@ def command(
     angles, u = placement.details["angles"], placement.details["uncertainty"]
     for note in placement.details["notes"]:
         say(f"note: {note}")
+    yaw = "undefined, the gauge stands upright"
+    if angles["yaw_deg"] != "undefined":
+        yaw = f"{angles['yaw_deg']:.5f} deg (u = {u['yaw_urad']:.1f} urad)"
     say(
-        f"axis: yaw {angles['yaw_deg']:.5f} deg (u = {u['yaw_urad']:.1f} urad),"
+        f"axis: yaw {yaw},"
         f" pitch {angles['pitch_deg']:.5f} deg (u = {u['pitch_urad']:.1f} urad),"
         f" {angles['from_nearest_axis_deg']:.4f} deg from machine {angles['nearest_machine_axis']}"
     )
     say(f"normals to axis: N1 {angles['n1_to_axis_mrad']:.2f} mrad, N2 {angles['n2_to_axis_mrad']:.2f} mrad")
     say(f"effective tip radius {placement.tip_radius_mm:.4f} mm (u = {u['tip_radius_um']:.2f} um)")
-    say(f"wrote {output}")
+    say_written(output)

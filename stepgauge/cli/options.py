@@ -1,12 +1,15 @@
-"""Options and arguments that several verbs share."""
+"""Options and arguments that several verbs share, so that they are spelled and explained the same everywhere."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from stepgauge.standards.mpe import Mpe
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
@@ -22,6 +25,9 @@ class FiniteRange(click.FloatRange):
             self.fail(f"{value} is not a finite number", param, ctx)
         return number
 
+    def _describe_range(self) -> str:
+        return "" if self.min is None and self.max is None else super()._describe_range()
+
 
 def check_figure(_: click.Context, param: click.Parameter, value: Any) -> Any:
     """Callback of options that name a figure: its format must be known before any work is done."""
@@ -32,10 +38,55 @@ def check_figure(_: click.Context, param: click.Parameter, value: Any) -> Any:
     return value
 
 
+POSITIVE = FiniteRange(min=0.0, min_open=True)
+NOT_NEGATIVE = FiniteRange(min=0.0)
 TEMPERATURE_C = FiniteRange(-10.0, 60.0)
 """What a recording may say of a gauge, deg C."""
+DIALECTS = ["jinyoung", "dmis", "linuxcnc", "ippdme"]
+"""Written out so that --help needs no import of the readers; a test compares it with theirs."""
+
 GAUGE = click.option(
     "--gauge", "-g", required=True, metavar="GAUGE", help="Gauge file (TOML), or the name of a shipped one."
+)
+BLOCKS = click.option(
+    "--blocks", metavar="A:B", help="First and last block of the used section. Default: what was measured."
+)
+R_EFF = click.option(
+    "--r-eff",
+    "origin",
+    type=click.Choice(["first", "all"]),
+    default="first",
+    show_default=True,
+    help="Effective radius from the first used block (its XB is then zero by construction) or from all used blocks.",
+)
+SUFFIX = click.option(
+    "--figure",
+    "suffix",
+    type=click.Choice(["png", "svg", "pdf"]),
+    default="png",
+    show_default=True,
+    help="Format of the figures in the folder.",
+)
+GAUGE_TEMPERATURE = click.option(
+    "--gauge-temperature",
+    type=TEMPERATURE_C,
+    metavar="C",
+    help="Temperature of the gauge as a program is run, deg C. Default: that of the certificate.",
+)
+U_GAUGE_TEMPERATURE = click.option(
+    "--u-gauge-temperature",
+    type=NOT_NEGATIVE,
+    metavar="K",
+    help="Standard uncertainty of the gauge's temperature, K. Default: gauge_temperature_K in [uncertainty] of the "
+    "machine file, or not counted.",
+)
+SEARCH = click.option(
+    "--search",
+    type=POSITIVE,
+    default=2.0,
+    show_default=True,
+    metavar="MM",
+    help="Search beyond the target of a program, mm, where its text does not state it.",
 )
 
 
@@ -44,11 +95,56 @@ def machine_option(required: bool, text: str) -> Decorator:
     return click.option("--machine", "-m", required=required, metavar="MACHINE", help=text)
 
 
+def placement_option(text: str) -> Decorator:
+    """``--placement`` of verbs that take one file per placement."""
+    return click.option("--placement", "-p", "placement_files", multiple=True, metavar="P", help=text)
+
+
+PLACEMENTS = placement_option(
+    "Placement file; once per placement in the recordings, in order. Default: the axis is the mean approach."
+)
+
+
+def plot_option(text: str) -> Decorator:
+    """``--plot`` of verbs that draw one figure if asked."""
+    return click.option("--plot", callback=check_figure, metavar="FILE", help=f"{text} (png, svg or pdf).")
+
+
+def mpe_options(required: bool, text: str) -> Decorator:
+    """``--mpe`` and ``--mpe-cap``; the command calls :func:`mpe_from` with them."""
+
+    def both(function: Callable[..., Any]) -> Callable[..., Any]:
+        cap = click.option("--mpe-cap", type=POSITIVE, metavar="UM", help="The limit is never above this, um.")
+        mpe = click.option("--mpe", required=required, metavar="LIMIT", help=f'{text}, "A + L/K": um, with L in mm.')
+        return mpe(cap(function))
+
+    return both
+
+
+def mpe_from(options: dict[str, Any]) -> Mpe | None:
+    """The limit that the options of :func:`mpe_options` state; None without."""
+    from stepgauge.standards.mpe import Mpe
+
+    if options["mpe"] is None and options["mpe_cap"] is not None:
+        raise click.UsageError("--mpe-cap is the cap of --mpe, which is missing.")
+    return None if options["mpe"] is None else Mpe.parse(options["mpe"], options["mpe_cap"])
+
+
 def output(text: str) -> Decorator:
     """``-o``."""
     return click.option("-o", "--output", required=True, metavar="PATH", help=text)
 
 
+def percent(bar: Any) -> Callable[[int, int], None]:
+    """What a long work calls with (done, total) to move a progress bar of length 100."""
+    return lambda done, total: bar.update(100 * done // total - bar.pos)
+
+
 def say(message: str) -> None:
-    """A line for the person at the screen; results go to files, words to stderr."""
+    """A line for the person at the screen, to stderr; stdout is for tables and texts that were asked for."""
     click.echo(message, err=True)
+
+
+def say_written(*paths: object) -> None:
+    """The last line of a verb: what it wrote (None for what was not asked for)."""
+    say("wrote " + ", ".join(str(path) for path in paths if path is not None))

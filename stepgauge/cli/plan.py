@@ -6,14 +6,22 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import GAUGE, FiniteRange, machine_option, output, say
+from stepgauge.cli.options import (
+    DIALECTS,
+    GAUGE,
+    NOT_NEGATIVE,
+    POSITIVE,
+    FiniteRange,
+    machine_option,
+    output,
+    say,
+    say_written,
+)
 
 if TYPE_CHECKING:
     from stepgauge.gauge import Gauge
-    from stepgauge.machine_file import Machine
-    from stepgauge.placement import Placement
-
-POSITIVE = FiniteRange(min=0.0, min_open=True)
+    from stepgauge.plan import PlanOptions
+    from stepgauge.planning import ProbingChoice
 
 
 @click.command("plan")
@@ -23,7 +31,7 @@ POSITIVE = FiniteRange(min=0.0, min_open=True)
 @click.option(
     "--dialect",
     "-d",
-    type=click.Choice(["jinyoung", "dmis", "linuxcnc", "ippdme"]),
+    type=click.Choice(DIALECTS),
     required=True,
     help="Language of the controller.",
 )
@@ -52,7 +60,7 @@ POSITIVE = FiniteRange(min=0.0, min_open=True)
 @click.option(
     "--cycles", type=click.IntRange(1, 1000), help="Repetitions of every face. [default: 5; with --iso10360: 3]"
 )
-@click.option("--blocks", metavar="A:B|A,B,...", help="First and last block to measure, or a list; default: all.")
+@click.option("--blocks", metavar="A:B|A,B,...", help="First and last block to measure, or a list. Default: all.")
 @click.option(
     "--iso10360",
     is_flag=True,
@@ -71,16 +79,16 @@ POSITIVE = FiniteRange(min=0.0, min_open=True)
     is_flag=True,
     help="With --iso10360: write what can be measured even where the gauge does not fit or is too short.",
 )
-@click.option("--points-on", metavar="A:B", help="Blocks that POINTS were probed on; default: the first and the last.")
+@click.option("--points-on", metavar="A:B", help="Blocks that POINTS were probed on. Default: the first and the last.")
 @machine_option(False, "Machine file: travel limits, stylus and speeds. Without it the travel is not checked.")
 @click.option(
-    "--tip-radius", type=POSITIVE, metavar="MM", help="Nominal tip radius, mm; default: machine or placement."
+    "--tip-radius", type=POSITIVE, metavar="MM", help="Nominal tip radius, mm. Default: machine or placement."
 )
 @click.option(
     "--standoff",
     type=POSITIVE,
     metavar="MM",
-    help="Gap between ball and face before measuring, mm; default: the middle of the gap between blocks.",
+    help="Gap between ball and face before measuring, mm. Default: the middle of the gap between blocks.",
 )
 @click.option(
     "--search",
@@ -100,7 +108,7 @@ POSITIVE = FiniteRange(min=0.0, min_open=True)
 )
 @click.option(
     "--margin",
-    type=FiniteRange(0.0),
+    type=NOT_NEGATIVE,
     default=0.5,
     show_default=True,
     metavar="MM",
@@ -115,10 +123,17 @@ POSITIVE = FiniteRange(min=0.0, min_open=True)
     help="Probing point above the middle of the faces, mm.",
 )
 @click.option(
-    "--home", metavar="X,Y,Z", help="Where the program starts and ends, machine mm; default: above the gauge."
+    "--home", metavar="X,Y,Z", help="Where the program starts and ends, machine mm. Default: above the gauge."
 )
-@click.option("--measuring-speed", type=POSITIVE, metavar="MM/S", help="mm/s; default: the machine's, or 3.")
-@click.option("--travel-speed", type=POSITIVE, metavar="MM/S", help="mm/s; default: the machine's, or 50.")
+@click.option(
+    "--measuring-speed",
+    type=POSITIVE,
+    metavar="MM/S",
+    help="Speed of the searches, mm/s. Default: the machine's, or 3.",
+)
+@click.option(
+    "--travel-speed", type=POSITIVE, metavar="MM/S", help="Speed on the way, mm/s. Default: the machine's, or 50."
+)
 def command(source: str | None, gauge: str, output: str, dialect: str, template: str | None, **options: Any) -> None:
     """Plan the measurement of the step gauge and write the program for the controller.
 
@@ -142,72 +157,36 @@ def command(source: str | None, gauge: str, output: str, dialect: str, template:
         raise click.UsageError("--allow-short and --stylus go with --iso10360.")
     if source is None:
         raise click.UsageError("Missing argument 'PLACEMENT|POINTS' (or --iso10360).")
-    from stepgauge.collision import make_tool
-    from stepgauge.files import check_output, write_text
+    from stepgauge.files import check_output
     from stepgauge.gauge import read_gauge
     from stepgauge.machine_file import read_machine
-    from stepgauge.plan import faces_in_order, make_program
-    from stepgauge.plan_check import check_program, check_travel
-    from stepgauge.probes.schema import ConstantTable
-    from stepgauge.programs import DIALECTS
+    from stepgauge.planning import (
+        agreed_tip_radius_mm,
+        checked_program,
+        duration_s,
+        make_settings,
+        program_text,
+        read_or_locate,
+    )
 
     check_output(output, source, gauge, options["machine"], template)
     steps = read_gauge(gauge)
     machine = read_machine(options["machine"]) if options["machine"] else None
-    placement = _placement(source, steps, options["points_on"], options["tip_radius"], machine)
-    radius = _tip_radius(options["tip_radius"], machine, placement, source)
-    probe = (
-        machine.probe.model_copy(update={"tip_radius_mm": radius}) if machine else ConstantTable(tip_radius_mm=radius)
-    )
-    choice = plan_options(options, steps)
-    program = make_program(placement, steps, choice, probing_settings(options, steps, machine, radius))
-    faces = [face for _, face in faces_in_order(choice)]
-    check_program(program, faces, placement, steps, make_tool(probe), choice.margin_mm)
-    if machine is not None:
-        check_travel(program, machine)
-    text, note = program_text(program, dialect, template)
-    write_text(output, text, newline=DIALECTS[dialect].newline)
-    say(f"{program.n_points} points, {len(program)} moves; {_duration(program)}")
+    placement = read_or_locate(source, steps, machine, options["tip_radius"], options["points_on"])
+    radius = agreed_tip_radius_mm(placement, machine, options["tip_radius"], source)
+    settings = make_settings(steps, machine, radius, probing_choice(options))
+    program = checked_program(placement, steps, machine, plan_options(options, steps), settings)
+    rendered = program_text(program, dialect, template)
+    rendered.write(output)
+    minutes, seconds = divmod(round(duration_s(program)), 60)
+    say(f"{program.n_points} points, {len(program)} moves; about {minutes} min {seconds} s at full speed")
     say("path checked: gauge, rail" + (", travel" if machine else "; travel limits NOT checked (no --machine)"))
-    say(note)
-    say(f"wrote {output}")
+    say(rendered.note)
+    say_written(output)
 
 
-def _placement(
-    source: str, gauge: Gauge, points_on: str | None, tip_radius_mm: float | None, machine: Machine | None
-) -> Placement:
-    from stepgauge.locate import locate, read_points
-    from stepgauge.placement import is_placement_file, read_placement
-    from stepgauge.plan import parse_blocks
-
-    if is_placement_file(source):
-        return read_placement(source, gauge)
-    if tip_radius_mm is None and machine is not None:
-        tip_radius_mm = machine.probe.tip_radius_mm
-    sigma_um = machine.table.repeatability_um if machine else 1.0
-    return locate(read_points(source), gauge, parse_blocks(points_on or ":", gauge), sigma_um, tip_radius_mm, source)
-
-
-def _tip_radius(stated: float | None, machine: Machine | None, placement: Placement, source: str) -> float:
-    from stepgauge.errors import InputError
-    from stepgauge.locate.checks import RADIUS_TOLERANCE_MM
-
-    probed = placement.tip_radius_mm
-    for radius in (stated, machine.probe.tip_radius_mm if machine else None, placement.tip_radius_mm):
-        if radius is None:
-            continue
-        if probed is not None and abs(radius - probed) > RADIUS_TOLERANCE_MM:
-            raise InputError(
-                source,
-                "the gauge was probed with another tip",
-                found=f"tip radius {probed:g} mm",
-                expected=f"{radius:g} mm",
-            )
-        return radius
-    raise InputError(source, "the tip radius is not known", expected="--tip-radius, --machine or key tip_radius_mm")
-
-
-def plan_options(options: dict[str, Any], gauge: Gauge) -> Any:
+def plan_options(options: dict[str, Any], gauge: Gauge) -> PlanOptions:
+    """The path that the options ask for."""
     from stepgauge.plan import PlanOptions, parse_block_list, parse_blocks, parse_position
 
     text = options["blocks"] or ":"
@@ -228,53 +207,8 @@ def plan_options(options: dict[str, Any], gauge: Gauge) -> Any:
     )
 
 
-def probing_settings(options: dict[str, Any], gauge: Gauge, machine: Machine | None, radius: float) -> Any:
-    from stepgauge.moves import ProbingSettings
-    from stepgauge.plan import middle_standoff_mm
+def probing_choice(options: dict[str, Any]) -> ProbingChoice:
+    """The distances and speeds that the options state."""
+    from stepgauge.planning import ProbingChoice
 
-    standoff = options["standoff"] or middle_standoff_mm(gauge, radius)
-    return ProbingSettings(
-        standoff_mm=standoff,
-        search_mm=options["search"],
-        retract_mm=standoff,
-        measuring_speed_mm_s=options["measuring_speed"] or (machine.table.measuring_speed_mm_s if machine else 3.0),
-        travel_speed_mm_s=options["travel_speed"] or (machine.table.travel_speed_mm_s if machine else 50.0),
-        tip_radius_mm=radius,
-    )
-
-
-def program_text(program: Any, dialect: str, template: str | None) -> tuple[str, str]:
-    """The program for the controller, read back and compared, and what to say of that."""
-    from stepgauge.programs import DIALECTS
-    from stepgauge.programs.render import render
-
-    text = render(program, DIALECTS[dialect], template)
-    return text, _read_back(text, program, DIALECTS[dialect], template)
-
-
-def _read_back(text: str, program: Any, dialect: Any, template: str | None) -> str:
-    """Read the text as the controller would and compare; a user's template may speak a language that is not read."""
-    from stepgauge.errors import InputError
-    from stepgauge.programs.render import same_moves
-
-    try:
-        back = dialect.read(text, "program", program.settings)
-    except InputError as error:
-        if template is None:
-            raise
-        return f"the text of {template} is no {dialect.name}, so it was not read back ({error})"
-    if not same_moves(program, back, dialect.decimals):
-        where = template or dialect.template
-        raise InputError(where, f"read as {dialect.name}, the rendered program makes other moves than planned")
-    return f"read back as {dialect.name}: the same moves to {10.0**-dialect.decimals:g} mm"
-
-
-def _duration(program: Any) -> str:
-    import numpy as np
-
-    from stepgauge.moves import trace
-
-    path, settings = trace(program), program.settings
-    speed = np.where(path.measuring, settings.measuring_speed_mm_s, settings.travel_speed_mm_s)
-    minutes, seconds = divmod(round(float((path.length_mm / speed).sum())), 60)
-    return f"about {minutes} min {seconds} s at full speed"
+    return ProbingChoice(options["standoff"], options["search"], options["measuring_speed"], options["travel_speed"])

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from stepgauge.cli.options import say
-from stepgauge.cli.plan import plan_options, probing_settings, program_text
+from stepgauge.cli.plan import plan_options, probing_choice
 
 if TYPE_CHECKING:
     from stepgauge.machine_file import Machine
@@ -23,13 +22,15 @@ def plan_seven(
     from stepgauge.files import check_folder
     from stepgauge.gauge import read_gauge
     from stepgauge.machine_file import read_machine
+    from stepgauge.planning import make_settings
     from stepgauge.standards.iso10360_plan import plan_positions
+    from stepgauge.standards.iso10360_plan_files import write_plan
     from stepgauge.standards.measuring_line import LONGEST_SHARE
 
     _check_options(source, options)
     check_folder(output)
     steps, machine = read_gauge(gauge), read_machine(options["machine"])
-    settings = probing_settings(options, steps, machine, machine.probe.tip_radius_mm)
+    settings = make_settings(steps, machine, machine.probe.tip_radius_mm, probing_choice(options))
     positions = plan_positions(steps, machine, plan_options(options, steps), settings, options["stylus"])
     for one in positions:
         say(f"position {one.orientation.number}, {one.orientation.name}: {_told(one, machine)}")
@@ -43,8 +44,9 @@ def plan_seven(
             found=f"position {problems[0].orientation.number}: {problems[0].problem}",
             expected=f"lengths of {LONGEST_SHARE:.0%} of the travel along each line",
         )
-    texts = {one.orientation.number: program_text(one.program, dialect, template) for one in positions if one.program}
-    _write(Path(output), positions, texts, dialect, machine)
+    notes = write_plan(output, positions, machine, dialect, template)
+    _tell(positions, machine, notes)
+    say(f"wrote {output}: placements, programs, machine files with the stylus as planned, plan.json")
 
 
 def _check_options(source: str | None, options: dict[str, Any]) -> None:
@@ -66,28 +68,7 @@ def _told(one: PlannedPosition, machine: Machine) -> str:
     return f"{told}; {one.problem}" if one.problem else told
 
 
-def _write(
-    folder: Path,
-    positions: list[PlannedPosition],
-    texts: dict[int, tuple[str, str]],
-    dialect: str,
-    machine: Machine,
-) -> None:
-    import json
-
-    from stepgauge.files import write_text
-    from stepgauge.programs import DIALECTS
-    from stepgauge.standards.iso10360_plan_files import machine_with_probe, placement_text, plan_to_dict
-
-    language = DIALECTS[dialect]
-    for one in positions:
-        if one.placement is None or one.probe is None:
-            continue
-        name = f"position-{one.orientation.number}"
-        write_text(folder / f"{name}.toml", placement_text(one))
-        write_text(folder / f"{name}{language.suffix}", texts[one.orientation.number][0], newline=language.newline)
-        write_text(folder / f"{name}-machine.toml", machine_with_probe(machine, one.probe))
-    write_text(folder / "plan.json", json.dumps(plan_to_dict(positions, machine), indent=1) + "\n")
+def _tell(positions: list[PlannedPosition], machine: Machine, notes: list[str]) -> None:
     turned = [one for one in positions if one.turned(machine)]
     if turned:
         off_mm = max(one.tip_off_ram_mm() for one in turned)
@@ -96,10 +77,10 @@ def _write(
             f" it, here by up to {off_mm:.0f} mm with stylus and probe body: agree on it, or test with a stylus that is"
             " thin enough to stay upright (--stylus machine)"
         )
-    for note in dict.fromkeys(note for _, note in texts.values()):
+    for note in notes:
         say(note)
     say(
-        f"path of {len(texts)} programs checked: gauge, rail, travel of the tip centre. Locate the gauge as it really"
-        " lies, and plan it again with --blocks as above: a program moves to where its placement says"
+        f"path of {sum(one.program is not None for one in positions)} programs checked: gauge, rail, travel of the tip"
+        " centre. Locate the gauge as it really lies, and plan it again with --blocks as above: a program moves to"
+        " where its placement says"
     )
-    say(f"wrote {folder}: placements, programs, machine files with the stylus as planned, plan.json")

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from stepgauge.cli.options import GAUGE, TEMPERATURE_C, FiniteRange, check_figure, machine_option, output, say
-
-if TYPE_CHECKING:
-    from stepgauge.gauge import Gauge
-    from stepgauge.machine import Run
-    from stepgauge.machine_file import Machine
-    from stepgauge.placement import Placement
+from stepgauge.cli.options import (
+    DIALECTS,
+    GAUGE,
+    GAUGE_TEMPERATURE,
+    NOT_NEGATIVE,
+    SEARCH,
+    check_figure,
+    machine_option,
+    output,
+    plot_option,
+    say,
+    say_written,
+)
 
 
 @click.command("simulate")
@@ -23,28 +29,22 @@ if TYPE_CHECKING:
 @output("Recording to write (CSV).")
 @click.option("--true-placement", metavar="P", help="How the gauge really lies, where that differs from --placement.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the repeatability.")
+@GAUGE_TEMPERATURE
 @click.option(
-    "--gauge-temperature", type=TEMPERATURE_C, metavar="C", help="Gauge temperature, deg C; default: the certificate's."
-)
-@click.option(
-    "--placement-number", type=click.IntRange(1), default=1, show_default=True, help="Number in the recording."
-)
-@click.option("--start-time", type=FiniteRange(0.0), default=0.0, show_default=True, metavar="S", help="First time, s.")
-@click.option("--dialect", type=click.Choice(["jinyoung", "dmis", "linuxcnc", "ippdme"]), help="Default: recognised.")
-@click.option(
-    "--search",
-    type=FiniteRange(0.0, min_open=True),
-    default=2.0,
+    "--placement-number",
+    type=click.IntRange(1),
+    default=1,
     show_default=True,
-    metavar="MM",
-    help="Search beyond the target, mm, where the program does not state it.",
+    help="Which placing of the gauge this is, in a calibration with several.",
 )
 @click.option(
-    "--plot",
-    callback=check_figure,
-    metavar="FILE",
-    help="Plan view and elevation of the path with the gauge (png, svg or pdf).",
+    "--start-time", type=NOT_NEGATIVE, default=0.0, show_default=True, metavar="S", help="Time at the start, s."
 )
+@click.option(
+    "--dialect", "-d", type=click.Choice(DIALECTS), help="Language of the program. Default: recognised from its text."
+)
+@SEARCH
+@plot_option("Plan view and elevation of the path with the gauge")
 @click.option("--explain", is_flag=True, help="One more column per effect: its share along the approach, um.")
 @click.option(
     "--plot-shares",
@@ -63,6 +63,7 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
     \b
     stepgauge simulate gauge.dmi --machine bridge-cmm --gauge step-gauge-420 --placement placement.toml -o recording.csv
     """
+    from stepgauge.figures.run import draw_run
     from stepgauge.files import check_output
     from stepgauge.gauge import read_gauge
     from stepgauge.machine import Conditions, probing_settings, run_program
@@ -75,46 +76,18 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
     steps, cmm = read_gauge(gauge), read_machine(machine)
     believed = read_placement(placement, steps)
     lies = read_placement(options["true_placement"], steps) if options["true_placement"] else believed
-    temperature = options["gauge_temperature"]
-    conditions = Conditions(
-        steps.table.reference_temperature_C if temperature is None else temperature,
-        options["placement_number"],
-        options["start_time"],
-    )
+    temperature_C = steps.temperature_C(options["gauge_temperature"])
+    conditions = Conditions(temperature_C, options["placement_number"], options["start_time"])
     moves = read_program(program, probing_settings(cmm, options["search"]), options["dialect"])
     explain = options["explain"] or bool(options["plot_shares"])
     run = run_program(moves, cmm, steps, lies, options["seed"], conditions, explain)
     write_recording(output, run.explained() if options["explain"] else run.recording)
-    if options["plot"] or options["plot_html"]:
-        _draw(run, steps, lies, cmm, options)
-    if options["plot_shares"]:
-        _draw_shares(run, steps, cmm, options["plot_shares"])
+    drawn = draw_run(run, cmm, steps, lies, options["plot"], options["plot_html"], options["plot_shares"])
     say(f"{len(run.recording)} of {moves.n_points} points recorded, {run.duration_s:.0f} s of machine time")
-    say(f"wrote {output}")
+    for note in run.notes:
+        say(f"note: {note}")
+    if options["plot_shares"] and not len(run.recording):
+        say("nothing was recorded, so there are no shares to draw")
+    say_written(output, *drawn)
     if run.stop is not None:
         raise run.stop
-
-
-def _draw_shares(run: Run, gauge: Gauge, machine: Machine, file: str) -> None:
-    from stepgauge.figures.shares import draw_shares
-
-    if run.shares is None or not len(run.recording):
-        say("nothing was recorded, so there are no shares to draw")
-        return
-    face = run.recording.frame["face"].to_numpy()
-    draw_shares(file, run.shares, face, gauge.position_mm, f"{gauge.table.name} on {machine.table.name}")
-    say(f"wrote {file}")
-
-
-def _draw(run: Run, gauge: Gauge, placement: Placement, machine: Machine, options: dict[str, Any]) -> None:
-    from stepgauge.figures.path import draw_path, write_path_html
-
-    radius, title = machine.probe.tip_radius_mm, f"{gauge.table.name} on {machine.table.name}"
-    if options["plot"]:
-        draw_path(options["plot"], run.path, gauge, placement, radius, run.stop_piece, title)
-        say(f"wrote {options['plot']}")
-    if options["plot_html"]:
-        write_path_html(
-            options["plot_html"], run.path, gauge, placement, radius, machine.travel_mm, run.stop_piece, title
-        )
-        say(f"wrote {options['plot_html']}")

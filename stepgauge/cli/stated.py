@@ -8,34 +8,33 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from stepgauge.cli.options import Decorator
+
 if TYPE_CHECKING:
     from stepgauge.report.content import Stated
 
 NAMES = ("number", "customer", "location", "operator", "remarks")
 
 
-def stated_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options of :data:`NAMES`, ``--date`` and ``--template``."""
-    for option in reversed(
-        (
-            click.option("--number", metavar="TEXT", help="Number of the report."),
-            click.option("--operator", metavar="TEXT", help="Who measured; printed at the place for the signature."),
-            click.option("--customer", metavar="TEXT", help="For whom the report is made."),
-            click.option("--location", metavar="TEXT", help="Where the machine stands."),
-            click.option(
-                "--date",
-                type=click.DateTime(["%Y-%m-%d"]),
-                metavar="YYYY-MM-DD",
-                help="Date of the report. [default: today]",
-            ),
-            click.option("--remarks", metavar="TEXT", help="Anything else to print."),
-            click.option(
-                "--template", metavar="FILE", help="Your own Typst template; start from a copy of standard.typ."
-            ),
-        )
-    ):
-        function = option(function)
-    return function
+def stated_options(template: str = "Your own Typst template; start from a copy of standard.typ.") -> Decorator:
+    """Add the options of :data:`NAMES`, ``--date`` and ``--template`` (explained by ``template``)."""
+    day = click.DateTime(["%Y-%m-%d"])
+    options = (
+        click.option("--number", metavar="TEXT", help="Number of the report."),
+        click.option("--operator", metavar="TEXT", help="Who measured; printed at the place for the signature."),
+        click.option("--customer", metavar="TEXT", help="For whom the report is made."),
+        click.option("--location", metavar="TEXT", help="Where the machine stands."),
+        click.option("--date", type=day, metavar="YYYY-MM-DD", help="Date of the report. Default: today."),
+        click.option("--remarks", metavar="TEXT", help="Anything else to print."),
+        click.option("--template", metavar="FILE", help=template),
+    )
+
+    def add(function: Callable[..., Any]) -> Callable[..., Any]:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return add
 
 
 def stated_from(options: dict[str, Any]) -> Stated:

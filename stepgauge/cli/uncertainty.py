@@ -2,26 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from stepgauge.cli.options import GAUGE, TEMPERATURE_C, FiniteRange, machine_option, output, say
-
-if TYPE_CHECKING:
-    from stepgauge.gauge import Gauge
-    from stepgauge.machine_file import Machine
-    from stepgauge.montecarlo import Model
+from stepgauge.cli.options import (
+    BLOCKS,
+    GAUGE,
+    GAUGE_TEMPERATURE,
+    R_EFF,
+    SEARCH,
+    SUFFIX,
+    U_GAUGE_TEMPERATURE,
+    machine_option,
+    output,
+    percent,
+    placement_option,
+    say,
+    say_written,
+)
 
 
 @click.command("uncertainty")
 @click.argument("sources", nargs=-1, required=True, metavar="PROGRAM|RECORDING...")
 @machine_option(True, "Machine file (TOML) whose values may carry uncertainties, or the name of a shipped one.")
 @GAUGE
-@click.option("--placement", "-p", metavar="P", help="Placement file; needed with a program.")
+@placement_option("Placement file; needed with a program.")
 @output("Folder for uncertainty.json, uncertainty.csv and the figure (made if missing).")
+@BLOCKS
+@R_EFF
 @click.option("--runs", type=click.IntRange(2), default=10_000, show_default=True, help="Monte Carlo runs.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed; the same gives the same.")
 @click.option(
@@ -31,30 +41,15 @@ if TYPE_CHECKING:
     help="Processes at most, as far as the work is worth it; changes no number. Default: all processor cores.",
 )
 @click.option(
-    "--chunk", type=click.IntRange(1), metavar="RUNS", help="Runs given to a process at a time; changes no number."
+    "--chunk",
+    type=click.IntRange(1),
+    metavar="RUNS",
+    help="Runs given to a process at a time; changes no number. Default: one block, sized by the model.",
 )
-@click.option(
-    "--gauge-temperature", type=TEMPERATURE_C, metavar="C", help="Of a program, deg C; default: certificate's."
-)
-@click.option(
-    "--u-gauge-temperature",
-    type=FiniteRange(0.0),
-    metavar="K",
-    help="Standard uncertainty of the recorded gauge temperature, K. Default: gauge_temperature_K in [uncertainty] of "
-    "the machine file, or 0.",
-)
-@click.option(
-    "--r-eff", "origin", type=click.Choice(["first", "all"]), default="first", show_default=True, help="As evaluate."
-)
-@click.option(
-    "--search",
-    type=FiniteRange(0.0, min_open=True),
-    default=2.0,
-    show_default=True,
-    metavar="MM",
-    help="Search beyond the target, mm, where the program does not state it.",
-)
-@click.option("--figure", "suffix", type=click.Choice(["png", "svg", "pdf"]), default="png", show_default=True)
+@U_GAUGE_TEMPERATURE
+@GAUGE_TEMPERATURE
+@SEARCH
+@SUFFIX
 def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **options: Any) -> None:
     """Distribution of every number that evaluate reports, by Monte Carlo (JCGM 101).
 
@@ -80,11 +75,19 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
     from stepgauge.figures.uncertainty import draw_uncertainty
     from stepgauge.gauge import read_gauge
     from stepgauge.machine_file import read_machine
-    from stepgauge.montecarlo import run_monte_carlo
+    from stepgauge.montecarlo import ModelOptions, read_model, run_monte_carlo
     from stepgauge.montecarlo.files import write_summary
+    from stepgauge.placement import read_placements
 
     steps, cmm = read_gauge(gauge), read_machine(machine)
-    model = _model(sources, cmm, steps, options)
+    stated = ModelOptions(
+        options["u_gauge_temperature"],
+        options["origin"],
+        options["blocks"],
+        options["gauge_temperature"],
+        options["search"],
+    )
+    model = read_model(sources, cmm, steps, read_placements(options["placement_files"], steps), stated)
     jobs = options["jobs"] or os.cpu_count() or 1
     with click.progressbar(length=100, label="runs", file=sys.stderr) as bar:
         summary = run_monte_carlo(
@@ -94,39 +97,12 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
             jobs,
             options["chunk"],
             Path(output) / ".uncertainty-runs",
-            _percent(bar),
+            percent(bar),
         )
     written = [*write_summary(output, model, summary), *draw_uncertainty(output, model, summary, options["suffix"])]
     for part in model.parts:
         _say_main(summary, part.placement)
-    say("wrote " + ", ".join(str(path) for path in written))
-
-
-def _model(sources: tuple[str, ...], machine: Machine, gauge: Gauge, options: dict[str, Any]) -> Model:
-    from stepgauge.errors import InputError
-    from stepgauge.machine import Conditions, probing_settings
-    from stepgauge.montecarlo import program_model, recording_model
-    from stepgauge.placement import read_placement
-    from stepgauge.programs import read_program
-    from stepgauge.recording import is_recording_file, join_recordings, read_recording
-
-    u_temperature, origin = machine.u_gauge_temperature_K(options["u_gauge_temperature"]), options["origin"]
-    if is_recording_file(sources[0]):
-        recording = join_recordings([read_recording(path) for path in sources])
-        return recording_model(recording, machine, gauge, u_temperature, origin)
-    if len(sources) > 1:
-        raise InputError(sources[1], "one program at a time", found=f"{len(sources)} files")
-    if options["placement"] is None:
-        raise InputError("--placement", "a program needs to know how the gauge lies", expected="a placement file")
-    placement = read_placement(options["placement"], gauge)
-    program = read_program(sources[0], probing_settings(machine, options["search"]))
-    temperature = options["gauge_temperature"]
-    conditions = Conditions(gauge.table.reference_temperature_C if temperature is None else temperature)
-    return program_model(program, machine, gauge, placement, conditions, u_temperature, origin)
-
-
-def _percent(bar: Any) -> Callable[[int, int], None]:
-    return lambda done, total: bar.update(100 * done // total - bar.pos)
+    say_written(*written)
 
 
 def _say_main(summary: Any, placement: int) -> None:

@@ -8,8 +8,6 @@ format asks for) and ``version``; the filters of :mod:`stepgauge.templating`.
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +15,7 @@ from typing import Any
 from stepgauge import __version__
 from stepgauge.compensation.table import CompensationTable, Travel
 from stepgauge.errors import InputError
-from stepgauge.files import write_text
+from stepgauge.files import write_json, write_text
 from stepgauge.resources import folder
 from stepgauge.templating import check_ascii, fill_template
 
@@ -116,8 +114,6 @@ def write_table(path: str | Path, text: str, table: CompensationTable) -> list[P
     """Write the controller's file and beside it ``<name>.json``, which says what it is; returns their paths."""
     target = Path(path)
     beside = target.with_name(target.name + ".json")
-    document: Mapping[str, Any] = table_to_dict(table)
-    content = json.dumps(document, indent=1, allow_nan=False) + "\n"
-    write_text(beside, content)
+    write_json(beside, table_to_dict(table))
     write_text(target, text)
     return [target, beside]

@@ -122,7 +122,7 @@ def _table(document: Document, wanted: Wanted, found: GaugeImport) -> None:
         ("serial", "--serial", wanted.serial, document.serial),
         ("material", "--material", wanted.material, material),
         ("expansion_per_K", "--expansion", wanted.expansion_per_K, alpha),
-        ("expansion_uncertainty_per_K", "--expansion-uncertainty", wanted.expansion_uncertainty_per_K, u_alpha),
+        ("expansion_uncertainty_per_K", "--u-expansion", wanted.expansion_uncertainty_per_K, u_alpha),
         (
             "reference_temperature_C",
             "--reference-temperature",

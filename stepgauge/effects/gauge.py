@@ -26,7 +26,7 @@ class BlockDefect(Effect):
         """Nothing on all other faces; :class:`InputError` for a face that the gauge does not have."""
         known = probings.setting.gauge
         if known is not None and self.face > known.n_faces:
-            raise InputError("effect block_defect", "no such face", found=self.face, expected=f"1 to {known.n_faces}")
+            raise InputError("effects", "no such face", found=self.face, expected=f"1 to {known.n_faces}")
         return {"approach": probings.shifted_along_gauge(self.um * (probings.face == self.face))}
 
 

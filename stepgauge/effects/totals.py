@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stepgauge.effects.base import Array, Effect
+from stepgauge.effects.base import Array, Displacement, Effect
 from stepgauge.effects.probings import Probings
+from stepgauge.errors import InputError
 
 BLOCK_ROWS = 16384
 """Rows worked on at a time: a dozen columns of them stay in a processor's cache."""
@@ -27,7 +28,7 @@ def added_up(effects: Sequence[Effect], probings: Probings) -> tuple[Array, Arra
     """Sums of the displacements on x, y and z, um, of shape ``(n,)`` or, with parameters by run, ``(runs, n)``."""
     sums: dict[str, Array] = {}
     for effect in effects:
-        for component, um in effect.displacement_um(probings).items():
+        for component, um in displacement_um(effect, probings).items():
             sums[component] = sums[component] + um if component in sums else um
     along = sums.get("approach")
     if along is not None:
@@ -38,10 +39,18 @@ def added_up(effects: Sequence[Effect], probings: Probings) -> tuple[Array, Arra
     return sums.get("x", zero), sums.get("y", zero), sums.get("z", zero)
 
 
+def displacement_um(effect: Effect, probings: Probings) -> Displacement:
+    """Displacement of one effect, um; :class:`InputError` names the effect as it stands in a machine file."""
+    try:
+        return effect.displacement_um(probings)
+    except InputError as error:
+        raise error.at(f'[[effect]] kind = "{effect.kind}"') from None
+
+
 def along_approach_um(effect: Effect, probings: Probings) -> Array:
     """Displacement of one effect along the approach, um, shape ``(n,)``; on the other directions it does not show."""
     total = np.zeros(len(probings))
-    for component, um in effect.displacement_um(probings).items():
+    for component, um in displacement_um(effect, probings).items():
         total = total + (um if component == "approach" else um * probings.approach(component))
     return total
 
@@ -50,6 +59,9 @@ def scatter_um(effects: Sequence[Effect], probings: Probings, repeatability_um: 
     """Standard deviation along the approach with the first 0, 1, 2, ... effects, um; the last one is the total."""
     steps: list[Array] = [np.asarray(repeatability_um, float)]
     for effect in effects:
-        extra = effect.scatter_um(probings)
+        try:
+            extra = effect.scatter_um(probings)
+        except InputError as error:
+            raise error.at(f'[[effect]] kind = "{effect.kind}"') from None
         steps.append(steps[-1] if extra is None else np.sqrt(steps[-1] ** 2 + extra**2))
     return steps

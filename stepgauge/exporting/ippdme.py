@@ -27,7 +27,9 @@ def render(recording: Recording, options: ExportOptions, _: str) -> Export:
     """The lines of a session. PtMeas commands name the point that was measured: what was planned is not recorded."""
     one_placement(recording, "an I++ DME session")
     if options.unit != "mm" or options.surface:
-        raise InputError("--to ippdme", "a session has tip centres in mm", expected="no --unit and no --points surface")
+        raise InputError(
+            "--to ippdme", "a session has tip centres in mm", expected="no --length-unit and no --points surface"
+        )
     comments = [f"# {key}: {value}" for key, value in run_comments(recording, STATES).items()]
     head = [f"# written by stepgauge {__version__} as the session of {len(recording)} points", *comments]
     lines = [*head, *_session(recording, tip_radius_mm(recording, options) or 0.0)]

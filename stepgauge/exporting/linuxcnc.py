@@ -15,7 +15,9 @@ def render(recording: Recording, options: ExportOptions, _: str) -> Export:
     """Rows of a log; seconds are added to the numbered form where they rise from row to row."""
     one_placement(recording, "a probe log")
     if options.unit != "mm" or options.surface:
-        raise InputError("--to linuxcnc", "the log has tip centres in mm", expected="no --unit and no --points surface")
+        raise InputError(
+            "--to linuxcnc", "the log has tip centres in mm", expected="no --length-unit and no --points surface"
+        )
     comments = "".join(f"# {key}: {value}\n" for key, value in run_comments(recording).items())
     if options.log_form == "probeopen":
         rows = [" ".join([*(fixed(v, 6) for v in xyz), *["0.000000"] * 6]) for xyz in recording.position_mm]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from typing import Any
 
 from stepgauge.errors import InputError
 from stepgauge.exporting.options import DECIMALS, Export, ExportOptions
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, Recording
+from stepgauge.tables import csv_text
 from stepgauge.templating import fixed
 from stepgauge.units import LENGTH_MM
 
@@ -24,17 +24,12 @@ def render(recording: Recording, options: ExportOptions, form: str) -> Export:
         return Export(_workbook(comments, header, _columns(recording, names, options)), ())
     if options.decimal == options.delimiter:
         raise InputError("--decimal", "the decimal mark is the delimiter, too", found=options.decimal)
-    text = io.StringIO()
-    for line in comments:
-        text.write(line + "\n")
-    writer = csv.writer(text, delimiter=options.delimiter, lineterminator="\n")
-    writer.writerow(header)
     columns = [
         [_text(value, name, options) for value in column]
         for name, column in zip(names, _columns(recording, names, options), strict=True)
     ]
-    writer.writerows(zip(*columns, strict=True))
-    return Export(text.getvalue().encode(), ())
+    table = csv_text(header, zip(*columns, strict=True), options.delimiter)
+    return Export("".join([*(line + "\n" for line in comments), table]).encode(), ())
 
 
 def _names(recording: Recording) -> list[str]:

@@ -64,7 +64,7 @@ def _draw(axes: Axes, test: LengthTest, lengths: Sequence[TestLength]) -> None:
 def _draw_limits(axes: Axes, test: LengthTest, lengths: Sequence[TestLength], end_mm: float) -> None:
     """The permissible error over all lengths, and the conformance zone where lengths were tested (the smallest one)."""
     along = np.linspace(0.0, end_mm, 200)
-    limit = test.specification.mpe.at(along)
+    limit = test.specification.mpe.at_um(along)
     sizes = sorted({one.nominal_mm for one in lengths})
     zone = [min(one.mpe_um - one.expanded_um for one in lengths if one.nominal_mm == size) for size in sizes]
     for sign in (1.0, -1.0):
@@ -75,7 +75,7 @@ def _draw_limits(axes: Axes, test: LengthTest, lengths: Sequence[TestLength], en
 def _legend(figure: Figure, test: LengthTest) -> None:
     black = COLORS["model"]
     entries = [
-        Line2D([], [], color=black, linewidth=1.3, label=f"± MPE = {test.specification.mpe}"),
+        Line2D([], [], color=black, linewidth=1.3, label=f"± MPE = {test.specification.mpe.with_units()}"),
         Line2D([], [], color=black, linewidth=0.8, linestyle=(0, (5, 3)), label="± (MPE − U)"),
     ]
     entries += [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stepgauge.history.entries import QUANTITIES, HistoryEntry, read_entries
+from stepgauge.history.entries import QUANTITIES, HistoryEntry, of_one_machine, read_entries
 from stepgauge.history.files import write_history
 from stepgauge.history.store import Refreshed, refresh_store
 from stepgauge.history.trend import Alert, Series, judge, make_series
@@ -15,6 +15,7 @@ __all__ = [
     "Series",
     "judge",
     "make_series",
+    "of_one_machine",
     "read_entries",
     "refresh_store",
     "write_history",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -224,3 +224,25 @@ def _mean_and_reversal(front: NDArray[np.bool_]) -> tuple[Array, Array]:
     own = np.eye(n)
     side = np.where(front, 1.0, -1.0)[:, None]
     return (own + neighbours) / 2.0, side * (neighbours - own)
+
+
+def of_one_machine(
+    entries: Sequence[HistoryEntry], folder: str | Path, machine: str | None = None, gauge: str | None = None
+) -> list[HistoryEntry]:
+    """The entries of one machine (its name) measured with one gauge (its serial number).
+
+    :class:`InputError` in the name of ``folder`` where there are none, or several and nobody said which.
+    """
+    if not entries:
+        raise InputError(folder, "no evaluation with a date", expected="'evaluate --measured-at', or --date-from file")
+    kept = list(entries)
+    for option, value, name in (("--machine-name", machine, "machine"), ("--gauge-serial", gauge, "gauge_serial")):
+        there = sorted({getattr(entry, name) for entry in kept})
+        what = name.replace("_serial", "")
+        if value is not None and value not in there:
+            raise InputError(folder, f"no evaluation of {what} {value!r}", expected=", ".join(there))
+        kept = [entry for entry in kept if value is None or getattr(entry, name) == value]
+        if value is None and len(there) > 1:
+            found = ", ".join(there)
+            raise InputError(folder, f"evaluations of several {what}s", found=found, expected=f"one: {option}")
+    return kept

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import datetime
-import io
-import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
-from stepgauge.files import write_text
+from stepgauge.files import write_json, write_text
 from stepgauge.history.entries import QUANTITIES, HistoryEntry
 from stepgauge.history.trend import Alert, Series, Trend
+from stepgauge.tables import csv_text, result_cell
 
 
 def write_history(
@@ -25,7 +23,7 @@ def write_history(
     entries = _entries(series)
     paths = [Path(folder) / "history.json", Path(folder) / "history.csv"]
     document = _document(series, entries, warnings, limits)
-    write_text(paths[0], json.dumps(document, indent=1, allow_nan=False) + "\n")
+    write_json(paths[0], document)
     write_text(paths[1], _csv(entries))
     return paths
 
@@ -80,15 +78,6 @@ def _plain(value: Any) -> Any:
 
 
 def _csv(entries: list[HistoryEntry]) -> str:
-    text = io.StringIO()
     names = [field.name for field in dataclasses.fields(HistoryEntry)]
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(names)
-    for entry in entries:
-        row = _plain(dataclasses.asdict(entry))
-        table.writerow(["" if row[name] is None else _cell(row[name]) for name in names])
-    return text.getvalue()
-
-
-def _cell(value: object) -> str:
-    return f"{value:.9g}" if isinstance(value, float) else str(value)
+    rows = [_plain(dataclasses.asdict(entry)) for entry in entries]
+    return csv_text(names, [[result_cell(row[name]) for name in names] for row in rows])

@@ -17,7 +17,7 @@ from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge
 from stepgauge.locate.blocks import Blocks, fit_up, solve_blocks
 from stepgauge.locate.checks import check_points
-from stepgauge.placement import STANDING_COS, Placement, make_placement
+from stepgauge.placement import STANDING_COS, Placement, has_yaw, make_placement
 from stepgauge.tables import read_numbers
 
 Array = NDArray[np.float64]
@@ -122,7 +122,7 @@ def _angles(found: Blocks) -> dict[str, Any]:
     off = np.arctan2(np.linalg.norm(np.delete(found.axis, nearest)), abs(found.axis[nearest]))
     tilt = _tilt(found)
     return {
-        "yaw_deg": round(float(np.degrees(yaw)), 7),
+        "yaw_deg": round(float(np.degrees(yaw)), 7) if has_yaw(found.axis) else "undefined",
         "pitch_deg": round(float(np.degrees(pitch)), 7),
         "nearest_machine_axis": ("-" if found.axis[nearest] < 0 else "+") + "xyz"[nearest],
         "from_nearest_axis_deg": round(float(np.degrees(off)), 7),

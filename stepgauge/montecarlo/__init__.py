@@ -3,14 +3,17 @@
 from stepgauge.montecarlo.inputs import Inputs, collect_inputs
 from stepgauge.montecarlo.model import Model, program_model, recording_model
 from stepgauge.montecarlo.run import run_monte_carlo
+from stepgauge.montecarlo.sources import ModelOptions, read_model
 from stepgauge.montecarlo.summary import Summary
 
 __all__ = [
     "Inputs",
     "Model",
+    "ModelOptions",
     "Summary",
     "collect_inputs",
     "program_model",
+    "read_model",
     "recording_model",
     "run_monte_carlo",
 ]

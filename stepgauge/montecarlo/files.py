@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import math
 from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
-from stepgauge.files import write_text
+from stepgauge.files import write_json, write_text
 from stepgauge.montecarlo.model import Model
 from stepgauge.montecarlo.summary import COVERAGE, Summary
+from stepgauge.tables import csv_text, result_cell
 
 COLUMNS = ("quantity", "placement", "face", "value", "mean", "u", "low_95", "high_95")
 
@@ -20,7 +18,7 @@ COLUMNS = ("quantity", "placement", "face", "value", "mean", "u", "low_95", "hig
 def write_summary(folder: str | Path, model: Model, summary: Summary) -> list[Path]:
     """Write ``uncertainty.json`` and ``uncertainty.csv`` into a folder (made if missing); returns their paths."""
     json_path, csv_path = Path(folder) / "uncertainty.json", Path(folder) / "uncertainty.csv"
-    write_text(json_path, json.dumps(summary_to_dict(model, summary), indent=1, allow_nan=False) + "\n")
+    write_json(json_path, summary_to_dict(model, summary))
     write_text(csv_path, summary_csv(summary))
     return [json_path, csv_path]
 
@@ -74,10 +72,9 @@ def _rows(summary: Summary) -> list[dict[str, Any]]:
 def summary_csv(summary: Summary) -> str:
     """One row per quantity; the contribution of an input is the column ``u: INPUT``, in the unit of the quantity."""
     names = list(summary.contribution)
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*COLUMNS, *(f"u: {name}" for name in names)])
-    for row in _rows(summary):
-        cells = [row[name] for name in COLUMNS] + [row["contributions"][name] for name in names]
-        writer.writerow(["" if cell is None else f"{cell:.9g}" if isinstance(cell, float) else cell for cell in cells])
-    return text.getvalue()
+    rows = [
+        [*(row[name] for name in COLUMNS), *(row["contributions"][name] for name in names)] for row in _rows(summary)
+    ]
+    return csv_text(
+        [*COLUMNS, *(f"u: {name}" for name in names)], [[result_cell(cell) for cell in row] for row in rows]
+    )

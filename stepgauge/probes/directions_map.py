@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes.base import Probe
+from stepgauge.tables import write_table
 
 Array = NDArray[np.float64]
+COLUMNS = ("polar_deg", "azimuth_deg", "trigger_force_N", "deflection_um", "pretravel_um")
 
 
 @dataclass(frozen=True)
@@ -48,3 +51,10 @@ def map_directions(
         probe.deflection_um(approach),
         probe.pretravel_um(approach),
     )
+
+
+def write_map(path: str | Path, found: DirectionMap) -> None:
+    """The map as CSV with :data:`COLUMNS`; cells are empty where a model knows nothing, or never triggers."""
+    columns = [column.ravel() for column in found.columns()]
+    rows = [[f"{cell:.6g}" if np.isfinite(cell) else "" for cell in row] for row in zip(*columns, strict=True)]
+    write_table(path, COLUMNS, rows)

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.iso10360 import length_test_figure
+from stepgauge.figures.style import save_figure
 from stepgauge.machine_file import Machine
 from stepgauge.report.content import Stated, figure_svg
 from stepgauge.report.numbers import number, quantity
-from stepgauge.report.sections import Section
+from stepgauge.report.sections import Section, certificate_section
 from stepgauge.report.standards import (
     Column,
     PrintedTable,
     StandardReport,
-    gauge_section,
     machine_lines,
     recording_lines,
     rules_table,
     standard_content,
     unmet,
+    write_standard_report,
 )
 from stepgauge.standards.iso10360 import KINDS, LengthTest
-from stepgauge.standards.iso10360_files import length_test_to_dict, verdicts
+from stepgauge.standards.iso10360_files import length_test_to_dict, verdicts, write_length_test
 
 CONTRIBUTIONS = ("certificate", "expansion", "temperature", "alignment", "fixture", "tip diameter")
 METHOD = (
@@ -43,7 +45,7 @@ def length_test_content(test: LengthTest, stated: Stated, machine: Machine | Non
         "Errors of length measurement of a coordinate measuring machine by ISO 10360-2:2009, with a step gauge",
         _summary(data),
         [*verdicts(test), *unmet(data["rules"])],
-        [gauge_section(test.gauge), _specification(data), _conditions(data), _recording(data, machine)],
+        [certificate_section(data, test.gauge), _specification(data), _conditions(data), _recording(data, machine)],
         [(figure_svg(length_test_figure(test)), caption(data))],
         rules_table(data["rules"], data["excluded"]),
         [
@@ -56,6 +58,26 @@ def length_test_content(test: LengthTest, stated: Stated, machine: Machine | Non
         [f"contribution to U: {what}" for what in test.missing],
     )
     return standard_content(report, stated, test.gauge, name)
+
+
+def report_length_test(
+    folder: str | Path,
+    test: LengthTest,
+    stated: Stated,
+    machine: Machine | None = None,
+    template: str | Path | None = None,
+    suffix: str = "png",
+) -> tuple[list[Path], tuple[str, ...]]:
+    """Write all files of a test into a folder (made if missing): JSON, CSV, figure and report; paths, and notes.
+
+    ``template``: your own Typst template; ``suffix`` of the figure: png, svg or pdf. A template that fails
+    (:class:`InputError`) does so before anything is written.
+    """
+    figure, report = Path(folder) / f"iso10360-figure.{suffix}", Path(folder) / "iso10360.pdf"
+    notes = write_standard_report(report, length_test_content(test, stated, machine), template)
+    paths = write_length_test(folder, test)
+    save_figure(length_test_figure(test), figure)
+    return [*paths, figure, report], notes
 
 
 def caption(data: dict[str, Any]) -> str:

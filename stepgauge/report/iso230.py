@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.iso230 import positioning_figure
+from stepgauge.figures.style import save_figure
 from stepgauge.machine_file import Machine
 from stepgauge.report.content import Stated, figure_svg
 from stepgauge.report.numbers import number
-from stepgauge.report.sections import Section
+from stepgauge.report.sections import Section, certificate_section
 from stepgauge.report.standards import (
     Column,
     PrintedTable,
     StandardReport,
-    gauge_section,
     machine_lines,
     recording_lines,
     rules_table,
     standard_content,
     unmet,
+    write_standard_report,
 )
-from stepgauge.standards.iso230_files import assumptions, positioning_to_dict
+from stepgauge.standards.iso230_files import assumptions, positioning_to_dict, write_positioning
 from stepgauge.standards.positioning import AxisTest, PositioningTest
 
 NAMES = ("A", "A_up", "A_down", "E", "E_up", "E_down", "M", "R", "R_up", "R_down", "B", "mean_B")
@@ -44,7 +46,7 @@ def positioning_content(test: PositioningTest, stated: Stated, machine: Machine 
         "Accuracy and repeatability of positioning by ISO 230-2, with a step gauge",
         _summary(data),
         [*assumptions(test), *unmet(rules)],
-        [gauge_section(test.gauge), _conditions(data), _recording(data, machine)],
+        [certificate_section(data, test.gauge), _conditions(data), _recording(data, machine)],
         [(figure_svg(positioning_figure(one)), caption(one)) for one in test.axes],
         rules_table(rules, excluded),
         [_targets(one) for one in data["axes"]],
@@ -57,6 +59,29 @@ def positioning_content(test: PositioningTest, stated: Stated, machine: Machine 
 
 def _of(one: dict[str, Any], text: str, data: dict[str, Any]) -> str:
     return f"placement {one['placement']}: {text}" if len(data["axes"]) > 1 else text
+
+
+def report_positioning(
+    folder: str | Path,
+    test: PositioningTest,
+    stated: Stated,
+    machine: Machine | None = None,
+    template: str | Path | None = None,
+    suffix: str = "png",
+) -> tuple[list[Path], tuple[str, ...]]:
+    """Write all files of a test into a folder (made if missing): JSON, CSV, figures and report; paths, and notes.
+
+    ``template``: your own Typst template; ``suffix`` of the figures: png, svg or pdf. A template that fails
+    (:class:`InputError`) does so before anything is written.
+    """
+    report = Path(folder) / "iso230.pdf"
+    notes = write_standard_report(report, positioning_content(test, stated, machine), template)
+    paths = write_positioning(folder, test)
+    for one in test.axes:
+        tail = f"-placement-{one.placement}" if len(test.axes) > 1 else ""
+        paths.append(Path(folder) / f"iso230-figure{tail}.{suffix}")
+        save_figure(positioning_figure(one), paths[-1])
+    return [*paths, report], notes
 
 
 def caption(one: AxisTest) -> str:

@@ -12,8 +12,9 @@ from pydantic import ConfigDict, Field
 from stepgauge.config import Table, check_table
 from stepgauge.errors import InputError
 from stepgauge.evaluation_files import read_evaluation
+from stepgauge.files import in_folder
 from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine
+from stepgauge.machine_file import Machine, check_machine_name
 from stepgauge.placement import Placement
 
 SAME_POSITION_MM = 1e-6
@@ -97,7 +98,7 @@ class EvaluationTable(_Stored):
 
 def find_evaluation(path: str | Path) -> Path:
     """The ``evaluation.json`` of a folder, or the file itself."""
-    return Path(path) / "evaluation.json" if Path(path).is_dir() else Path(path)
+    return in_folder(path, "evaluation.json")
 
 
 def read_checked_evaluation(path: str | Path) -> dict[str, Any]:
@@ -173,8 +174,4 @@ _PRINTED = {
 
 def check_machine(evaluation: dict[str, Any], machine: Machine) -> None:
     """:class:`InputError` where the recording names another machine."""
-    named = evaluation["comments"].get("machine")
-    if named is not None and named != machine.table.name:
-        raise InputError(
-            machine.path, "not the machine of this recording", found=machine.table.name, expected=repr(named)
-        )
+    check_machine_name(evaluation["comments"].get("machine"), machine)

@@ -10,7 +10,7 @@ import numpy as np
 
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
-from stepgauge.placement import Placement
+from stepgauge.placement import Placement, has_yaw
 from stepgauge.report.numbers import clean, number, quantity, uncertain, vector
 from stepgauge.standards.budget_files import StoredBudget
 
@@ -108,8 +108,8 @@ def _add_orientation(section: Section, axis: np.ndarray, details: dict[str, Any]
     """Yaw about +z from +x, pitch from the xy plane towards +z."""
     u = details.get("uncertainty", {})
     yaw, pitch = np.degrees(np.arctan2(axis[1], axis[0])), np.degrees(np.arcsin(np.clip(axis[2], -1.0, 1.0)))
-    level = float(np.hypot(axis[0], axis[1]))
-    section.add("Yaw, +x to +y", _with_u(quantity(float(yaw) if level > 1e-9 else None, 5, "°"), u.get("yaw_urad")))
+    stated = _with_u(quantity(float(yaw), 5, "°"), u.get("yaw_urad"))
+    section.add("Yaw, +x to +y", stated if has_yaw(axis) else "undefined, the gauge stands upright")
     section.add("Pitch, towards +z", _with_u(quantity(float(pitch), 5, "°"), u.get("pitch_urad")))
 
 

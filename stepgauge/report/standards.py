@@ -15,15 +15,17 @@ from stepgauge import __version__
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.report.content import Stated
-from stepgauge.report.numbers import clean, number, quantity
+from stepgauge.report.numbers import clean, number
+from stepgauge.report.render import write_report
 from stepgauge.report.sections import Section
 from stepgauge.resources import folder
-from stepgauge.standards.gauge_table import gauge_to_dict
 
 
-def template() -> Path:
-    """The shipped Typst template of these reports."""
-    return folder("templates") / "reports" / "standard.typ"
+def write_standard_report(
+    path: str | Path, content: dict[str, Any], template: str | Path | None = None
+) -> tuple[str, ...]:
+    """Write a report of :func:`standard_content` through a Typst template (None: the shipped one); returns notes."""
+    return write_report(path, content, template or folder("templates") / "reports" / "standard.typ")
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,8 @@ class PrintedTable:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain containers for a template; every row must have a cell for every column."""
-        assert all(len(row) == len(self.columns) for row in self.rows), self.title
+        if any(len(row) != len(self.columns) for row in self.rows):
+            raise ValueError(f"table {self.title!r}: a row has another number of cells than there are columns")
         columns = [{"name": one.name, "unit": one.unit, "words": one.words} for one in self.columns]
         return {"title": self.title, "columns": columns, "rows": [list(row) for row in self.rows], "note": self.note}
 
@@ -135,21 +138,6 @@ def unmet(rules: Sequence[dict[str, Any]]) -> list[str]:
     """One sentence that names the rules that are not met or not checked; none where there are none."""
     asked = [rule["asks"] for rule in rules if not rule["met"]]
     return ["Not met, or not checked (see the table of rules): " + "; ".join(asked) + "."] if asked else []
-
-
-def gauge_section(gauge: Gauge) -> Section:
-    """The gauge and its certificate."""
-    stored = gauge_to_dict(gauge)
-    low, high = stored["expanded_uncertainty_um"]
-    section = Section("Step gauge and its certificate")
-    section.add("Gauge", f"{stored['name']}, serial {stored['serial']}")
-    section.add("Certificate", f"{stored['certificate']}, {stored['date']}")
-    section.add("Calibrated by", stored["laboratory"])
-    alpha, u_alpha = stored["expansion_per_K"] * 1e6, stored["expansion_uncertainty_per_K"] * 1e6
-    section.add("Expansion", f"{stored['material']}, {alpha:.1f} × 10⁻⁶ / K (u = {u_alpha:.1f} × 10⁻⁶ / K)")
-    section.add("Positions hold at", quantity(stored["reference_temperature_C"], 1, "°C"))
-    section.add("Uncertainty", f"U = {number(low, 2)} to {number(high, 2)} µm (k = {stored['coverage_factor']:g})")
-    return section
 
 
 def machine_lines(section: Section, machine: Machine | None) -> None:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -14,9 +11,10 @@ from pydantic import ConfigDict, Field
 from stepgauge import __version__
 from stepgauge.config import Table, check_table
 from stepgauge.errors import InputError
-from stepgauge.files import read_text, write_text
+from stepgauge.files import in_folder, read_result, write_json, write_text
 from stepgauge.montecarlo.model import Model
 from stepgauge.standards.budget import Budget, Line, Source
+from stepgauge.tables import csv_text, result_cell
 
 FORMAT = "stepgauge budget 1"
 COLUMNS = ("quantity", "placement", "face", "position_mm", "value_um", "u_um", "dof", "k", "expanded_um")
@@ -32,7 +30,7 @@ SAME_VALUE_UM = 0.005
 def write_budget(folder: str | Path, model: Model, budget: Budget, runs: int) -> list[Path]:
     """Write ``budget.json`` and ``budget.csv`` into a folder (made if missing); returns their paths."""
     json_path, csv_path = Path(folder) / "budget.json", Path(folder) / "budget.csv"
-    write_text(json_path, json.dumps(budget_to_dict(model, budget, runs), indent=1, allow_nan=False) + "\n")
+    write_json(json_path, budget_to_dict(model, budget, runs))
     write_text(csv_path, budget_csv(budget))
     return [json_path, csv_path]
 
@@ -102,19 +100,14 @@ def _line(line: Line) -> dict[str, Any]:
 def budget_csv(budget: Budget) -> str:
     """One row per quantity, um; the contribution of a source is the column ``u: SOURCE``."""
     names = [source.name for source in budget.sources]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*COLUMNS, *(f"u: {name}" for name in names), "of these through r_eff", *RUN_COLUMNS])
+    rows = []
     for line in budget.lines:
         row = _line(line)
         cells = [row[name] for name in COLUMNS] + [line.contribution.get(name, 0.0) for name in names]
         cells += [line.through_radius, line.same_terms_u, *(line.monte_carlo or ("", "", ""))]
-        writer.writerow(["inf" if i == 6 and cell is None else _cell(cell) for i, cell in enumerate(cells)])
-    return text.getvalue()
-
-
-def _cell(value: object) -> object:
-    return "" if value is None else f"{value:.9g}" if isinstance(value, float) else value
+        rows.append(["inf" if i == 6 and cell is None else result_cell(cell) for i, cell in enumerate(cells)])
+    header = [*COLUMNS, *(f"u: {name}" for name in names), "of these through r_eff", *RUN_COLUMNS]
+    return csv_text(header, rows)
 
 
 class _Stored(Table):
@@ -203,15 +196,8 @@ class StoredBudget(_Stored):
 
 def read_budget(path: str | Path) -> StoredBudget:
     """A ``budget.json``, given by its path or its folder (:class:`InputError` where it is not one)."""
-    file = Path(path) / "budget.json" if Path(path).is_dir() else Path(path)
-    try:
-        data = json.loads(read_text(file))
-    except json.JSONDecodeError as error:
-        raise InputError(f"{file}:{error.lineno}", f"not valid JSON: {error.msg}") from None
-    kind = data.get("format") if isinstance(data, dict) else None
-    if kind != FORMAT:
-        raise InputError(file, "not a budget", found=repr(kind), expected="budget.json of stepgauge budget")
-    return check_table(StoredBudget, data, file)
+    file = in_folder(path, "budget.json")
+    return check_table(StoredBudget, read_result(file, "budget"), file)
 
 
 def check_budget(budget: StoredBudget, evaluation: dict[str, Any], path: str | Path) -> None:

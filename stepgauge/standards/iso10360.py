@@ -19,7 +19,7 @@ from stepgauge.machine_file import Machine
 from stepgauge.placement import Placement
 from stepgauge.recording import Recording
 from stepgauge.recording_checks import check_recording
-from stepgauge.standards.decision import Outcome, PermissibleError, decide, together
+from stepgauge.standards.decision import Outcome, decide, together
 from stepgauge.standards.iso10360_rules import POSITIONS, excluded_parts, rules_of
 from stepgauge.standards.length_uncertainty import TestConditions, TestUncertainty, length_uncertainty
 from stepgauge.standards.lengths import (
@@ -34,6 +34,7 @@ from stepgauge.standards.lengths import (
     nominal_length_mm,
 )
 from stepgauge.standards.measuring_line import line_length_mm, orientation_of
+from stepgauge.standards.mpe import Mpe
 from stepgauge.standards.rules import Excluded, Rule
 from stepgauge.standards.tip import TipDiameter, tip_diameter
 
@@ -47,7 +48,7 @@ REMEASURE_SOURCE = "ISO 10360-2:2009, compliance with specifications (acceptance
 class Specification:
     """What is tested against: the permissible error, and the limit of the repeatability range in um (None: none)."""
 
-    mpe: PermissibleError
+    mpe: Mpe
     repeatability_um: float | None = None
 
 
@@ -280,7 +281,7 @@ class _PositionMaker:
             float(self.gauge.position_mm[faces[1] - 1] - self.gauge.position_mm[faces[0] - 1]),
             tuple(int(cycle) for cycle in cycles),
             length_errors_um(table, faces, cycles, tip_mm),
-            float(self.specification.mpe.at(nominal)),
+            float(self.specification.mpe.at_um(nominal)),
             sure,
             self.conditions.coverage_factor * sure.standard_um,
         )

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
 from stepgauge.evaluation_files import TEMPERATURE_CONVENTION
-from stepgauge.files import write_text
+from stepgauge.files import write_json, write_text
 from stepgauge.standards.decision import DECISION_SOURCE
 from stepgauge.standards.gauge_table import gauge_to_dict
 from stepgauge.standards.iso10360 import KINDS, REMEASURE_SOURCE, LengthTest, Position, TestLength
@@ -17,6 +16,7 @@ from stepgauge.standards.iso10360_rules import describe
 from stepgauge.standards.length_uncertainty import SOURCE as UNCERTAINTY_SOURCE
 from stepgauge.standards.lengths import Kind
 from stepgauge.standards.rules import incomplete
+from stepgauge.tables import csv_text
 
 CSV_COLUMNS = (
     "position",
@@ -46,10 +46,10 @@ def length_test_to_dict(test: LengthTest) -> dict[str, Any]:
         "comments": dict(test.comments),
         "gauge": gauge_to_dict(test.gauge),
         "mpe": {
-            "text": str(specification.mpe),
+            "text": specification.mpe.with_units(),
             "constant_um": specification.mpe.constant_um,
             "um_per_mm": specification.mpe.um_per_mm,
-            "cap_um": specification.mpe.cap_um,
+            "cap_um": specification.mpe.cap_um if math.isfinite(specification.mpe.cap_um) else None,
         },
         "repeatability_limit_um": specification.repeatability_um,
         "tip_diameter": None
@@ -176,24 +176,21 @@ def _remeasure(test: LengthTest, kind: Kind) -> list[str]:
 
 def length_test_csv(test: LengthTest) -> str:
     """One row per error."""
-    lines = [",".join(CSV_COLUMNS)]
-    for kind in KINDS:
-        for one in test.lengths(kind):
-            lines += [_row(one, repeat) for repeat in range(len(one.error_um))]
-    return "\n".join(lines) + "\n"
+    lengths = [one for kind in KINDS for one in test.lengths(kind)]
+    return csv_text(CSV_COLUMNS, [_row(one, repeat) for one in lengths for repeat in range(len(one.error_um))])
 
 
-def _row(one: TestLength, repeat: int) -> str:
+def _row(one: TestLength, repeat: int) -> list[str]:
     numbers = (one.nominal_mm, one.length_mm)
     values = (float(one.error_um[repeat]), one.mpe_um, one.expanded_um)
     cells = [str(one.position), one.kind, str(one.faces[0]), str(one.faces[1]), *(f"{v:.12g}" for v in numbers)]
     cells += [str(repeat + 1), str(one.cycles[repeat]), *(f"{value:.6g}" for value in values), one.outcomes[repeat]]
-    return ",".join([*cells, "" if math.isnan(one.range_um) else f"{one.range_um:.6g}"])
+    return [*cells, "" if math.isnan(one.range_um) else f"{one.range_um:.6g}"]
 
 
 def write_length_test(folder: str | Path, test: LengthTest) -> list[Path]:
     """Write ``iso10360.json`` and ``iso10360.csv`` into a folder (made if missing); returns their paths."""
     json_path, csv_path = Path(folder) / "iso10360.json", Path(folder) / "iso10360.csv"
-    write_text(json_path, json.dumps(length_test_to_dict(test), indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+    write_json(json_path, length_test_to_dict(test))
     write_text(csv_path, length_test_csv(test))
     return [json_path, csv_path]

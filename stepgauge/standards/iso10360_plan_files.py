@@ -9,14 +9,41 @@ import numpy as np
 
 from stepgauge import __version__
 from stepgauge.config import read_toml
+from stepgauge.files import write_json, write_text
 from stepgauge.machine_file import Machine
 from stepgauge.placement import format_placement
+from stepgauge.planning import program_text
 from stepgauge.probes.schema import ProbeTable
 from stepgauge.standards.iso10360_plan import PlannedPosition
 from stepgauge.standards.measuring_line import POSITIONS_SOURCE
 
 NAMED_FILES = ("file", "map")
 """Keys of ``[probe]`` that name a file beside the machine file."""
+
+
+def write_plan(
+    folder: str | Path,
+    positions: list[PlannedPosition],
+    machine: Machine,
+    dialect: str,
+    template: str | Path | None = None,
+) -> list[str]:
+    """Write placement, program and machine file of every planned position and ``plan.json``; returns notes.
+
+    All programs are rendered and read back before the first file is written.
+    """
+    rendered = {
+        one.orientation.number: program_text(one.program, dialect, template) for one in positions if one.program
+    }
+    for one in positions:
+        if one.orientation.number not in rendered or one.placement is None or one.probe is None:
+            continue
+        text, name = rendered[one.orientation.number], Path(folder) / f"position-{one.orientation.number}"
+        write_text(f"{name}.toml", placement_text(one))
+        text.write(f"{name}{text.dialect.suffix}")
+        write_text(f"{name}-machine.toml", machine_with_probe(machine, one.probe))
+    write_json(Path(folder) / "plan.json", plan_to_dict(positions, machine))
+    return list(dict.fromkeys(text.note for text in rendered.values()))
 
 
 def plan_to_dict(positions: list[PlannedPosition], machine: Machine) -> dict[str, Any]:
@@ -52,8 +79,9 @@ def _tilt_deg(probe: ProbeTable) -> float:
 
 
 def placement_text(one: PlannedPosition) -> str:
-    """The placement file of a planned position."""
-    assert one.placement is not None
+    """The placement file of a planned position; ValueError for one that could not be planned."""
+    if one.placement is None:
+        raise ValueError(f"position {one.orientation.number} has no placement: {one.problem}")
     body = format_placement(one.placement).split("\n", 1)[1]
     number, name = one.orientation.number, one.orientation.name
     return f"# Where the gauge is meant to lie: position {number} of ISO 10360-2, {name}. Lengths mm.\n{body}"

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
 from stepgauge.evaluation_files import TEMPERATURE_CONVENTION
-from stepgauge.files import write_text
+from stepgauge.files import write_json, write_text
 from stepgauge.standards.gauge_table import gauge_to_dict
 from stepgauge.standards.positioning import PAIRINGS, AxisTest, PositioningTest
 from stepgauge.standards.rules import incomplete
+from stepgauge.tables import csv_text, result_cell
 
 SIGN_CONVENTION = "a deviation is the position reached less the target: certified less indicated position"
 TARGET_COLUMNS = (
@@ -125,39 +125,31 @@ def assumptions(test: PositioningTest) -> list[str]:
 
 def targets_csv(test: PositioningTest) -> str:
     """One row per target."""
-    lines = [",".join(["placement", *TARGET_COLUMNS])]
-    for one in test.axes:
-        lines += [
-            ",".join([str(one.placement), *(_cell(row[name]) for name in TARGET_COLUMNS)]) for row in target_rows(one)
-        ]
-    return "\n".join(lines) + "\n"
+    rows = [
+        [one.placement, *(result_cell(row[name]) for name in TARGET_COLUMNS)]
+        for one in test.axes
+        for row in target_rows(one)
+    ]
+    return csv_text(["placement", *TARGET_COLUMNS], rows)
 
 
 def deviations_csv(test: PositioningTest) -> str:
     """One row per deviation."""
-    lines = [",".join(DEVIATION_COLUMNS)]
+    rows: list[list[object]] = []
     for one in test.axes:
         for name, direction in (("up", one.parameters.up), ("down", one.parameters.down)):
             for target, block, values in zip(one.targets.machine_mm, one.targets.block, direction.x_um, strict=True):
-                lines += [
-                    f"{one.placement},{target:.6f},{block},{name},{run + 1},{one.runs[run]},{value:.6g}"
+                rows += [
+                    [one.placement, f"{target:.6f}", block, name, run + 1, one.runs[run], f"{value:.6g}"]
                     for run, value in enumerate(values)
                 ]
-    return "\n".join(lines) + "\n"
-
-
-def _cell(value: float) -> str:
-    return str(value) if isinstance(value, int) else f"{value:.9g}"
+    return csv_text(DEVIATION_COLUMNS, rows)
 
 
 def write_positioning(folder: str | Path, test: PositioningTest) -> list[Path]:
     """Write the three files into a folder (made if missing); returns their paths."""
-    texts = {
-        "iso230.json": json.dumps(positioning_to_dict(test), indent=1, allow_nan=False, ensure_ascii=False) + "\n",
-        "iso230.csv": targets_csv(test),
-        "iso230-deviations.csv": deviations_csv(test),
-    }
-    paths = [Path(folder) / name for name in texts]
-    for path, text in zip(paths, texts.values(), strict=True):
-        write_text(path, text)
+    paths = [Path(folder) / name for name in ("iso230.json", "iso230.csv", "iso230-deviations.csv")]
+    write_json(paths[0], positioning_to_dict(test))
+    write_text(paths[1], targets_csv(test))
+    write_text(paths[2], deviations_csv(test))
     return paths

@@ -58,9 +58,9 @@ def test_several_machines_need_a_choice(run: Run, tmp_path: Path, archive: Path)
     write(archive / "2025-06-01", machine="Mill")
     result = run("history", archive, "-o", tmp_path / "h")
     assert result.code == 2
-    assert "evaluations of several machines; found CMM, Mill; expected one: --machine" in result.err
-    assert run("history", archive, "-o", tmp_path / "h", "--machine", "Mill").code == 0
-    result = run("history", archive, "-o", tmp_path / "h", "--machine", "Lathe")
+    assert "evaluations of several machines; found CMM, Mill; expected one: --machine-name" in result.err
+    assert run("history", archive, "-o", tmp_path / "h", "--machine-name", "Mill").code == 0
+    result = run("history", archive, "-o", tmp_path / "h", "--machine-name", "Lathe")
     assert "no evaluation of machine 'Lathe'; expected CMM, Mill" in result.err
 
 
@@ -70,7 +70,7 @@ def test_several_machines_need_a_choice(run: Run, tmp_path: Path, archive: Path)
         (["--limit", "reversal=2"], "found 'reversal=2', expected NAME=NUMBER with NAME one of scale_ppm"),
         (["--limit", "scale_ppm=nan"], "found 'scale_ppm=nan'"),
         (["--limit", "scale_ppm"], "found 'scale_ppm'"),
-        (["--gauge", "none"], "no evaluation of gauge 'none'; expected T-1"),
+        (["--gauge-serial", "none"], "no evaluation of gauge 'none'; expected T-1"),
     ],
 )
 def test_wrong_input_is_one_line(run: Run, tmp_path: Path, archive: Path, arguments: list[str], message: str) -> None:

@@ -70,10 +70,10 @@ def test_export_and_import_on_the_command_line(run: Run, files: Path) -> None:
     recording, placement = files / "recording.csv", files / "placement.toml"
     first = read_recording(recording)
     for form, options in (
-        ("csv", ["--delimiter", "bar", "--decimal", "comma", "--unit", "inch"]),
+        ("csv", ["--delimiter", "bar", "--decimal", "comma", "--length-unit", "inch"]),
         ("csv", ["--decimal", "comma"]),
-        ("xlsx", ["--unit", "um"]),
-        ("dmis", ["--points", "surface", "--unit", "inch"]),
+        ("xlsx", ["--length-unit", "um"]),
+        ("dmis", ["--points", "surface", "--length-unit", "inch"]),
         ("ippdme", []),
         ("linuxcnc", []),
     ):
@@ -108,9 +108,12 @@ def test_export_and_import_on_the_command_line(run: Run, files: Path) -> None:
             ["export", "recording.csv", "--to", "csv", "--delimiter", "comma", "--decimal", "comma", "-o", "x.csv"],
             "the decimal mark",
         ),
-        (["export", "recording.csv", "--to", "dmis", "--unit", "um", "-o", "x.dmo"], "--unit: not a unit of DMIS"),
         (
-            ["export", "recording.csv", "--to", "linuxcnc", "--unit", "inch", "-o", "x.txt"],
+            ["export", "recording.csv", "--to", "dmis", "--length-unit", "um", "-o", "x.dmo"],
+            "--length-unit: not a unit of DMIS",
+        ),
+        (
+            ["export", "recording.csv", "--to", "linuxcnc", "--length-unit", "inch", "-o", "x.txt"],
             "the log has tip centres in mm",
         ),
         (

@@ -27,7 +27,7 @@ def series(tmp_path):
 @pytest.mark.parametrize("contact_from", ["signal", "tip"])
 def test_pretravel_hysteresis_and_anisotropy(series, tmp_path, contact_from):
     out = tmp_path / "bench.csv"
-    result = run(series, "--contact-from", contact_from, "-o", out, "--figure", tmp_path / "b.png")
+    result = run(series, "--contact-from", contact_from, "-o", out, "--plot", tmp_path / "b.png")
     assert result.exit_code == 0, result.output
     summary = json.loads((tmp_path / "bench.json").read_text())
     for direction in summary["directions"]:
@@ -78,5 +78,7 @@ def test_wrong_recordings_are_named(series, tmp_path, change, parts):
     ("options", "part"),
     [(["-k", 0], "--coverage-factor"), (["-o", "b.json"], "--output")],
 )
-def test_impossible_options_are_named(series, options, part):
-    assert part in str(run(series, *options).exception)
+def test_impossible_options_are_named(series, tmp_path, options, part):
+    result = run(series, "-o", tmp_path / "b.csv", *options)
+    assert result.exit_code != 0
+    assert part in (result.output + str(result.exception))

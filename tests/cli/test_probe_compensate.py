@@ -38,7 +38,7 @@ def test_five_points_compensate_another_sphere(tmp_path, qualification):
     """Qualified with five points on one sphere, 400 directions on another one come out round."""
     points = sphere_points(tmp_path / "other.csv", directions.nine_degree_points(1), diameter_mm=30.0)
     out = tmp_path / "c.csv"
-    result = run(points, "-q", qualification, "-o", out, "--on-sphere", "--figure", tmp_path / "c.png")
+    result = run(points, "-q", qualification, "-o", out, "--on-sphere", "--plot", tmp_path / "c.png")
     assert result.exit_code == 0, result.output
     fit = fit_sphere(columns(out, "surface_x_mm", "surface_y_mm", "surface_z_mm"))
     assert 2 * fit.radius_mm == pytest.approx(30.0, abs=2e-5)
@@ -58,7 +58,7 @@ def test_mean_method_takes_the_same_everywhere(tmp_path, qualification):
 def test_other_columns_are_kept(tmp_path, qualification):
     path, out = tmp_path / "part.csv", tmp_path / "c.csv"
     path.write_text("# a part\nname," + HEADER + ",remark\nface 1,10,0,0,-1,0,0,left\n")
-    assert run(path, "-q", qualification, "-o", out, "--figure", tmp_path / "c.svg").exit_code == 0
+    assert run(path, "-q", qualification, "-o", out, "--plot", tmp_path / "c.svg").exit_code == 0
     with out.open() as file:
         (row,) = csv.DictReader(file)
     assert (row["name"], row["remark"]) == ("face 1", "left")
@@ -90,7 +90,9 @@ def test_wrong_qualifications_are_named(tmp_path, qualification, edit, part):
 
 def test_text_that_is_no_json_is_named(tmp_path, qualification):
     qualification.write_text("r_eff = 2")
-    result = run(sphere_points(tmp_path / "p.csv", directions.five_points()), "-q", qualification)
+    result = run(
+        sphere_points(tmp_path / "p.csv", directions.five_points()), "-q", qualification, "-o", tmp_path / "c.csv"
+    )
     assert "q.json:1: not valid JSON" in str(result.exception)
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from stepgauge.cli.probe.map import HEADER, command, parse_angles
+from stepgauge.cli.probe.map import command, parse_angles
 from stepgauge.errors import InputError
 from stepgauge.probes import read_probe
-from stepgauge.probes.directions_map import map_directions
+from stepgauge.probes.directions_map import COLUMNS, map_directions
 
 
 def run(*arguments):
@@ -39,7 +39,7 @@ def test_table_of_the_issue(tmp_path):
     np.testing.assert_array_equal(columns["polar_deg"], [90] * 36 + [80] * 36)
     np.testing.assert_array_equal(columns["azimuth_deg"][:36], np.arange(0, 360, 10))
     found = map_directions(read_probe("omp40-2-50mm"), [90, 80], np.arange(0, 360, 10))
-    for name in HEADER[2:]:
+    for name in COLUMNS[2:]:
         np.testing.assert_allclose(columns[name], getattr(found, name).ravel(), rtol=1e-5)
     # Rodrigues Table 4.1, FEA: 0.75 N and 3.4 um at azimuth 0, 1.22 N and 5.6 um at 60 deg.
     np.testing.assert_allclose(columns["trigger_force_N"][[0, 6]], [0.75, 1.22], rtol=0.008)
@@ -50,7 +50,7 @@ def test_says_what_it_found(tmp_path):
     result = run("omp40-2-50mm", "-o", tmp_path / "map.csv")
     assert "OMP40-2, 50 mm stylus: 324 directions" in result.output
     assert "trigger force" in result.output
-    assert "written: " in result.output
+    assert "wrote " in result.stderr
 
 
 def test_a_map_is_a_probe_again(tmp_path):
@@ -120,16 +120,17 @@ def test_wrong_angles(text, message):
 
 
 def test_complaints(tmp_path):
-    assert "no such probe file" in complaint("nothing", "-o", tmp_path / "m.csv")
-    assert "expected .png, .pdf or .svg" in complaint(
-        "tp6-50mm", "--polar-plot", tmp_path / "p.jpg", "-o", tmp_path / "m"
-    )
-    assert "not a direction" in complaint("tp6-50mm", "--stylus-direction", "0,0,0")
-    assert "too many directions" in complaint("tp6-50mm", "--polar", "0:180:0.1", "--azimuth", "0:360:0.1")
+    out = ("-o", tmp_path / "m.csv")
+    assert "no such probe file" in complaint("nothing", *out)
+    assert "not a direction" in complaint("tp6-50mm", "--stylus-direction", "0,0,0", *out)
+    assert "too many directions" in complaint("tp6-50mm", "--polar", "0:180:0.1", "--azimuth", "0:360:0.1", *out)
 
 
 def test_a_wrong_figure_name_costs_no_table(tmp_path):
-    complaint("tp6-50mm", "--body-plot", tmp_path / "body", "-o", tmp_path / "m.csv")
+    for name in ("body", "body.jpg"):
+        result = run("tp6-50mm", "--body-plot", tmp_path / name, "-o", tmp_path / "m.csv")
+        assert result.exit_code == 2
+        assert f"--body-plot (.png, .svg or .pdf): {tmp_path / name} is no figure" in result.stderr
     assert not (tmp_path / "m.csv").exists()
 
 

@@ -70,7 +70,7 @@ def test_uncertainty_of_the_sphere_goes_into_the_radius(points, tmp_path):
     u = {}
     for stated in (0.0, 1.0):
         out = tmp_path / "q.json"
-        run(points, "--sphere-diameter", SPHERE_MM, "--sphere-uncertainty", stated, "--noise", 0.3, "-o", out)
+        run(points, "--sphere-diameter", SPHERE_MM, "--u-sphere-diameter", stated, "--noise", 0.3, "-o", out)
         u[stated] = json.loads(out.read_text())["u_r_eff_mm"]
     assert u[1.0] == pytest.approx(np.hypot(u[0.0], 0.5e-3))
 
@@ -79,7 +79,7 @@ def test_uncertainty_of_the_sphere_goes_into_the_radius(points, tmp_path):
 def test_figure_is_written(points, tmp_path, suffix):
     figure = tmp_path / f"q{suffix}"
     result = run(
-        points, "--sphere-diameter", SPHERE_MM, "--tip-diameter", 4, "-o", tmp_path / "q.json", "--figure", figure
+        points, "--sphere-diameter", SPHERE_MM, "--tip-diameter", 4, "-o", tmp_path / "q.json", "--plot", figure
     )
     assert result.exit_code == 0, result.output
     assert figure.stat().st_size > 2000
@@ -122,12 +122,15 @@ class TestWrongInput:
             (["--sphere-diameter", 25, "--noise", -1], "--noise"),
             (["--sphere-diameter", 25, "--stylus-axis", 0, 0, 0, "--tip-diameter", 4], "stylus axis"),
             (["--sphere-diameter", 25, "--stylus-axis", "nan", 0, 0, "--tip-diameter", 4], "stylus axis"),
-            (["--sphere-diameter", 25, "--tip-uncertainty", -1], "--tip-uncertainty"),
+            (["--sphere-diameter", 25, "--u-tip-diameter", -1], "--u-tip-diameter"),
             (["--sphere-diameter", 25, "--lobe-azimuth", "left", "--tip-diameter", 4], "--lobe-azimuth"),
         ],
     )
     def test_options(self, points, tmp_path, options, part):
-        assert part in complaint(points, *options, "-o", tmp_path / "q.json")
+        result = run(points, *options, "-o", tmp_path / "q.json")
+        assert result.exit_code != 0
+        assert part in result.output + str(result.exception)
+        assert not (tmp_path / "q.json").exists()
 
     def test_five_points_cannot_find_the_lobe(self, tmp_path):
         points = sphere_points(tmp_path / "five.csv", directions.five_points())
@@ -136,4 +139,4 @@ class TestWrongInput:
         assert "12 points" in message
 
     def test_a_missing_file(self, tmp_path):
-        assert "no such file" in complaint(tmp_path / "none.csv", "--sphere-diameter", 25)
+        assert "no such file" in complaint(tmp_path / "none.csv", "--sphere-diameter", 25, "-o", tmp_path / "q.json")

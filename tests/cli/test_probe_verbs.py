@@ -35,18 +35,18 @@ def test_qualify_and_compensate_in_a_row(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     sphere_points(tmp_path / "sphere.csv", five_points(0.1))
     diameters = ["--sphere-diameter", str(SPHERE_MM), "--tip-diameter", "4"]
-    main(["probe", "qualify", "sphere.csv", *diameters, "--lobe-azimuth", "20"])
-    main(["probe", "compensate", "sphere.csv", "-q", "qualification.json", "--on-sphere"])
+    main(["probe", "qualify", "sphere.csv", *diameters, "--lobe-azimuth", "20", "-o", "qualification.json"])
+    main(["probe", "compensate", "sphere.csv", "-q", "qualification.json", "--on-sphere", "-o", "c.csv"])
     assert "lobes off    diameter 24.99810 mm, form error 0.00 um" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["qualify", "none.csv", "--sphere-diameter", "25"],
+        ["qualify", "none.csv", "--sphere-diameter", "25", "-o", "q.json"],
         ["qualify", "none.csv"],
-        ["compensate", "none.csv", "-q", "none.json"],
-        ["bench", "none.csv"],
+        ["compensate", "none.csv", "-q", "none.json", "-o", "c.csv"],
+        ["bench", "none.csv", "-o", "b.csv"],
     ],
 )
 def test_wrong_input_ends_with_code_2_and_no_traceback(arguments, capsys):

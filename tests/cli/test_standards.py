@@ -38,8 +38,8 @@ def test_iso10360_writes_everything_and_says_what_is_open(run: Run, recording: P
     out = tmp_path / "result"
     result = run(
         "iso10360", recording, *G, *MPE, "--mpe-cap", 3.0, "--mpe-repeatability", 1.0, "-m", "bridge-cmm",
-        "--tip-diameter", 3.994, "--temperature-u", 0.05, "--number", "N-7", "--operator", "Op", "--figure", "svg",
-        "-o", out,
+        "--tip-diameter", 3.994, "--u-gauge-temperature", 0.05, "--number", "N-7", "--operator", "Op",
+        "--figure", "svg", "-o", out,
     )  # fmt: skip
     assert result.code == 0, result.err
     assert "7 positions; 1 in the recording" in result.err
@@ -54,7 +54,7 @@ def test_iso10360_writes_everything_and_says_what_is_open(run: Run, recording: P
     assert float(long["error_um"]) == pytest.approx(5e-3 * 410 - 0.2, abs=0.01)
     assert float(long["mpe_um"]) == pytest.approx(min(1.8 + 410 / 350, 3.0), rel=1e-5)
     text = text_of(out / "iso10360.pdf")
-    for word in ("N-7", "Op", "EXAMPLE-2026-0420", "not met", "conforms", "min(1.8 + L/350; 3)"):
+    for word in ("N-7", "Op", "EXAMPLE-2026-0420", "not met", "conforms", "min(1.8 + L/350, 3)"):
         assert word in text
 
 
@@ -111,7 +111,7 @@ def test_a_gauge_that_does_not_fit_leaves_nothing_unless_allowed(run: Run, tmp_p
     [
         (("iso10360", "{r}", *G, "--mpe", "about 2", "-o", "{o}"), ["--mpe", "A + L/K"]),
         (("iso10360", "{r}", *G, *MPE, "--tip-diameter", 1.997, "-o", "{o}"), ["a radius?", "about 3.9938"]),
-        (("iso10360", "{r}", *G, *MPE, "--tip-diameter-u", 0.1, "-o", "{o}"), ["needs --tip-diameter"]),
+        (("iso10360", "{r}", *G, *MPE, "--u-tip-diameter", 0.1, "-o", "{o}"), ["needs --tip-diameter"]),
         (("iso10360", "{r}", *G, *MPE, "--lengths", "30,x", "-o", "{o}"), ["--lengths"]),
         (("iso10360", "{r}", "-g", "step-gauge-600", *MPE, "-o", "{o}"), ["another gauge", "SG-420-001"]),
         (("iso10360", "{r}", *G, *MPE, "--template", "none.typ", "-o", "{o}"), ["none.typ"]),

@@ -182,7 +182,7 @@ def test_a_foreign_layout_is_found_by_names_and_options(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
         import_gauge(path)
     assert str(caught.value).endswith(
-        "does not say all of a gauge file; expected --material, --expansion, --expansion-uncertainty, --block-width,"
+        "does not say all of a gauge file; expected --material, --expansion, --u-expansion, --block-width,"
         " --block-height"
     )
     found = import_gauge(path, STATED)

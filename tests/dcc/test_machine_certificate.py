@@ -202,7 +202,8 @@ def call(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, str]:
         code = 0
     except SystemExit as stop:
         code = int(stop.code or 0)
-    return code, capsys.readouterr().err
+    said = capsys.readouterr()
+    return code, said.out + said.err
 
 
 def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -167,7 +167,7 @@ def test_an_interrupted_run_leaves_no_process_behind(tmp_path: Path):
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert errors.splitlines()[-1] == "interrupted; LinuxCNC was ended"
+    assert errors.splitlines()[-1] == "run.py: error: interrupted"
     assert not processes(orphaned=True)
 
 
@@ -175,7 +175,7 @@ def test_an_interrupted_run_leaves_no_process_behind(tmp_path: Path):
     ("limits_s", "code", "message"),
     [
         ((2.0, 100.0), 1, r"LinuxCNC stopped at line \d+: the time limit of this run is over"),
-        ((100.0, 2.0), 2, r"error: .*output.txt: LinuxCNC did not run the program to an end; .*"),
+        ((100.0, 2.0), 2, r"run.py: error: .*output.txt: LinuxCNC did not run the program to an end; .*"),
     ],
     ids=["the driver's limit", "the hard limit"],
 )

@@ -11,17 +11,17 @@ from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
 from stepgauge.recording import Recording
-from stepgauge.standards.decision import parse_mpe
 from stepgauge.standards.iso10360 import Choices, Specification, length_test
 from stepgauge.standards.iso10360_files import length_test_csv, length_test_to_dict, statements
 from stepgauge.standards.length_uncertainty import TestConditions, length_uncertainty
 from stepgauge.standards.measuring_line import ORIENTATIONS
+from stepgauge.standards.mpe import Mpe
 from stepgauge.standards.tip import OWN_BLOCK
 from tests.build import make_gauge, make_machine
 from tests.standards.made import START_MM, TIP_MM, joined, made
 
 GAUGE = make_gauge(blocks=21, u_um=0.1)
-SPEC = Specification(parse_mpe("1.8 + L/350"), 1.5)
+SPEC = Specification(Mpe.parse("1.8 + L/350"), 1.5)
 STATED = Choices(tip_diameter_mm=TIP_MM)
 ALL = TestConditions(temperature_u_K=0.1, alignment_mrad=0.5, fixture_um=0.1)
 CUBE = make_machine()

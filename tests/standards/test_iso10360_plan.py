@@ -15,9 +15,9 @@ from stepgauge.plan import PlanOptions, faces_in_order, middle_standoff_mm
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
 from stepgauge.recording import join_recordings
-from stepgauge.standards.decision import parse_mpe
 from stepgauge.standards.iso10360 import Choices, Specification, length_test
 from stepgauge.standards.iso10360_plan import PlannedPosition, plan_positions
+from stepgauge.standards.mpe import Mpe
 
 OPTIONS = PlanOptions(1, 2, cycles=3)
 
@@ -141,7 +141,7 @@ def test_the_programs_measure_a_known_machine(planned: list[PlannedPosition], ga
         text = render(one.program, DIALECTS["dmis"], None)
         moves = DIALECTS["dmis"].read(text, "program", probing_settings(cmm, 2.0))
         recordings.append(run_program(moves, cmm, gauge, one.placement, 0).recording)
-    spec = Specification(parse_mpe("1.8 + L/350"))
+    spec = Specification(Mpe.parse("1.8 + L/350"))
     test = length_test(join_recordings(recordings), gauge, spec, choices=Choices(3.994), machine=machine)
     assert test.complete
     for position in test.positions:

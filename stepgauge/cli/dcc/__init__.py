@@ -14,7 +14,7 @@ VERBS = {
 }
 
 
-@click.group(cls=LazyGroup, verbs=VERBS)
+@click.group(cls=LazyGroup, tasks={"Verbs": VERBS})
 def command() -> None:
     """Digital Calibration Certificates: DCC XML 3.2.0 of PTB with D-SI quantities.
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import click
 
-from stepgauge.cli.options import say
-
 
 @click.command("check")
 @click.argument("certificate", metavar="CERT.XML")
@@ -28,17 +26,19 @@ def command(certificate: str, schema: str | None) -> None:
     if schema is not None:
         validate(root, schema, certificate)
     document = parse_document(root, certificate)
-    say(f"DCC {document.version}, number {document.number}, laboratory {document.laboratory}")
-    say(f"item: {document.item}, {document.manufacturer} {document.model or ''}, serial number {document.serial}")
+    click.echo(f"DCC {document.version}, number {document.number}, laboratory {document.laboratory}")
+    click.echo(
+        f"item: {document.item}, {document.manufacturer} {document.model or ''}, serial number {document.serial}"
+    )
     if EXAMPLE in document.marks:
-        say("an example: the certificate says that it is no real calibration")
+        click.echo("an example: the certificate says that it is no real calibration")
     if document.of_kind("stepgauge_effectiveRadius"):
         radii, lists = read_errors(document)
         for radius in radii:
-            say(f"R_eff {radius.r_eff_mm:.5f} mm, U {radius.expanded_mm * 1e3:.2f} um (k = {radius.k:.2f})")
+            click.echo(f"R_eff {radius.r_eff_mm:.5f} mm, U {radius.expanded_mm * 1e3:.2f} um (k = {radius.k:.2f})")
         for one in lists:
             if len(one.face):
-                say(
+                click.echo(
                     f"{one.name.upper()}: {len(one.face)} faces; at face {one.face[-1]} ({one.position_mm[-1]:.3f} mm)"
                     f" {one.value_um[-1]:.2f} um, U {one.expanded_um[-1]:.2f} um (k = {one.k[-1]:.2f})"
                 )
@@ -46,5 +46,5 @@ def command(certificate: str, schema: str | None) -> None:
         for other in document.quantities:
             if other.part == "results" and FACE not in other.kinds:
                 sure = "no uncertainty" if other.expanded is None else f"U up to {other.expanded.max():g}"
-                say(f"{other.name}: {len(other.values)} values in {other.unit_text}, {sure}")
-    say("units and uncertainties are complete" + (f", valid by {schema}" if schema else ""))
+                click.echo(f"{other.name}: {len(other.values)} values in {other.unit_text}, {sure}")
+    click.echo("units and uncertainties are complete" + (f", valid by {schema}" if schema else ""))

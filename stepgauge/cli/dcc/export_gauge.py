@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from stepgauge.cli.dcc.options import LABORATORY, SCHEMA, check_output, finish
+from stepgauge.cli.dcc.options import LABORATORY, SCHEMA
 from stepgauge.cli.options import output, say
 
 
@@ -23,9 +23,10 @@ def command(gauge: str, laboratory_file: str, schema: str | None, output: str) -
     stepgauge dcc export-gauge step-gauge-420 -c laboratory.toml -o gauge.xml
     """
     from stepgauge.certificate_file import read_laboratory
+    from stepgauge.dcc.files import check_certificate_name, write_certificate
     from stepgauge.dcc.gauge_write import gauge_certificate
     from stepgauge.gauge import read_gauge
 
-    check_output(output)
-    finish(gauge_certificate(read_gauge(gauge), read_laboratory(laboratory_file)), output, schema)
+    check_certificate_name(output)
+    write_certificate(output, gauge_certificate(read_gauge(gauge), read_laboratory(laboratory_file)), schema)
     say(f"wrote {output}" + (f", valid by {schema}" if schema else ""))

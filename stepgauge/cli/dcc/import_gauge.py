@@ -21,7 +21,7 @@ SIZE = FiniteRange(0.0, 200.0, min_open=True)
     "--expansion", "expansion_per_K", type=FiniteRange(0.0, 40e-6), metavar="1/K", help="Expansion, e.g. 11.5e-6 per K."
 )
 @click.option(
-    "--expansion-uncertainty",
+    "--u-expansion",
     "expansion_uncertainty_per_K",
     type=FiniteRange(0.0, 10e-6),
     metavar="1/K",

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from stepgauge.cli.dcc.options import LABORATORY, SCHEMA, check_output, finish
+from stepgauge.cli.dcc.options import LABORATORY, SCHEMA
 from stepgauge.cli.options import GAUGE, machine_option, output, say
 
 
@@ -40,41 +40,19 @@ def command(
     stepgauge budget recording.csv -g step-gauge-420 -m machine.toml -o result
     stepgauge dcc write result -c certificate.toml -g step-gauge-420 -m machine.toml -o certificate.xml
     """
-    from stepgauge.certificate_file import read_laboratory
     from stepgauge.dcc.elements import attach as attach_file
-    from stepgauge.dcc.write import machine_certificate
+    from stepgauge.dcc.files import certificate_of, check_certificate_name, read_pdf, write_certificate
     from stepgauge.errors import InputError
-    from stepgauge.gauge import read_gauge
-    from stepgauge.machine_file import read_machine
-    from stepgauge.report.reading import check_gauge, check_machine, find_evaluation, read_checked_evaluation
-    from stepgauge.standards.budget_files import check_budget, read_budget
+    from stepgauge.report.reading import find_evaluation, read_checked_evaluation
+    from stepgauge.report.sources import read_sources
 
-    check_output(output)
+    check_certificate_name(output)
     data = read_checked_evaluation(evaluation)
-    said, steps = read_laboratory(laboratory_file), read_gauge(gauge)
-    check_gauge(data, steps)
-    cmm = read_machine(machine) if machine else None
-    if cmm is not None:
-        check_machine(data, cmm)
     budget_path = Path(budget_file) if budget_file else find_evaluation(evaluation).parent / "budget.json"
     if not budget_path.exists():
         raise InputError(budget_path, "no such file: a certificate needs uncertainties", expected="stepgauge budget")
-    budget = read_budget(budget_path)
-    check_budget(budget, data, budget_path)
-    root = machine_certificate(data, budget, said, steps, cmm)
+    root = certificate_of(data, read_sources(data, gauge, (), machine, budget_path, laboratory_file))
     if attach is not None:
-        attach_file(root, Path(attach).name, "application/pdf", _pdf(attach))
-    finish(root, output, schema)
+        attach_file(root, Path(attach).name, "application/pdf", read_pdf(attach))
+    write_certificate(output, root, schema)
     say(f"wrote {output}" + (f", valid by {schema}" if schema else ""))
-
-
-def _pdf(path: str) -> bytes:
-    from stepgauge.errors import InputError
-
-    try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise InputError(path, error.strerror or str(error)) from None
-    if not data.startswith(b"%PDF-"):
-        raise InputError(path, "not a PDF file", expected="the printed certificate")
-    return data

@@ -14,6 +14,6 @@ VERBS = {
 }
 
 
-@click.group(cls=LazyGroup, verbs=VERBS)
+@click.group(cls=LazyGroup, tasks={"Verbs": VERBS})
 def command() -> None:
     """The touch-trigger probe: its physics, its qualification and its compensation."""

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from stepgauge.cli.options import check_figure, output, say_written
 from stepgauge.errors import InputError
 
 if TYPE_CHECKING:
     from stepgauge.probes import Probe
     from stepgauge.probes.directions_map import DirectionMap
-
-HEADER = ("polar_deg", "azimuth_deg", "trigger_force_N", "deflection_um", "pretravel_um")
 
 # More directions than this are a slip of the step, not a wish.
 _MOST = 2_000_000
@@ -68,8 +66,9 @@ def _direction(context: click.Context, parameter: click.Parameter, value: str | 
     return tuple(part / length for part in vector)
 
 
-@click.command()
+@click.command("map")
 @click.argument("probe", metavar="PROBE.toml")
+@output("Table to write (CSV).")
 @click.option(
     "--polar",
     metavar="ANGLES",
@@ -93,32 +92,25 @@ def _direction(context: click.Context, parameter: click.Parameter, value: str | 
     "that the weight of stylus and carrier acts across. Default: the file's, else 0,0,-1.",
 )
 @click.option(
-    "--output", "-o", type=click.Path(path_type=Path), default="map.csv", show_default=True, help="The table."
-)
-@click.option(
     "--polar-plot",
-    type=click.Path(path_type=Path),
-    help="Polar plots of force and pre-travel over the azimuth, one curve per polar angle. PNG, PDF or SVG.",
+    callback=check_figure,
+    metavar="FILE",
+    help="Polar plots of force and pre-travel over the azimuth, one curve per polar angle (png, svg or pdf).",
 )
 @click.option(
     "--body-plot",
-    type=click.Path(path_type=Path),
-    help="The pre-travel body: pre-travel in um as the distance from the centre, in every direction. PNG, PDF or SVG.",
+    callback=check_figure,
+    metavar="FILE",
+    help="The pre-travel body: pre-travel in um as the distance from the centre, in every direction (png, svg or pdf).",
 )
 @click.option(
     "--force-plot",
-    type=click.Path(path_type=Path),
-    help="Trigger force and pre-travel over the azimuth, one curve per polar angle. PNG, PDF or SVG.",
+    callback=check_figure,
+    metavar="FILE",
+    help="Trigger force and pre-travel over the azimuth, one curve per polar angle (png, svg or pdf).",
 )
 def command(
-    probe: str,
-    polar: str,
-    azimuth: str,
-    stylus_direction: tuple[float, ...] | None,
-    output: Path,
-    polar_plot: Path | None,
-    body_plot: Path | None,
-    force_plot: Path | None,
+    probe: str, polar: str, azimuth: str, stylus_direction: tuple[float, ...] | None, output: str, **plots: str | None
 ) -> None:
     """Map what a probe does over the directions in which surfaces push its tip.
 
@@ -130,36 +122,24 @@ def command(
     \b
     stepgauge probe map omp40-2-50mm --polar 90,80 --azimuth 0:360:10 -o map.csv --polar-plot map.png
     """
-    from stepgauge.figures.style import figure_format
     from stepgauge.probes import read_probe
-    from stepgauge.probes.directions_map import map_directions
+    from stepgauge.probes.directions_map import map_directions, write_map
 
     polars = parse_angles(polar, "--polar", 0.0, 180.0)
     azimuths = _once_around(parse_angles(azimuth, "--azimuth", -360.0, 360.0))
     if len(polars) * len(azimuths) > _MOST:
         found = len(polars) * len(azimuths)
         raise InputError("--polar and --azimuth", "too many directions", found=found, expected=f"at most {_MOST}")
-    for path in filter(None, (polar_plot, body_plot, force_plot)):
-        figure_format(path)
     held = read_probe(probe, stylus_direction)
     found_map = map_directions(held, polars, azimuths)
-    _write(output, found_map)
-    _draw(held, found_map, polar_plot, body_plot, force_plot)
+    write_map(output, found_map)
+    _draw(held, found_map, **plots)
     _report(held, found_map)
-    written = [str(path) for path in (output, polar_plot, body_plot, force_plot) if path is not None]
-    click.echo(f"written: {', '.join(written)}")
-
-
-def _write(output: Path, found: DirectionMap) -> None:
-    from stepgauge.tables import write_table
-
-    columns = [column.ravel() for column in found.columns()]
-    rows = [[f"{cell:.6g}" if math.isfinite(cell) else "" for cell in row] for row in zip(*columns, strict=True)]
-    write_table(output, HEADER, rows)
+    say_written(output, *plots.values())
 
 
 def _draw(
-    probe: Probe, found: DirectionMap, polar_plot: Path | None, body_plot: Path | None, force_plot: Path | None
+    probe: Probe, found: DirectionMap, polar_plot: str | None, body_plot: str | None, force_plot: str | None
 ) -> None:
     from stepgauge.figures import probe as figures
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import FiniteRange, check_figure
+from stepgauge.cli.options import NOT_NEGATIVE, POSITIVE, output, plot_option, say_written
 from stepgauge.errors import InputError
 
 if TYPE_CHECKING:
@@ -15,33 +15,34 @@ if TYPE_CHECKING:
     from stepgauge.qualification import Qualification
 
 
-@click.command()
-@click.argument("points", type=click.Path(path_type=Path), metavar="POINTS.csv")
+@click.command("qualify")
+@click.argument("points", metavar="POINTS.csv")
+@output("Result to write (JSON), which 'stepgauge probe compensate' reads.")
 @click.option(
     "--sphere-diameter",
-    type=FiniteRange(),
+    type=POSITIVE,
     required=True,
     metavar="MM",
     help="Certified diameter of the reference sphere, mm.",
 )
 @click.option(
-    "--tip-diameter",
-    type=FiniteRange(),
-    metavar="MM",
-    help="True diameter of the tip ball, mm, from its certificate. Without it there is an effective radius but no "
-    "pre-travel, and so no compensation of the lobes.",
-)
-@click.option(
-    "--sphere-uncertainty",
-    type=FiniteRange(),
+    "--u-sphere-diameter",
+    type=NOT_NEGATIVE,
     default=0.0,
     show_default=True,
     metavar="UM",
     help="Standard uncertainty (k = 1) of the sphere's diameter, um.",
 )
 @click.option(
-    "--tip-uncertainty",
-    type=FiniteRange(),
+    "--tip-diameter",
+    type=POSITIVE,
+    metavar="MM",
+    help="True diameter of the tip ball, mm, from its certificate. Without it there is an effective radius but no "
+    "pre-travel, and so no compensation of the lobes.",
+)
+@click.option(
+    "--u-tip-diameter",
+    type=NOT_NEGATIVE,
     default=0.0,
     show_default=True,
     metavar="UM",
@@ -49,7 +50,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--noise",
-    type=FiniteRange(),
+    type=NOT_NEGATIVE,
     metavar="UM",
     help="Known standard deviation of one probing, um. Default: from the residuals, which with few points (five leave "
     "one degree of freedom) say little.",
@@ -84,34 +85,8 @@ if TYPE_CHECKING:
     metavar="I J K",
     help="From the tip to the probe body, in machine axes; any length.",
 )
-@click.option(
-    "--output",
-    "-o",
-    type=click.Path(path_type=Path),
-    default="qualification.json",
-    show_default=True,
-    help="The result, which 'stepgauge probe compensate' reads.",
-)
-@click.option(
-    "--figure",
-    callback=check_figure,
-    type=click.Path(path_type=Path),
-    help="Residuals before and after, PNG, SVG or PDF.",
-)
-def command(
-    points: Path,
-    sphere_diameter: float,
-    tip_diameter: float | None,
-    sphere_uncertainty: float,
-    tip_uncertainty: float,
-    noise: float | None,
-    transducer: Transducer,
-    lobe_azimuth: str,
-    slip: Slip,
-    stylus_axis: tuple[float, float, float],
-    output: Path,
-    figure: Path | None,
-) -> None:
+@plot_option("Residuals before and after")
+def command(points: str, output: str, plot: str | None, **options: Any) -> None:
     """Qualify a tip: the effective radius, and how much the probe lobes.
 
     POINTS.csv holds recorded tip centres on a reference sphere, before any radius compensation, and the unit vectors of
@@ -119,31 +94,34 @@ def command(
     25 as in ISO 10360-5 tell the form error as well.
 
     \b
-    stepgauge probe qualify sphere.csv --sphere-diameter 24.9981 --tip-diameter 4
-    stepgauge probe compensate part.csv --qualification qualification.json
+    stepgauge probe qualify sphere.csv --sphere-diameter 24.9981 --tip-diameter 4 -o qualification.json
+    stepgauge probe compensate part.csv -q qualification.json -o part-compensated.csv
     """
-    _check_positive(sphere_diameter=sphere_diameter, tip_diameter=tip_diameter)
-    _check_not_negative(sphere_uncertainty=sphere_uncertainty, tip_uncertainty=tip_uncertainty, noise=noise)
     from stepgauge.probe_files import read_points
     from stepgauge.qualification import Reference, qualify, write_qualification
 
-    model, fit = _lobe_model(transducer, lobe_azimuth, slip)
-    reference = Reference(sphere_diameter, tip_diameter, sphere_uncertainty, tip_uncertainty, noise, stylus_axis)
+    model, fit = _lobe_model(options["transducer"], options["lobe_azimuth"], options["slip"])
+    reference = Reference(
+        options["sphere_diameter"],
+        options["tip_diameter"],
+        options["u_sphere_diameter"],
+        options["u_tip_diameter"],
+        options["noise"],
+        options["stylus_axis"],
+    )
     probed = read_points(points)
     result = qualify(probed, reference, model, fit)
     write_qualification(output, result)
-    if figure is not None:
+    if plot is not None:
         from stepgauge.figures.qualification import draw_qualification
 
-        draw_qualification(probed.approach, result, figure)
+        draw_qualification(probed.approach, result, plot)
     _print(result)
-    click.echo(f"written: {output}" + (f", {figure}" if figure else ""))
+    say_written(output, plot)
 
 
 def _lobe_model(transducer: Transducer, lobe_azimuth: str, slip: Slip) -> tuple[LobeModel, bool]:
     """The model asked for, and whether its azimuth is still to be found."""
-    import math
-
     from stepgauge.physics.wozniak import LobeModel
 
     fit = lobe_azimuth == "fit"
@@ -154,20 +132,6 @@ def _lobe_model(transducer: Transducer, lobe_azimuth: str, slip: Slip) -> tuple[
     if not math.isfinite(azimuth):
         raise InputError("--lobe-azimuth", "not an angle", found=lobe_azimuth, expected="degrees, or fit")
     return LobeModel(transducer, azimuth, slip), fit
-
-
-def _check_positive(**values: float | None) -> None:
-    for name, value in values.items():
-        if value is not None and not 0.0 < value < float("inf"):
-            raise InputError(f"--{name.replace('_', '-')}", "impossible value", found=value, expected="mm, above zero")
-
-
-def _check_not_negative(**values: float | None) -> None:
-    for name, value in values.items():
-        if value is not None and not 0.0 <= value < float("inf"):
-            raise InputError(
-                f"--{name.replace('_', '-')}", "impossible value", found=value, expected="um, zero or more"
-            )
 
 
 def _print(result: Qualification) -> None:

@@ -1,0 +1,75 @@
+"""The model of a Monte Carlo or a budget from the files of a measurement, made or yet to be made."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from stepgauge.errors import InputError
+from stepgauge.face_errors import REffOrigin
+from stepgauge.gauge import Gauge
+from stepgauge.machine import Conditions, probing_settings
+from stepgauge.machine_file import Machine, check_machine_name
+from stepgauge.montecarlo.model import Model, program_model, recording_model
+from stepgauge.placement import Placement
+from stepgauge.plan import parse_section
+from stepgauge.programs import read_program
+from stepgauge.recording import is_recording_file, read_recordings
+
+
+@dataclass(frozen=True)
+class ModelOptions:
+    """What is stated beside the files.
+
+    ``u_gauge_temperature_K``: None: that of the machine file; ``origin``: of R_eff; ``blocks``: used section of a
+    recording, ``A:B``; ``gauge_temperature_C``: as a program is run (None: of the certificate); ``search_mm``: beyond
+    the target of a program whose text does not state it.
+    """
+
+    u_gauge_temperature_K: float | None = None
+    origin: REffOrigin = "first"
+    blocks: str | None = None
+    gauge_temperature_C: float | None = None
+    search_mm: float = 2.0
+
+
+def read_model(
+    sources: Sequence[str | Path],
+    machine: Machine,
+    gauge: Gauge,
+    placements: Sequence[Placement] = (),
+    options: ModelOptions | None = None,
+) -> Model:
+    """The model of recordings (CSV or Parquet, joined) or of one program, told apart by the file's name.
+
+    :class:`InputError` where recordings are of another machine, where a program comes without exactly one placement,
+    and as the readers of the files.
+    """
+    options = options or ModelOptions()
+    u_K = machine.u_gauge_temperature_K(options.u_gauge_temperature_K)
+    if is_recording_file(sources[0]):
+        recording = read_recordings(sources)
+        check_machine_name(recording.comments.get("machine"), machine)
+        if options.gauge_temperature_C is not None:
+            raise InputError("--gauge-temperature", "belongs to a program; a recording has its own")
+        section = parse_section(options.blocks, gauge)
+        return recording_model(recording, machine, gauge, u_K, options.origin, section)
+    _check_program(sources, placements, options)
+    program = read_program(sources[0], probing_settings(machine, options.search_mm))
+    conditions = Conditions(gauge.temperature_C(options.gauge_temperature_C))
+    return program_model(program, machine, gauge, placements[0], conditions, u_K, options.origin)
+
+
+def _check_program(sources: Sequence[str | Path], placements: Sequence[Placement], options: ModelOptions) -> None:
+    if len(sources) > 1:
+        raise InputError(sources[1], "one program at a time", found=f"{len(sources)} files")
+    if len(placements) != 1:
+        raise InputError(
+            "--placement",
+            "a program needs to know how the gauge lies",
+            found=f"{len(placements)} placement files",
+            expected="one",
+        )
+    if options.blocks:
+        raise InputError("--blocks", "belongs to a recording; a program measures what it was planned for")

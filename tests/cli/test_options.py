@@ -1,0 +1,81 @@
+"""What holds for the options of all verbs together: one meaning for a name, and a help that teaches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import pytest
+
+from stepgauge.cli import TASKS, LazyGroup, cli
+from stepgauge.cli.figures import KINDS
+from stepgauge.cli.options import DIALECTS
+from tests.cli.conftest import Run
+
+
+def verbs(group: LazyGroup, before: str = "") -> Iterator[tuple[str, click.Command]]:
+    for name in group.verbs:
+        command = group.get_command(click.Context(group), name)
+        assert command is not None
+        if isinstance(command, LazyGroup):
+            yield from verbs(command, f"{before}{name} ")
+        else:
+            yield f"{before}{name}", command
+
+
+assert isinstance(cli, LazyGroup)
+OPTIONS = [
+    (verb, option) for verb, command in verbs(cli) for option in command.params if isinstance(option, click.Option)
+]
+
+
+@pytest.mark.parametrize(("verb", "option"), OPTIONS, ids=[f"{verb} {option.opts[0]}" for verb, option in OPTIONS])
+def test_every_option_says_what_it_is_and_what_holds_without_it(verb: str, option: click.Option) -> None:
+    assert option.help
+    number = isinstance(option.type, click.FloatRange | click.IntRange)
+    known = (
+        option.required or option.show_default or "default" in option.help.lower() or "without" in option.help.lower()
+    )
+    if number and option.metavar in ("MM", "UM", "K", "C", "DEG", "MRAD", "S"):
+        unit = {"DEG": "deg", "C": "deg C", "S": "s"}.get(option.metavar, option.metavar)
+        # k is a factor without a unit; K also abbreviates kelvin
+        assert option.name == "coverage_factor" or unit.lower() in option.help.lower(), option.help
+    limits = {"mpe_cap", "mpe_repeatability", "u_tip_diameter", "tip_diameter"}  # nothing holds without them
+    if number and option.name not in limits | {"block_width_mm", "block_height_mm", "placement_number"}:
+        assert known or verb == "dcc import-gauge", option.help
+
+
+def test_a_name_means_the_same_everywhere() -> None:
+    """The same long name takes the same kind of thing, and the same short name belongs to one long name."""
+    kinds: dict[str, set[tuple[str, bool]]] = {}
+    short: dict[str, set[str]] = {}
+    for _, option in OPTIONS:
+        long = next(name for name in option.opts if name.startswith("--"))
+        kinds.setdefault(long, set()).add((option.type.name, option.is_flag))
+        for name in option.opts:
+            if not name.startswith("--"):
+                short.setdefault(name, set()).add(long)
+    assert {name: found for name, found in kinds.items() if len(found) > 1} == {}
+    assert {name: found for name, found in short.items() if len(found) > 1} == {}
+
+
+def test_what_is_written_out_for_a_quick_help_is_what_there_is() -> None:
+    from stepgauge.figures.measurement import KINDS as DRAWN
+    from stepgauge.programs import DIALECTS as READ
+
+    assert list(READ) == DIALECTS
+    assert KINDS == DRAWN
+
+
+def test_the_help_lists_the_verbs_by_task(run: Run) -> None:
+    text = run("--help").out
+    places = [text.index(f"{heading}:") for heading in TASKS]
+    assert places == sorted(places)
+    for (heading, own), start, end in zip(TASKS.items(), places, [*places[1:], len(text)], strict=True):
+        assert all(f"\n  {verb} " in text[start:end] for verb in own), heading
+
+
+def test_a_cap_needs_a_limit(run: Run, tmp_path: Path) -> None:
+    result = run("evaluate", "r.csv", "-g", "step-gauge-420", "--mpe-cap", "3", "-o", tmp_path / "r")
+    assert (result.code, "--mpe-cap is the cap of --mpe" in result.err) == (2, True)
