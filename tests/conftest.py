@@ -41,12 +41,12 @@ def machine() -> Machine:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_cmdline_main(config: pytest.Config) -> None:
-    """The whole suite runs in a process for each core and one for the controller; tests that are named run in one."""
+    """The whole suite runs in a process for each core, and one for the controller; named tests run in one."""
     if not config.pluginmanager.hasplugin("xdist") or "PYTEST_XDIST_WORKER" in os.environ:
         return
     whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.getoption("usepdb")
     if whole and config.option.numprocesses is None:
-        config.option.numprocesses = (os.cpu_count() or 1) + 1
+        config.option.numprocesses = min(os.cpu_count() or 1, 8) + 1
     config.option.loadscopereorder = False  # the order is that of the next function
 
 
