@@ -1,4 +1,4 @@
-"""Fixtures and the profile of the property tests."""
+"""Fixtures, the profile of the property tests, and how the suite is spread over processes."""
 
 from __future__ import annotations
 
@@ -6,14 +6,21 @@ import os
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
 
 from stepgauge.gauge import Gauge, read_gauge
 from stepgauge.machine_file import Machine, read_machine
 
-# Tests use examples found once and for all on CI, and look for new ones on a developer's machine.
+# On CI the examples are the same in every run, and a failing one is shown as it was found: to make it small can take
+# five minutes. On a developer's machine they are new in every run.
+ON_CI = "CI" in os.environ
 settings.register_profile(
-    "stepgauge", deadline=None, derandomize="CI" in os.environ, suppress_health_check=[HealthCheck.too_slow]
+    "stepgauge",
+    deadline=None,
+    derandomize=ON_CI,
+    phases=[phase for phase in Phase if not (ON_CI and phase in (Phase.shrink, Phase.explain))],
+    print_blob=True,
+    suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("stepgauge")
 
@@ -30,3 +37,32 @@ def gauge() -> Gauge:
 def machine() -> Machine:
     """The shipped bridge CMM."""
     return read_machine("bridge-cmm")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config: pytest.Config) -> None:
+    """The whole suite runs in a process for each core, and one for the controller; named tests run in one."""
+    if not config.pluginmanager.hasplugin("xdist") or "PYTEST_XDIST_WORKER" in os.environ:
+        return
+    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.getoption("usepdb")
+    if whole and config.option.numprocesses is None:
+        config.option.numprocesses = min(os.cpu_count() or 1, 8) + 1
+    config.option.loadscopereorder = False  # the order is that of the next function
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The controller first: its tests run one after another, and wait for most of their time."""
+    items.sort(key=lambda item: item.get_closest_marker("linuxcnc") is None)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
+    """A module goes to one process, so that its fixtures are made once; so do all tests on the controller."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByModule(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            module = nodeid.split("::")[0]
+            return module.rpartition("/")[0] if module.startswith("tests/integration/") else module
+
+    return ByModule(config, log)

@@ -482,7 +482,7 @@ def test_a_tool_that_dies_or_hangs_costs_only_its_case(tmp_path: Path) -> None:
         "    if out.name == 'd': raise ValueError('no')\n"
     )
     folders = [tmp_path / name for name in "abcde"]
-    answers = diagnose(folders, tmp_path, f"{tool} -o {{out}}", 1, {})
+    answers = diagnose(folders, tmp_path, f"{tool} -o {{out}}", 3, {})
     assert [answers[name]["error"] for name in "ae"] == ["", ""]
     assert "died" in answers["b"]["error"]
     assert "OutOfTime" in answers["c"]["error"]

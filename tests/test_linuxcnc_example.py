@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import json
 import os
 import re
 import subprocess
@@ -21,7 +22,7 @@ from stepgauge.evaluation_files import evaluation_to_dict
 from stepgauge.gauge import Gauge, read_gauge
 from stepgauge.placement import read_placement
 from stepgauge.recording import Recording
-from tests.build import angles, gauges, make_gauge, make_pose, positions
+from tests.build import angles, gauges, make_gauge, make_machine, make_pose, positions
 from tests.conftest import ROOT
 from tests.importing.test_linuxcnc import log_of, make_setup
 
@@ -173,6 +174,47 @@ def test_no_simulation_is_started_beside_a_running_linuxcnc(monkeypatch: pytest.
     monkeypatch.setattr(controller, "_INSTANCE", (controller._stat(os.getpid())[0],))
     with pytest.raises(InputError, match="a LinuxCNC is already running here"):
         controller._refuse_other_instances()
+
+
+@pytest.mark.parametrize(("spoiled", "runs", "agrees"), [(0, 1, True), (1, 2, True), (2, 3, True), (3, 3, False)])
+def test_a_run_that_linuxcnc_spoiled_is_repeated(tmp_path: Path, monkeypatch, capfd, spoiled, runs, agrees):
+    """Its own fault is printed in output.txt; what the driver heard of it is a touch that was missed."""
+    missed = {"error": "G38.2 move finished without making contact.", "line": 7, "seconds": 1.0}
+    well = {"error": None, "line": 9, "seconds": 2.0}
+    started = []
+
+    def run(folder: Path, *_: object) -> None:
+        started.append(folder)
+        bad = len(started) <= spoiled
+        (folder / "output.txt").write_text(f"interp_error: {controller.STARVED}\n" if bad else "")
+        (folder / "outcome.json").write_text(json.dumps(missed if bad else well))
+
+    monkeypatch.setattr(controller, "LOCK", tmp_path / "lock")
+    monkeypatch.setattr(controller, "_INSTANCE", ())
+    monkeypatch.setattr(controller, "require_linuxcnc", lambda: None)
+    monkeypatch.setattr(controller, "_run", run)
+    setup = make_setup(make_gauge(4))
+    outcome = controller.run_program("M2\n", setup.program, make_machine(), "", tmp_path / "kept")
+    assert len(set(started)) == runs
+    assert (outcome.error is None) is agrees
+    assert capfd.readouterr().err.count("the run is repeated") == runs - 1
+
+
+def test_a_touch_that_is_missed_is_not_repeated(tmp_path: Path, monkeypatch):
+    started = []
+
+    def run(folder: Path, *_: object) -> None:
+        started.append(folder)
+        (folder / "output.txt").write_text("G38.2 move finished without making contact.\n")
+        (folder / "outcome.json").write_text(json.dumps({"error": "missed", "line": 7, "seconds": 1.0}))
+
+    monkeypatch.setattr(controller, "LOCK", tmp_path / "lock")
+    monkeypatch.setattr(controller, "_INSTANCE", ())
+    monkeypatch.setattr(controller, "require_linuxcnc", lambda: None)
+    monkeypatch.setattr(controller, "_run", run)
+    setup = make_setup(make_gauge(4))
+    assert controller.run_program("M2\n", setup.program, make_machine(), "", tmp_path / "kept").error == "missed"
+    assert len(started) == 1
 
 
 def test_without_linuxcnc_one_line_says_what_to_install(tmp_path: Path):

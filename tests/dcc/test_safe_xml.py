@@ -36,10 +36,10 @@ def external(secret: Path) -> str:
 def test_a_doctype_is_refused(tmp_path: Path, text: str, code: str) -> None:
     path = tmp_path / "evil.xml"
     path.write_bytes(text.replace('<?xml version="1.0"?>', "").encode(code))
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(InputError, match="has a DOCTYPE: DTDs and entities are not read"):
         read_document(path)
-    assert time.perf_counter() - began < 1.0
+    assert time.process_time() - began < 1.0
 
 
 def test_no_file_is_read_through_an_entity(tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ def xm_um(folder: Path) -> np.ndarray:
 def test_what_the_controller_measures_shrinks_to_its_latch_error(tmp_path: Path) -> None:
     """With trims (type 1); positions (type 0) are the default of the example and mean the same to the controller."""
     command = [sys.executable, str(EXAMPLE / "linuxcnc.py"), "-o", str(tmp_path / "out"), "--file-type", "1"]
-    result = subprocess.run(command, capture_output=True, text=True, timeout=800, check=False)
+    result = subprocess.run(command, capture_output=True, text=True, timeout=1500, check=False)
     assert result.returncode == 0, result.stdout + result.stderr
     ini = (tmp_path / "out" / "after" / "simulation.ini").read_text()
     assert "COMP_FILE = joint-0.comp\nCOMP_FILE_TYPE = 1\n" in ini

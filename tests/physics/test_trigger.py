@@ -344,6 +344,6 @@ def test_a_million_directions_a_second():
 
 
 def _seconds(directions):
-    start = time.perf_counter()
+    start = time.process_time()
     trigger.trigger_force_N(EXISTING, directions)
-    return time.perf_counter() - start
+    return time.process_time() - start
