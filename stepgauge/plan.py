@@ -124,6 +124,7 @@ class _Planner:
         self.builder = ProgramBuilder(gauge.table.name, settings)
 
     def program(self) -> Program:
+        """All moves: to the gauge, from face to face in every cycle, and away from it."""
         faces = list(faces_in_order(self.options))
         before = self._before_first(faces[0][1])
         self._goto("home", before + self._lift(before) if self.options.home_mm is None else None)

@@ -43,6 +43,7 @@ class LazyGroup(click.Group):
                 formatter.write_dl([(verb.ljust(width), text) for verb, (_, text) in verbs.items()])
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        """The verb that is meant; one that is mistyped is an error that names the nearest."""
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError as error:

@@ -135,8 +135,11 @@ def _fit(um: Array, basis: Array, keep: NDArray[np.bool_]) -> tuple[Array, Array
 
 def _datum_rows(data: Residuals) -> NDArray[np.bool_]:
     """Rows that read the same in all repeats while others scatter: a datum that was set, not probed."""
-    spread = np.array([np.ptp(data.um[data.group == g]) for g in range(int(data.group.max()) + 1)])
     count = np.bincount(data.group)
+    low, high = np.full(len(count), np.inf), np.full(len(count), -np.inf)
+    np.minimum.at(low, data.group, data.um)
+    np.maximum.at(high, data.group, data.um)
+    spread = high - low
     datum = (count > 1) & (spread < 1e-6)
     return datum[data.group] if datum.sum() < MOST_DATUM * (count > 1).sum() else np.zeros(len(data), bool)
 

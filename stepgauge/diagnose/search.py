@@ -54,10 +54,6 @@ class Look:
         """What it takes to say which law with which values (Schwarz' criterion, and what was searched), in nats."""
         return 0.5 * self.family.dimension * float(np.log(max(rows, 2))) + float(np.log(self.looks * families))
 
-    @property
-    def score(self) -> float:
-        return -self.log_p
-
 
 class Library:
     """Families with their whitened signatures, to be looked through again and again.
@@ -115,6 +111,7 @@ class _Stack:
         return slice(int(self.first[place]), int(self.first[place + 1]))
 
     def looks(self, left: Array, model: Array, total: float, dof: int) -> Iterator[Look]:
+        """The best signature of each family; ``total``: sum of squares of the residual that they must bring down."""
         gains = self._gains(left, model)
         for place, family in enumerate(self.families):
             own = gains[self.rows(place)]

@@ -145,7 +145,7 @@ class Selector:
         folds = [one for one in make_folds(self.residuals) if one.by == "cycles"]
         shares = [solved.displacement_um(self.residuals) for solved in self.fit(terms).solved]
         for place in range(len(terms)):
-            if not folds or _varies_between_repeats(shares[place], self.residuals.group):
+            if not folds or share_within_repeats(shares[place], self.residuals.group) > SAME_IN_REPEATS:
                 continue
             others = shares[:place] + shares[place + 1 :]
             if self._held_out_um(shares, folds[0]) > self._held_out_um(others, folds[0]):
@@ -165,7 +165,8 @@ class Selector:
         return next(look for look in self.looks(others) if look.family is family)
 
 
-def _varies_between_repeats(um: Array, group: NDArray[np.intp]) -> bool:
-    """Whether a displacement differs between repeats of the same probing."""
+def share_within_repeats(um: Array, group: NDArray[np.intp]) -> float:
+    """Share of a displacement's square about its mean that is within repeats of a probing; NaN without any."""
     mean = np.bincount(group, um) / np.bincount(group)
-    return float(((um - mean[group]) ** 2).sum()) > SAME_IN_REPEATS * float(((um - um.mean()) ** 2).sum())
+    total = float(((um - um.mean()) ** 2).sum())
+    return float(((um - mean[group]) ** 2).sum()) / total if total > 0.0 else float("nan")

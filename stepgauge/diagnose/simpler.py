@@ -13,14 +13,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-import numpy as np
 from scipy import stats
 
 from stepgauge.diagnose.forms import WANDERING
 from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.noise import Noise
 from stepgauge.diagnose.search import Library, Look
-from stepgauge.diagnose.select import Selector, Term
+from stepgauge.diagnose.select import Selector, Term, share_within_repeats
 
 MARGIN = 3.0
 """By how many nats the form must be the shorter description: a factor of twenty in plausibility."""
@@ -90,8 +89,7 @@ def _locked(selector: Selector, terms: Sequence[Term]) -> set[Term]:
     for solved in selector.fit(tuple(terms)).solved:
         if solved.family.kind in OSCILLATIONS:
             along = solved.displacement_um(selector.residuals) * side
-            mean = np.bincount(group, along) / np.bincount(group)
-            if ((along - mean[group]) ** 2).sum() < LOCKED * ((along - along.mean()) ** 2).sum():
+            if share_within_repeats(along, group) < LOCKED:
                 return set(terms)
     return set()
 

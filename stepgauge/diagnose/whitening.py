@@ -29,17 +29,6 @@ class Whitening:
     strength: Array
     nuisance: Array
 
-    def scaled(self, columns: Array) -> Array:
-        """Whitened columns ``(..., n)`` with the nuisances still in them."""
-        x = columns * self.inverse_sigma
-        v = self.side * self.inverse_sigma
-        flat = x.reshape(-1, x.shape[-1])
-        by_face = np.zeros((len(flat), len(self.shrink)))
-        order, starts = self._by_face
-        by_face[:, self.face[order][starts]] = np.add.reduceat((flat * v)[:, order], starts, axis=1)
-        taken = (by_face * (1.0 - self.shrink) / np.maximum(self.strength, 1e-300))[:, self.face]
-        return (flat - taken * v).reshape(x.shape)
-
     def __call__(self, columns: Array) -> Array:
         """Whitened columns ``(..., n)`` orthogonal to the nuisances."""
         take, give = self._low_rank
@@ -62,12 +51,6 @@ class Whitening:
         middle[:faces, faces:] = -g[:, None] * (v.T @ self.nuisance)
         return take, middle @ take.T
 
-    @cached_property
-    def _by_face(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Rows sorted by face, and where each face begins among them."""
-        order = np.argsort(self.face, kind="stable")
-        return order, np.flatnonzero(np.diff(self.face[order], prepend=-1))
-
     @property
     def dof(self) -> int:
         """Rows with weight less the nuisances."""
@@ -85,7 +68,7 @@ def make_whitening(residuals: Residuals, sigma_um: Array, extra_nuisance: Array 
     empty = Whitening(inverse, residuals.side, face, shrink, strength, np.zeros((len(face), 0)))
     origins = (residuals.placement == np.arange(residuals.placement.max() + 1)[:, None]) * residuals.side
     columns = origins if extra_nuisance is None else np.vstack([origins, extra_nuisance])
-    return Whitening(inverse, residuals.side, face, shrink, strength, orthonormal(empty.scaled(columns).T))
+    return Whitening(inverse, residuals.side, face, shrink, strength, orthonormal(empty(columns).T))
 
 
 def orthonormal(columns: Array) -> Array:

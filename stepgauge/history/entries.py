@@ -176,6 +176,7 @@ class _Faces:
 
     @classmethod
     def of(cls, rows: list[dict[str, Any]], r_eff_blocks: list[int]) -> _Faces:
+        """From the rows of an evaluation and the numbers of the blocks that R_eff comes from."""
         front = np.array([row["face"] % 2 == 1 for row in rows])
         own = np.array([_number(row["xf_um" if row["face"] % 2 else "xb_um"]) for row in rows])
         sigma = np.array([_number(row["sf_um" if row["face"] % 2 else "sb_um"]) for row in rows])

@@ -249,6 +249,7 @@ def cosine_rms(u1_rad: float, u2_rad: float) -> float:
 
 
 def assumptions(model: Model, asked: Asked) -> list[str]:
+    """What is taken for granted because no file states it, in sentences for the report."""
     certificate = model.gauge.certificate
     said = []
     if certificate.correlation is None and certificate.proportional_um_per_m is None:

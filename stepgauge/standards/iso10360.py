@@ -251,6 +251,7 @@ class _PositionMaker:
     machine: Machine | None
 
     def position(self, table: FaceTable) -> Position:
+        """The lengths of one position of the gauge, of each kind that can be judged."""
         lengths = tuple(
             self._length(table, kind, faces)
             for kind in KINDS
