@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnose.confounded import Rivals, rivals
+from stepgauge.diagnose.departures import departure
 from stepgauge.diagnose.forms import form_families
 from stepgauge.diagnose.holdout import holdout_rms, make_folds
 from stepgauge.diagnose.library import carried, effect_families
@@ -19,8 +20,10 @@ from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Verdict
 from stepgauge.diagnose.search import Library
 from stepgauge.diagnose.select import MOST_TERMS, Selector, Term
 from stepgauge.diagnose.separate import separate
-from stepgauge.diagnose.simpler import EXPLAINED, simpler
+from stepgauge.diagnose.simpler import EXPLAINED, Simpler, instead_of, simpler
+from stepgauge.diagnose.smooth import Forms
 from stepgauge.diagnose.solve import Estimate, Fitted, Solved, solve
+from stepgauge.diagnose.wandering import smooth_forms
 from stepgauge.diagnose.whitening import Whitening, make_whitening
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
@@ -103,6 +106,7 @@ class _Search:
     terms: tuple[Term, ...]
     located: tuple[Located, ...]
     unexplained: tuple[Located, ...]
+    remarks: tuple[str, ...] = ()
 
 
 def _search(data: Residuals, noise: Noise, without: Collection[str]) -> _Search:
@@ -117,15 +121,37 @@ def _search(data: Residuals, noise: Noise, without: Collection[str]) -> _Search:
         whitening = make_whitening(data, noise.by_row_um)
         selector = Selector(Library(families, whitening), whitening, data, trail)
         terms = selector.select()
-    forms = Library(list(form_families(data)), whitening)
+    forms = _forms(data, whitening)
     terms = _settle(selector, terms)
     instead = simpler(forms, selector, terms, noise)
     if instead is not None:
         terms = _settle(selector, instead.kept)
     terms, unexplained = _left_over(forms, selector, terms)
+    remarks: tuple[str, ...] = ()
+    if instead is None and not unexplained:
+        terms, instead, remarks = _departing(forms, selector, terms)
     if instead is not None and not unexplained:
         unexplained = (describe(instead.form, instead.share),)
-    return _Search(noise, selector, terms, most_telling(forms, selector.data), unexplained)
+    return _Search(noise, selector, terms, most_telling(forms, selector.data), unexplained, remarks)
+
+
+def _departing(
+    forms: Forms, selector: Selector, terms: tuple[Term, ...]
+) -> tuple[tuple[Term, ...], Simpler | None, tuple[str, ...]]:
+    """The laws that are what they say, a form for one that is not, and why; one more law where that is the reason."""
+    found = departure(selector, terms)
+    if found is None:
+        return terms, None, ()
+    law = selector.looks(terms)[0]
+    if len(terms) < MOST_TERMS and law.log_p <= selector.bar and law.gain >= EXPLAINED * found.look.gain:
+        return _departing(forms, selector, _settle(selector, (*terms, selector.term_of(law))))
+    kept = terms[: found.place] + terms[found.place + 1 :]
+    chance = f"chance of it in scatter: {np.exp(found.look.log_p):.1g}"
+    return kept, instead_of(forms, selector, terms, kept), (f"no known law fits: {found.words} ({chance})",)
+
+
+def _forms(data: Residuals, whitening: Whitening) -> Forms:
+    return Forms(list(form_families(data)), list(smooth_forms(data)), whitening)
 
 
 def _some(data: Residuals, recording: Recording) -> Residuals:
@@ -178,7 +204,7 @@ def _settle(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
 
 
 def _left_over(
-    forms: Library, selector: Selector, terms: tuple[Term, ...]
+    forms: Forms, selector: Selector, terms: tuple[Term, ...]
 ) -> tuple[tuple[Term, ...], tuple[Located, ...]]:
     """Structure that the laws leave, and the laws, with one more where it makes up what is left.
 
@@ -191,7 +217,7 @@ def _left_over(
     if not found:
         return terms, ()
     explained = float(selector.data @ selector.data - left @ left)
-    extra = max(found[0].gain - found[0].family.dimension, 0.0)
+    extra = max(found[0].gain - found[0].dimension, 0.0)
     if terms and explained / (explained + extra) >= EXPLAINED:
         return terms, ()
     law = selector.looks(terms)[0]
@@ -317,7 +343,7 @@ def _centred(data: Residuals, um: Array) -> Array:
 
 def _insufficient(data: Residuals, noise: Noise) -> Diagnosis:
     whitening = make_whitening(data, noise.by_row_um)
-    located = most_telling(Library(list(form_families(data)), whitening), whitening(data.um))
+    located = most_telling(_forms(data, whitening), whitening(data.um))
     fit = _fit(data, noise, whitening, [], solve([], [], data, whitening))
     return Diagnosis("insufficient", (), located, (), fit, noise, data, data.um, data.um, ())
 
@@ -334,7 +360,9 @@ def _diagnosis(
     shares = np.sum([f.share_um for f in findings], axis=0) if findings else np.zeros(len(data))
     before, after = _centred(data, data.um), _centred(data, data.um - shares)
     searched = len(found.selector.residuals)
-    remarks = () if searched == len(data) else (f"searched in {searched} of {len(data)} rows, fitted to all of them",)
+    remarks = found.remarks
+    if searched < len(data):
+        remarks += (f"searched in {searched} of {len(data)} rows, fitted to all of them",)
     return Diagnosis(
         verdict,
         tuple(findings),

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.library import Family
+from stepgauge.diagnose.library import Family, pauses_s
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.recording import COUNTS, OPTIONAL, REQUIRED
 
@@ -19,12 +19,12 @@ Array = NDArray[np.float64]
 BINS = 8
 HARMONICS = 6
 TOUCHES = "touches since a pause"
+TURNING = "way since turning round"
 REST = "rest before the touch"
 WAY = "direction of travel"
 FEWEST_BACK = 0.2
 """Share of the touches each way from which a difference between the ways can be told from single touches."""
 WANDERING = ("time", "order")
-KNOTS = (8, 16, 32)
 POWERS = np.geomspace(0.15, 3.0, 14)
 """Exponents of a decay with the number of touches that is no exponential."""
 MOST_PERIODS = 400
@@ -57,7 +57,8 @@ def covariates(data: Residuals) -> list[Covariate]:
     found += [Covariate("cycle", "", frame["cycle"].to_numpy(float))]
     found += [Covariate("time", "s", frame["time_s"].to_numpy(float))] if data.has_time else []
     found += [Covariate("order", "", order)] if not data.has_time else []
-    found += [Covariate(TOUCHES, "", data.probings.touches_since_pause(60.0))] if data.has_time else []
+    found += [Covariate(TURNING, "mm", data.probings.since_turning_mm())]
+    found += list(_touches(data)) if data.has_time else []
     found += [Covariate(REST, "s", data.probings.rest_s())] if data.has_time else []
     for name in frame.columns:
         if name.startswith("share_"):
@@ -65,6 +66,21 @@ def covariates(data: Residuals) -> list[Covariate]:
         if name in ("speed_mm_s", *OPTIONAL[3:]) or name not in (*REQUIRED, *OPTIONAL, *COUNTS):
             found.append(Covariate(_plain_name(name), "", frame[name].to_numpy(float)))
     return [c for c in found if np.isfinite(c.values).all() and _varies(c.values)]
+
+
+def _touches(data: Residuals) -> Iterator[Covariate]:
+    """Touches since a pause, for every length that may count as one in this recording."""
+    told: list[Array] = []
+    for pause_s in (round(pause) for pause in pauses_s(data)):
+        touches = data.probings.touches_since_pause(pause_s)
+        if not any(np.array_equal(touches, other) for other in told):
+            told.append(touches)
+            yield Covariate(f"{TOUCHES} of {pause_s} s", "", touches)
+
+
+def pause_of(covariate: str) -> int:
+    """The length of a pause, s, in the name of the touches since one."""
+    return int(covariate.removeprefix(TOUCHES).split()[1])
 
 
 def _plain_name(name: str) -> str:
@@ -79,12 +95,12 @@ def _varies(values: Array) -> bool:
 def form_families(data: Residuals) -> Iterator[Family]:
     """Trend, bow, steps and free shapes in every covariate, on every side; periods; the approach's azimuth."""
     for side in SIDES:
-        mask = _mask(data, side)
+        sided = mask(data, side)
         if side in ("approach", "front"):
-            yield _make("offset", "side", side, mask[None, None], data)
+            yield make_form("offset", "side", side, sided[None, None], data)
         for covariate in covariates(data):
             for form, columns, values in _shapes(covariate):
-                family = _make(form, covariate.name, side, columns * mask, data)
+                family = make_form(form, covariate.name, side, columns * sided, data)
                 yield replace(family, details={**family.details, "atoms": values, "unit": covariate.unit})
     yield from _way_forms(data)
     yield from _side_forms(data)
@@ -93,7 +109,8 @@ def form_families(data: Residuals) -> Iterator[Family]:
     yield from _azimuth_forms(data)
 
 
-def _mask(data: Residuals, side: str) -> Array:
+def mask(data: Residuals, side: str) -> Array:
+    """Share of a form in every row by the side on which it lives."""
     return {
         "approach": np.ones(len(data)),
         "gauge": data.side,
@@ -102,7 +119,8 @@ def _mask(data: Residuals, side: str) -> Array:
     }[side]
 
 
-def _make(form: str, covariate: str, side: str, columns: Array, data: Residuals) -> Family:
+def make_form(form: str, covariate: str, side: str, columns: Array, data: Residuals) -> Family:
+    """A form on one side as a family without a law, from its signatures ``(atoms, d, n)``."""
     atoms = [{"atom": i} for i in range(len(columns))]
     details = {"form": form, "side": side}
     label = f"{form} in {covariate}, {side}"
@@ -120,9 +138,7 @@ def _shapes(covariate: Covariate) -> Iterator[tuple[str, Array, Array | None]]:
         yield "bow", np.stack([u, u**2 - (u**2).mean()])[None], None
     if covariate.steps > 3:
         yield "free shape", _bins(x)[None], None
-    if covariate.name in WANDERING:
-        yield from (("wander", hats(x, knots)[None], None) for knots in KNOTS if covariate.steps > 4 * knots)
-    if covariate.name == TOUCHES:
+    if covariate.name.startswith(TOUCHES):
         yield "decay", (1.0 + x) ** -POWERS[:, None, None], POWERS
     if covariate.name == REST:
         yield "power", np.maximum(x, 0.1) ** POWERS[:, None, None] / x.max() ** POWERS[:, None, None], POWERS
@@ -130,13 +146,6 @@ def _shapes(covariate: Covariate) -> Iterator[tuple[str, Array, Array | None]]:
         places = _places(x)
         yield "step", (x >= places[:, None]).astype(float)[:, None], places
         yield "period", *_periods(x)
-
-
-def hats(x: Array, knots: int) -> Array:
-    """Piecewise linear functions of ``x`` with evenly spaced knots, less their mean, shape ``(knots - 1, n)``."""
-    at = np.linspace(x.min(), x.max(), knots)
-    columns = np.array([np.interp(x, at, one) for one in np.eye(knots)])
-    return (columns - columns.mean(axis=1, keepdims=True))[1:]
 
 
 def _bins(x: Array) -> Array:
@@ -163,16 +172,22 @@ def _periods(x: Array) -> tuple[Array, Array]:
     return np.stack([np.sin(angle), np.cos(angle)], axis=1), 1.0 / frequency
 
 
+def goes_both_ways(data: Residuals) -> bool:
+    """Whether enough touches were made each way to tell the ways apart."""
+    way = data.probings.way()
+    return bool(min((way > 0).sum(), (way < 0).sum()) >= FEWEST_BACK * len(data))
+
+
 def _way_forms(data: Residuals) -> Iterator[Family]:
     """What differs between the ways there and back: by a constant, or by another shape along the gauge each way."""
-    way = data.probings.way()
-    if min((way > 0).sum(), (way < 0).sum()) < FEWEST_BACK * len(data):
+    if not goes_both_ways(data):
         return
+    way = data.probings.way()
     shape = _bins(data.probings.certified_mm())
     for side in ("approach", "gauge"):
-        mask = _mask(data, side)
-        yield _make("offset", WAY, side, (way * mask)[None, None], data)
-        yield _make("loop", WAY, side, (np.vstack([shape, way, way * shape]) * mask)[None], data)
+        sided = mask(data, side)
+        yield make_form("offset", WAY, side, (way * sided)[None, None], data)
+        yield make_form("loop", WAY, side, (np.vstack([shape, way, way * shape]) * sided)[None], data)
 
 
 def _side_forms(data: Residuals) -> Iterator[Family]:
@@ -181,7 +196,7 @@ def _side_forms(data: Residuals) -> Iterator[Family]:
     u = (x - x.mean()) / max(float(np.ptp(x)), 1e-9) * 2.0
     curve = np.array([u, u**2, u**3])
     columns = np.vstack([curve * (data.side > 0), curve * (data.side < 0), data.side > 0])
-    yield _make("two curves", "position", "approach", columns[None].astype(float), data)
+    yield make_form("two curves", "position", "approach", columns[None].astype(float), data)
 
 
 def _cycle_forms(data: Residuals) -> Iterator[Family]:
@@ -192,7 +207,7 @@ def _cycle_forms(data: Residuals) -> Iterator[Family]:
     if data.placement.max() > 0 and 2 < count < len(data) / 8:
         columns = (run == np.arange(count)[:, None]).astype(float)
         for side in ("approach", "gauge"):
-            yield _make("levels", "cycle", side, (columns * _mask(data, side))[None, :-1], data)
+            yield make_form("levels", "cycle", side, (columns * mask(data, side))[None, :-1], data)
 
 
 def _placement_forms(data: Residuals) -> Iterator[Family]:
@@ -200,7 +215,7 @@ def _placement_forms(data: Residuals) -> Iterator[Family]:
     count = int(data.placement.max()) + 1
     if count > 1:
         columns = (data.placement == np.arange(count)[:, None]).astype(float)[:-1]
-        yield _make("level", "placement", "approach", columns[None], data)
+        yield make_form("level", "placement", "approach", columns[None], data)
 
 
 def _azimuth_forms(data: Residuals) -> Iterator[Family]:
@@ -211,4 +226,4 @@ def _azimuth_forms(data: Residuals) -> Iterator[Family]:
     if directions > 2:
         orders = np.arange(1, min(HARMONICS, directions // 2) + 1)[:, None]
         columns = np.concatenate([np.cos(orders * azimuth), np.sin(orders * azimuth)])
-        yield _make("harmonics", "azimuth", "approach", columns[None], data)
+        yield make_form("harmonics", "azimuth", "approach", columns[None], data)

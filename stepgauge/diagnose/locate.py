@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.result import Located
-from stepgauge.diagnose.search import Library, Look
+from stepgauge.diagnose.search import Look
+from stepgauge.diagnose.smooth import Forms
 from stepgauge.diagnose.whitening import orthonormal
 
 Array = NDArray[np.float64]
@@ -17,7 +18,7 @@ FALSE_ALARM = 0.004
 SIDE_WORDS = {"approach": "both", "gauge": "both", "front": "front", "back": "back"}
 
 
-def most_telling(forms: Library, white: Array) -> tuple[Located, ...]:
+def most_telling(forms: Forms, white: Array) -> tuple[Located, ...]:
     """The forms that, one beside the other, carry the structure of the whitened residuals, most surprising first."""
     whitening = forms.whitening
     found: list[Located] = []
@@ -31,8 +32,7 @@ def most_telling(forms: Library, white: Array) -> tuple[Located, ...]:
         if best.log_p > bar:
             break
         found.append(describe(best, min(best.gain / total, 1.0)))
-        index = next(i for i, family in enumerate(forms.families) if family is best.family)
-        columns.append(forms.white(index)[best.atom])
+        columns.append(forms.columns(best))
         basis = orthonormal(np.concatenate(columns).T)
     return tuple(found)
 

@@ -50,9 +50,14 @@ class Look:
     log_p: float
     looks: float
 
+    @property
+    def dimension(self) -> float:
+        """What chance gains at this look, and as many parameters."""
+        return self.family.dimension
+
     def price(self, rows: int, families: int) -> float:
         """What it takes to say which law with which values (Schwarz' criterion, and what was searched), in nats."""
-        return 0.5 * self.family.dimension * float(np.log(max(rows, 2))) + float(np.log(self.looks * families))
+        return 0.5 * self.dimension * float(np.log(max(rows, 2))) + float(np.log(self.looks * families))
 
 
 class Library:

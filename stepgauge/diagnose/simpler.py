@@ -18,8 +18,9 @@ from scipy import stats
 from stepgauge.diagnose.forms import WANDERING
 from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.noise import Noise
-from stepgauge.diagnose.search import Library, Look
+from stepgauge.diagnose.search import Look
 from stepgauge.diagnose.select import Selector, Term, share_within_repeats
+from stepgauge.diagnose.smooth import Forms
 
 MARGIN = 3.0
 """By how many nats the form must be the shorter description: a factor of twenty in plausibility."""
@@ -47,7 +48,7 @@ class Simpler:
     share: float
 
 
-def simpler(forms: Library, selector: Selector, terms: tuple[Term, ...], noise: Noise) -> Simpler | None:
+def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: Noise) -> Simpler | None:
     """The shortest description by some of the laws and one form; None where the laws alone are shorter."""
     if not terms:
         return None
@@ -62,6 +63,11 @@ def simpler(forms: Library, selector: Selector, terms: tuple[Term, ...], noise: 
     if len(terms) > 1 and _misfit(selector, terms, noise, PILE_MISFIT_P, PILE_EXPLAINED):
         return _with_form(forms, selector, terms, terms)[1]
     return None
+
+
+def instead_of(forms: Forms, selector: Selector, terms: tuple[Term, ...], kept: tuple[Term, ...]) -> Simpler | None:
+    """The best form in place of the laws that are not kept."""
+    return _with_form(forms, selector, terms, kept)[1]
 
 
 def _subsets(terms: tuple[Term, ...]) -> Iterator[tuple[Term, ...]]:
@@ -106,7 +112,7 @@ def _misfit(selector: Selector, terms: tuple[Term, ...], noise: Noise, chance: f
 
 
 def _with_form(
-    forms: Library, selector: Selector, terms: tuple[Term, ...], kept: tuple[Term, ...]
+    forms: Forms, selector: Selector, terms: tuple[Term, ...], kept: tuple[Term, ...]
 ) -> tuple[float, Simpler | None]:
     """By how much the best form beside the laws kept is shorter than the laws it replaces, and that description."""
     left, basis = selector.residual(kept)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from stepgauge.diagnose.forms import BINS, HARMONICS, KNOTS, WAY, covariates, form_families
+from stepgauge.diagnose.forms import BINS, HARMONICS, TOUCHES, TURNING, WAY, covariates, form_families, pause_of
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Located
 from stepgauge.diagnose.solve import Estimate
@@ -29,7 +29,7 @@ COLUMN = {
     "machine z": "z_mm",
     "time": "time_s",
     "order": "row",
-    "touches since a pause": "touches",
+    TURNING: "turning_mm",
     "speed": "speed_mm_s",
     "direction of travel": "way",
     "rest before the touch": "rest_s",
@@ -41,6 +41,8 @@ TERMS_PER_FORMULA = 6
 """Longer sums become several effects: a formula is meant to be read."""
 SECOND_FORM_P = 1e-4
 """A further form enters only where chance gains as much less often than this."""
+KNOTS = (8, 16, 32)
+"""Bends of a wandering to try."""
 IMITATED = 0.25
 """Share of its gain below which a form is taken for explained by the named laws."""
 UNSEEN = 1e-6
@@ -207,7 +209,7 @@ def _candidates(
 def _of_covariate(
     located: Located, side: str, data: Residuals, whitening: Whitening, left_um: Array
 ) -> Iterator[tuple[list[str], float | None]]:
-    name = COLUMN.get(located.covariate, located.covariate)
+    name = _column_name(located.covariate)
     x = next((c.values for c in covariates(data) if c.name == located.covariate), None)
     if x is None or not name.isidentifier():
         return
@@ -233,6 +235,13 @@ def _of_covariate(
             yield [f"{mask}sin{angle}", f"{mask}cos{angle}"], period
     else:
         yield [mask + term for term in _stairs(name, x)], None
+
+
+def _column_name(covariate: str) -> str:
+    """Name of a covariate in a formula."""
+    if covariate.startswith(TOUCHES):
+        return f"touches_{pause_of(covariate)}"
+    return COLUMN.get(covariate, covariate)
 
 
 def _place(located: Located, side: str, data: Residuals, whitening: Whitening, left_um: Array) -> float:

@@ -19,6 +19,8 @@ DERIVED = {
     "side": "+1 for fronts, -1 for backs",
     "row": "number of the probing, from 0",
     "touches": "touches since the last pause longer than a minute, in order of time",
+    "touches_N": "the same since a pause longer than N seconds, N a whole number",
+    "turning_mm": "way along the gauge between touches since it last turned round, mm",
     "rest_s": "time since the touch before, s",
     "way": "+1 where the touch before was nearer to face 1, -1 where it was farther from it",
     "azimuth_rad": "azimuth of the approach about the stylus, from machine +x",
@@ -87,6 +89,10 @@ def _covariate(probings: Probings, name: str) -> Array:
         return np.arange(probings.first_row, probings.first_row + len(probings), dtype=float)
     if name == "touches":
         return probings.touches_since_pause(PAUSE_S)
+    if name.startswith("touches_") and name.removeprefix("touches_").isdecimal():
+        return probings.touches_since_pause(float(name.removeprefix("touches_")))
+    if name == "turning_mm":
+        return probings.since_turning_mm()
     if name == "rest_s":
         return probings.rest_s()
     if name == "way":

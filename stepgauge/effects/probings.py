@@ -170,6 +170,12 @@ class Probings:
             self._made["way"] = _way(self)
         return self._made["way"]
 
+    def since_turning_mm(self) -> Array:
+        """Way along the gauge between touches since it last turned round, mm, in order of time."""
+        if "turning" not in self._made:
+            self._made["turning"] = _since_turning_mm(self)
+        return self._made["turning"]
+
     def lateral_share(self) -> tuple[Array, Array]:
         """Cosine and sine of the approach's azimuth about the stylus, times the sine of its polar angle.
 
@@ -214,6 +220,9 @@ class _Slice(Probings):
     def way(self) -> Array:
         return self.whole.way()[self.rows]
 
+    def since_turning_mm(self) -> Array:
+        return self.whole.since_turning_mm()[self.rows]
+
 
 def _rest_s(probings: Probings) -> Array:
     time_s = probings.time_s
@@ -229,13 +238,30 @@ def _rest_s(probings: Probings) -> Array:
 
 
 def _way(probings: Probings) -> Array:
+    order, steps_mm = _steps_mm(probings)
+    way = np.empty(len(probings))
+    way[order] = np.where(steps_mm < 0.0, -1.0, 1.0)
+    return way
+
+
+def _since_turning_mm(probings: Probings) -> Array:
+    order, steps_mm = _steps_mm(probings)
+    way = np.sign(steps_mm)
+    turned = np.concatenate([[True], (way[1:] != way[:-1]) | (steps_mm[1:] == 0.0)])
+    gone = np.cumsum(np.abs(steps_mm))
+    start = np.maximum.accumulate(np.where(turned, gone - np.abs(steps_mm), 0.0))
+    since = np.empty(len(probings))
+    since[order] = gone - start
+    return since
+
+
+def _steps_mm(probings: Probings) -> tuple[Rows, Array]:
+    """Rows in order of time and the way along the gauge to each from the touch before, 0 at first in a placement."""
     order = np.argsort(probings.time_s, kind="stable") if "time_s" in probings.columns else np.arange(len(probings))
     placement = probings.column("placement")[order] if "placement" in probings.columns else np.ones(len(probings))
     position = probings.certified_mm()[order]
-    back = (np.diff(position, prepend=position[0]) < 0.0) & (np.diff(placement, prepend=placement[0]) == 0)
-    way = np.empty(len(probings))
-    way[order] = np.where(back, -1.0, 1.0)
-    return way
+    steps = np.diff(position, prepend=position[0])
+    return order, np.where(np.diff(placement, prepend=placement[0]) == 0, steps, 0.0)
 
 
 def _count_since_pause(time_s: Array, pause_s: float, placement: Array) -> Array:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.forms import covariates
+from stepgauge.diagnose.forms import REST, TOUCHES, TURNING, covariates, pause_of
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Diagnosis, Finding
 from stepgauge.diagnose.unknown_law import UnknownLaw, modelled, rest_um
@@ -46,7 +46,8 @@ LABELS = {
     "order": "order of probing",
     "cycle": "cycle",
     "speed": "speed / mm/s",
-    "touches since a pause": "touches since a pause",
+    TURNING: f"{TURNING} / mm",
+    REST: f"{REST} / s",
     "azimuth": "azimuth of the approach / deg",
     "placement": "placement",
     "face": "face",
@@ -152,6 +153,8 @@ def covariate_values(covariate: str, data: Residuals) -> Array:
         order = np.empty(len(data))
         order[data.order] = np.arange(len(data))
         return order
+    if covariate.startswith(TOUCHES):
+        return data.probings.touches_since_pause(pause_of(covariate))
     found = {one.name: one.values for one in covariates(data)}.get(covariate)
     values = data.probings.certified_mm() if found is None else found
     return values / TIME_MIN if covariate == "time" else values
@@ -196,7 +199,7 @@ def _covariate_of(effect: Effect, values: dict[str, object]) -> str:
         axis = plane[1] if isinstance(plane, str) else values.get("travel_axis") or values["axis"]
         return f"machine {axis}"
     if first == "order":
-        return "touches since a pause"
+        return f"{TOUCHES} of {round(float(str(values['pause_s'])))} s"
     return OF_COVARIATE.get(first, "position")
 
 

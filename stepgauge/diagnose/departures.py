@@ -1,0 +1,100 @@
+"""Where a law that was found is not quite the law: its size changes with something, or its shape is another.
+
+A search among all forms must expect structure anywhere. What a law is easily mistaken for is looked for here in a few
+places, and is seen long before: overtones of an oscillation, a second time constant, a size that changes with time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnose.forms import Covariate, covariates
+from stepgauge.diagnose.library import Family
+from stepgauge.diagnose.search import PERIODS, Library, Look
+from stepgauge.diagnose.select import Selector, Term
+from stepgauge.diagnose.solve import Solved
+from stepgauge.effects import along_approach_um
+
+Array = NDArray[np.float64]
+FALSE_ALARM = 0.002
+"""Chance that a law that is there is taken for departing from itself."""
+SMALLEST_SHARE = 0.15
+"""Share of what a law and its departure explain below which the law is there, in a shape a little off its ideal."""
+OVERTONES = (2, 3, 5)
+FACTOR = 4.0
+"""By how much another time constant, width or number of touches must differ to be another one."""
+
+
+@dataclass(frozen=True)
+class Departure:
+    """The term that departs, how (in words), and the look that shows it."""
+
+    place: int
+    words: str
+    look: Look
+
+
+def departure(selector: Selector, terms: tuple[Term, ...]) -> Departure | None:
+    """The clearest departure of any term from its law, if it is neither chance nor a small part of it."""
+    families = [
+        (place, family)
+        for place, solved in enumerate(selector.fit(terms).solved)
+        for family in _families(solved, selector)
+    ]
+    if not families:
+        return None
+    left, basis = selector.residual(terms)
+    library = Library([family for _, family in families], selector.whitening)
+    bar = np.log(FALSE_ALARM / len(families))
+    for look in library.looks(left, basis, selector.dof - basis.shape[1]):
+        place = next(place for place, family in families if family is look.family)
+        extra = max(look.gain - look.dimension, 0.0)
+        own = selector.look_at(terms[place].index, terms[:place] + terms[place + 1 :]).gain
+        if look.log_p <= bar and extra >= SMALLEST_SHARE * (own + extra):
+            return Departure(place, look.family.label, look)
+    return None
+
+
+def _families(solved: Solved, selector: Selector) -> Iterator[Family]:
+    """Departures of one law as families of one signature each."""
+    data = selector.residuals
+    share = solved.displacement_um(data)
+    label = solved.family.label
+    for covariate in [*covariates(data), Covariate("side", "", data.side)]:
+        u = covariate.values - covariate.values.mean()
+        column = share * u / np.abs(u).max()
+        yield _family(f"the size of {label} changes with {covariate.name}", covariate.name, column[None], selector)
+    for words, columns in _shapes(solved, selector):
+        yield _family(f"{label} has {words}", solved.family.covariate, columns, selector)
+
+
+def _family(words: str, covariate: str, columns: Array, selector: Selector) -> Family:
+    return Family("form:departure", words, {}, [{"atom": 0}], columns[None], None, covariate)
+
+
+def _shapes(solved: Solved, selector: Selector) -> Iterator[tuple[str, Array]]:
+    """The same law with other values of what gives it its shape."""
+    effect, data = solved.effect, selector.residuals
+
+    def column(**changed: float) -> Array:
+        moved = along_approach_um(effect.model_copy(update=changed), data.probings)
+        return np.broadcast_to(moved, (len(data),)).astype(float)
+
+    for name in solved.family.atoms[0]:
+        value = getattr(effect, name)
+        if name in PERIODS:
+            for order in OVERTONES:
+                changed = value * order if name == "frequency_hz" else value / order
+                phases = [column(**{name: changed, "phase_deg": phase}) for phase in (0.0, 90.0)]
+                yield f"an overtone of order {order}", np.array(phases)
+        elif isinstance(value, float) and value > 0.0 and name in TIMES:
+            for factor in (1.0 / FACTOR, FACTOR):
+                yield f"a second {TIMES[name]}", column(**{name: value * factor})[None]
+
+
+TIMES = {"time_constant_h": "time constant", "touches": "decay", "width_mm": "width"}
+"""Parameters that give a law its shape, and what a second value of them means."""
