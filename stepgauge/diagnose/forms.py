@@ -78,12 +78,13 @@ def _varies(values: Array) -> bool:
 
 def form_families(data: Residuals) -> Iterator[Family]:
     """Trend, bow, steps and free shapes in every covariate, on every side; periods; the approach's azimuth."""
+    shapes = [(covariate, list(_shapes(covariate))) for covariate in covariates(data)]
     for side in SIDES:
         mask = _mask(data, side)
         if side in ("approach", "front"):
             yield _make("offset", "side", side, mask[None, None], data)
-        for covariate in covariates(data):
-            for form, columns, values in _shapes(covariate):
+        for covariate, forms in shapes:
+            for form, columns, values in forms:
                 family = _make(form, covariate.name, side, columns * mask, data)
                 yield replace(family, details={**family.details, "atoms": values, "unit": covariate.unit})
     yield from _way_forms(data)

@@ -15,7 +15,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special, stats
+from scipy import special
 
 from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.whitening import Whitening
@@ -25,7 +25,7 @@ PERIODS = {"period_mm", "period_s", "frequency_hz"}
 """Parameters whose values stand in a family from the slowest to the fastest."""
 ALIAS_GAIN = 0.03
 """Share of the gain that a period may lose by lying between two of the grid."""
-FAR_OUT = -500.0
+FAR_OUT = 1e-217
 CHUNK = 4_000_000
 """Numbers whitened at a time."""
 COLLINEAR = 1e-4
@@ -185,11 +185,11 @@ def log_p_value(gain: float, dimension: int, dof: int, looks: float) -> float:
 def _log_f_tail(f: float, d: int, dof: int) -> float:
     """Logarithm of the upper tail of an F distribution.
 
-    Far out, where scipy's underflows, the first term of the series is all there is: with x = dof / (dof + d f) the tail
+    Far out, where it underflows, the first term of the series is all there is: with x = dof / (dof + d f) the tail
     is the incomplete beta I_x(dof / 2, d / 2), about x^a (1 - x)^(b - 1) / (a B(a, b)).
     """
-    exact = float(stats.f.logsf(f, d, dof))
-    if exact > FAR_OUT:
-        return exact
+    tail = float(special.fdtrc(d, dof, f))
+    if tail > FAR_OUT:
+        return float(np.log(tail))
     a, b, x = dof / 2.0, d / 2.0, dof / (dof + d * f)
     return float(a * np.log(x) + (b - 1.0) * np.log1p(-x) - np.log(a) - special.betaln(a, b))
