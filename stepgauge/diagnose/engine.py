@@ -115,7 +115,7 @@ def _search(data: Residuals, noise: Noise, without: Collection[str]) -> _Search:
     if not _same(noise, again):
         noise, trail = again, selector.trail
         whitening = make_whitening(data, noise.by_row_um)
-        selector = Selector(Library(families, whitening), whitening, data, trail)
+        selector = Selector(selector.library.judged_by(whitening), whitening, data, trail)
         terms = selector.select()
     forms = Library(list(form_families(data)), whitening)
     terms = _settle(selector, terms)

@@ -80,13 +80,14 @@ def form_families(data: Residuals) -> Iterator[Family]:
     """Trend, bow, steps and free shapes in every covariate, on every side; periods; the approach's azimuth."""
     shapes = [(covariate, list(_shapes(covariate))) for covariate in covariates(data)]
     for side in SIDES:
-        mask = _mask(data, side)
+        mask = _mask(data, side)[None]
         if side in ("approach", "front"):
-            yield _make("offset", "side", side, mask[None, None], data)
+            yield _make("offset", "side", side, mask[None], data)
         for covariate, forms in shapes:
             for form, columns, values in forms:
-                family = _make(form, covariate.name, side, columns * mask, data)
-                yield replace(family, details={**family.details, "atoms": values, "unit": covariate.unit})
+                family = _make(form, covariate.name, side, columns, data)
+                details = {**family.details, "atoms": values, "unit": covariate.unit}
+                yield replace(family, details=details, shares=mask)
     yield from _way_forms(data)
     yield from _side_forms(data)
     yield from _cycle_forms(data)

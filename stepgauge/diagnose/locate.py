@@ -32,7 +32,7 @@ def most_telling(forms: Library, white: Array) -> tuple[Located, ...]:
             break
         found.append(describe(best, min(best.gain / total, 1.0)))
         index = next(i for i, family in enumerate(forms.families) if family is best.family)
-        columns.append(forms.white(index)[best.atom])
+        columns.append(forms.white(index, best.atom))
         basis = orthonormal(np.concatenate(columns).T)
     return tuple(found)
 

@@ -62,7 +62,7 @@ def solve(families: Sequence[Family], atoms: Sequence[int], data: Residuals, whi
     white = whitening(data.um)
     if not laws:
         return Fitted((), white, np.zeros((len(white), 0)))
-    columns = np.concatenate([whitening(law.family.columns[atom]) for law, atom in zip(laws, atoms, strict=True)])
+    columns = np.concatenate([whitening(law.family.signature(atom)) for law, atom in zip(laws, atoms, strict=True)])
     coefficients = np.linalg.lstsq(columns.T, white, rcond=None)[0]
     cuts = np.cumsum([law.family.dimension for law in laws])[:-1]
     start = [law.start(part) for law, part in zip(laws, np.split(coefficients, cuts), strict=True)]
