@@ -34,6 +34,8 @@ PAUSE_JUMP = 1.25
 MOST_PAUSED = 0.15
 """Largest share of touches that follow a pause: what every touch follows is none."""
 SHORT_PAUSE_S = 10.0
+CHUNK = 50_000
+"""Numbers computed at a time: they stay in a processor's cache."""
 PRIOR_SIZE = 3.0
 """Standard deviation of what is expected of a linear parameter before measuring, over the sensible range's bound."""
 
@@ -252,10 +254,15 @@ def fixed_values(law: type[Effect]) -> dict[str, Any]:
 
 def signatures(law: type[Effect], choices: dict[str, Any], atoms: Sequence[dict[str, Any]], data: Residuals) -> Array:
     """Displacement along the approach for a unit of each linear parameter, um, shape ``(atoms, d, n)``."""
-    if len(atoms) > 1 and all(isinstance(value, float | int) for atom in atoms for value in atom.values()):
-        together = {name: np.array([float(atom[name]) for atom in atoms])[:, None] for name in atoms[0]}
-        return np.stack(_columns(law, choices, together, data, len(atoms)), axis=1)
-    return np.concatenate([np.stack(_columns(law, choices, atom, data, 1), axis=1) for atom in atoms])
+    if len(atoms) < 2 or any(not isinstance(value, float | int) for atom in atoms for value in atom.values()):
+        return np.concatenate([np.stack(_columns(law, choices, atom, data, 1), axis=1) for atom in atoms])
+    found = np.empty((len(atoms), 2 if _has_phase(law) else 1, len(data)))
+    size = max(1, CHUNK // len(data))
+    for some in (slice(i, i + size) for i in range(0, len(atoms), size)):
+        together = {name: np.array([float(atom[name]) for atom in atoms[some]])[:, None] for name in atoms[0]}
+        for place, column in enumerate(_columns(law, choices, together, data, len(atoms[some]))):
+            found[some, place] = column
+    return found
 
 
 def family_signatures(family: Family, atom: dict[str, Any], data: Residuals) -> Array:
@@ -277,10 +284,14 @@ def _columns(
     """One array ``(count, n)`` per linear parameter; a sine of any amplitude and phase is a sum of two."""
     linear = [p.name for p in law.parameters() if p.role == "linear"]
     values = fixed_values(law) | choices | atom | dict.fromkeys(linear, 1.0)
-    if not any(p.name == "phase_deg" for p in law.parameters()):
+    if not _has_phase(law):
         return [_column(law, values, data, count)]
     quarter = 90.0 if law.quadrature else 30.0  # of a period, or of a lobe
     return [_column(law, values | {"phase_deg": phase}, data, count) for phase in (0.0, quarter)]
+
+
+def _has_phase(law: type[Effect]) -> bool:
+    return any(p.name == "phase_deg" for p in law.parameters())
 
 
 def _column(law: type[Effect], values: dict[str, Any], data: Residuals, count: int) -> Array:

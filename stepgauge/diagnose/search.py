@@ -110,17 +110,16 @@ class Library:
 
     def _sharpened(self, found: Sequence[Look], left: Array, model: Array, judge: _Judge) -> Iterator[Look]:
         """The same looks with gains in double precision."""
-        cuts = np.cumsum([look.family.dimension for look in found])[:-1]
-        columns = np.concatenate([look.family.signature(look.atom) for look in found])
-        scale = np.maximum(np.linalg.norm(columns * self.whitening.inverse_sigma, axis=1), SMALLEST)
-        unit = self.whitening(columns) / scale[:, None]
-        parts = zip(
-            found, *(np.split(values, cuts) for values in (unit, scale, unit @ left, unit @ model)), strict=True
-        )
-        for look, own, size, dot, beside in parts:
-            gram = own @ own.T - beside @ beside.T
-            gain = _gain(gram[None], dot[None], (look.family.prior * size[None]) ** -2)[0]
-            yield judge.look(look.family, look.atom, float(gain), look.curve)
+        for dimension in {look.family.dimension for look in found}:
+            own = [look for look in found if look.family.dimension == dimension]
+            columns = np.stack([look.family.signature(look.atom) for look in own])
+            scale = np.maximum(np.linalg.norm(columns * self.whitening.inverse_sigma, axis=2), SMALLEST)
+            unit = self.whitening(columns) / scale[..., None]
+            beside = unit @ model
+            gram = unit @ np.swapaxes(unit, 1, 2) - beside @ np.swapaxes(beside, 1, 2)
+            stiff = (np.array([look.family.prior for look in own])[:, None] * scale) ** -2
+            for look, gain in zip(own, _gain(gram, unit @ left, stiff), strict=True):
+                yield judge.look(look.family, look.atom, float(gain), look.curve)
 
 
 @dataclass(frozen=True)
@@ -193,6 +192,8 @@ class _Stack:
 
     def _best_gains(self, gram: Array, dot: Array) -> Array:
         """Gains where they may be a family's best: bounds say where, the highest bound of a family first."""
+        if len(dot) == len(self.families):
+            return _gain(gram, dot, self.stiff)
         bound, gain = _bound(gram, dot), np.zeros(len(dot))
         bar = np.maximum.reduceat(bound, self.first[:-1])
         for _ in range(2):

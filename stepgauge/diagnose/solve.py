@@ -91,6 +91,7 @@ class _Law:
         self.names = [*(components or self.linear), *moving, *phase]
         self.units = {name: known[name].unit for name in known}
         self.sized = self.free or len(self.linear)
+        self._shapes: dict[bytes, Array] = {}
 
     @property
     def free(self) -> int:
@@ -137,8 +138,14 @@ class _Law:
 
         Shape ``(m, k, n)``; the only one is the displacement itself where the law has no size to be scaled by.
         """
-        sets = np.atleast_2d(parameters)
-        values = self._values_of_sets(sets[:, self.sized :])
+        sets = np.atleast_2d(parameters)[:, self.sized :]
+        key = sets.tobytes()
+        if key not in self._shapes:
+            self._shapes = {key: self._shape(sets, data)}
+        return self._shapes[key]
+
+    def _shape(self, sets: Array, data: Residuals) -> Array:
+        values = self._values_of_sets(sets)
         effect = self.law.model_construct(**(values | dict.fromkeys(self.linear, 1.0)))
         um = np.broadcast_to(along_approach_um(effect, data.probings), (len(sets), len(data)))
         return um[:, None] * (1.0 if self.family.directions is None else self._shares(data))
