@@ -19,7 +19,7 @@ from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Verdict
 from stepgauge.diagnose.search import Library
 from stepgauge.diagnose.select import MOST_TERMS, Selector, Term
-from stepgauge.diagnose.separate import separate
+from stepgauge.diagnose.separate import lengthened, separate
 from stepgauge.diagnose.simpler import EXPLAINED, Simpler, instead_of, simpler
 from stepgauge.diagnose.smooth import Forms
 from stepgauge.diagnose.solve import Estimate, Fitted, Solved, solve
@@ -119,7 +119,7 @@ def _search(data: Residuals, noise: Noise, without: Collection[str]) -> _Search:
     if not _same(noise, again):
         noise, trail = again, selector.trail
         whitening = make_whitening(data, noise.by_row_um)
-        selector = Selector(Library(families, whitening), whitening, data, trail)
+        selector = Selector(selector.library.judged_by(whitening), whitening, data, trail)
         terms = selector.select()
     forms = _forms(data, whitening)
     terms = _settle(selector, terms)
@@ -263,11 +263,13 @@ def _with_separations(
     """The findings with the reason of their sets and the measurement that would separate them."""
     told: list[Finding] = []
     placements: dict[str, str] = {}
+    sets = any(finding.confounded_with or finding.alternatives for finding in findings)
+    possible = lengthened(data, noise.sigma_um) if sets else []
     for place, finding in enumerate(findings):
         if not finding.confounded_with and not finding.alternatives:
             told.append(finding)
             continue
-        best = separate(place, solved, ranked[place], data, noise.sigma_um)
+        best = separate(place, solved, ranked[place], possible)
         name = f"separate-{len(placements) + 1}"
         by = NO_SEPARATION
         if best is not None:

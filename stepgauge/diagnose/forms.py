@@ -94,14 +94,16 @@ def _varies(values: Array) -> bool:
 
 def form_families(data: Residuals) -> Iterator[Family]:
     """Trend, bow, steps and free shapes in every covariate, on every side; periods; the approach's azimuth."""
+    shapes = [(covariate, list(_shapes(covariate))) for covariate in covariates(data)]
     for side in SIDES:
-        sided = mask(data, side)
+        sided = mask(data, side)[None]
         if side in ("approach", "front"):
-            yield make_form("offset", "side", side, sided[None, None], data)
-        for covariate in covariates(data):
-            for form, columns, values in _shapes(covariate):
-                family = make_form(form, covariate.name, side, columns * sided, data)
-                yield replace(family, details={**family.details, "atoms": values, "unit": covariate.unit})
+            yield make_form("offset", "side", side, sided[None], data)
+        for covariate, forms in shapes:
+            for form, columns, values in forms:
+                family = make_form(form, covariate.name, side, columns, data)
+                details = {**family.details, "atoms": values, "unit": covariate.unit}
+                yield replace(family, details=details, shares=sided)
     yield from _way_forms(data)
     yield from _side_forms(data)
     yield from _cycle_forms(data)

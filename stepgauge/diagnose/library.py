@@ -34,6 +34,8 @@ PAUSE_JUMP = 1.25
 MOST_PAUSED = 0.15
 """Largest share of touches that follow a pause: what every touch follows is none."""
 SHORT_PAUSE_S = 10.0
+CHUNK = 50_000
+"""Numbers computed at a time: they stay in a processor's cache."""
 PRIOR_SIZE = 3.0
 """Standard deviation of what is expected of a linear parameter before measuring, over the sensible range's bound."""
 
@@ -43,26 +45,44 @@ class Family:
     """One law with its choices made (axis, face, ...) and its signatures.
 
     ``kind`` is the name in the vocabulary, or ``form:...`` for a form without a law. ``atoms``: the non-linear
-    parameters of each signature; ``columns (atoms, d, n)``: displacement along the approach in um for a unit of each of
-    the ``d`` linear parameters. ``law``: the effect class, None for a form. ``directions (k, 3)``: unit vectors whose
-    components make the direction of motion, where that is free. ``prior``: see :data:`PRIOR_SIZE`, infinite for none.
+    parameters of each signature; ``pattern (atoms, depth, n)``: displacement in um for a unit of each of its linear
+    parameters, along the approach or where ``shares (k, n)`` are given to be multiplied by each of these: families that
+    differ only in the shares hold the same pattern. ``law``: the effect class, None for a form. ``directions (k, 3)``:
+    unit vectors whose components make the direction of motion, where that is free. ``prior``: see :data:`PRIOR_SIZE`,
+    infinite for none.
     """
 
     kind: str
     label: str
     choices: dict[str, Any]
     atoms: Sequence[dict[str, Any]]
-    columns: Array
+    pattern: Array
     law: type[Effect] | None = None
     covariate: str = ""
     positive: bool = False
     details: dict[str, Any] = field(default_factory=dict)
     directions: Array | None = None
     prior: float = np.inf
+    shares: Array | None = None
 
     @property
     def dimension(self) -> int:
-        return int(self.columns.shape[1])
+        """Number ``d`` of linear parameters."""
+        return int(self.pattern.shape[1]) * len(self.share_rows)
+
+    @property
+    def share_rows(self) -> Array:
+        """The shares, ones where none are given."""
+        return np.ones((1, self.pattern.shape[2])) if self.shares is None else self.shares
+
+    @property
+    def columns(self) -> Array:
+        """All signatures, displacement along the approach in um, shape ``(atoms, d, n)``."""
+        return np.concatenate([self.pattern * share for share in self.share_rows], axis=1)
+
+    def signature(self, atom: int) -> Array:
+        """One of the signatures, shape ``(d, n)``."""
+        return np.concatenate([self.pattern[atom] * share for share in self.share_rows])
 
 
 def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[Family]:
@@ -70,7 +90,7 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
 
     Kinds in ``without`` are no candidates.
     """
-    directions = list(visible_directions(np.array(list(data.probings.setting.axis.values()))))
+    directions = _shown(data)
     for kind, law in sorted(effect_kinds().items()):
         if kind in NOT_LAWS or kind in without or (kind == "lever_arm" and data.machine.probe.model == "constant"):
             continue
@@ -84,7 +104,7 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
                 continue  # impossible choices (travel and direction the same), or a column this recording lacks
             family = None
             if has_free_direction(law):
-                yield from _directed(law, choices, atoms, columns, directions, data)
+                yield from _directed(law, choices, atoms, columns, directions)
             else:
                 family = _family(law, choices, atoms, columns)
             if family is not None:
@@ -156,24 +176,32 @@ def visible_directions(axes: Array) -> Iterator[str | tuple[float, ...] | Array]
     yield span
 
 
+Direction = str | tuple[float, ...] | Array
+"""A machine axis, a unit vector, or the unit vectors ``(k, 3)`` between which a direction is free."""
+
+
+def _shown(data: Residuals) -> list[tuple[Direction, Array]]:
+    """The directions in which a motion shows, and the shares ``(k, n)`` of each in the approaches."""
+    approach = data.frame[APPROACH].to_numpy(float)
+    directions = list(visible_directions(np.array(list(data.probings.setting.axis.values()))))
+    units = [np.eye(3)["xyz".index(one)] if isinstance(one, str) else np.array(one) for one in directions]
+    return [(one, np.atleast_2d(unit) @ approach.T) for one, unit in zip(directions, units, strict=True)]
+
+
 def _directed(
     law: type[Effect],
     choices: dict[str, Any],
     atoms: list[dict[str, Any]],
     along: Array,
-    directions: Sequence[str | tuple[float, ...] | Array],
-    data: Residuals,
+    directions: Sequence[tuple[Direction, Array]],
 ) -> Iterator[Family]:
     """One family for every direction, from the signatures of a motion along each approach."""
-    approach = data.frame[APPROACH].to_numpy(float)
-    for direction in directions:
+    for direction, shares in directions:
         if isinstance(direction, np.ndarray):
-            columns = np.concatenate([along * (approach @ unit) for unit in direction], axis=1)
             rest = {name: value for name, value in choices.items() if name != "direction"}
-            family = _family(law, rest, atoms, columns, direction)
+            family = _family(law, rest, atoms, along, shares, direction)
         else:
-            unit = np.eye(3)["xyz".index(direction)] if isinstance(direction, str) else np.array(direction)
-            family = _family(law, choices | {"direction": direction}, atoms, along * (approach @ unit))
+            family = _family(law, choices | {"direction": direction}, atoms, along, shares)
         if family is not None:
             yield family
 
@@ -182,10 +210,12 @@ def _family(
     law: type[Effect],
     choices: dict[str, Any],
     atoms: list[dict[str, Any]],
-    columns: Array,
+    pattern: Array,
+    shares: Array | None = None,
     directions: Array | None = None,
 ) -> Family | None:
-    size = np.sqrt(np.einsum("adn,adn->ad", columns, columns) / columns.shape[2]).max(axis=1)
+    power = np.ones((1, pattern.shape[2])) if shares is None else shares**2
+    size = np.sqrt((pattern**2 @ power.T).max(axis=(1, 2)) / pattern.shape[2])
     seen = size > 1e-9 * max(float(size.max()), 1e-300)
     if not seen.any() or size.max() == 0.0:
         return None
@@ -198,12 +228,13 @@ def _family(
         label,
         choices,
         kept,
-        columns if seen.all() else columns[seen],
+        pattern if seen.all() else pattern[seen],
         law,
         law.covariates[0],
         law.kind == "misalignment",
         directions=directions,
         prior=_prior(law),
+        shares=shares,
     )
 
 
@@ -223,10 +254,15 @@ def fixed_values(law: type[Effect]) -> dict[str, Any]:
 
 def signatures(law: type[Effect], choices: dict[str, Any], atoms: Sequence[dict[str, Any]], data: Residuals) -> Array:
     """Displacement along the approach for a unit of each linear parameter, um, shape ``(atoms, d, n)``."""
-    if len(atoms) > 1 and all(isinstance(value, float | int) for atom in atoms for value in atom.values()):
-        together = {name: np.array([float(atom[name]) for atom in atoms])[:, None] for name in atoms[0]}
-        return np.stack(_columns(law, choices, together, data, len(atoms)), axis=1)
-    return np.concatenate([np.stack(_columns(law, choices, atom, data, 1), axis=1) for atom in atoms])
+    if len(atoms) < 2 or any(not isinstance(value, float | int) for atom in atoms for value in atom.values()):
+        return np.concatenate([np.stack(_columns(law, choices, atom, data, 1), axis=1) for atom in atoms])
+    found = np.empty((len(atoms), 2 if _has_phase(law) else 1, len(data)))
+    size = max(1, CHUNK // len(data))
+    for some in (slice(i, i + size) for i in range(0, len(atoms), size)):
+        together = {name: np.array([float(atom[name]) for atom in atoms[some]])[:, None] for name in atoms[0]}
+        for place, column in enumerate(_columns(law, choices, together, data, len(atoms[some]))):
+            found[some, place] = column
+    return found
 
 
 def family_signatures(family: Family, atom: dict[str, Any], data: Residuals) -> Array:
@@ -239,7 +275,7 @@ def family_signatures(family: Family, atom: dict[str, Any], data: Residuals) -> 
 def carried(family: Family, effect: Effect, data: Residuals) -> Family:
     """A family in another recording, with the one signature that a fitted effect of it has."""
     atom = {name: getattr(effect, name) for name in family.atoms[0]}
-    return replace(family, atoms=[atom], columns=family_signatures(family, atom, data)[None])
+    return replace(family, atoms=[atom], pattern=family_signatures(family, atom, data)[None], shares=None)
 
 
 def _columns(
@@ -248,10 +284,14 @@ def _columns(
     """One array ``(count, n)`` per linear parameter; a sine of any amplitude and phase is a sum of two."""
     linear = [p.name for p in law.parameters() if p.role == "linear"]
     values = fixed_values(law) | choices | atom | dict.fromkeys(linear, 1.0)
-    if not any(p.name == "phase_deg" for p in law.parameters()):
+    if not _has_phase(law):
         return [_column(law, values, data, count)]
     quarter = 90.0 if law.quadrature else 30.0  # of a period, or of a lobe
     return [_column(law, values | {"phase_deg": phase}, data, count) for phase in (0.0, quarter)]
+
+
+def _has_phase(law: type[Effect]) -> bool:
+    return any(p.name == "phase_deg" for p in law.parameters())
 
 
 def _column(law: type[Effect], values: dict[str, Any], data: Residuals, count: int) -> Array:

@@ -15,9 +15,10 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special, stats
+from scipy import special
 
 from stepgauge.diagnose.library import Family
+from stepgauge.diagnose.patterns import Patterns, grouped
 from stepgauge.diagnose.whitening import Whitening
 
 Array = NDArray[np.float64]
@@ -25,9 +26,11 @@ PERIODS = {"period_mm", "period_s", "frequency_hz"}
 """Parameters whose values stand in a family from the slowest to the fastest."""
 ALIAS_GAIN = 0.03
 """Share of the gain that a period may lose by lying between two of the grid."""
-FAR_OUT = -500.0
-CHUNK = 4_000_000
-"""Numbers whitened at a time."""
+FAR_OUT = 1e-217
+SMALLEST = 1e-150
+SURPRISING = -2.0
+"""Logarithm of the chance below which a gain is computed again in double precision."""
+BOUND_ERROR = 1e-3
 COLLINEAR = 1e-4
 """Share of a signature's square that must be left beside the nuisances and the terms already there.
 
@@ -37,11 +40,19 @@ huge amplitude.
 
 
 @dataclass(frozen=True)
+class Curve:
+    """What the normalised signatures of a family draw: how many there are, and the length of the way along, rad."""
+
+    atoms: int
+    length: float
+
+
+@dataclass(frozen=True)
 class Look:
     """The best signature of a family: which one, what it gains, and how surprising that is.
 
     ``gain`` is in units of variance one; ``log_p``: logarithm of the family's p-value, all its looks counted;
-    ``looks``: how many independent signatures the family amounts to.
+    ``looks``: how many independent signatures the family amounts to, on its ``curve``.
     """
 
     family: Family
@@ -49,6 +60,7 @@ class Look:
     gain: float
     log_p: float
     looks: float
+    curve: Curve
 
     @property
     def dimension(self) -> float:
@@ -61,83 +73,138 @@ class Look:
 
 
 class Library:
-    """Families with their whitened signatures, to be looked through again and again.
+    """Families whose signatures are looked through again and again.
 
-    Signatures are scaled by what they were before the nuisances were taken out, and stacked by their number of linear
-    parameters, so that one product with a residual and a model serves all of them.
+    Signatures are scaled by what they were before the nuisances were taken out. They are whitened implicitly: what they
+    are multiplied with is carried back instead. The search runs in single precision, and what it points to is computed
+    again in double.
     """
 
-    def __init__(self, families: Sequence[Family], whitening: Whitening) -> None:
+    def __init__(
+        self, families: Sequence[Family], whitening: Whitening, patterns: Sequence[Patterns] | None = None
+    ) -> None:
         self.families = list(families)
         self.whitening = whitening
-        self._stacks: list[_Stack] = []
-        self._place: dict[int, tuple[_Stack, int]] = {}
-        for dimension in sorted({family.dimension for family in self.families}):
-            members = [i for i, family in enumerate(self.families) if family.dimension == dimension]
-            stack = _Stack([self.families[i] for i in members], whitening)
-            self._stacks.append(stack)
-            self._place |= {index: (stack, place) for place, index in enumerate(members)}
+        self._patterns = list(grouped(self.families)) if patterns is None else patterns
+        self._stacks = [list(_stacks(one, whitening)) for one in self._patterns]
+        self._place = {id(family): i for i, family in enumerate(self.families)}
 
-    def white(self, index: int) -> Array:
-        """Whitened signatures of a family, shape ``(atoms, d, n)``."""
-        stack, place = self._place[index]
-        rows = stack.rows(place)
-        return stack.unit[rows] * stack.scale[rows][..., None]
+    def judged_by(self, whitening: Whitening) -> Library:
+        """The same families beside another scatter of the probings."""
+        return Library(self.families, whitening, self._patterns)
+
+    def white(self, index: int, atom: int) -> Array:
+        """A whitened signature of a family, shape ``(d, n)``."""
+        return self.whitening(self.families[index].signature(atom))
 
     def looks(self, residual: Array, model: Array, dof: int) -> list[Look]:
         """The best signature of every family beside a model's orthonormal columns ``(n, k)``, most surprising first."""
         left = residual - model @ (model.T @ residual)
-        found = [look for stack in self._stacks for look in stack.looks(left, model, float(residual @ residual), dof)]
-        return sorted(found, key=lambda look: look.log_p)
+        back = self.whitening.carried_back(np.column_stack([left, model]))
+        judge = _Judge(float(residual @ residual), dof)
+        found: list[Look] = []
+        for patterns, stacks in zip(self._patterns, self._stacks, strict=True):
+            dots = patterns.dots(back)
+            found += [look for stack in stacks for look in stack.looks(dots, judge)]
+        found.sort(key=self._rank)
+        told = sum(look.log_p < SURPRISING for look in found) + 1
+        return sorted(self._sharpened(found[:told], left, model, judge), key=self._rank) + found[told:]
+
+    def _rank(self, look: Look) -> tuple[float, int, int]:
+        return look.log_p, look.family.dimension, self._place[id(look.family)]
+
+    def _sharpened(self, found: Sequence[Look], left: Array, model: Array, judge: _Judge) -> Iterator[Look]:
+        """The same looks with gains in double precision."""
+        for dimension in {look.family.dimension for look in found}:
+            own = [look for look in found if look.family.dimension == dimension]
+            columns = np.stack([look.family.signature(look.atom) for look in own])
+            scale = np.maximum(np.linalg.norm(columns * self.whitening.inverse_sigma, axis=2), SMALLEST)
+            unit = self.whitening(columns) / scale[..., None]
+            beside = unit @ model
+            gram = unit @ np.swapaxes(unit, 1, 2) - beside @ np.swapaxes(beside, 1, 2)
+            stiff = (np.array([look.family.prior for look in own])[:, None] * scale) ** -2
+            for look, gain in zip(own, _gain(gram, unit @ left, stiff), strict=True):
+                yield judge.look(look.family, look.atom, float(gain), look.curve)
+
+
+@dataclass(frozen=True)
+class _Judge:
+    """What a gain is measured by: the residual's sum of squares ``total`` and its degrees of freedom."""
+
+    total: float
+    dof: int
+
+    def look(self, family: Family, atom: int, gain: float, curve: Curve) -> Look:
+        """A look at a signature with its gain."""
+        variance = min(1.0, (self.total - gain) / max(self.dof - family.dimension, 1))
+        scaled = gain / max(variance, 1e-12)
+        looks = min(1.0 + curve.length * np.sqrt(scaled / (2.0 * np.pi)), float(curve.atoms))
+        return Look(family, atom, gain, log_p_value(scaled, family.dimension, self.dof, looks), looks, curve)
+
+
+def _stacks(patterns: Patterns, whitening: Whitening) -> Iterator[_Stack]:
+    grams = patterns.grams(whitening)
+    for families, mix in patterns.sets:
+        yield _Stack(families, mix, *(_mixed(gram, mix) for gram in grams))
+
+
+def _mixed(gram: Array, mix: Array) -> Array:
+    """Products of signatures ``(atoms, d, d)`` from those ``(atoms, r, depth, r, depth)`` for a basis of the shares."""
+    mixed = np.einsum("ka,iajbm,lb->ikjlm", mix, gram, mix, optimize=True)
+    d = mixed.shape[1] * mixed.shape[2]
+    return mixed.reshape(-1, d, d)
 
 
 class _Stack:
-    """Families of the same number of linear parameters ``d``, one behind the other.
+    """Families of the same number of linear parameters ``d`` that show in the same shares, one behind the other.
 
-    ``unit (atoms, d, n)``, ``scale (atoms, d)``: whitened signatures and what they were divided by; ``gram``: their
-    products; ``stiff``: the price of their sizes.
+    ``scale (atoms, d)``: what signatures are divided by; ``gram``: their products after that; ``stiff``: the price of
+    their sizes.
     """
 
-    def __init__(self, families: Sequence[Family], whitening: Whitening) -> None:
-        self.families = list(families)
-        self.first = np.cumsum([0, *(len(family.columns) for family in families)])
-        white = [_whitened(family.columns, whitening) for family in families]
-        scale = [np.sqrt(np.einsum("adn,n->ad", f.columns**2, whitening.inverse_sigma**2)) for f in families]
-        self.scale = np.maximum(np.concatenate(scale), 1e-150)
-        self.unit = np.concatenate(white)
-        self.unit /= self.scale[..., None]
-        self.gram = self.unit @ np.swapaxes(self.unit, 1, 2)
+    def __init__(self, families: Sequence[Family], mix: Array, raw: Array, white: Array, beside: Array) -> None:
+        self.families, self.mix = list(families), mix
+        self.first = np.cumsum([0, *(len(family.pattern) for family in families)])
+        square = np.einsum("aii->ai", raw)
+        self.scale = np.where(square > 0.0, np.sqrt(np.maximum(square, 0.0)), np.inf)
+        self.gram = white / self.scale[:, :, None] / self.scale[:, None, :]
         price = np.repeat([family.prior**-2 for family in families], np.diff(self.first))
         self.stiff = price[:, None] / self.scale**2
-        self.lengths = [_curve_length(self.unit[self.rows(i)], self.gram[self.rows(i)]) for i in range(len(families))]
+        cross = beside / self.scale[:-1, :, None] / self.scale[1:, None, :]
+        self.curves = [Curve(len(self.gram[own]), _curve_length(self.gram[own], cross[own])) for own in self._rows()]
 
-    def rows(self, place: int) -> slice:
-        """Where the signatures of a family stand."""
-        return slice(int(self.first[place]), int(self.first[place + 1]))
+    def _rows(self) -> Iterator[slice]:
+        """Where the signatures of each family stand."""
+        return (slice(int(a), int(b)) for a, b in zip(self.first[:-1], self.first[1:], strict=True))
 
-    def looks(self, left: Array, model: Array, total: float, dof: int) -> Iterator[Look]:
-        """The best signature of each family; ``total``: sum of squares of the residual that they must bring down."""
-        gains = self._gains(left, model)
-        for place, family in enumerate(self.families):
-            own = gains[self.rows(place)]
-            atom = _best_atom(family, own)
-            gain = float(own[atom])
-            variance = min(1.0, (total - gain) / max(dof - family.dimension, 1))
-            scaled = gain / max(variance, 1e-12)
-            looks = min(1.0 + self.lengths[place] * np.sqrt(scaled / (2.0 * np.pi)), float(len(own)))
-            yield Look(family, atom, gain, log_p_value(scaled, family.dimension, dof, looks), looks)
+    def looks(self, dots: Array, judge: _Judge) -> Iterator[Look]:
+        """The best signature of each family; ``dots``: see :meth:`Patterns.dots`, the residual's before the model's."""
+        gains = self._gains(dots)
+        for family, own, curve in zip(self.families, self._rows(), self.curves, strict=True):
+            atom = _best_atom(family, gains[own])
+            yield judge.look(family, atom, float(gains[own][atom]), curve)
 
-    def _gains(self, left: Array, model: Array) -> Array:
-        """Gain of every signature, shape ``(atoms,)``."""
-        atoms, d, n = self.unit.shape
-        products = (self.unit.reshape(-1, n) @ np.column_stack([left, model])).reshape(atoms, d, -1)
+    def _gains(self, dots: Array) -> Array:
+        """Gain of every signature, shape ``(atoms,)``; of those that cannot be the best of their family maybe none."""
+        mixed = np.tensordot(self.mix, dots, 1).transpose(1, 0, 2, 3)
+        products = mixed.reshape(*self.scale.shape, -1) / self.scale[..., None]
         dot, beside = products[..., 0], products[..., 1:]
-        gram = self.gram - beside @ np.swapaxes(beside, 1, 2)
-        gain = _gain_one(gram[:, 0, 0], dot[:, 0], self.stiff[:, 0]) if d == 1 else _gain_more(gram, dot, self.stiff)
-        for place, family in enumerate(self.families):
+        gain = self._best_gains(self.gram - beside @ np.swapaxes(beside, 1, 2), dot)
+        for family, own in zip(self.families, self._rows(), strict=True):
             if family.positive:
-                own = self.rows(place)
                 gain[own] = np.where(dot[own, 0] > 0.0, gain[own], 0.0)
+        return gain
+
+    def _best_gains(self, gram: Array, dot: Array) -> Array:
+        """Gains where they may be a family's best: bounds say where, the highest bound of a family first."""
+        if len(dot) == len(self.families):
+            return _gain(gram, dot, self.stiff)
+        bound, gain = _bound(gram, dot), np.zeros(len(dot))
+        bar = np.maximum.reduceat(bound, self.first[:-1])
+        for _ in range(2):
+            may = bound >= np.repeat(bar, np.diff(self.first))
+            gain[may] = _gain(gram[may], dot[may], self.stiff[may])
+            bar = np.maximum.reduceat(gain, self.first[:-1]) * (1.0 - ALIAS_GAIN) * (1.0 - BOUND_ERROR)
         return gain
 
 
@@ -149,17 +216,22 @@ def _best_atom(family: Family, gains: Array) -> int:
     return int((gains >= gains[best] * (1.0 - ALIAS_GAIN)).argmax())
 
 
-def _whitened(columns: Array, whitening: Whitening) -> Array:
-    size = max(1, CHUNK // max(columns.shape[1] * columns.shape[2], 1))
-    return np.concatenate([whitening(columns[i : i + size]) for i in range(0, len(columns), size)])
+def _bound(gram: Array, dot: Array) -> Array:
+    """What the gains cannot exceed, by elimination: far quicker than the gains; infinite where that would be unsafe."""
+    gram, dot, bound = gram.copy(), dot.copy(), np.zeros(len(dot))
+    unsafe = np.zeros(len(dot), bool)
+    for i in range(dot.shape[1]):
+        pivot = gram[:, i, i]
+        unsafe |= pivot < COLLINEAR
+        share = gram[:, i, i + 1 :] / np.maximum(pivot, COLLINEAR)[:, None]
+        bound += dot[:, i] ** 2 / np.maximum(pivot, COLLINEAR)
+        dot[:, i + 1 :] -= share * dot[:, i, None]
+        gram[:, i + 1 :, i + 1 :] -= share[:, :, None] * gram[:, i, None, i + 1 :]
+    return np.where(unsafe, np.inf, bound)
 
 
-def _gain_one(left: Array, dot: Array, stiff: Array) -> Array:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(left > COLLINEAR, dot**2 / (left + stiff), 0.0)
-
-
-def _gain_more(gram: Array, dot: Array, stiff: Array) -> Array:
+def _gain(gram: Array, dot: Array, stiff: Array) -> Array:
+    """Gains ``(atoms,)`` from the products ``(atoms, d, d)`` of what is left of the signatures."""
     value, vector = np.linalg.eigh(gram)
     share = np.einsum("aij,ai->aj", vector, dot)
     against = np.einsum("aij,ai->aj", vector**2, stiff)
@@ -167,11 +239,14 @@ def _gain_more(gram: Array, dot: Array, stiff: Array) -> Array:
         return np.where(value > COLLINEAR, share**2 / (value + against), 0.0).sum(axis=1)
 
 
-def _curve_length(unit: Array, gram: Array) -> float:
-    """Length of the curve of the normalised signatures, rad; of subspaces by their larger principal angle."""
-    if len(unit) < 2:
+def _curve_length(gram: Array, cross: Array) -> float:
+    """Length of the curve of the normalised signatures, rad; of subspaces by their larger principal angle.
+
+    ``cross``: products of each with the next, of which the last is not used.
+    """
+    if len(gram) < 2:
         return 0.0
-    cross = unit[:-1] @ np.swapaxes(unit[1:], 1, 2)
+    cross = cross[: len(gram) - 1]
     shrink = np.linalg.inv(gram + 1e-12 * np.eye(gram.shape[1]))
     overlap = shrink[:-1] @ cross @ shrink[1:] @ np.swapaxes(cross, 1, 2)
     smallest = np.linalg.eigvals(overlap).real.min(axis=1)
@@ -190,11 +265,11 @@ def log_p_value(gain: float, dimension: int, dof: int, looks: float) -> float:
 def _log_f_tail(f: float, d: int, dof: int) -> float:
     """Logarithm of the upper tail of an F distribution.
 
-    Far out, where scipy's underflows, the first term of the series is all there is: with x = dof / (dof + d f) the tail
+    Far out, where it underflows, the first term of the series is all there is: with x = dof / (dof + d f) the tail
     is the incomplete beta I_x(dof / 2, d / 2), about x^a (1 - x)^(b - 1) / (a B(a, b)).
     """
-    exact = float(stats.f.logsf(f, d, dof))
-    if exact > FAR_OUT:
-        return exact
+    tail = float(special.fdtrc(d, dof, f))
+    if tail > FAR_OUT:
+        return float(np.log(tail))
     a, b, x = dof / 2.0, d / 2.0, dof / (dof + d * f)
     return float(a * np.log(x) + (b - 1.0) * np.log1p(-x) - np.log(a) - special.betaln(a, b))

@@ -63,7 +63,7 @@ class Selector:
 
     def columns(self, terms: tuple[Term, ...]) -> Array:
         """Whitened signatures of terms, shape ``(n, d)``."""
-        parts = [self.library.white(term.index)[term.atom] for term in terms]
+        parts = [self.library.white(term.index, term.atom) for term in terms]
         return np.concatenate(parts).T if parts else np.zeros((len(self.data), 0))
 
     def fit(self, terms: tuple[Term, ...]) -> Fitted:

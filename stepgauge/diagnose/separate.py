@@ -18,7 +18,7 @@ from stepgauge.diagnose.confounded import Rivals
 from stepgauge.diagnose.library import family_signatures
 from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.solve import Solved
-from stepgauge.diagnose.whitening import make_whitening, orthonormal
+from stepgauge.diagnose.whitening import Whitening, make_whitening, orthonormal
 from stepgauge.effects import along_approach_um
 from stepgauge.errors import InputError
 from stepgauge.placement import STANDING_COS, Placement, format_placement, make_placement
@@ -62,9 +62,28 @@ class Separation:
         return format_placement(self.run.placement)
 
 
-def separate(
-    place: int, solved: Sequence[Solved], rivals: Rivals, data: Residuals, sigma_um: float
-) -> Separation | None:
+@dataclass(frozen=True)
+class Lengthened:
+    """The recording with the rows of an extra run added on paper, and what whitens it."""
+
+    run: ExtraRun
+    data: Residuals
+    whitening: Whitening
+
+
+def lengthened(data: Residuals, sigma_um: float) -> list[Lengthened]:
+    """The recording with each feasible extra run, the least trouble first; ``sigma_um``: scatter of a probing."""
+    found = []
+    for run in extra_runs(data):
+        try:
+            more = _with_run(run, data)
+        except InputError:
+            continue
+        found.append(Lengthened(run, more, make_whitening(more, np.full(len(more), sigma_um))))
+    return found
+
+
+def separate(place: int, solved: Sequence[Solved], rivals: Rivals, possible: Sequence[Lengthened]) -> Separation | None:
     """The extra run that best tells one finding from its rivals; None where no feasible run does.
 
     Parameters
@@ -72,18 +91,18 @@ def separate(
     place : which of ``solved`` the rivals belong to
     solved : the fitted effects
     rivals : the laws that could stand in that place
-    data, sigma_um : the recording's residuals and the scatter of a probing
+    possible : what :func:`lengthened` gives
     """
     found = []
-    for run in extra_runs(data):
+    for one in possible:
         try:
-            left = _left_over(run, place, solved, rivals, data, sigma_um)
+            left = _left_over(one, place, solved, rivals)
         except InputError:
             continue
         told = {label: chi2 for label, chi2 in left.items() if chi2 > TELLING}
         if told:
             untold = tuple(label for label in left if label not in told)
-            found.append(Separation(run, min(told.values()), tuple(told), untold))
+            found.append(Separation(one.run, min(told.values()), tuple(told), untold))
     # the most rivals first, then the clearest; among runs nearly as clear the one that is the least trouble
     best = max(found, key=lambda one: (len(one.told), one.chi2), default=None)
     return next((one for one in found if best and len(one.told) == len(best.told) and one.chi2 > best.chi2 / 2), None)
@@ -163,12 +182,9 @@ def _shifts(data: Residuals, middle: Array, axis: Array, length: float) -> Itera
             yield target
 
 
-def _left_over(
-    run: ExtraRun, place: int, solved: Sequence[Solved], rivals: Rivals, data: Residuals, sigma_um: float
-) -> dict[str, float]:
+def _left_over(one: Lengthened, place: int, solved: Sequence[Solved], rivals: Rivals) -> dict[str, float]:
     """The chi-square of the effect that each rival leaves over, with the extra run added."""
-    more = _with_run(run, data)
-    whitening = make_whitening(more, np.full(len(more), sigma_um))
+    more, whitening = one.data, one.whitening
     effect = whitening(np.asarray(along_approach_um(solved[place].effect, more.probings)))
     others = [whitening(along_approach_um(s.effect, more.probings)) for i, s in enumerate(solved) if i != place]
     left_over = {}

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from stepgauge.diagnose.library import Family
-from stepgauge.diagnose.search import Library, Look
+from stepgauge.diagnose.search import Curve, Library, Look
 from stepgauge.diagnose.whitening import Whitening
 
 Array = NDArray[np.float64]
@@ -30,7 +30,7 @@ TOLD = 0.5
 class Smooth:
     """Random functions of one covariate.
 
-    ``family``: name, covariate and side, its columns ``(1, m, n)`` what the readings move by for one um at a knot;
+    ``family``: name, covariate and side, its signature ``(m, n)`` what the readings move by for one um at a knot;
     ``roots (k, m, m)``: a root of the covariance of the values at the knots, for each correlation length.
     """
 
@@ -75,7 +75,7 @@ class Forms:
         index = next(i for i, family in enumerate(self.families) if family is look.family)
         count = len(self.library.families)
         if index < count:
-            return self.library.white(index)[look.atom]
+            return self.library.white(index, look.atom)
         return self._smooths[index - count].told(look)
 
 
@@ -89,7 +89,7 @@ class _Whitened:
 
     @classmethod
     def of(cls, smooth: Smooth, whitening: Whitening) -> _Whitened:
-        white = whitening(smooth.family.columns[0])
+        white = whitening(smooth.family.signature(0))
         return cls(smooth, white, white @ white.T)
 
     def look(self, left: Array, model: Array, total: float, dof: int) -> SmoothLook:
@@ -109,6 +109,7 @@ class _Whitened:
             float((per_direction[length, 0] * softened).sum()),
             _log_p(float(ratio.max()), tests),
             float(tests),
+            Curve(tests, 0.0),
             float(evidence[length, size]),
             float(softened.sum()),
         )

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 from scipy.optimize import least_squares
 
 from stepgauge.diagnose.library import Family, fixed_values
@@ -16,8 +17,6 @@ from stepgauge.diagnose.whitening import Whitening, orthonormal
 from stepgauge.effects import Effect, along_approach_um
 
 Array = NDArray[np.float64]
-STEP = 1e-4
-"""Share of a parameter's scale by which it is moved to find the slope."""
 FROZEN = {"time_s"}
 """Parameters in which the displacement has no slope: as fine as the grid."""
 
@@ -63,7 +62,7 @@ def solve(families: Sequence[Family], atoms: Sequence[int], data: Residuals, whi
     white = whitening(data.um)
     if not laws:
         return Fitted((), white, np.zeros((len(white), 0)))
-    columns = np.concatenate([whitening(law.family.columns[atom]) for law, atom in zip(laws, atoms, strict=True)])
+    columns = np.concatenate([whitening(law.family.signature(atom)) for law, atom in zip(laws, atoms, strict=True)])
     coefficients = np.linalg.lstsq(columns.T, white, rcond=None)[0]
     cuts = np.cumsum([law.family.dimension for law in laws])[:-1]
     start = [law.start(part) for law, part in zip(laws, np.split(coefficients, cuts), strict=True)]
@@ -91,6 +90,8 @@ class _Law:
         components = [f"component {i}" for i in range(self.free)]
         self.names = [*(components or self.linear), *moving, *phase]
         self.units = {name: known[name].unit for name in known}
+        self.sized = self.free or len(self.linear)
+        self._shapes: dict[bytes, Array] = {}
 
     @property
     def free(self) -> int:
@@ -132,16 +133,61 @@ class _Law:
                 fitted[name] = tuple(fitted.pop(part) for part in _parts(name, value))
         return fixed_values(self.law) | self.family.choices | self.atom | fitted
 
+    def shape(self, parameters: Array, data: Residuals) -> Array:
+        """Displacement along the approach for a unit of every size, um, for one or more sets of parameters ``(m, p)``.
+
+        Shape ``(m, k, n)``; the only one is the displacement itself where the law has no size to be scaled by.
+        """
+        sets = np.atleast_2d(parameters)[:, self.sized :]
+        key = sets.tobytes()
+        if key not in self._shapes:
+            self._shapes = {key: self._shape(sets, data)}
+        return self._shapes[key]
+
+    def _shape(self, sets: Array, data: Residuals) -> Array:
+        values = self._values_of_sets(sets)
+        effect = self.law.model_construct(**(values | dict.fromkeys(self.linear, 1.0)))
+        um = np.broadcast_to(along_approach_um(effect, data.probings), (len(sets), len(data)))
+        return um[:, None] * (1.0 if self.family.directions is None else self._shares(data))
+
+    def _values_of_sets(self, sets: Array) -> dict[str, Any]:
+        """All parameters but the sizes, the fitted ones ``(m, 1)``; a free direction is left to the shares of it."""
+        fitted: dict[str, Any] = dict(zip(self.names[self.sized :], sets.T[..., None], strict=True))
+        for name, value in self.atom.items():
+            if isinstance(value, tuple):
+                fitted[name] = tuple(fitted.pop(part) for part in _parts(name, value))
+        direction = {} if self.family.directions is None else {"direction": "approach"}
+        return fixed_values(self.law) | self.family.choices | self.atom | fitted | direction
+
+    def _shares(self, data: Residuals) -> Array:
+        """Shares of the free direction's unit vectors in the approaches, ``(k, n)``."""
+        assert self.family.directions is not None
+        return self.family.directions @ np.array([data.probings.approach(axis) for axis in "xyz"])
+
     def displacement_um(self, parameters: Array, data: Residuals) -> Array:
         """Along the approach, shape ``(n,)``."""
-        effect = self.law.model_construct(**self.values(parameters))
-        return np.broadcast_to(along_approach_um(effect, data.probings), (len(data),)).astype(float)
+        return self._scaled(parameters, self.shape(parameters, data))[0]
+
+    def _scaled(self, parameters: Array, shape: Array) -> Array:
+        return np.einsum("k,mkn->mn", parameters[: self.sized], shape) if self.sized else shape[:, 0]
+
+    def slopes(self, parameters: Array, steps: Array, data: Residuals) -> Array:
+        """Slope of the displacement in every parameter, shape ``(p, n)``: exact for sizes, else by ``steps``."""
+        moved = parameters + np.vstack([np.zeros(len(steps)), np.diag(steps)[self.sized :]])
+        shape = self.shape(moved, data)
+        um = self._scaled(parameters, shape)
+        return np.vstack([shape[0, : self.sized], (um[1:] - um[0]) / steps[self.sized :, None]])
 
     def sizes(self, parameters: Array) -> Array:
         """Linear parameters over the standard deviation of what is expected of them."""
         if not np.isfinite(self.family.prior):
             return np.zeros(0)
-        return parameters[: self.free or len(self.linear)] / self.family.prior
+        return parameters[: self.sized] / self.family.prior
+
+    def size_slopes(self) -> Array:
+        """Slope of :meth:`sizes` in every parameter."""
+        count = self.sized if np.isfinite(self.family.prior) else 0
+        return np.eye(count, len(self.names)) / self.family.prior
 
     def scales(self, parameters: Array) -> Array:
         """How far a parameter is moved to see its effect."""
@@ -175,9 +221,14 @@ def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Whit
         sizes = np.concatenate([law.sizes(part) for law, part in zip(laws, parts, strict=True)])
         return np.concatenate([white - whitening(np.sum(shares, axis=0)), sizes])
 
-    found = least_squares(
-        left, np.zeros(len(start)), method="lm" if len(white) > len(start) else "trf", max_nfev=60 * len(start)
-    )
+    def slopes(moved: Array) -> Array:
+        parts, steps = np.split(start + moved * scale, cuts), np.split(_steps(moved) * scale, cuts)
+        um = [law.slopes(part, step, data) for law, part, step in zip(laws, parts, steps, strict=True)]
+        sizes = block_diag(*(law.size_slopes() for law in laws))
+        return np.vstack([-whitening(np.vstack(um)).T, sizes]) * scale
+
+    method = "lm" if len(white) > len(start) else "trf"
+    found = least_squares(left, np.zeros(len(start)), slopes, method=method, max_nfev=60 * len(start))
     moved = found.x if found.cost <= 0.5 * float((left(np.zeros(len(start))) ** 2).sum()) else np.zeros(len(start))
     values = start + moved * scale
     covariance = _covariance(found.jac, scale)
@@ -187,6 +238,11 @@ def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Whit
         solved.append(_solved(law, part, covariance[own, own]))
         first += len(part)
     return Fitted(tuple(solved), left(moved)[: len(white)], orthonormal(found.jac[: len(white)]))
+
+
+def _steps(moved: Array) -> Array:
+    """Steps that lose half the digits of a difference, away from zero."""
+    return np.sqrt(np.finfo(float).eps) * np.where(moved < 0.0, -1.0, 1.0) * np.maximum(np.abs(moved), 1.0)
 
 
 def _covariance(jacobian: Array, scale: Array) -> Array:

@@ -31,16 +31,30 @@ class Whitening:
 
     def __call__(self, columns: Array) -> Array:
         """Whitened columns ``(..., n)`` orthogonal to the nuisances."""
-        take, give = self._low_rank
+        take, _, give = self._low_rank
         x = (columns * self.inverse_sigma).reshape(-1, columns.shape[-1])
         x -= (x @ take) @ give
         return x.reshape(columns.shape)
 
-    @cached_property
-    def _low_rank(self) -> tuple[Array, Array]:
-        """Matrices ``(n, k)`` and ``(k, n)`` of the projection: shrinking by face, then taking the nuisances out.
+    def carried_back(self, white: Array) -> Array:
+        """Columns ``(n, q)`` whose products with unwhitened columns are those of ``white`` with whitened ones."""
+        take, _, give = self._low_rank
+        return (white - take @ (give @ white)) * self.inverse_sigma[:, None]
 
-        With V the faces' columns and g their shrinking, (I - V g V') (I - N N') = I - [V N] M [V N]'.
+    @cached_property
+    def squared(self) -> tuple[Array, Array]:
+        """Matrices T ``(n, k)`` and A ``(k, k)``: products of whitened x and y are x y' - (x T) A (y T)'.
+
+        ``x`` and ``y`` are scaled by sigma already.
+        """
+        take, middle, give = self._low_rank
+        return take, middle + middle.T - give @ take @ middle.T
+
+    @cached_property
+    def _low_rank(self) -> tuple[Array, Array, Array]:
+        """Matrices T ``(n, k)``, M ``(k, k)``, M T' of the projection: shrinking by face, then without nuisances.
+
+        With V the faces' columns and g their shrinking, (I - V g V') (I - N N') = I - T M T', T = [V N].
         """
         faces = len(self.shrink)
         v = (self.face[:, None] == np.arange(faces)) * (self.side * self.inverse_sigma)[:, None]
@@ -49,7 +63,7 @@ class Whitening:
         middle = np.eye(take.shape[1])
         middle[:faces, :faces] = np.diag(g)
         middle[:faces, faces:] = -g[:, None] * (v.T @ self.nuisance)
-        return take, middle @ take.T
+        return take, middle, middle @ take.T
 
     @property
     def dof(self) -> int:
