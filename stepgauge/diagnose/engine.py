@@ -198,6 +198,7 @@ def _settle(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
         for place in range(len(terms)):
             best = rivals(selector, terms, place).looks[0]
             terms = (*terms[:place], selector.term_of(best), *terms[place + 1 :])
+        terms = selector.dealiased(terms)
         if terms == before:
             break
     return terms

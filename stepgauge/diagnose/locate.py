@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +18,13 @@ Array = NDArray[np.float64]
 MOST_LOCATED = 4
 FALSE_ALARM = 0.004
 """Chance that any form is seen in a recording without structure."""
+UNDECIDED = 4.0
+"""Forms whose logarithms of chance differ by less say the same."""
+MOST_COMPARED = 40
+MOST_SAME = 2
+SAME = "in this recording the same as "
+COMMON = ("side", "azimuth", "position", "machine x", "machine y", "machine z", "time", "order", "cycle")
+"""Covariates from the commonest to the rarest cause; any other one comes after them."""
 SIDE_WORDS = {"approach": "both", "gauge": "both", "front": "front", "back": "back"}
 
 
@@ -28,13 +38,27 @@ def most_telling(forms: Forms, white: Array) -> tuple[Located, ...]:
     total = max(float(white @ white) - whitening.dof, 1.0)
     while len(found) < MOST_LOCATED:
         left = white - basis @ (basis.T @ white)
-        best = forms.looks(left, basis, whitening.dof - basis.shape[1])[0]
+        best, *same = _telling(forms.looks(left, basis, whitening.dof - basis.shape[1]))
         if best.log_p > bar:
             break
         found.append(describe(best, min(best.gain / total, 1.0)))
+        for other in same if not columns else ():
+            also = describe(other, min(other.gain / total, 1.0))
+            found.append(replace(also, where=f"{also.where} ({SAME}{best.family.covariate})"))
         columns.append(forms.columns(best))
         basis = orthonormal(np.concatenate(columns).T)
     return tuple(found)
+
+
+def _telling(looks: Sequence[Look]) -> list[Look]:
+    """The looks that tell most, one to a covariate: those nearly as telling as the best, commoner covariates first."""
+    near = [look for look in looks[:MOST_COMPARED] if look.log_p <= looks[0].log_p + UNDECIDED]
+    first = {look.family.covariate: look for look in reversed(near)}
+    return sorted(first.values(), key=lambda look: _rank(look.family.covariate))[: 1 + MOST_SAME]
+
+
+def _rank(covariate: str) -> int:
+    return COMMON.index(covariate) if covariate in COMMON else len(COMMON)
 
 
 def describe(look: Look, share: float) -> Located:

@@ -97,6 +97,13 @@ class Library:
         """A whitened signature of a family, shape ``(d, n)``."""
         return self.whitening(self.families[index].signature(atom))
 
+    def gains(self, index: int, residual: Array, model: Array) -> Array:
+        """Gains of all signatures of one family beside a model's orthonormal columns, shape ``(atoms,)``."""
+        family = self.families[index]
+        return _precise_gains(
+            family.columns, family.prior, residual - model @ (model.T @ residual), model, self.whitening
+        )
+
     def looks(self, residual: Array, model: Array, dof: int) -> list[Look]:
         """The best signature of every family beside a model's orthonormal columns ``(n, k)``, most surprising first."""
         left = residual - model @ (model.T @ residual)
@@ -118,12 +125,8 @@ class Library:
         for dimension in {look.family.dimension for look in found}:
             own = [look for look in found if look.family.dimension == dimension]
             columns = np.stack([look.family.signature(look.atom) for look in own])
-            scale = np.maximum(np.linalg.norm(columns * self.whitening.inverse_sigma, axis=2), SMALLEST)
-            unit = self.whitening(columns) / scale[..., None]
-            beside = unit @ model
-            gram = unit @ np.swapaxes(unit, 1, 2) - beside @ np.swapaxes(beside, 1, 2)
-            stiff = (np.array([look.family.prior for look in own])[:, None] * scale) ** -2
-            for look, gain in zip(own, _gain(gram, unit @ left, stiff), strict=True):
+            priors = np.array([look.family.prior for look in own])[:, None]
+            for look, gain in zip(own, _precise_gains(columns, priors, left, model, self.whitening), strict=True):
                 yield judge.look(look.family, look.atom, float(gain), look.curve)
 
 
@@ -237,6 +240,15 @@ def _gain(gram: Array, dot: Array, stiff: Array) -> Array:
     against = np.einsum("aij,ai->aj", vector**2, stiff)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(value > COLLINEAR, share**2 / (value + against), 0.0).sum(axis=1)
+
+
+def _precise_gains(columns: Array, prior: Array | float, left: Array, model: Array, whitening: Whitening) -> Array:
+    """Gains of signatures ``(atoms, d, n)`` in double precision; ``left`` is free of the model."""
+    scale = np.maximum(np.linalg.norm(columns * whitening.inverse_sigma, axis=2), SMALLEST)
+    unit = whitening(columns) / scale[..., None]
+    beside = unit @ model
+    gram = unit @ np.swapaxes(unit, 1, 2) - beside @ np.swapaxes(beside, 1, 2)
+    return _gain(gram, unit @ left, (prior * scale) ** -2)
 
 
 def _curve_length(gram: Array, cross: Array) -> float:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnose.holdout import Folds, holdout_rms, make_folds
 from stepgauge.diagnose.residuals import Residuals
-from stepgauge.diagnose.search import Library, Look
+from stepgauge.diagnose.search import PERIODS, Library, Look
 from stepgauge.diagnose.solve import Fitted, solve
 from stepgauge.diagnose.whitening import Whitening
 
@@ -27,6 +27,11 @@ FURTHER_FALSE_ALARM = 0.001
 SAME_IN_REPEATS = 0.05
 """Share of a displacement's square that may differ between repeats where it counts as the same in all cycles."""
 MOST_TERMS = 4
+ALIASES = 0.15
+"""Share of the gain that an alias may lose on the grid and still be fitted."""
+MOST_ALIASES = 4
+SAME_FIT = 4.0
+"""Difference in chi-square between aliases that is no evidence."""
 ROUNDS = 6
 
 
@@ -102,7 +107,7 @@ class Selector:
                 self._log("not added", best)
                 break
             self._log("added", best)
-            terms = self._exchange((*terms, self.term_of(best)))
+            terms = self.dealiased(self._exchange(self.dealiased((*terms, self.term_of(best)))))
         return self._repeated(self._drop(terms))
 
     def _exchange(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
@@ -121,6 +126,24 @@ class Selector:
                     terms = swapped
             if not changed:
                 break
+        return terms
+
+    def dealiased(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
+        """Each period the longest of those that fit as well, once fitted: the grid is too coarse to tell aliases apart.
+
+        Faces that are probed at a pitch, and touches in a steady rhythm, show a quick oscillation as a slow one.
+        """
+        for place, term in enumerate(terms):
+            family = self.library.families[term.index]
+            if not PERIODS & set(family.atoms[term.atom]):
+                continue
+            others = terms[:place] + terms[place + 1 :]
+            left, basis = self.residual(others)
+            gains = self.library.gains(term.index, left, basis)
+            peaks = [Term(term.index, atom) for atom in _peaks(gains)]
+            tried = [(*terms[:place], one, *terms[place + 1 :]) for one in peaks if one not in others] or [terms]
+            squares = [self._sum_of_squares(one) for one in tried]
+            terms = next(one for one, own in zip(tried, squares, strict=True) if own <= min(squares) + SAME_FIT)
         return terms
 
     def _sum_of_squares(self, terms: tuple[Term, ...]) -> float:
@@ -163,6 +186,13 @@ class Selector:
         """One family beside other terms."""
         family = self.library.families[index]
         return next(look for look in self.looks(others) if look.family is family)
+
+
+def _peaks(gains: Array) -> list[int]:
+    """The highest of the local maxima, in the order of the grid."""
+    higher = np.concatenate([[-np.inf], gains, [-np.inf]])
+    peaks = np.flatnonzero((gains >= higher[:-2]) & (gains >= higher[2:]) & (gains >= (1.0 - ALIASES) * gains.max()))
+    return sorted(int(i) for i in peaks[np.argsort(-gains[peaks])][:MOST_ALIASES])
 
 
 def share_within_repeats(um: Array, group: NDArray[np.intp]) -> float:

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
+import numpy as np
 from scipy import stats
 
 from stepgauge.diagnose.forms import WANDERING
@@ -22,13 +23,19 @@ from stepgauge.diagnose.search import Look
 from stepgauge.diagnose.select import Selector, Term, share_within_repeats
 from stepgauge.diagnose.smooth import Forms
 
-MARGIN = 3.0
-"""By how many nats the form must be the shorter description: a factor of twenty in plausibility."""
+MARGIN = 5.0
+"""By how many nats a form must be a shorter description than a law: laws that are known are likelier beforehand."""
+PILE_MARGIN = 2.0
+"""The same for several laws at once, which are rarer."""
+LOCKED_MARGIN = -10.0
+"""The same where one among several laws oscillates in time and yet reads the same in every cycle."""
 MISFIT_MARGIN = -8.0
 """The same where the laws do not fit as well as the scatter of the repeats would let them."""
 MISFIT_P = 0.002
 PILE_MISFIT_P = 0.003
 """The same for several laws at once, which could bend to fit and do not."""
+PILE_FORM_P = 0.01
+"""Chance of the form that they leave: without one, it is the scatter of the repeats that came out small."""
 EXPLAINED = 0.85
 """A law that makes up this share of what a form explains is that law, in a shape a little off its ideal."""
 PILE_EXPLAINED = 0.93
@@ -52,17 +59,25 @@ def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: No
     """The shortest description by some of the laws and one form; None where the laws alone are shorter."""
     if not terms:
         return None
-    repeated = _repeated(selector, terms) or _locked(selector, terms)
+    repeated = _repeated(selector, terms)
     if repeated:
-        kept = tuple(term for term in terms if term not in repeated)
-        return _with_form(forms, selector, terms, kept)[1]
-    margin = MISFIT_MARGIN if _misfit(selector, terms, noise, MISFIT_P, EXPLAINED) else MARGIN
+        return instead_of(forms, selector, terms, tuple(term for term in terms if term not in repeated))
+    margin = _margin(selector, terms, noise)
     saved, best = max((_with_form(forms, selector, terms, kept) for kept in _subsets(terms)), key=lambda one: one[0])
     if saved > margin:
         return best
     if len(terms) > 1 and _misfit(selector, terms, noise, PILE_MISFIT_P, PILE_EXPLAINED):
-        return _with_form(forms, selector, terms, terms)[1]
+        beside = instead_of(forms, selector, terms, terms)
+        return beside if beside is not None and beside.form.log_p <= np.log(PILE_FORM_P) else None
     return None
+
+
+def _margin(selector: Selector, terms: tuple[Term, ...], noise: Noise) -> float:
+    """By how many nats a form must be the shorter description."""
+    margin = MARGIN if len(terms) == 1 else PILE_MARGIN
+    if _misfit(selector, terms, noise, MISFIT_P, EXPLAINED):
+        margin = MISFIT_MARGIN
+    return min(margin, LOCKED_MARGIN) if _locked(selector, terms) else margin
 
 
 def instead_of(forms: Forms, selector: Selector, terms: tuple[Term, ...], kept: tuple[Term, ...]) -> Simpler | None:
@@ -83,21 +98,20 @@ def _repeated(selector: Selector, terms: Sequence[Term]) -> set[Term]:
     return {term for term, name in zip(terms, names, strict=True) if counts[name] > 1}
 
 
-def _locked(selector: Selector, terms: Sequence[Term]) -> set[Term]:
-    """All terms, where one among several oscillates in time and yet reads the same in every cycle.
+def _locked(selector: Selector, terms: Sequence[Term]) -> bool:
+    """Whether one law among several oscillates in time and yet reads the same in every cycle.
 
     An oscillation that keeps step with the cycles is a rare chance; what depends on the place and on the way there, as
     hysteresis does, keeps step with them always.
     """
     if len(terms) < 2:
-        return set()
+        return False
     group, side = selector.residuals.group, selector.residuals.side
-    for solved in selector.fit(tuple(terms)).solved:
-        if solved.family.kind in OSCILLATIONS:
-            along = solved.displacement_um(selector.residuals) * side
-            if share_within_repeats(along, group) < LOCKED:
-                return set(terms)
-    return set()
+    return any(
+        share_within_repeats(solved.displacement_um(selector.residuals) * side, group) < LOCKED
+        for solved in selector.fit(tuple(terms)).solved
+        if solved.family.kind in OSCILLATIONS
+    )
 
 
 def _misfit(selector: Selector, terms: tuple[Term, ...], noise: Noise, chance: float, share: float) -> bool:
@@ -122,8 +136,10 @@ def _with_form(
     price = sum(_price(selector, terms, term) for term in terms if term not in kept)
     looks = forms.looks(left, basis, rows - basis.shape[1])
     if len(terms) - len(kept) == 1:
-        law = next(selector.library.families[term.index] for term in terms if term not in kept)
-        looks = [look for look in looks if named < EXPLAINED * look.gain or _another_matter(look, law)]
+        law = selector.library.families[next(term.index for term in terms if term not in kept)]
+        looks = [
+            look for look in looks if named < EXPLAINED * (look.gain - look.dimension) or _another_matter(look, law)
+        ]
     if not looks:
         return float("-inf"), None
     best = max(looks, key=lambda look: look.gain / 2.0 - look.price(rows, count))
