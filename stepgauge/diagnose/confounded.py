@@ -43,6 +43,7 @@ def rivals(selector: Selector, terms: tuple[Term, ...], place: int) -> Rivals:
     """All families that explain nearly as much as the best one in one place, the other terms staying."""
     others = terms[:place] + terms[place + 1 :]
     looks = [look for look in selector.looks(others) if look.log_p <= selector.bar]
+    looks = looks or [selector.look_at(terms[place].index, others)]
     near = [look for look in looks if look.log_p <= looks[0].log_p + UNDECIDED]
     surprise = {id(look): look.log_p + _implausible(look, selector, others) for look in near}
     rank = {id(look): surprise[id(look)] - PRIOR.get(look.family.kind, 0.0) for look in near}

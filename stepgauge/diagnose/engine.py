@@ -14,7 +14,7 @@ from stepgauge.diagnose.forms import form_families
 from stepgauge.diagnose.holdout import holdout_rms, make_folds
 from stepgauge.diagnose.library import carried, effect_families
 from stepgauge.diagnose.locate import describe, most_telling
-from stepgauge.diagnose.noise import Noise, estimate_noise, with_lone_rows
+from stepgauge.diagnose.noise import Noise, estimate_noise, growth_of, with_lone_rows
 from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Verdict
 from stepgauge.diagnose.search import Library
@@ -24,7 +24,7 @@ from stepgauge.diagnose.simpler import EXPLAINED, Simpler, instead_of, simpler
 from stepgauge.diagnose.smooth import Forms
 from stepgauge.diagnose.solve import Estimate, Fitted, Solved, solve
 from stepgauge.diagnose.wandering import smooth_forms
-from stepgauge.diagnose.whitening import Whitening, make_whitening
+from stepgauge.diagnose.whitening import Whitening, make_whitening, orthonormal
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge
@@ -110,12 +110,15 @@ class _Search:
 
 
 def _search(data: Residuals, noise: Noise, without: Collection[str]) -> _Search:
+    noise = _growing_beside_forms(noise, data)
     whitening = make_whitening(data, noise.by_row_um)
     families = list(effect_families(data, without))
     selector = Selector(Library(families, whitening), whitening, data)
     terms = selector.select()
     # what looked like scatter, outliers among it, may have been the effect, and the other way round
     again = _judged_again(noise, selector, terms, data)
+    if not terms and again is not noise and _clearest(again, data) is not None:
+        again = noise  # what stands alone in structure without a law is no outlier
     if not _same(noise, again):
         noise, trail = again, selector.trail
         whitening = make_whitening(data, noise.by_row_um)
@@ -148,6 +151,30 @@ def _departing(
     kept = terms[: found.place] + terms[found.place + 1 :]
     chance = f"chance of it in scatter: {np.exp(found.look.log_p):.1g}"
     return kept, instead_of(forms, selector, terms, kept), (f"no known law fits: {found.words} ({chance})",)
+
+
+def _growing_beside_forms(noise: Noise, data: Residuals) -> Noise:
+    """The scatter without its growth where that is the growth of some structure, and gone with it."""
+    if noise.growth is None:
+        return noise
+    plain = estimate_noise(data, may_grow=False)
+    basis = _clearest(plain, data)
+    if basis is None:
+        return noise
+    white = make_whitening(data, plain.by_row_um)(data.um)
+    left = white - basis @ (basis.T @ white)
+    still = growth_of(data, left, (basis**2).sum(axis=1), np.isfinite(plain.by_row_um))
+    return plain if still is None else noise
+
+
+def _clearest(noise: Noise, data: Residuals) -> Array | None:
+    """Orthonormal columns ``(n, k)`` of the form that tells most, None where it may be chance."""
+    whitening = make_whitening(data, noise.by_row_um)
+    forms = _forms(data, whitening)
+    look = forms.looks(whitening(data.um), np.zeros((len(data), 0)), whitening.dof)[0]
+    if look.log_p > np.log(UNKNOWN_FALSE_ALARM / len(forms.families)):
+        return None
+    return orthonormal(forms.columns(look).T)
 
 
 def _forms(data: Residuals, whitening: Whitening) -> Forms:

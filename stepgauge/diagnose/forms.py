@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.library import Family, pauses_s
+from stepgauge.diagnose.library import SEEN_SHARE, Family, pauses_s
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.recording import COUNTS, OPTIONAL, REQUIRED
 
@@ -32,15 +32,21 @@ PRIOR_SIZE = 3.0
 """Standard deviation of what is expected of a form's coefficients, over that of the residuals."""
 SIDES = ("approach", "gauge", "front", "back")
 """Along every approach; along the gauge axis; on front faces only; on back faces only."""
+AXES = ("x", "y", "z")
+"""Sides, too: along a machine axis, whatever the gauge."""
 
 
 @dataclass(frozen=True)
 class Covariate:
-    """Something the disagreement may depend on: a name, a unit and a value per row."""
+    """Something the disagreement may depend on: a name, a unit and a value per row.
+
+    ``further``: a column of the recording beyond those that every recording has.
+    """
 
     name: str
     unit: str
     values: Array
+    further: bool = False
 
     @property
     def steps(self) -> int:
@@ -64,7 +70,7 @@ def covariates(data: Residuals) -> list[Covariate]:
         if name.startswith("share_"):
             continue  # the truth of a simulation is no covariate
         if name in ("speed_mm_s", *OPTIONAL[3:]) or name not in (*REQUIRED, *OPTIONAL, *COUNTS):
-            found.append(Covariate(_plain_name(name), "", frame[name].to_numpy(float)))
+            found.append(Covariate(_plain_name(name), "", frame[name].to_numpy(float), name != "speed_mm_s"))
     return [c for c in found if np.isfinite(c.values).all() and _varies(c.values)]
 
 
@@ -95,11 +101,13 @@ def _varies(values: Array) -> bool:
 def form_families(data: Residuals) -> Iterator[Family]:
     """Trend, bow, steps and free shapes in every covariate, on every side; periods; the approach's azimuth."""
     shapes = [(covariate, list(_shapes(covariate))) for covariate in covariates(data)]
-    for side in SIDES:
+    for side in (*SIDES, *axes_shown(data)):
         sided = mask(data, side)[None]
         if side in ("approach", "front"):
             yield make_form("offset", "side", side, sided[None], data)
         for covariate, forms in shapes:
+            if not lives_on(covariate, side):
+                continue
             for form, columns, values in forms:
                 family = make_form(form, covariate.name, side, columns, data)
                 details = {**family.details, "atoms": values, "unit": covariate.unit}
@@ -111,8 +119,21 @@ def form_families(data: Residuals) -> Iterator[Family]:
     yield from _azimuth_forms(data)
 
 
+def axes_shown(data: Residuals) -> list[str]:
+    """Machine axes along which a motion differs from one along the gauge: those that placements lie along in part."""
+    shares = np.abs(np.array(list(data.probings.setting.axis.values())))
+    return [axis for i, axis in enumerate("xyz") if np.ptp(shares[:, i]) > SEEN_SHARE]
+
+
+def lives_on(covariate: Covariate, side: str) -> bool:
+    """Whether a covariate is one that may move the readings along a machine axis, if the side is one."""
+    return side in SIDES or covariate.name.startswith("machine ") or covariate.further
+
+
 def mask(data: Residuals, side: str) -> Array:
     """Share of a form in every row by the side on which it lives."""
+    if side in AXES:
+        return data.probings.approach(side)
     return {
         "approach": np.ones(len(data)),
         "gauge": data.side,

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnose.forms import AXES
 from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.result import Located
 from stepgauge.diagnose.search import Look
@@ -67,7 +68,7 @@ def describe(look: Look, share: float) -> Located:
     form, side = str(family.details["form"]), str(family.details["side"])
     return Located(
         family.covariate,
-        SIDE_WORDS[side],
+        SIDE_WORDS.get(side, "both"),
         form,
         _words(family, form, side, look),
         round(float(share), 4),
@@ -86,6 +87,7 @@ def _words(family: Family, form: str, side: str, look: Look) -> str:
         "two curves": "follows another curve along the gauge on fronts than on backs",
         "levels": "jumps from cycle to cycle",
         "loop": "another shape along the gauge on the way there than on the way back",
+        "changing scale": "a length that changes with time",
         "trend": f"grows with {covariate}" if covariate != "position" else "grows along the gauge",
         "bow": f"a bow over {covariate}",
         "free shape": f"changes with {covariate} in no simple form",
@@ -95,6 +97,7 @@ def _words(family: Family, form: str, side: str, look: Look) -> str:
         "harmonics": "depends on the direction of approach",
     }[form]
     moved = ", along the gauge whatever the side" if side == "gauge" else ""
+    moved = f", along machine {side}" if side in AXES else moved
     return place + text + moved
 
 

@@ -13,6 +13,8 @@ from stepgauge.diagnose.residuals import Residuals
 Array = NDArray[np.float64]
 OUTLIER_P = 0.002
 """Chance of calling any row of an undisturbed recording an outlier."""
+OUTLIER_GROWING_P = 0.00005
+"""The same where the scatter grows: how it grows is known roughly, and a row far out in it is less of a surprise."""
 GROWTH_P = 0.0003
 """Chance of seeing growing scatter in an undisturbed recording."""
 GROWTH_RANKS_P = 0.01
@@ -43,22 +45,22 @@ class Noise:
     repeats: bool
 
 
-def estimate_noise(data: Residuals) -> Noise:
+def estimate_noise(data: Residuals, may_grow: bool = True) -> Noise:
     """Repeatability from what differs between repeats beyond any slow change.
 
     Every set of repeats (same face, placement and speed) may lie anywhere, and the placement may move smoothly with
     time, along the gauge and along the approach; what is left is scatter, whatever the model. Without repeats only a
     smooth change along the gauge is allowed for, and the scatter is larger or smaller than the truth by what that
-    misses.
+    misses. ``may_grow``: whether growth of the scatter is looked for.
     """
     basis, repeats = _free_columns(data)
     told = ~_datum_rows(data)
     weight = np.ones(len(data))
     growth = None
-    for _ in range(2):
-        keep = _without_outliers(data.um / weight, basis / weight[:, None], told)
+    for p in (OUTLIER_P, OUTLIER_GROWING_P):
+        keep = _without_outliers(data.um / weight, basis / weight[:, None], told, p)
         residual, leverage = _fit(data.um / weight, basis / weight[:, None], keep)
-        growth = _growth(data, residual, leverage, keep) if growth is None else growth
+        growth = growth_of(data, residual, leverage, keep) if growth is None and may_grow else growth
         if growth is None:
             break
         weight = _weights(data, growth[0], growth[1])
@@ -80,7 +82,8 @@ def with_lone_rows(noise: Noise, left_um: Array, data: Residuals) -> Noise:
     middle = np.array([np.median(along[data.placement == i]) for i in range(int(data.placement.max()) + 1)])
     typical = np.where(np.isfinite(noise.by_row_um), noise.by_row_um, noise.sigma_um)
     off = np.abs(along - middle[data.placement]) / np.hypot(typical, data.gauge.u_um[data.face - 1])
-    far = off > -stats.t.ppf(OUTLIER_P / (2.0 * len(data)), max(noise.dof, 1))
+    p = OUTLIER_P if noise.growth is None else OUTLIER_GROWING_P
+    far = off > -stats.t.ppf(p / (2.0 * len(data)), max(noise.dof, 1))
     near = np.bincount(data.group, off < NEAR) > 0
     lone = far & near[data.group]
     if not lone.any() or lone.sum() > MOST_LONE * len(data):
@@ -144,7 +147,7 @@ def _datum_rows(data: Residuals) -> NDArray[np.bool_]:
     return datum[data.group] if datum.sum() < MOST_DATUM * (count > 1).sum() else np.zeros(len(data), bool)
 
 
-def _without_outliers(um: Array, basis: Array, told: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _without_outliers(um: Array, basis: Array, told: NDArray[np.bool_], p: float) -> NDArray[np.bool_]:
     """Take out one row after the other while the largest studentised residual is too large to be chance.
 
     Of large recordings all that are too large at once: the scatter that they are judged by hardly knows them.
@@ -160,12 +163,12 @@ def _without_outliers(um: Array, basis: Array, told: NDArray[np.bool_]) -> NDArr
         if dof < 5 or rss <= 0.0:
             break
         t = standard[worst] / np.sqrt(rss / dof)
-        if np.log(2.0 * keep.sum()) + stats.t.logsf(t, dof) > np.log(OUTLIER_P):
+        if np.log(2.0 * keep.sum()) + stats.t.logsf(t, dof) > np.log(p):
             break
         if len(um) < LARGE:
             keep[worst] = False
         else:
-            keep &= standard < -stats.t.ppf(OUTLIER_P / (2.0 * keep.sum()), dof) * np.sqrt(rss / dof)
+            keep &= standard < -stats.t.ppf(p / (2.0 * keep.sum()), dof) * np.sqrt(rss / dof)
     return keep
 
 
@@ -181,10 +184,13 @@ def _covariates(data: Residuals) -> dict[str, Array]:
     return {name: values for name, values in found.items() if np.ptp(values) > 1e-6 * max(np.abs(values).max(), 1e-9)}
 
 
-def _growth(
+def growth_of(
     data: Residuals, residual: Array, leverage: Array, keep: NDArray[np.bool_]
 ) -> tuple[str, float, float] | None:
     """Covariate with which the squares grow, its rate over sigma and the p-value; None if none does.
+
+    ``residual (n,)``: in units of the scatter that does not grow; ``leverage (n,)``: share of each row that was fitted;
+    ``keep``: rows that count.
 
     A likelihood ratio, counted at the degrees of freedom that the rows have left; and, for it believes in the normal
     distribution, the ranks of the squares must grow as well.

@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from stepgauge.diagnose.forms import BINS, HARMONICS, TOUCHES, TURNING, WAY, covariates, form_families, pause_of
+from stepgauge.diagnose.forms import AXES, BINS, HARMONICS, TOUCHES, TURNING, WAY, covariates, form_families, pause_of
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Located
 from stepgauge.diagnose.solve import Estimate
 from stepgauge.diagnose.whitening import Whitening, make_whitening
 from stepgauge.effects import along_approach_um
 from stepgauge.effects.empirical import Empirical
+from stepgauge.recording import APPROACH
 
 Array = NDArray[np.float64]
 COLUMN = {
@@ -36,7 +37,8 @@ COLUMN = {
 }
 """Name of a covariate in a formula, where it differs."""
 MASK = {"approach": "", "gauge": "side * ", "front": "step(side) * ", "back": "step(-side) * "}
-SIDES = {"both": ("approach", "gauge"), "front": ("front",), "back": ("back",)}
+MASK |= {axis: f"{column} * " for axis, column in zip(AXES, APPROACH, strict=True)}
+SIDES = {"both": ("approach", "gauge", *AXES), "front": ("front",), "back": ("back",)}
 TERMS_PER_FORMULA = 6
 """Longer sums become several effects: a formula is meant to be read."""
 SECOND_FORM_P = 1e-4
@@ -229,6 +231,8 @@ def _of_covariate(
     elif located.form == "wander":
         for knots in KNOTS:
             yield [mask + term for term in _ramps(name, x, knots)], None
+    elif located.form == "changing scale":
+        yield [f"{mask}{_length(side, data)} * {ramp}" for ramp in _ramps(name, x, KNOTS[0])], None
     elif located.form == "period":
         for period in _finer(place, x):
             angle = f"(2 * pi * {name} / {period:.9g})"
@@ -271,6 +275,13 @@ def _finer(period: float, x: Array) -> Array:
     step = 1.0 / (3.0 * float(np.ptp(x)))
     frequency = 1.0 / period + np.linspace(-step, step, 2 * FINER + 1)
     return 1.0 / frequency[frequency > 0.1 * step]
+
+
+def _length(side: str, data: Residuals) -> str:
+    """The coordinate along which something grows in proportion, from its middle."""
+    name = f"{side}_mm" if side in AXES else "position_mm"
+    values = data.probings.coordinate_mm(side) if side in AXES else data.probings.certified_mm()
+    return f"({name} - {float(values.mean()):.9g})"
 
 
 def _ramps(name: str, x: Array, knots: int) -> list[str]:

@@ -7,7 +7,18 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.forms import SIDES, WANDERING, WAY, Covariate, covariates, goes_both_ways, make_form, mask
+from stepgauge.diagnose.forms import (
+    SIDES,
+    WANDERING,
+    WAY,
+    Covariate,
+    axes_shown,
+    covariates,
+    goes_both_ways,
+    lives_on,
+    make_form,
+    mask,
+)
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.smooth import Smooth, matern_roots, smooth
 
@@ -22,16 +33,20 @@ ROUGH_LENGTHS = (0.5,)
 
 
 def smooth_forms(data: Residuals) -> Iterator[Smooth]:
-    """Wandering in time, free shapes over all other covariates, loops, and scales that change with time."""
+    """Wandering in time, free shapes over all other covariates, loops, and lengths that change with time."""
     for covariate in covariates(data):
         if covariate.steps < FEWEST_LEVELS:
             continue
         wanders = covariate.name in WANDERING
         columns, roots = _functions(covariate, TIME_KNOTS if wanders else KNOTS)
         form = "wander" if wanders else "free shape"
-        for side in SIDES if wanders or covariate.name == "position" else SIDES[:2]:
-            yield smooth(make_form(form, covariate.name, side, columns[None] * mask(data, side), data), roots)
+        every = wanders or covariate.name == "position"
+        for side in (*(SIDES if every else SIDES[:2]), *axes_shown(data)):
+            if lives_on(covariate, side):
+                yield smooth(make_form(form, covariate.name, side, columns[None] * mask(data, side), data), roots)
     yield from _loops(data)
+    if data.has_time:
+        yield from _changing_scales(data)
 
 
 def _functions(covariate: Covariate, most: int) -> tuple[Array, Array]:
@@ -45,6 +60,15 @@ def _functions(covariate: Covariate, most: int) -> tuple[Array, Array]:
     lengths, rough = (TIME_LENGTHS, ROUGH_TIME_LENGTHS) if wanders else (LENGTHS, ROUGH_LENGTHS)
     roots = np.concatenate([matern_roots(at, lengths), matern_roots(at, rough, rough=True)])
     return columns - columns.mean(axis=1, keepdims=True), roots
+
+
+def _changing_scales(data: Residuals) -> Iterator[Smooth]:
+    """Lengths along the gauge, or along machine axes, that grow and shrink with time."""
+    columns, roots = _functions(Covariate("time", "s", data.probings.time_s), KNOTS)
+    for side in ("gauge", *axes_shown(data)):
+        length = data.probings.certified_mm() if side == "gauge" else data.probings.coordinate_mm(side)
+        growing = columns * ((length - length.mean()) / np.ptp(length) * 2.0) * mask(data, side)
+        yield smooth(make_form("changing scale", "time", side, growing[None], data), roots)
 
 
 def _loops(data: Residuals) -> Iterator[Smooth]:
