@@ -76,8 +76,10 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine, without: Coll
     noise, whitening, fitted = found.noise, found.selector.whitening, found.selector.fit(found.terms)
     if some is not data:
         noise, whitening, fitted = _on_all_rows(fitted, data)
-        found = replace(found, terms=_confirmed(found.terms, fitted))
-        noise, whitening, fitted = _on_all_rows(found.selector.fit(found.terms), data)
+        sure = _confirmed(found.terms, fitted)
+        if sure != found.terms:
+            found = replace(found, terms=sure)
+            noise, whitening, fitted = _on_all_rows(found.selector.fit(sure), data)
     ranked = [rivals(found.selector, found.terms, place) for place in range(len(found.terms))]
     findings = [_finding(s, r, data) for s, r in zip(fitted.solved, ranked, strict=True)]
     findings, placements = _with_separations(findings, found.selector.fit(found.terms).solved, ranked, some, noise)

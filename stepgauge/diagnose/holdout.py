@@ -51,11 +51,15 @@ def holdout_rms(data: Residuals, sigma_um: Array, columns: Array, folds: Folds) 
     """
     errors = np.full(len(data), np.nan)
     design = np.column_stack([_origins(data), columns])
+    full, prior = _with_faces(data, design)
     for fold in range(folds.count):
         held = folds.fold == fold
         train = ~held & np.isfinite(sigma_um)
         if train.sum() > design.shape[1]:
-            errors[held] = data.um[held] - _predict(data, sigma_um, design, train)[held]
+            weighted = full[train] / sigma_um[train][:, None]
+            normal = weighted.T @ weighted + np.diag(prior)
+            coefficients = np.linalg.solve(normal, weighted.T @ (data.um[train] / sigma_um[train]))
+            errors[held] = data.um[held] - full[held] @ coefficients
     used = np.isfinite(errors) & np.isfinite(sigma_um)
     return float(np.sqrt((errors[used] ** 2).mean())) if used.any() else float("nan")
 
@@ -64,13 +68,10 @@ def _origins(data: Residuals) -> Array:
     return (data.placement[:, None] == np.arange(data.placement.max() + 1)) * data.side[:, None]
 
 
-def _predict(data: Residuals, sigma_um: Array, design: Array, train: NDArray[np.bool_]) -> Array:
-    """Prediction for all rows from a fit to some, with the certificate's uncertainty as prior of every face."""
+def _with_faces(data: Residuals, design: Array) -> tuple[Array, Array]:
+    """The design with a column for every face, in units of its certificate's uncertainty, and all prior weights."""
     faces, index = np.unique(data.face, return_inverse=True)
     u = np.maximum(data.gauge.u_um[faces - 1], 1e-6)
     face_columns = np.eye(len(faces))[index] * data.side[:, None] * u
-    full = np.column_stack([design, face_columns])
-    weighted = full[train] / sigma_um[train][:, None]
     prior = np.concatenate([np.full(design.shape[1], WEAK), np.ones(len(faces))])
-    normal = weighted.T @ weighted + np.diag(prior)
-    return full @ np.linalg.solve(normal, weighted.T @ (data.um[train] / sigma_um[train]))
+    return np.column_stack([design, face_columns]), prior

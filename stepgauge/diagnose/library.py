@@ -106,7 +106,7 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
             if has_free_direction(law):
                 yield from _directed(law, choices, atoms, columns, directions)
             else:
-                family = _family(law, choices, atoms, columns)
+                family = _family(law, choices, atoms, columns, *_sizes(columns, [np.ones((1, len(data)))]))
             if family is not None:
                 yield replace(family, prior=max(family.prior, _needed(family, data)))
 
@@ -196,14 +196,24 @@ def _directed(
     directions: Sequence[tuple[Direction, Array]],
 ) -> Iterator[Family]:
     """One family for every direction, from the signatures of a motion along each approach."""
-    for direction, shares in directions:
+    sizes = _sizes(along, [shares for _, shares in directions])
+    for (direction, shares), size in zip(directions, sizes, strict=True):
         if isinstance(direction, np.ndarray):
             rest = {name: value for name, value in choices.items() if name != "direction"}
-            family = _family(law, rest, atoms, along, shares, direction)
+            family = _family(law, rest, atoms, along, size, shares, direction)
         else:
-            family = _family(law, choices | {"direction": direction}, atoms, along, shares)
+            family = _family(law, choices | {"direction": direction}, atoms, along, size, shares)
         if family is not None:
             yield family
+
+
+def _sizes(pattern: Array, shares: Sequence[Array]) -> list[Array]:
+    """Rms of the largest signature of every atom, um, shape ``(atoms,)``, for each of some shares."""
+    power = np.concatenate(shares).T ** 2
+    size = max(1, CHUNK // pattern[0].size)
+    squares = np.concatenate([pattern[i : i + size] ** 2 @ power for i in range(0, len(pattern), size)])
+    cuts = np.cumsum([len(one) for one in shares])[:-1]
+    return [np.sqrt(part.max(axis=(1, 2)) / len(power)) for part in np.split(squares, cuts, axis=2)]
 
 
 def _family(
@@ -211,11 +221,10 @@ def _family(
     choices: dict[str, Any],
     atoms: list[dict[str, Any]],
     pattern: Array,
+    size: Array,
     shares: Array | None = None,
     directions: Array | None = None,
 ) -> Family | None:
-    power = np.ones((1, pattern.shape[2])) if shares is None else shares**2
-    size = np.sqrt((pattern**2 @ power.T).max(axis=(1, 2)) / pattern.shape[2])
     seen = size > 1e-9 * max(float(size.max()), 1e-300)
     if not seen.any() or size.max() == 0.0:
         return None

@@ -58,13 +58,12 @@ def estimate_noise(data: Residuals, may_grow: bool = True) -> Noise:
     weight = np.ones(len(data))
     growth = None
     for p in (OUTLIER_P, OUTLIER_GROWING_P):
-        keep = _without_outliers(data.um / weight, basis / weight[:, None], told, p)
-        residual, leverage = _fit(data.um / weight, basis / weight[:, None], keep)
+        keep, residual, leverage = _without_outliers(data.um / weight, basis / weight[:, None], told, p)
         growth = growth_of(data, residual, leverage, keep) if growth is None and may_grow else growth
         if growth is None:
             break
         weight = _weights(data, growth[0], growth[1])
-    dof = int(keep.sum() - _rank(basis[keep]))
+    dof = int(keep.sum() - round(float(leverage[keep].sum())))
     sigma = float(np.sqrt((residual[keep] ** 2).sum() / max(dof, 1)))
     good = keep | ~told
     by_row = np.where(good, sigma * weight, np.inf)
@@ -121,10 +120,6 @@ def _smooth(x: Array, data: Residuals, knots: int, rows: NDArray[np.bool_]) -> A
     return columns
 
 
-def _rank(basis: Array) -> int:
-    return int(np.linalg.matrix_rank(basis)) if len(basis) else 0
-
-
 def _fit(um: Array, basis: Array, keep: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Residuals of all rows and leverages of the rows kept."""
     u, s, _ = np.linalg.svd(basis[keep], full_matrices=False)
@@ -147,8 +142,12 @@ def _datum_rows(data: Residuals) -> NDArray[np.bool_]:
     return datum[data.group] if datum.sum() < MOST_DATUM * (count > 1).sum() else np.zeros(len(data), bool)
 
 
-def _without_outliers(um: Array, basis: Array, told: NDArray[np.bool_], p: float) -> NDArray[np.bool_]:
-    """Take out one row after the other while the largest studentised residual is too large to be chance.
+def _without_outliers(
+    um: Array, basis: Array, told: NDArray[np.bool_], p: float
+) -> tuple[NDArray[np.bool_], Array, Array]:
+    """Rows to keep, and residuals and leverages of the fit to these.
+
+    Take out one row after the other while the largest studentised residual is too large to be chance.
 
     Of large recordings all that are too large at once: the scatter that they are judged by hardly knows them.
     """
@@ -161,15 +160,15 @@ def _without_outliers(um: Array, basis: Array, told: NDArray[np.bool_], p: float
         worst = int(standard.argmax())
         rss = float((residual[keep] ** 2).sum() - standard[worst] ** 2)
         if dof < 5 or rss <= 0.0:
-            break
+            return keep, residual, leverage
         t = standard[worst] / np.sqrt(rss / dof)
         if np.log(2.0 * keep.sum()) + stats.t.logsf(t, dof) > np.log(p):
-            break
+            return keep, residual, leverage
         if len(um) < LARGE:
             keep[worst] = False
         else:
             keep &= standard < -stats.t.ppf(p / (2.0 * keep.sum()), dof) * np.sqrt(rss / dof)
-    return keep
+    return keep, *_fit(um, basis, keep)
 
 
 def _covariates(data: Residuals) -> dict[str, Array]:

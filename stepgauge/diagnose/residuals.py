@@ -81,6 +81,13 @@ def make_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Resi
             expected=f"at least {FEWEST_ROWS} probings of 3 faces",
         )
     check_recording(recording, gauge)
+    return unchecked_residuals(recording, gauge, machine)
+
+
+def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Residuals:
+    """The same for a recording that is known to be of this gauge."""
+    frame = recording.frame.reset_index(drop=True)
+    face = frame["face"].to_numpy()
     numbers, placement = np.unique(frame["placement"].to_numpy(), return_inverse=True)
     position, approach = frame[POSITION].to_numpy(float), frame[APPROACH].to_numpy(float)
     axes = {

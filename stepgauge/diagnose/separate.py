@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnose.confounded import Rivals
 from stepgauge.diagnose.library import family_signatures
-from stepgauge.diagnose.residuals import Residuals, make_residuals
+from stepgauge.diagnose.residuals import Residuals, unchecked_residuals
 from stepgauge.diagnose.solve import Solved
 from stepgauge.diagnose.whitening import Whitening, make_whitening, orthonormal
 from stepgauge.effects import along_approach_um
@@ -213,4 +213,4 @@ def _with_run(run: ExtraRun, data: Residuals) -> Residuals:
     if run.speed_mm_s is not None:
         frame["speed_mm_s"] = run.speed_mm_s
     both = pd.concat([data.frame, frame[data.frame.columns]], ignore_index=True)
-    return make_residuals(Recording(both), data.gauge, data.machine)
+    return unchecked_residuals(Recording(both), data.gauge, data.machine)
