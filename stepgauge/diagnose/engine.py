@@ -17,7 +17,7 @@ from stepgauge.diagnose.locate import describe, most_telling
 from stepgauge.diagnose.noise import Noise, estimate_noise, growth_of, with_lone_rows
 from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Verdict
-from stepgauge.diagnose.search import Library
+from stepgauge.diagnose.search import Library, Look
 from stepgauge.diagnose.select import MOST_TERMS, Selector, Term
 from stepgauge.diagnose.separate import lengthened, separate
 from stepgauge.diagnose.simpler import EXPLAINED, Simpler, instead_of, simpler
@@ -131,13 +131,31 @@ def _search(data: Residuals, noise: Noise, without: Collection[str]) -> _Search:
     instead = simpler(forms, selector, terms, noise)
     if instead is not None:
         terms = _settle(selector, instead.kept)
-    terms, unexplained = _left_over(forms, selector, terms)
+    terms, nameless = _left_over(forms, selector, terms)
     remarks: tuple[str, ...] = ()
-    if instead is None and not unexplained:
+    if instead is None and not nameless.looks:
         terms, instead, remarks = _departing(forms, selector, terms)
-    if instead is not None and not unexplained:
-        unexplained = (describe(instead.form, instead.share),)
-    return _Search(noise, selector, terms, most_telling(forms, selector.data), unexplained, remarks)
+    if instead is not None and not nameless.looks:
+        nameless = _Nameless((instead.form,), instead.share)
+    located = most_telling(forms, selector.data)
+    if nameless.looks:
+        noise, selector, terms = _beside(forms.columns(nameless.looks[0]), noise, selector, terms)
+    return _Search(noise, selector, terms, located, nameless.described, remarks)
+
+
+def _beside(
+    columns: Array, noise: Noise, selector: Selector, terms: tuple[Term, ...]
+) -> tuple[Noise, Selector, tuple[Term, ...]]:
+    """Laws that are seen only once a form without a law, columns ``(d, n)``, is taken out beside them."""
+    data, left = selector.residuals, selector.residual(terms)[0]
+    taken = np.linalg.lstsq(selector.whitening(columns).T, left, rcond=None)[0] @ columns
+    again = estimate_noise(replace(data, um=data.um - _displacement_um(selector.fit(terms).solved, data) - taken))
+    whitening = make_whitening(data, again.by_row_um, columns)
+    more = Selector(selector.library.judged_by(whitening), whitening, data, selector.trail).select(terms)
+    if len(more) <= len(terms):
+        return noise, selector, terms
+    whitening = make_whitening(data, again.by_row_um)
+    return again, Selector(selector.library.judged_by(whitening), whitening, data, selector.trail), more
 
 
 def _departing(
@@ -176,7 +194,7 @@ def _clearest(noise: Noise, data: Residuals) -> Array | None:
     look = forms.looks(whitening(data.um), np.zeros((len(data), 0)), whitening.dof)[0]
     if look.log_p > np.log(UNKNOWN_FALSE_ALARM / len(forms.families)):
         return None
-    return orthonormal(forms.columns(look).T)
+    return orthonormal(whitening(forms.columns(look)).T)
 
 
 def _forms(data: Residuals, whitening: Whitening) -> Forms:
@@ -233,9 +251,19 @@ def _settle(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
     return terms
 
 
-def _left_over(
-    forms: Forms, selector: Selector, terms: tuple[Term, ...]
-) -> tuple[tuple[Term, ...], tuple[Located, ...]]:
+@dataclass(frozen=True)
+class _Nameless:
+    """Forms of what is left without a law, the clearest first, and its share of all structure."""
+
+    looks: tuple[Look, ...] = ()
+    share: float = 0.0
+
+    @property
+    def described(self) -> tuple[Located, ...]:
+        return tuple(describe(look, self.share) for look in self.looks)
+
+
+def _left_over(forms: Forms, selector: Selector, terms: tuple[Term, ...]) -> tuple[tuple[Term, ...], _Nameless]:
     """Structure that the laws leave, and the laws, with one more where it makes up what is left.
 
     What is left must be neither chance nor the small departure of a named law from its ideal shape.
@@ -245,15 +273,15 @@ def _left_over(
     bar = np.log(UNKNOWN_FALSE_ALARM / max(len(forms.families), 1))
     found = [look for look in looks if look.log_p <= bar]
     if not found:
-        return terms, ()
+        return terms, _Nameless()
     explained = float(selector.data @ selector.data - left @ left)
     extra = max(found[0].gain - found[0].dimension, 0.0)
     if terms and explained / (explained + extra) >= EXPLAINED:
-        return terms, ()
+        return terms, _Nameless()
     law = selector.looks(terms)[0]
     if len(terms) < MOST_TERMS and law.log_p <= selector.bar and law.gain >= EXPLAINED * found[0].gain:
         return _left_over(forms, selector, _settle(selector, (*terms, selector.term_of(law))))
-    return terms, tuple(describe(look, extra / (explained + extra)) for look in found[:3])
+    return terms, _Nameless(tuple(found[:3]), extra / (explained + extra))
 
 
 def _displacement_um(solved: Sequence[Solved], data: Residuals) -> Array:

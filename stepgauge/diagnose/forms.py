@@ -28,6 +28,8 @@ WANDERING = ("time", "order")
 POWERS = np.geomspace(0.15, 3.0, 14)
 """Exponents of a decay with the number of touches that is no exponential."""
 MOST_PERIODS = 400
+FEWEST_IN_CYCLE = 8
+"""Rows of a cycle from which it can be told from the others."""
 PRIOR_SIZE = 3.0
 """Standard deviation of what is expected of a form's coefficients, over that of the residuals."""
 SIDES = ("approach", "gauge", "front", "back")
@@ -222,15 +224,29 @@ def _side_forms(data: Residuals) -> Iterator[Family]:
     yield make_form("two curves", "position", "approach", columns[None].astype(float), data)
 
 
+def runs_of(data: Residuals) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
+    """Placement and cycle of every run along the gauge, ``(r, 2)``, and the run of every row."""
+    numbers, run = np.unique(data.frame[["placement", "cycle"]].to_numpy(), axis=0, return_inverse=True)
+    return numbers, run.ravel()
+
+
 def _cycle_forms(data: Residuals) -> Iterator[Family]:
-    """A level of its own for every cycle of every placement."""
-    cycles = data.frame["cycle"].to_numpy()
-    run = np.unique(np.column_stack([data.placement, cycles]), axis=0, return_inverse=True)[1].ravel()
-    count = int(run.max()) + 1
-    if data.placement.max() > 0 and 2 < count < len(data) / 8:
-        columns = (run == np.arange(count)[:, None]).astype(float)
-        for side in ("approach", "gauge"):
+    """A level of its own for every cycle of every placement; one cycle with a level or a length of its own."""
+    numbers, run = runs_of(data)
+    count = len(numbers)
+    if not 2 < count < len(data) / FEWEST_IN_CYCLE:
+        return
+    columns = (run == np.arange(count)[:, None]).astype(float)
+    position = data.probings.certified_mm()
+    length = (position - position.mean()) / np.ptp(position)
+    places = {"atoms": np.arange(count), "names": [f"{cycle} of placement {placing}" for placing, cycle in numbers]}
+    for side in ("approach", "gauge"):
+        if data.placement.max() > 0:
             yield make_form("levels", "cycle", side, (columns * mask(data, side))[None, :-1], data)
+        odd = make_form("odd cycle", "cycle", side, (columns * mask(data, side))[:, None], data)
+        yield replace(odd, details=odd.details | places)
+    odd = make_form("odd length", "cycle", "gauge", (columns * length * data.side)[:, None], data)
+    yield replace(odd, details=odd.details | places)
 
 
 def _placement_forms(data: Residuals) -> Iterator[Family]:

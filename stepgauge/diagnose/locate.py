@@ -46,7 +46,7 @@ def most_telling(forms: Forms, white: Array) -> tuple[Located, ...]:
         for other in same if not columns else ():
             also = describe(other, min(other.gain / total, 1.0))
             found.append(replace(also, where=f"{also.where} ({SAME}{best.family.covariate})"))
-        columns.append(forms.columns(best))
+        columns.append(whitening(forms.columns(best)))
         basis = orthonormal(np.concatenate(columns).T)
     return tuple(found)
 
@@ -87,6 +87,8 @@ def _words(family: Family, form: str, side: str, look: Look) -> str:
         "two curves": "follows another curve along the gauge on fronts than on backs",
         "levels": "jumps from cycle to cycle",
         "loop": "another shape along the gauge on the way there than on the way back",
+        "odd cycle": f"one cycle lies apart: cycle {_name(family, look)}",
+        "odd length": f"one cycle has a length of its own: cycle {_name(family, look)}",
         "changing scale": "a length that changes with time",
         "trend": f"grows with {covariate}" if covariate != "position" else "grows along the gauge",
         "bow": f"a bow over {covariate}",
@@ -99,6 +101,11 @@ def _words(family: Family, form: str, side: str, look: Look) -> str:
     moved = ", along the gauge whatever the side" if side == "gauge" else ""
     moved = f", along machine {side}" if side in AXES else moved
     return place + text + moved
+
+
+def _name(family: Family, look: Look) -> str:
+    names = family.details.get("names")
+    return names[look.atom] if names else ""
 
 
 def _at(family: Family, look: Look) -> str:

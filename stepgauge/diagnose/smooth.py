@@ -71,11 +71,11 @@ class Forms:
         return sorted([*self.library.looks(residual, model, dof), *found], key=lambda look: look.log_p)
 
     def columns(self, look: Look) -> Array:
-        """Whitened columns ``(d, n)`` that a look is free to move."""
+        """Columns ``(d, n)`` that a look is free to move, um along the approach."""
         index = next(i for i, family in enumerate(self.families) if family is look.family)
         count = len(self.library.families)
         if index < count:
-            return self.library.white(index, look.atom)
+            return look.family.signature(look.atom)
         return self._smooths[index - count].told(look)
 
 
@@ -115,12 +115,12 @@ class _Whitened:
         )
 
     def told(self, look: Look) -> Array:
-        """Whitened columns of the directions that the data decide at the size and length of a look."""
+        """Columns ``(d, n)`` of the directions that the data decide at the size and length of a look."""
         length, size = divmod(look.atom, len(SIZES))
         none = np.zeros((self.white.shape[1], 0))
         strength, vectors = np.linalg.eigh(self._kernels(none)[length])
         weight, _ = _shrinking(np.maximum(strength, 0.0)[None])
-        return (self.smooth.roots[length] @ vectors[:, weight[0, size] > TOLD]).T @ self.white
+        return (self.smooth.roots[length] @ vectors[:, weight[0, size] > TOLD]).T @ self.smooth.family.signature(0)
 
     def _kernels(self, model: Array) -> Array:
         beside = self.white @ model

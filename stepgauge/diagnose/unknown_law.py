@@ -13,7 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from stepgauge.diagnose.forms import AXES, BINS, HARMONICS, TOUCHES, TURNING, WAY, covariates, form_families, pause_of
+from stepgauge.diagnose.forms import (
+    AXES,
+    BINS,
+    HARMONICS,
+    TOUCHES,
+    TURNING,
+    WAY,
+    covariates,
+    form_families,
+    pause_of,
+    runs_of,
+)
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Located
 from stepgauge.diagnose.solve import Estimate
@@ -197,6 +208,9 @@ def _candidates(
         yield _two_curves(data), None
     elif located.form == "levels":
         yield [mask + term for term in _levels(data)], None
+    elif located.form in ("odd cycle", "odd length"):
+        own = _levels(data)[int(_place(located, side, data, whitening, left_um))]
+        yield [f"{mask}{own}" if located.form == "odd cycle" else f"{mask}{own} * {_length(side, data)}"], None
     elif located.form == "offset":
         yield [f"{mask}1"], None
     elif located.form == "harmonics":
@@ -298,8 +312,7 @@ def _two_curves(data: Residuals) -> list[str]:
 
 def _levels(data: Residuals) -> list[str]:
     """One for each cycle of each placement."""
-    runs = np.unique(data.frame[["placement", "cycle"]].to_numpy(), axis=0)
-    return [f"(abs(placement - {p:g}) < 0.5) * (abs(cycle - {c:g}) < 0.5)" for p, c in runs]
+    return [f"(abs(placement - {p:g}) < 0.5) * (abs(cycle - {c:g}) < 0.5)" for p, c in runs_of(data)[0]]
 
 
 def _stairs(name: str, x: Array) -> list[str]:
