@@ -25,12 +25,14 @@ from stepgauge.diagnose.smooth import Forms
 
 MARGIN = 5.0
 """By how many nats a form must be a shorter description than a law: laws that are known are likelier beforehand."""
+MARGIN_BESIDE = 3.0
+"""The same for a form instead of one law among several."""
 PILE_MARGIN = 2.0
-"""The same for several laws at once, which are rarer."""
-LOCKED_MARGIN = -10.0
-"""The same where one among several laws oscillates in time and yet reads the same in every cycle."""
+"""The same for a form instead of several laws at once, which are rarer."""
 MISFIT_MARGIN = -8.0
 """The same where the laws do not fit as well as the scatter of the repeats would let them."""
+LOCKED_MARGIN = -3.0
+"""The same where one among several laws oscillates in time and yet reads the same in every cycle."""
 MISFIT_P = 0.002
 PILE_MISFIT_P = 0.003
 """The same for several laws at once, which could bend to fit and do not."""
@@ -62,9 +64,12 @@ def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: No
     repeated = _repeated(selector, terms)
     if repeated:
         return instead_of(forms, selector, terms, tuple(term for term in terms if term not in repeated))
-    margin = _margin(selector, terms, noise)
-    saved, best = max((_with_form(forms, selector, terms, kept) for kept in _subsets(terms)), key=lambda one: one[0])
-    if saved > margin:
+    lowered = _lowered_margin(selector, terms, noise)
+    tried = ((kept, *_with_form(forms, selector, terms, kept)) for kept in _subsets(terms))
+    saved, best = max(
+        ((saved - min(lowered, _margin(terms, kept)), form) for kept, saved, form in tried), key=lambda one: one[0]
+    )
+    if saved > 0.0:
         return best
     if len(terms) > 1 and _misfit(selector, terms, noise, PILE_MISFIT_P, PILE_EXPLAINED):
         beside = instead_of(forms, selector, terms, terms)
@@ -72,12 +77,18 @@ def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: No
     return None
 
 
-def _margin(selector: Selector, terms: tuple[Term, ...], noise: Noise) -> float:
-    """By how many nats a form must be the shorter description."""
-    margin = MARGIN if len(terms) == 1 else PILE_MARGIN
+def _margin(terms: tuple[Term, ...], kept: tuple[Term, ...]) -> float:
+    """By how many nats a form must be the shorter description to stand for the laws that are not kept."""
+    if len(terms) == 1:
+        return MARGIN
+    return MARGIN_BESIDE if len(kept) == len(terms) - 1 else PILE_MARGIN
+
+
+def _lowered_margin(selector: Selector, terms: tuple[Term, ...], noise: Noise) -> float:
+    """By how many nats a form may be the longer description of what the laws describe badly, or by a rare chance."""
     if _misfit(selector, terms, noise, MISFIT_P, EXPLAINED):
-        margin = MISFIT_MARGIN
-    return min(margin, LOCKED_MARGIN) if _locked(selector, terms) else margin
+        return MISFIT_MARGIN
+    return LOCKED_MARGIN if _locked(selector, terms) else np.inf
 
 
 def instead_of(forms: Forms, selector: Selector, terms: tuple[Term, ...], kept: tuple[Term, ...]) -> Simpler | None:
@@ -136,15 +147,23 @@ def _with_form(
     price = sum(_price(selector, terms, term) for term in terms if term not in kept)
     looks = forms.looks(left, basis, rows - basis.shape[1])
     if len(terms) - len(kept) == 1:
-        law = selector.library.families[next(term.index for term in terms if term not in kept)]
+        index = next(term.index for term in terms if term not in kept)
+        law = selector.look_at(index, kept)
         looks = [
-            look for look in looks if named < EXPLAINED * (look.gain - look.dimension) or _another_matter(look, law)
+            look
+            for look in looks
+            if named - _by_chance(law) < EXPLAINED * (look.gain - _by_chance(look)) or _another_matter(look, law.family)
         ]
     if not looks:
         return float("-inf"), None
     best = max(looks, key=lambda look: look.gain / 2.0 - look.price(rows, count))
     saved = best.gain / 2.0 - best.price(rows, count) - (named / 2.0 - price)
     return saved, Simpler(kept, best, min(best.gain / max(here - rows, best.gain), 1.0))
+
+
+def _by_chance(look: Look) -> float:
+    """About what the best of so many looks gains in mere scatter."""
+    return look.dimension + 2.0 * float(np.log(look.looks))
 
 
 def _another_matter(look: Look, law: Family) -> bool:
