@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnose.confounded import Rivals, rivals
-from stepgauge.diagnose.departures import departure
-from stepgauge.diagnose.forms import form_families
+from stepgauge.diagnose.explain import Explained, all_forms, displaced_um, explain
 from stepgauge.diagnose.holdout import holdout_rms, make_folds
-from stepgauge.diagnose.library import carried, effect_families
-from stepgauge.diagnose.locate import describe, most_telling
-from stepgauge.diagnose.noise import Noise, estimate_noise, growth_of, with_lone_rows
+from stepgauge.diagnose.library import carried
+from stepgauge.diagnose.locate import most_telling
+from stepgauge.diagnose.noise import Noise, estimate_noise
 from stepgauge.diagnose.residuals import Residuals, make_residuals
-from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Verdict
-from stepgauge.diagnose.search import Library, Look
-from stepgauge.diagnose.select import MOST_TERMS, Selector, Term
+from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Verdict
+from stepgauge.diagnose.select import Term
 from stepgauge.diagnose.separate import lengthened, separate
-from stepgauge.diagnose.simpler import EXPLAINED, Simpler, instead_of, simpler
-from stepgauge.diagnose.smooth import Forms
 from stepgauge.diagnose.solve import Estimate, Fitted, Solved, solve
-from stepgauge.diagnose.wandering import smooth_forms
-from stepgauge.diagnose.whitening import Whitening, make_whitening, orthonormal
+from stepgauge.diagnose.whitening import Whitening, make_whitening
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge
@@ -32,8 +27,6 @@ from stepgauge.machine_file import Machine
 from stepgauge.recording import Recording
 
 Array = NDArray[np.float64]
-UNKNOWN_FALSE_ALARM = 0.004
-"""Chance that structure without a law is seen where there is none."""
 FEWEST_DOF = 8
 MOST_SEARCHED = 3000
 """Rows that are searched; the laws found are fitted to all."""
@@ -42,8 +35,6 @@ SURE = 4.0
 """Standard uncertainties by which all rows must see a law that was found in some."""
 SMALLEST_SIGMA_UM = 1e-5
 """Recordings that repeat better than this do so by construction, and give no scale to judge anything by."""
-SETTLING_ROUNDS = 3
-SAME_NOISE = 0.03
 NO_SEPARATION = "the same in every placement and at every speed within this travel; log the temperatures"
 
 
@@ -72,7 +63,7 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine, without: Coll
     noise = estimate_noise(some)
     if noise.dof < FEWEST_DOF or noise.sigma_um < SMALLEST_SIGMA_UM:
         return _insufficient(some, noise)
-    found = _search(some, noise, without)
+    found = explain(some, noise, without)
     noise, whitening, fitted = found.noise, found.selector.whitening, found.selector.fit(found.terms)
     if some is not data:
         noise, whitening, fitted = _on_all_rows(fitted, data)
@@ -99,108 +90,6 @@ def _confirmed(terms: tuple[Term, ...], fitted: Fitted) -> tuple[Term, ...]:
     return tuple(term for term, one in zip(terms, fitted.solved, strict=True) if sure(one))
 
 
-@dataclass(frozen=True)
-class _Search:
-    """What was found: the laws, where the disagreement lives, and what is left without a law."""
-
-    noise: Noise
-    selector: Selector
-    terms: tuple[Term, ...]
-    located: tuple[Located, ...]
-    unexplained: tuple[Located, ...]
-    remarks: tuple[str, ...] = ()
-
-
-def _search(data: Residuals, noise: Noise, without: Collection[str]) -> _Search:
-    noise = _growing_beside_forms(noise, data)
-    whitening = make_whitening(data, noise.by_row_um)
-    families = list(effect_families(data, without))
-    selector = Selector(Library(families, whitening), whitening, data)
-    terms = selector.select()
-    # what looked like scatter, outliers among it, may have been the effect, and the other way round
-    again = _judged_again(noise, selector, terms, data)
-    if not terms and again is not noise and _clearest(again, data) is not None:
-        again = noise  # what stands alone in structure without a law is no outlier
-    if not _same(noise, again):
-        noise, trail = again, selector.trail
-        whitening = make_whitening(data, noise.by_row_um)
-        selector = Selector(selector.library.judged_by(whitening), whitening, data, trail)
-        terms = selector.select()
-    forms = _forms(data, whitening)
-    terms = _settle(selector, terms)
-    instead = simpler(forms, selector, terms, noise)
-    if instead is not None:
-        terms = _settle(selector, instead.kept)
-    terms, nameless = _left_over(forms, selector, terms)
-    remarks: tuple[str, ...] = ()
-    if instead is None and not nameless.looks:
-        terms, instead, remarks = _departing(forms, selector, terms)
-    if instead is not None and not nameless.looks:
-        nameless = _Nameless((instead.form,), instead.share)
-    located = most_telling(forms, selector.data)
-    if nameless.looks:
-        noise, selector, terms = _beside(forms.columns(nameless.looks[0]), noise, selector, terms)
-    return _Search(noise, selector, terms, located, nameless.described, remarks)
-
-
-def _beside(
-    columns: Array, noise: Noise, selector: Selector, terms: tuple[Term, ...]
-) -> tuple[Noise, Selector, tuple[Term, ...]]:
-    """Laws that are seen only once a form without a law, columns ``(d, n)``, is taken out beside them."""
-    data, left = selector.residuals, selector.residual(terms)[0]
-    taken = np.linalg.lstsq(selector.whitening(columns).T, left, rcond=None)[0] @ columns
-    again = estimate_noise(replace(data, um=data.um - _displacement_um(selector.fit(terms).solved, data) - taken))
-    whitening = make_whitening(data, again.by_row_um, columns)
-    more = Selector(selector.library.judged_by(whitening), whitening, data, selector.trail).select(terms)
-    if len(more) <= len(terms):
-        return noise, selector, terms
-    whitening = make_whitening(data, again.by_row_um)
-    return again, Selector(selector.library.judged_by(whitening), whitening, data, selector.trail), more
-
-
-def _departing(
-    forms: Forms, selector: Selector, terms: tuple[Term, ...]
-) -> tuple[tuple[Term, ...], Simpler | None, tuple[str, ...]]:
-    """The laws that are what they say, a form for one that is not, and why; one more law where that is the reason."""
-    found = departure(selector, terms)
-    if found is None:
-        return terms, None, ()
-    law = selector.looks(terms)[0]
-    if len(terms) < MOST_TERMS and law.log_p <= selector.bar and law.gain >= EXPLAINED * found.look.gain:
-        return _departing(forms, selector, _settle(selector, (*terms, selector.term_of(law))))
-    kept = terms[: found.place] + terms[found.place + 1 :]
-    chance = f"chance of it in scatter: {np.exp(found.look.log_p):.1g}"
-    return kept, instead_of(forms, selector, terms, kept), (f"no known law fits: {found.words} ({chance})",)
-
-
-def _growing_beside_forms(noise: Noise, data: Residuals) -> Noise:
-    """The scatter without its growth where that is the growth of some structure, and gone with it."""
-    if noise.growth is None:
-        return noise
-    plain = estimate_noise(data, may_grow=False)
-    basis = _clearest(plain, data)
-    if basis is None:
-        return noise
-    white = make_whitening(data, plain.by_row_um)(data.um)
-    left = white - basis @ (basis.T @ white)
-    still = growth_of(data, left, (basis**2).sum(axis=1), np.isfinite(plain.by_row_um))
-    return plain if still is None else noise
-
-
-def _clearest(noise: Noise, data: Residuals) -> Array | None:
-    """Orthonormal columns ``(n, k)`` of the form that tells most, None where it may be chance."""
-    whitening = make_whitening(data, noise.by_row_um)
-    forms = _forms(data, whitening)
-    look = forms.looks(whitening(data.um), np.zeros((len(data), 0)), whitening.dof)[0]
-    if look.log_p > np.log(UNKNOWN_FALSE_ALARM / len(forms.families)):
-        return None
-    return orthonormal(whitening(forms.columns(look)).T)
-
-
-def _forms(data: Residuals, whitening: Whitening) -> Forms:
-    return Forms(list(form_families(data)), list(smooth_forms(data)), whitening)
-
-
 def _some(data: Residuals, recording: Recording) -> Residuals:
     """All rows, or whole cycles spread over a recording that is too long to be searched row by row."""
     if len(data) <= MOST_SEARCHED:
@@ -218,74 +107,10 @@ def _some(data: Residuals, recording: Recording) -> Residuals:
 
 def _on_all_rows(found: Fitted, data: Residuals) -> tuple[Noise, Whitening, Fitted]:
     """The scatter and the laws' parameters from all rows of a recording of which some were searched."""
-    noise = estimate_noise(replace(data, um=data.um - _displacement_um(found.solved, data)))
+    noise = estimate_noise(replace(data, um=data.um - displaced_um(found.solved, data)))
     whitening = make_whitening(data, noise.by_row_um)
     families = [carried(one.family, one.effect, data) for one in found.solved]
     return noise, whitening, solve(families, [0] * len(families), data, whitening)
-
-
-def _judged_again(noise: Noise, selector: Selector, terms: tuple[Term, ...], data: Residuals) -> Noise:
-    """The scatter beside the effects found, and the rows that stand alone beside them."""
-    left_um = data.um - _displacement_um(selector.fit(terms).solved, data)
-    if terms:
-        noise = estimate_noise(replace(data, um=left_um))
-    return with_lone_rows(noise, left_um, data)
-
-
-def _same(one: Noise, other: Noise) -> bool:
-    """Whether two judgements of the scatter differ too little to matter."""
-    alike = np.isfinite(one.by_row_um) == np.isfinite(other.by_row_um)
-    return bool(alike.all()) and np.allclose(one.by_row_um, other.by_row_um, rtol=SAME_NOISE)
-
-
-def _settle(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
-    """The likeliest law in every place, each judged beside what now stands in the others."""
-    for _ in range(SETTLING_ROUNDS):
-        before = terms
-        for place in range(len(terms)):
-            best = rivals(selector, terms, place).looks[0]
-            terms = (*terms[:place], selector.term_of(best), *terms[place + 1 :])
-        terms = selector.dealiased(terms)
-        if terms == before:
-            break
-    return terms
-
-
-@dataclass(frozen=True)
-class _Nameless:
-    """Forms of what is left without a law, the clearest first, and its share of all structure."""
-
-    looks: tuple[Look, ...] = ()
-    share: float = 0.0
-
-    @property
-    def described(self) -> tuple[Located, ...]:
-        return tuple(describe(look, self.share) for look in self.looks)
-
-
-def _left_over(forms: Forms, selector: Selector, terms: tuple[Term, ...]) -> tuple[tuple[Term, ...], _Nameless]:
-    """Structure that the laws leave, and the laws, with one more where it makes up what is left.
-
-    What is left must be neither chance nor the small departure of a named law from its ideal shape.
-    """
-    left, basis = selector.residual(terms)
-    looks = forms.looks(left, basis, selector.dof - basis.shape[1])
-    bar = np.log(UNKNOWN_FALSE_ALARM / max(len(forms.families), 1))
-    found = [look for look in looks if look.log_p <= bar]
-    if not found:
-        return terms, _Nameless()
-    explained = float(selector.data @ selector.data - left @ left)
-    extra = max(found[0].gain - found[0].dimension, 0.0)
-    if terms and explained / (explained + extra) >= EXPLAINED:
-        return terms, _Nameless()
-    law = selector.looks(terms)[0]
-    if len(terms) < MOST_TERMS and law.log_p <= selector.bar and law.gain >= EXPLAINED * found[0].gain:
-        return _left_over(forms, selector, _settle(selector, (*terms, selector.term_of(law))))
-    return terms, _Nameless(tuple(found[:3]), extra / (explained + extra))
-
-
-def _displacement_um(solved: Sequence[Solved], data: Residuals) -> Array:
-    return sum((one.displacement_um(data) for one in solved), np.zeros(len(data)))
 
 
 def _finding(solved: Solved, rival: Rivals, data: Residuals) -> Finding:
@@ -403,13 +228,13 @@ def _centred(data: Residuals, um: Array) -> Array:
 
 def _insufficient(data: Residuals, noise: Noise) -> Diagnosis:
     whitening = make_whitening(data, noise.by_row_um)
-    located = most_telling(_forms(data, whitening), whitening(data.um))
+    located = most_telling(all_forms(data, whitening), whitening(data.um))
     fit = _fit(data, noise, whitening, [], solve([], [], data, whitening))
     return Diagnosis("insufficient", (), located, (), fit, noise, data, data.um, data.um, ())
 
 
 def _diagnosis(
-    found: _Search,
+    found: Explained,
     findings: Sequence[Finding],
     fit: Fit,
     noise: Noise,

@@ -27,6 +27,8 @@ FEWEST_BACK = 0.2
 WANDERING = ("time", "order")
 POWERS = np.geomspace(0.15, 3.0, 14)
 """Exponents of a decay with the number of touches that is no exponential."""
+REPEATING = ("position", "machine x", "machine y", "machine z", *WANDERING)
+"""Covariates in which things repeat; in others a period is but one more shape that fits by chance."""
 MOST_PERIODS = 400
 FEWEST_IN_CYCLE = 8
 """Rows of a cycle from which it can be told from the others."""
@@ -170,7 +172,8 @@ def _shapes(covariate: Covariate) -> Iterator[tuple[str, Array, Array | None]]:
     if covariate.steps > 12:
         places = _places(x)
         yield "step", (x >= places[:, None]).astype(float)[:, None], places
-        yield "period", *_periods(x)
+        if covariate.name in REPEATING:
+            yield "period", *_periods(x)
 
 
 def _bins(x: Array) -> Array:
