@@ -18,6 +18,7 @@ its eccentricity t. The equations themselves are the six of statics.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -93,7 +94,8 @@ def contact_normals(tripod: Tripod) -> Array:
 def wrench(force_N: ArrayLike, point_mm: ArrayLike) -> Array:
     """Force and its moment about the origin as one vector (..., 6): N and N mm."""
     force, point = np.broadcast_arrays(np.asarray(force_N, dtype=float), np.asarray(point_mm, dtype=float))
-    return np.concatenate([force, np.cross(point, force)], axis=-1)
+    (x, y, z), (fx, fy, fz) = np.moveaxis(point, -1, 0), np.moveaxis(force, -1, 0)
+    return np.stack([fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx], axis=-1)
 
 
 def opening_twists(tripod: Tripod) -> Array:
@@ -102,8 +104,17 @@ def opening_twists(tripod: Tripod) -> Array:
     Row i holds velocity and angular velocity of the tripod. The rows are the inverse of the matrix of unit reactions:
     the reaction of contact i is minus the power of all other forces in motion i (virtual work).
     """
-    unit_reactions = wrench(contact_normals(tripod), contact_points_mm(tripod))
-    return np.asarray(np.linalg.inv(unit_reactions.T), dtype=np.float64)
+    geometry = Tripod(1.0, tripod.contact_radius_mm, tripod.contact_angle_rad, 1.0, tripod.arm_azimuth_rad)
+    return _opening_twists(geometry)
+
+
+@lru_cache(maxsize=64)
+def _opening_twists(geometry: Tripod) -> Array:
+    """Of a seat, whatever loads it; not to be written to, for a map asks for the same one many times."""
+    unit_reactions = wrench(contact_normals(geometry), contact_points_mm(geometry))
+    twists = np.asarray(np.linalg.inv(unit_reactions.T), dtype=np.float64)
+    twists.flags.writeable = False
+    return twists
 
 
 def load_wrench(tripod: Tripod, down: ArrayLike = DOWN) -> Array:
