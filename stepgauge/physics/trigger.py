@@ -120,6 +120,8 @@ def _opening_twists(geometry: Tripod) -> Array:
 def load_wrench(tripod: Tripod, down: ArrayLike = DOWN) -> Array:
     """Spring and weight as a wrench (6,); ``down`` is the unit vector of gravity in the probe's frame."""
     spring = wrench([0.0, 0.0, -tripod.preload_N], [*tripod.preload_offset_mm, 0.0])
+    if tripod.weight_N == 0.0:
+        return spring
     weight = tripod.weight_N * np.asarray(down, dtype=float)
     return spring + wrench(weight, [0.0, 0.0, -tripod.weight_depth_mm])
 

@@ -50,6 +50,11 @@ class Tried:
     log_p: float
     share: float
 
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Of the candidate's own knobs."""
+        return next(term.values for term in self.fitted.terms if term.candidate == self.candidate)
+
 
 @dataclass(frozen=True)
 class Rivals:
@@ -94,6 +99,11 @@ class MapSelector:
             current, rivals = self._exchanged(slimmer)
         return Selection(current, tuple(minor), tuple(rivals), tuple(self.trail))
 
+    def settled(self, fitted: Fitted) -> Selection:
+        """A model that was decided on elsewhere, with the rivals of its terms."""
+        rivals = tuple(self.rivals(fitted, place) for place in range(len(fitted.terms)))
+        return Selection(fitted, (), rivals, tuple(self.trail))
+
     def tried(self, candidate: Candidate, beside: Fitted) -> Tried:
         """A candidate fitted together with the terms there are."""
         key = (candidate, beside.terms)
@@ -103,12 +113,11 @@ class MapSelector:
 
     def _try(self, candidate: Candidate, beside: Fitted) -> Tried:
         fitted = self.fitter.fit([*(t.candidate for t in beside.terms), candidate], beside.terms)
-        without = self.fitter.at(beside.terms, fitted.rest)
         variance = max(fitted.rss / max(fitted.dof, 1), 1.0)
-        gain = (without.rss - fitted.rss) / variance
+        gain = (self.fitter.left(beside.terms, fitted.rest) - fitted.rss) / variance
         log_p = log_p_value(gain, len(candidate.knobs), fitted.dof + len(candidate.knobs), 1.0)
         log_p = min(log_p + float(np.log(len(candidate.starts))), 0.0)
-        return Tried(candidate, fitted, gain, log_p, self._share(without.terms, fitted.terms))
+        return Tried(candidate, fitted, gain, log_p, self._share(beside.terms, fitted.terms))
 
     def _share(self, without: Terms, terms: Terms) -> float:
         """How much of the squared disagreement the added term takes, in the quantity in which it takes most."""
@@ -182,7 +191,7 @@ class MapSelector:
         own = current.terms[place].candidate
         near = [each for each in tried if each.candidate == own or self._as_good(each, best)]
         log_weight = np.array(
-            [-each.fitted.bic / 2.0 - each.candidate.surprise(each.fitted.terms[-1].values) for each in near]
+            [-each.fitted.bic / 2.0 - each.candidate.surprise(each.values) for each in near]
         )
         order = np.argsort(-log_weight)
         weight = np.exp(log_weight[order] - log_weight.max())
