@@ -66,8 +66,8 @@ PLANS = (
 def made(plan: Plan, rng: np.random.Generator, concealed: dict[str, Array] | None = None) -> MapData:
     """A map: what the probe file says, what is concealed, and noise; printed to a fifth of it or finer."""
     polar, azimuth = plan.angles
-    blank = MapData("map", polar, azimuth, tuple(Measured(q, q[q.rindex("_") + 1 :], polar, 0.0) for q in plan.quantities), 0)
-    said = predict(probe_from_table(plan.table, "truth"), (), blank.normals, plan.quantities)
+    normals = MapData("map", polar, azimuth, (), 0).normals
+    said = predict(probe_from_table(plan.table, "truth"), (), normals, plan.quantities)
     measured = []
     for name, values in zip(plan.quantities, said, strict=True):
         off = 0.0 if concealed is None else concealed[name]
@@ -81,27 +81,31 @@ def diagnosed(plan: Plan, data: MapData, candidates: list[Candidate] | None = No
     return diagnose_map(MapModel(plan.table, plan.name, data), candidates)
 
 
-def changes(plan: Plan, size: float) -> Iterator[tuple[Candidate, dict[str, Array]]]:
-    """Every change that the probe can have, so large that it has this size, with what it adds to each quantity."""
+def changes(plan: Plan, size: float) -> Iterator[tuple[Term, dict[str, Array]]]:
+    """Every change that the probe can have, so large that it has this size, with what it adds to each quantity.
+
+    Wozniak's triangular law, which is no small change of anything, is tested elsewhere.
+    """
     polar, azimuth = plan.angles
     blank = MapData("map", polar, azimuth, tuple(Measured(q, "", polar, 0.0) for q in plan.quantities), 0)
     model = MapModel(plan.table, plan.name, blank)
     said = model.predict(())
     for candidate in candidates_for(plan.table, plan.quantities):
 
-        def added(share: float, candidate: Candidate = candidate) -> dict[str, Array]:
-            values = [k.none + share * (k.high - k.none) for k in candidate.knobs]
-            if candidate.choice == "triangular":
-                values = [12.0 * share * 10.0, 20.0]
-            moved = model.predict((Term(candidate, tuple(values)),))
-            return {q: m - s for q, m, s in zip(plan.quantities, moved, said, strict=True)}
+        def term(share: float, candidate: Candidate = candidate) -> Term:
+            return Term(candidate, tuple(k.none + share * (k.high - k.none) for k in candidate.knobs))
+
+        def added(term: Term) -> dict[str, Array]:
+            return {q: m - s for q, m, s in zip(plan.quantities, model.predict((term,)), said, strict=True)}
 
         def excess(share: float) -> float:
-            return max(_rms(off) / NOISE[q] for q, off in added(share).items()) - size
+            return max(_rms(off) / NOISE[q] for q, off in added(term(share)).items()) - size
 
-        top = next((top for top in (1e-3, 1e-2, 0.05, 0.1, 0.3, 0.6) if excess(top) > 0.0), None)
-        if top is not None and candidate.choice != "triangular":
-            yield candidate, added(brentq(excess, 0.0, top))
+        if candidate.choice != "triangular":
+            top = next((top for top in (1e-3, 1e-2, 0.05, 0.1, 0.3, 0.6) if excess(top) > 0.0), None)
+            if top is not None:
+                found = term(brentq(excess, 0.0, top))
+                yield found, added(found)
 
 
 Field = Callable[[Array, Array], Array]
@@ -147,14 +151,22 @@ def false_alarms(nulls: int, seed: int = 1) -> dict[str, list[str]]:
     return alarms
 
 
-def named(size: float, seeds: int) -> Iterator[tuple[str, bool, bool]]:
-    """Change, whether it is in the set that was named alone, and whether nothing remains, for every plan and seed."""
+def named(size: float, seeds: int) -> Iterator[tuple[str, bool, list[float]]]:
+    """Change, whether it is in the set that alone was named, and its values' errors over their uncertainties."""
     for i, plan in enumerate(PLANS):
-        for candidate, off in changes(plan, size):
+        for truth, off in changes(plan, size):
             for seed in range(seeds):
                 found = diagnosed(plan, made(plan, np.random.default_rng([2, i, seed]), off))
                 sets = [{f.kind, *f.confounded_with} for f in found.findings]
-                yield candidate.label, len(sets) == 1 and candidate.kind in sets[0], found.verdict == "effects"
+                right = found.verdict == "effects" and len(sets) == 1 and truth.candidate.kind in sets[0]
+                yield truth.candidate.label, right, _pulls(found, truth)
+
+
+def _pulls(found: MapDiagnosis, truth: Term) -> list[float]:
+    """Of the values that are stated as such; components of a vector or of lobes are not."""
+    stated = next((f.parameters for f in found.findings if f.label == truth.candidate.label), {})
+    pairs = [(stated.get(k.name), v) for k, v in zip(truth.candidate.knobs, truth.values, strict=True)]
+    return [(estimate.value - v) / estimate.u for estimate, v in pairs if estimate is not None and estimate.u]
 
 
 def outsiders(size: float, seeds: int) -> Iterator[tuple[str, str, str]]:
@@ -169,7 +181,8 @@ def outsiders(size: float, seeds: int) -> Iterator[tuple[str, str, str]]:
 def left_out(size: float, seeds: int) -> Iterator[tuple[str, str, str]]:
     """Change that is deleted from the candidates, with all that the same map could take it for; verdict and names."""
     for i, plan in enumerate(PLANS):
-        for candidate, off in changes(plan, size):
+        for truth, off in changes(plan, size):
+            candidate = truth.candidate
             data = made(plan, np.random.default_rng([4, i, 0]), off)
             known = [f for f in diagnosed(plan, data).findings if candidate.kind in {f.kind, *f.confounded_with}]
             gone = {candidate.kind, *(kind for f in known for kind in {f.kind, *f.confounded_with})}
@@ -182,7 +195,7 @@ def left_out(size: float, seeds: int) -> Iterator[tuple[str, str, str]]:
 def with_outliers(size: float, seeds: int) -> Iterator[tuple[str, bool, bool]]:
     """Change, whether it is named beside two bad rows, and whether just those rows are listed."""
     for i, plan in enumerate(PLANS):
-        for candidate, off in changes(plan, size):
+        for truth, off in changes(plan, size):
             for seed in range(seeds):
                 rng = np.random.default_rng([5, i, seed])
                 data = made(plan, rng, off)
@@ -190,8 +203,8 @@ def with_outliers(size: float, seeds: int) -> Iterator[tuple[str, bool, bool]]:
                 data = spoiled(data, bad, 15.0)
                 found = diagnosed(plan, data)
                 rows = next((f.rows for f in found.findings if f.kind == OUTLIERS), ())
-                right = any(candidate.kind in {f.kind, *f.confounded_with} for f in found.findings)
-                yield candidate.label, right, set(rows) == set(map(int, bad))
+                right = any(truth.candidate.kind in {f.kind, *f.confounded_with} for f in found.findings)
+                yield truth.candidate.label, right, set(rows) == set(map(int, bad))
 
 
 def spoiled(data: MapData, rows: NDArray[np.intp], sigmas: float) -> MapData:
@@ -213,6 +226,8 @@ def main() -> None:
     for size in map(float, asked.sizes.split(",")):
         single = list(named(size, asked.seeds))
         print(f"size {size:g}: named {_share(right for _, right, _ in single)}", _wrong(single))
+        pulls = [pull for _, right, values in single if right for pull in values]
+        print(f"  95 % intervals hold the truth: {_share(abs(pull) < 1.96 for pull in pulls)}")
         odd = list(outsiders(size, asked.seeds))
         print(f"  outsiders unknown {_share(verdict == 'unknown' for _, verdict, _ in odd)}")
         print("   not:", sorted({(n, v, k) for n, v, k in odd if v != "unknown"}))
@@ -228,7 +243,7 @@ def _share(right: Any) -> str:
     return f"{100.0 * np.mean(flags):.0f} % of {len(flags)}"
 
 
-def _wrong(single: list[tuple[str, bool, bool]]) -> dict[str, int]:
+def _wrong(single: list[tuple[str, bool, list[float]]]) -> dict[str, int]:
     labels = [label for label, right, _ in single if not right]
     return {label: labels.count(label) for label in dict.fromkeys(labels)}
 

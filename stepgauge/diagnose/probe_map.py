@@ -14,9 +14,10 @@ from stepgauge.config import read_toml
 from stepgauge.diagnose.maps.data import read_map_data
 from stepgauge.diagnose.maps.engine import diagnose_map
 from stepgauge.diagnose.maps.model import MapModel
-from stepgauge.diagnose.maps.output import write_map_diagnosis
+from stepgauge.diagnose.maps.output import PROBE_FILE, write_map_diagnosis
 from stepgauge.diagnose.maps.result import MapDiagnosis
 from stepgauge.errors import InputError
+from stepgauge.files import check_output
 from stepgauge.probes.read import probe_table
 from stepgauge.resources import find_data
 
@@ -43,9 +44,11 @@ def diagnose_probe_map(
     Raises
     ------
     InputError
-        unreadable maps and probe files, and maps of something that the probe file says nothing of
+        unreadable maps and probe files, maps of something that the probe file says nothing of, a folder that cannot be
+        written to or whose probe file is the one that is judged
     """
     table, where = read_probe_table(probe_path)
+    check_output(Path(folder) / PROBE_FILE, where, map_path)
     found = diagnose_map(MapModel(table, where, read_map_data(map_path, columns)))
     write_map_diagnosis(found, where, folder, suffix)
     return found

@@ -48,8 +48,8 @@ def directions(normal: Array) -> dict[str, Array]:
     polar = np.arctan2(np.hypot(normal[..., 0], normal[..., 1]), normal[..., 2])
     azimuth = np.arctan2(normal[..., 1], normal[..., 0]) % (2.0 * np.pi)
     # normals made from round angles give them back, so that an edge at such an angle lies on its own side
-    degrees = (np.round(np.degrees(polar), 6), np.round(np.degrees(azimuth), 6) % 360.0)
-    return dict(zip(DIRECTION, (*degrees, polar, azimuth), strict=True))
+    round_polar, round_azimuth = (np.asarray(np.round(np.degrees(angle), 6), float) for angle in (polar, azimuth))
+    return dict(zip(DIRECTION, (round_polar, round_azimuth % 360.0, polar, azimuth), strict=True))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,4 +85,3 @@ def with_laws(probe: Probe, laws: list[EmpiricalTable]) -> Probe:
         base=probe,
         laws=tuple(laws),
     )
-

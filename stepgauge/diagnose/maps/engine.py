@@ -59,8 +59,8 @@ def lacking(data: MapData) -> tuple[str, ...]:
         )
     if azimuths < FEWEST_AZIMUTHS:
         found.append(
-            f"at least {FEWEST_AZIMUTHS} azimuths, better a full turn: the map has {azimuths}, and what changes about the"
-            " stylus (lobes, their phase, eccentricity) passes for what is the same all around"
+            f"at least {FEWEST_AZIMUTHS} azimuths, better a full turn: the map has {azimuths}, and what changes about"
+            " the stylus (lobes, their phase, eccentricity) passes for what is the same all around"
         )
     if all(np.ptp(m.values) == 0.0 for m in data.measured):
         found.append(
@@ -86,13 +86,27 @@ def _explained(
 
 
 def _insufficient(model: MapModel, noise: MapNoise, missing: tuple[str, ...]) -> MapDiagnosis:
-    fitter = Fitter(model, noise)
+    """Residuals as they are, and what is missing."""
+    fitter, kept = Fitter(model, noise), np.ones(len(model.data), bool)
     nothing = fitter.fit(())
-    fits = _fits(model, fitter, nothing, nothing, nothing, np.ones(len(model.data), bool))
-    chi2 = nothing.rss / max(nothing.dof, 1)
-    kept = np.ones(len(model.data), bool)
     return MapDiagnosis(
-        "insufficient", (), (), (), (), fits, chi2, chi2, noise, model.data, kept, (), dict(model.table), (), (), missing
+        "insufficient",
+        (),
+        (),
+        (),
+        (),
+        _fits(model, fitter, nothing, nothing, nothing, kept),
+        nothing.rss / max(nothing.dof, 1),
+        nothing.rss / max(nothing.dof, 1),
+        noise,
+        model.data,
+        kept,
+        (),
+        model.table,
+        model.table,
+        (),
+        (),
+        missing,
     )
 
 
@@ -114,6 +128,7 @@ def _answer(model: MapModel, kept: NDArray[np.bool_], noise: MapNoise, found: Ex
         model.data,
         kept,
         whole.terms,
+        model.table,
         changed_table(model.table, whole.terms),
         found.selection.trail,
         tuple(_remarks(model.data, found)),

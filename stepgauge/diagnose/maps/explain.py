@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 from stepgauge.diagnose.maps.candidates import Candidate
 from stepgauge.diagnose.maps.empirical import empirical
 from stepgauge.diagnose.maps.fit import Fitted, Fitter
-from stepgauge.diagnose.maps.locate import DIRECTION, FALSE_ALARM, IRREGULAR, Found, Locator, Shape, lack_of_fit
+from stepgauge.diagnose.maps.locate import DIRECTION, IRREGULAR, Found, Locator, Shape, lack_of_fit
 from stepgauge.diagnose.maps.model import MapModel, Terms
 from stepgauge.diagnose.maps.noise import CLEARLY, MapNoise
 from stepgauge.diagnose.maps.select import SMALLEST_SHARE, MapSelector, Selection, Step
 
 Array = NDArray[np.float64]
+IRREGULAR_P = 0.003
+"""Chance that directions seem to differ by more than the repeats scatter where they do not."""
 
 
 @dataclass(frozen=True)
@@ -65,9 +67,7 @@ def explain(model: MapModel, noise: MapNoise, candidates: Sequence[Candidate]) -
     return Explained(fitter, selection, nothing, before, unknown, best.slight, best.whole, locator)
 
 
-def _selected(
-    model: MapModel, noise: MapNoise, candidates: Sequence[Candidate]
-) -> tuple[MapSelector, Selection]:
+def _selected(model: MapModel, noise: MapNoise, candidates: Sequence[Candidate]) -> tuple[MapSelector, Selection]:
     """With the law of the scatter that the repeats have, or else the likelier one."""
     fitter = Fitter(model, noise)
     selector = MapSelector(fitter, candidates)
@@ -92,12 +92,17 @@ def _describe(fitter: Fitter, locator: Locator, named: Fitted) -> _Description:
     slight = tuple(one for one in found if one not in large)
     laws = [empirical(one, fitter.model.data.measured[one.quantity], size[one.quantity]) for one in large]
     whole = fitter.fit([*(term.candidate for term in named.terms), *laws], named.terms) if laws else named
+    large = tuple(replace(one, gain=_gain(fitter, whole, law)) for one, law in zip(large, laws, strict=True))
     return _Description(named, large, slight, whole, whole.bic + 2.0 * float(sum(np.log(f.looks) for f in large)))
 
 
-def _without_imitations(
-    fitter: Fitter, locator: Locator, best: _Description
-) -> tuple[_Description, tuple[str, ...]]:
+def _gain(fitter: Fitter, whole: Fitted, law: Candidate) -> float:
+    """What a law takes off chi-square in the end."""
+    without = tuple(term for term in whole.terms if term.candidate != law)
+    return fitter.left(without, whole.rest) - whole.rss
+
+
+def _without_imitations(fitter: Fitter, locator: Locator, best: _Description) -> tuple[_Description, tuple[str, ...]]:
     """Leave out named terms where forms alone are the clearly shorter description, and which those were.
 
     Only where the names leave structure after all, or where the forms need fewer numbers: a law that leaves nothing is
@@ -136,7 +141,7 @@ def _irregular(fitter: Fitter, best: _Description) -> tuple[Found, ...]:
     data = fitter.model.data
     gain, log_p = lack_of_fit(data, fitter.noise, best.whole.whitened, best.whole.size)
     total = fitter.at((), best.whole.rest).rss
-    if log_p > np.log(FALSE_ALARM) or gain < SMALLEST_SHARE * total:
+    if log_p > np.log(IRREGULAR_P) or gain < SMALLEST_SHARE * total:
         return ()
     parts = best.whole.whitened.reshape(len(data.measured), len(data))
     worst = int((parts**2).sum(axis=1).argmax())

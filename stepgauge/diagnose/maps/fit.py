@@ -31,8 +31,8 @@ TRIALS = 8
 """Steps tried, each shorter than the last, before a fit counts as found."""
 ENOUGH = 1e-4
 """Gain in chi-square, for a variance of what is left, that is worth another step: a hundredth of an uncertainty."""
-PHASES = 3
-"""Starts from which a phase is searched."""
+MOST_STARTS = 3
+"""Starts, the best ones, from which a change is searched."""
 
 
 @dataclass(frozen=True)
@@ -117,16 +117,17 @@ class Fitter:
         return float((self._white(terms, self._sigma(rest)) ** 2).sum())
 
     def _best_starts(self, terms: Terms, begun: set[Candidate], rest: Sequence[float]) -> list[Terms]:
-        """From where to search: each new term at the start that leaves least, a phase at its best few starts.
+        """From where to search: a new term at the starts that leave least, the last of several at its best few.
 
-        The force has kinks where another contact opens first, and a search over the phase may hang at one.
+        The force has kinks where another contact opens first, where a search over the phase may hang, and levels where
+        a friction that is too large changes nothing any more.
         """
         found = [terms]
         for place, term in enumerate(terms):
             if term.candidate not in begun and len(term.candidate.starts) > 1:
                 tried = [_replaced(found[0], place, Term(term.candidate, s)) for s in term.candidate.starts]
                 tried.sort(key=lambda each: self.left(each, rest))
-                found = tried[: PHASES if len(tried) > PHASES else 1]
+                found = tried[:MOST_STARTS]
         return found
 
     def _solve(self, terms: Terms, rest: Sequence[float], steps: int = STEPS) -> Terms:
@@ -231,7 +232,7 @@ def _square(white: Array) -> float:
 def _step(slopes: Array, white: Array, damping: float) -> Array:
     gram = slopes.T @ slopes
     stiff = np.diag(gram) + 1e-12 * float(np.trace(gram)) + 1e-9
-    return -np.linalg.solve(gram + damping * np.diag(stiff), slopes.T @ white)
+    return np.asarray(-np.linalg.solve(gram + damping * np.diag(stiff), slopes.T @ white), float)
 
 
 def _knobs(terms: Terms) -> list[Knob]:

@@ -66,7 +66,7 @@ def _over_polar(data: MapData) -> Iterator[Family]:
     edges = (angles[:-1] + angles[1:]) / 2.0
     steps = [Shape(f"a step at a polar angle of {e:.4g} deg", (f"(polar_deg >= {e:.6g})",)) for e in edges]
     if len(angles) > 3:
-        yield from _shared(_family("polar_deg", "step", steps, data))
+        yield from _beside_level(_family("polar_deg", "step", steps, data))
 
 
 def _harmonics(data: MapData) -> Iterator[Family]:
@@ -94,7 +94,7 @@ def _sectors(data: MapData) -> Iterator[Family]:
         return
     edges = np.sort(edges[np.unique(np.linspace(0, len(edges) - 1, min(most, len(edges))).astype(int))])
     shapes = [_sector(low, high) for low, high in combinations(edges, 2)]
-    yield from _shared(_family("azimuth_deg", "step", shapes, data))
+    yield from _beside_level(_family("azimuth_deg", "step", shapes, data))
 
 
 def _sector(low: float, high: float) -> Shape:
@@ -109,7 +109,7 @@ def _spots(data: MapData) -> Iterator[Family]:
         return
     places = places[np.unique(np.linspace(0, len(places) - 1, min(MOST_CENTRES, len(places))).astype(int))]
     shapes = [_spot(polar, azimuth, width) for polar, azimuth in places for width in WIDTHS_DEG]
-    yield from _shared(_family("direction", "spot", shapes, data))
+    yield from _beside_level(_family("direction", "spot", shapes, data))
 
 
 def _spot(polar: float, azimuth: float, width_deg: float) -> Shape:
@@ -138,12 +138,14 @@ def _family(covariate: str, form: str, shapes: list[Shape], data: MapData) -> Fa
     return Family(covariate, form, tuple(shapes), np.asarray(columns, float))
 
 
-def _shared(family: Family) -> Iterator[Family]:
-    """The shapes in which enough rows have a part, and enough others have none."""
+def _beside_level(family: Family) -> Iterator[Family]:
+    """The shapes in which enough rows have a part and enough others have none, alone and beside a level for all."""
     column = family.columns[:, 0]
     weight = np.minimum((column**2).sum(axis=1), ((column - 1.0) ** 2).sum(axis=1))
     spread = column.sum(axis=1) ** 2 / np.maximum((column**2).sum(axis=1), 1e-300)
     enough = np.flatnonzero((weight >= FEWEST_ROWS / 2.0) & (spread >= FEWEST_ROWS))
     if len(enough):
-        shapes = tuple(family.shapes[i] for i in enough)
-        yield Family(family.covariate, family.form, shapes, family.columns[enough])
+        shapes, columns = tuple(family.shapes[i] for i in enough), family.columns[enough]
+        yield Family(family.covariate, family.form, shapes, columns)
+        levelled = tuple(Shape(shape.words, ("1", *shape.terms)) for shape in shapes)
+        yield Family(family.covariate, family.form, levelled, np.concatenate([np.ones_like(columns), columns], axis=1))

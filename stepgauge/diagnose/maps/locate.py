@@ -17,7 +17,7 @@ from stepgauge.diagnose.search import log_p_value
 from stepgauge.diagnose.whitening import orthonormal
 
 Array = NDArray[np.float64]
-FALSE_ALARM = 0.004
+FALSE_ALARM = 0.01
 """Chance that structure is seen where there is none."""
 MOST_FORMS = 4
 COLLINEAR = 1e-4
@@ -128,7 +128,7 @@ def quantity_words(name: str) -> str:
 
 
 def _gains(white: Array, left: Array, basis: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Of shapes (a, d, n) beside a basis (n, k): what each takes off the sum of squares, and how many of it do, (a,)."""
+    """Of shapes (a, d, n) beside a basis (n, k): what each takes off the sum of squares, and by how many, (a,)."""
     dot, beside = white @ left, white @ basis
     alone = white @ np.swapaxes(white, 1, 2)
     scale = np.sqrt(np.maximum(np.einsum("add->ad", alone), 1e-300))

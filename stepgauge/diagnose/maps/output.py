@@ -56,7 +56,7 @@ def _head(found: MapDiagnosis) -> str:
     for finding in found.findings:
         values = ", ".join(f"{name} = {_short(p)}" for name, p in finding.parameters.items())
         if finding.kind == OUTLIERS:
-            lines.append(f"# {len(finding.rows)} outliers of the map were left out")
+            lines.append(f"# rows of the map left out as outliers: {len(finding.rows)}")
             continue
         where = "the force gauge's, not in this file" if finding.kind in GAUGE_KINDS else "changed here"
         lines.append(f"# {finding.label.replace('_', ' ')}: {values} ({where})")

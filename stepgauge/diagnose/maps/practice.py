@@ -33,7 +33,8 @@ def _lever(v: Values) -> str:
 
 def _more(word: str, more: str, less: str, name: str, unit: str) -> Callable[[Values], str]:
     def sentence(v: Values) -> str:
-        return f"{word} is {abs(v[unit]):.3g} {unit} {more if v[unit] > 0.0 else less} than in the file ({v[name]:.4g} {unit})."
+        way = more if v[unit] > 0.0 else less
+        return f"{word} is {abs(v[unit]):.3g} {unit} {way} than in the file: {v[name]:.4g} {unit}."
 
     return sentence
 
@@ -47,7 +48,8 @@ def _compliance(v: Values) -> str:
 
 
 def _percent(v: Values) -> str:
-    return f"The force gauge reads {abs(100.0 * (v['factor'] - 1.0)):.2g} % too {_much(v['factor'] - 1.0)}; the probe is not to blame."
+    excess = v["factor"] - 1.0
+    return f"The force gauge reads {abs(100.0 * excess):.2g} % too {_much(excess)}; the probe is not to blame."
 
 
 def _offset(v: Values) -> str:
@@ -74,7 +76,9 @@ _SENTENCES: dict[tuple[str, str], Callable[[Values], str]] = {
     ("friction", "of the seats"): lambda v: (
         f"The arms rub in their seats (coefficient {v['seat']:.2g}): worn or dry contacts hold the stylus longer."
     ),
-    ("friction", "of the tip"): lambda v: f"The tip drags on the surface (coefficient {v['tip']:.2g}) instead of sliding.",
+    ("friction", "of the tip"): lambda v: (
+        f"The tip drags on the surface (coefficient {v['tip']:.2g}). It does not slide."
+    ),
     ("compliance", ""): _compliance,
     ("force_gauge_scale", ""): _percent,
     ("force_gauge_offset", ""): _offset,

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.diagnose.practice import name_of
-from stepgauge.diagnose.report import COVERAGE, FEW_DOF, environment, listed, significant
+from stepgauge.diagnose.report import COVERAGE, FEW_DOF, environment, listed
 from stepgauge.files import read_text
 from stepgauge.resources import folder
 
 VERDICTS = {
-    "adequate": "The map agrees with the probe file within the scatter. Nothing in the construction needs to be changed.",
+    "adequate": "The map agrees with the probe file within the scatter. Nothing in the file needs to be changed.",
     "effects": "The map disagrees with the probe file, and known causes explain it:",
     "unknown": "The map disagrees with the probe file in a way that no known cause explains.",
     "insufficient": "The map cannot tell whether the probe file is right.",
@@ -55,7 +55,7 @@ def summary(said: Mapping[str, Any]) -> str:
     if said["verdict"] == "effects":
         return f"{text} {listed(named)}."
     if said["verdict"] == "unknown":
-        part = f" A part is explained: {listed(named)}." if named else ""
+        part = f" Beside it there {'is' if len(named) == 1 else 'are'}: {listed(named)}." if named else ""
         return f"{text} Its form: {said['unexplained'][0]['where']}.{part}"
     return text
 
@@ -73,7 +73,7 @@ def limits(said: Mapping[str, Any]) -> list[str]:
     polar, azimuth = measured["polar_deg"], measured["azimuth_deg"]
     if azimuth["to"] - azimuth["from"] < FULL_TURN_DEG:
         found.append(
-            f"The azimuths go from {azimuth['from']:g} to {azimuth['to']:g} deg. What is not the same in each third of a"
+            f"The azimuths go from {azimuth['from']:g} to {azimuth['to']:g} deg. What differs between the thirds of a"
             " turn (eccentricity, a damaged seat, lobes other than three) shows only over a full turn."
         )
     if polar["different"] == 1:
@@ -89,7 +89,9 @@ def limits(said: Mapping[str, Any]) -> list[str]:
             if name not in measured["quantities"]
         ]
     if measured["rows_without_values"]:
-        found.append(f"{measured['rows_without_values']} rows have no values (the probe never triggered) and are left out.")
+        found.append(
+            f"{measured['rows_without_values']} rows have no values (the probe never triggered) and are left out."
+        )
     return found
 
 
@@ -105,9 +107,3 @@ def _of_scatter(noise: Mapping[str, Any]) -> list[str]:
         " chi-square is then near one whatever the model, a disagreement in no regular form passes for scatter, and a"
         " change that is small against it is missed. Probing every direction twice would settle that."
     ]
-
-
-def digits(quantity: Mapping[str, Any]) -> str:
-    """The last printed digit in words."""
-    digit = quantity["printed_digit"]
-    return f"printed to {significant(digit, 1)} {quantity['unit']}" if digit else "rounding not visible"

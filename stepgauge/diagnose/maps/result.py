@@ -59,8 +59,8 @@ class Law:
 class QuantityFit:
     """One quantity before and after: rms, largest share of its value by which it is off, held-out rms.
 
-    ``noise``: rms of the scatter of the rows; ``quantum``: last printed digit, 0 if none was seen; ``holdout``: what was
-    held out -> rms before and after. ``after`` has the named changes in it, ``described`` the laws without a name
+    ``noise``: rms of the scatter of the rows; ``quantum``: last printed digit, 0 if none was seen; ``holdout``: what
+    was held out -> rms before and after. ``after`` has the named changes in it, ``described`` the laws without a name
     besides; outliers are in no rms.
     """
 
@@ -85,7 +85,7 @@ class MapDiagnosis:
     """The whole answer.
 
     ``data`` has all rows, ``kept (n,)`` tells those that are no outliers; ``terms`` are the changes found, laws without
-    a name among them, ``table`` is the ``[probe]`` table with them.
+    a name among them, ``probe`` is the ``[probe]`` table as it was, ``table`` with them.
     """
 
     verdict: Verdict
@@ -100,6 +100,7 @@ class MapDiagnosis:
     data: MapData
     kept: NDArray[np.bool_]
     terms: Terms
+    probe: dict[str, Any]
     table: dict[str, Any]
     trail: tuple[Step, ...]
     remarks: tuple[str, ...]

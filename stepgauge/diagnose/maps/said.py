@@ -57,7 +57,7 @@ def as_json(found: MapDiagnosis, probe_path: str, folder: str | Path = ".") -> d
 
 
 def _effect(finding: MapFinding, found: MapDiagnosis, folder: Path) -> dict[str, Any]:
-    said = {
+    said: dict[str, Any] = {
         "kind": finding.kind,
         "label": finding.label,
         **({"choice": finding.choice} if finding.choice else {}),
@@ -84,7 +84,7 @@ def _outlier(row: int, found: MapDiagnosis) -> dict[str, Any]:
         "row": int(data.row_numbers[row]),
         "polar_deg": _number(data.polar_deg[row]),
         "azimuth_deg": _number(data.azimuth_deg[row]),
-        "off": {f"{fit.name}": _number(fit.described[row]) for fit in found.fits},
+        "off": {fit.name: _number(fit.described[row]) for fit in found.fits},
     }
 
 

@@ -19,7 +19,7 @@ from stepgauge.diagnose.maps.model import Terms
 from stepgauge.diagnose.search import log_p_value
 
 Array = NDArray[np.float64]
-FALSE_ALARM = 0.004
+FALSE_ALARM = 0.008
 """Chance that any change is named where there is none."""
 SMALLEST_SHARE = 1e-3
 """What explains less of the disagreement of every quantity is a slight departure of the laws, not a change to name."""
@@ -190,9 +190,7 @@ class MapSelector:
         best = min(each.fitted.deviance for each in tried)
         own = current.terms[place].candidate
         near = [each for each in tried if each.candidate == own or self._as_good(each, best)]
-        log_weight = np.array(
-            [-each.fitted.bic / 2.0 - each.candidate.surprise(each.values) for each in near]
-        )
+        log_weight = np.array([-each.fitted.bic / 2.0 - each.candidate.surprise(each.values) for each in near])
         order = np.argsort(-log_weight)
         weight = np.exp(log_weight[order] - log_weight.max())
         return Rivals(tuple(near[i] for i in order), tuple(map(float, weight / weight.sum())))
