@@ -154,9 +154,9 @@ def false_alarms(nulls: int, seed: int = 1) -> dict[str, list[str]]:
 def named(size: float, seeds: int) -> Iterator[tuple[str, bool, list[float]]]:
     """Change, whether it is in the set that alone was named, and its values' errors over their uncertainties."""
     for i, plan in enumerate(PLANS):
-        for truth, off in changes(plan, size):
+        for number, (truth, off) in enumerate(changes(plan, size)):
             for seed in range(seeds):
-                found = diagnosed(plan, made(plan, np.random.default_rng([2, i, seed]), off))
+                found = diagnosed(plan, made(plan, np.random.default_rng([2, i, number, seed]), off))
                 sets = [{f.kind, *f.confounded_with} for f in found.findings]
                 right = found.verdict == "effects" and len(sets) == 1 and truth.candidate.kind in sets[0]
                 yield truth.candidate.label, right, _pulls(found, truth)
@@ -172,9 +172,10 @@ def _pulls(found: MapDiagnosis, truth: Term) -> list[float]:
 def outsiders(size: float, seeds: int) -> Iterator[tuple[str, str, str]]:
     """Field, verdict and what was named, for every plan and seed."""
     for i, plan in enumerate(PLANS):
-        for name in OUTSIDERS:
+        for number, name in enumerate(OUTSIDERS):
             for seed in range(seeds):
-                found = diagnosed(plan, made(plan, np.random.default_rng([3, i, seed]), outsider(plan, name, size)))
+                rng = np.random.default_rng([3, i, number, seed])
+                found = diagnosed(plan, made(plan, rng, outsider(plan, name, size)))
                 yield name, found.verdict, ", ".join(_kinds(found))
 
 

@@ -115,7 +115,17 @@ def effect_figure(found: MapDiagnosis) -> Figure:
         _effect(axes, panel, found)
     for axes in grid.flat[len(drawn) :]:
         axes.set_axis_off()
+    _explain(fig)
     return fig
+
+
+def _explain(fig: Figure) -> None:
+    from matplotlib.lines import Line2D
+
+    dot = Line2D([], [], linestyle="none", marker="o", color=COLORS["grey"], markersize=3.0)
+    line = Line2D([], [], color=COLORS["grey"], linewidth=1.1)
+    words = ["measured, all else taken out", "fitted law"]
+    fig.legend([dot, line], words, loc="outside upper center", ncols=2, frameon=False)
 
 
 def panels(found: MapDiagnosis) -> list[Panel]:

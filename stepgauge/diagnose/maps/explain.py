@@ -12,11 +12,16 @@ from stepgauge.diagnose.maps.candidates import Candidate
 from stepgauge.diagnose.maps.empirical import empirical
 from stepgauge.diagnose.maps.fit import Fitted, Fitter
 from stepgauge.diagnose.maps.locate import DIRECTION, IRREGULAR, Found, Locator, Shape, lack_of_fit
-from stepgauge.diagnose.maps.model import MapModel, Terms
+from stepgauge.diagnose.maps.model import MapModel, Term, Terms
 from stepgauge.diagnose.maps.noise import CLEARLY, MapNoise
 from stepgauge.diagnose.maps.select import SMALLEST_SHARE, MapSelector, Selection, Step
+from stepgauge.diagnose.search import log_p_value
 
 Array = NDArray[np.float64]
+IDLE_LOG_P = float(np.log(1e-3))
+"""Logarithm of the chance from which on a named term is not needed beside forms."""
+NEXT_TO_NOTHING = 0.05
+"""Share of what a form without a name takes below which a name only mends the form."""
 IRREGULAR_P = 0.003
 """Chance that directions seem to differ by more than the repeats scatter where they do not."""
 
@@ -105,11 +110,16 @@ def _gain(fitter: Fitter, whole: Fitted, law: Candidate) -> float:
 def _without_imitations(fitter: Fitter, locator: Locator, best: _Description) -> tuple[_Description, tuple[str, ...]]:
     """Leave out named terms where forms alone are the clearly shorter description, and which those were.
 
-    Only where the names leave structure after all, or where the forms need fewer numbers: a law that leaves nothing is
-    believed before a form of as many coefficients.
+    So are names that take next to nothing beside the forms. Otherwise only where the names leave structure after all, or
+    where the forms need fewer numbers: a law that leaves nothing is believed before a form of as many coefficients.
     """
     dropped: tuple[str, ...] = ()
     while best.named.terms:
+        idle = _idle(fitter, best)
+        if idle:
+            best = _describe(fitter, locator, _fit_of(fitter, _but(best.named.terms, idle)))
+            dropped += (idle.candidate.label,)
+            continue
         others = [_describe(fitter, locator, _fit_of(fitter, terms)) for terms in _fewer(best.named.terms)]
         others = [each for each in others if each.unknown and (best.unknown or each.whole.size < best.whole.size)]
         shortest = min(others, key=lambda each: each.length, default=None)
@@ -119,6 +129,25 @@ def _without_imitations(fitter: Fitter, locator: Locator, best: _Description) ->
         dropped += tuple(t.candidate.label for t in best.named.terms if t.candidate not in kept)
         best = shortest
     return best, dropped
+
+
+def _idle(fitter: Fitter, best: _Description) -> Term | None:
+    """The named term that takes least beside the forms, if that is chance or next to nothing against what they take."""
+    if not best.unknown:
+        return None
+    variance, dof = best.whole.variance
+    gains = []
+    for term in best.named.terms:
+        without = fitter.fit([t.candidate for t in best.whole.terms if t.candidate != term.candidate], best.whole.terms)
+        gains.append((fitter.left(without.terms, best.whole.rest) - best.whole.rss, term))
+    gain, weakest = min(gains, key=lambda pair: pair[0])
+    d = len(weakest.values)
+    chance = log_p_value(gain / variance, d, dof + d, 1.0) > IDLE_LOG_P
+    return weakest if chance or gain < NEXT_TO_NOTHING * max(one.gain for one in best.unknown) else None
+
+
+def _but(terms: Terms, left_out: Term) -> Terms:
+    return tuple(term for term in terms if term.candidate != left_out.candidate)
 
 
 def _fewer(terms: Terms) -> list[Terms]:

@@ -41,7 +41,8 @@ class Fitted:
 
     ``sigma``: standard deviation (n,) of each quantity's rows; ``whitened (m,)``: all residuals over their sigma;
     ``jacobian (m, k)``: slopes of the whitened residuals in units of the knobs' typical departures; ``deviance``:
-    -2 ln likelihood; ``rest``: the part of the scatter of each quantity beyond the rounding.
+    -2 ln likelihood; ``rest``: the part of the scatter of each quantity beyond the rounding. ``between``: sum of
+    squares of the means over the repeats of a direction, and how many directions there are in all quantities.
     """
 
     terms: Terms
@@ -50,6 +51,7 @@ class Fitted:
     jacobian: Array
     deviance: float
     rest: tuple[float, ...]
+    between: tuple[float, int]
 
     @property
     def rss(self) -> float:
@@ -64,6 +66,15 @@ class Fitted:
         return len(self.whitened) - self.size
 
     @property
+    def variance(self) -> tuple[float, int]:
+        """Of the whitened residuals, at least 1, and its degrees of freedom.
+
+        Where directions differ by more than their repeats do, repeats are not independent of each other, and the
+        directions count, not the rows.
+        """
+        return larger_variance(self.rss, self.dof, self.between[0], self.between[1] - self.size)
+
+    @property
     def bic(self) -> float:
         return self.deviance + self.size * float(np.log(len(self.whitened)))
 
@@ -74,6 +85,7 @@ class Fitter:
     def __init__(self, model: MapModel, noise: MapNoise, rows: NDArray[np.bool_] | None = None) -> None:
         self.model, self.noise = model, noise
         self.rows = np.ones(len(model.data), bool) if rows is None else rows
+        self._direction = model.data.direction[self.rows]
         self._sizes = [sizes(m, noise.scatter) for m in model.data.measured]
         self._found: dict[frozenset[Candidate], Fitted] = {}
 
@@ -110,7 +122,9 @@ class Fitter:
         sigma = self._sigma(rest)
         white = self._white(terms, sigma)
         deviance = float(white @ white) + 2.0 * float(sum(np.log(s[self.rows]).sum() for s in sigma))
-        return Fitted(terms, tuple(sigma), white, self._slopes(terms, sigma, white), deviance, tuple(rest))
+        between = between_directions(white, self._direction, len(sigma))
+        slopes = self._slopes(terms, sigma, white)
+        return Fitted(terms, tuple(sigma), white, slopes, deviance, tuple(rest), between)
 
     def left(self, terms: Terms, rest: Sequence[float]) -> float:
         """Sum of the squares of the whitened residuals."""
@@ -201,8 +215,25 @@ def uncertainties(fitted: Fitted) -> Array:
     gram = fitted.jacobian.T @ fitted.jacobian
     if fitted.size == 0 or np.linalg.matrix_rank(gram, tol=1e-12 * max(float(np.trace(gram)), 1e-300)) < fitted.size:
         return np.full((fitted.size, fitted.size), np.nan)
-    variance = max(fitted.rss / max(fitted.dof, 1), 1.0)
+    variance, _ = fitted.variance
     return np.asarray(np.linalg.inv(gram) * variance * np.outer(scale, scale), dtype=np.float64)
+
+
+def between_directions(whitened: Array, direction: NDArray[np.intp], quantities: int) -> tuple[float, int]:
+    """Sum of squares of the means over repeats, each times their number, and how many means there are.
+
+    ``whitened (quantities * n,)``: one quantity behind the other; ``direction (n,)``: index of the direction.
+    """
+    count = np.maximum(np.bincount(direction), 1)
+    sums = [np.bincount(direction, part) for part in whitened.reshape(quantities, -1)]
+    return float(sum((each**2 / count).sum() for each in sums)), int((np.bincount(direction) > 0).sum()) * quantities
+
+
+def larger_variance(rss: float, dof: int, between: float, between_dof: int) -> tuple[float, int]:
+    """Mean square of all residuals or of the means over repeats, the larger one but at least 1, and its degrees."""
+    pooled = rss / max(dof, 1)
+    of_means = between / between_dof if between_dof > 0 else 0.0
+    return (max(of_means, 1.0), between_dof) if of_means > pooled else (max(pooled, 1.0), dof)
 
 
 def likeliest(residual: Array, rounding: float, size: Array) -> float:

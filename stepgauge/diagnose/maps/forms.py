@@ -18,6 +18,8 @@ from stepgauge.probes.empirical import directions, parse
 
 Array = NDArray[np.float64]
 MOST_LOBES = 8
+SEEN = 0.75
+"""Share of a period that must be there for lobes to be told from a trend; three lobes mirror each sixth of a turn."""
 MOST_STEPS = 4
 """Levels in which a free shape may stand over an angle, less one."""
 MOST_EDGES = 24
@@ -72,8 +74,10 @@ def _over_polar(data: MapData) -> Iterator[Family]:
 def _harmonics(data: MapData) -> Iterator[Family]:
     """Lobes of the same height at all polar angles, or as high as the approach is across the stylus."""
     spokes, rings = int(data.spokes.max()) + 1, int(data.rings.max()) + 1
+    span = float(np.ptp(data.azimuth_deg % 360.0)) * spokes / max(spokes - 1, 1)
     for order in range(1, MOST_LOBES + 1):
-        if spokes <= 2 * order and not (order == 3 and spokes > 3):
+        seen = spokes > 2 * order * min(span / 360.0, 1.0) and span >= SEEN * 360.0 / order
+        if not seen and not (order == 3 and spokes > 3):
             continue
         angle = "azimuth_rad" if order == 1 else f"{order} * azimuth_rad"
         waves = (f"cos({angle})", f"sin({angle})")

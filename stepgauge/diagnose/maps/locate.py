@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from stepgauge.diagnose.maps.data import MapData
-from stepgauge.diagnose.maps.fit import Fitted
+from stepgauge.diagnose.maps.fit import Fitted, between_directions
 from stepgauge.diagnose.maps.forms import Family, Shape, families
 from stepgauge.diagnose.maps.noise import MapNoise
 from stepgauge.diagnose.result import Located
@@ -17,11 +17,15 @@ from stepgauge.diagnose.search import log_p_value
 from stepgauge.diagnose.whitening import orthonormal
 
 Array = NDArray[np.float64]
-FALSE_ALARM = 0.01
+FALSE_ALARM = 0.006
 """Chance that structure is seen where there is none."""
 MOST_FORMS = 4
 COLLINEAR = 1e-4
 """Share of a shape's square that must be left beside what is fitted already."""
+NEARLY = 0.9
+"""Share of the gain of the best form that is enough for a plainer one."""
+PLAIN = {"offset": 0, "trend": 1, "harmonic": 1, "bow": 2}
+"""Forms from plain to odd; all others are odder."""
 DIRECTION, IRREGULAR = "direction", "irregular"
 
 
@@ -44,11 +48,29 @@ class _Look:
     column: Array
 
 
+@dataclass(frozen=True)
+class _Rest:
+    """Sums of squares that a form must bring down, of all residuals and of the means over repeats, with their dof."""
+
+    rss: float
+    dof: int
+    between: float
+    between_dof: int
+
+    def against(self, gain: float, d: int) -> tuple[float, int, int]:
+        """A gain of ``d`` numbers over the variance that is then left; ``d``; degrees of freedom of both."""
+        pooled = (self.rss - gain) / (self.dof - d)
+        of_means = (self.between - gain) / max(self.between_dof - d, 1)
+        variance, dof = (of_means, self.between_dof) if of_means > pooled else (pooled, self.dof)
+        return gain / max(variance, 1e-12), d, dof
+
+
 class Locator:
     """Looks for the forms of a map in whitened residuals."""
 
     def __init__(self, data: MapData) -> None:
         self.data = data
+        self._direction = data.direction
         self.families = families(data)
         self.bar = float(np.log(FALSE_ALARM / (len(self.families) * len(data.measured))))
 
@@ -58,9 +80,10 @@ class Locator:
         basis = orthonormal(fitted.jacobian)
         while len(found) < MOST_FORMS:
             left = fitted.whitened - basis @ (basis.T @ fitted.whitened)
-            best = min(self._looks(left, basis, fitted), key=lambda look: look.found.log_p)
-            if best.found.log_p > self.bar:
+            looks = [look for look in self._looks(left, basis, fitted) if look.found.log_p <= self.bar]
+            if not looks:
                 break
+            best = _plainest(looks)
             found.append(best.found)
             basis = orthonormal(np.column_stack([basis, best.column]))
         return found
@@ -81,8 +104,9 @@ class Locator:
         )
 
     def _looks(self, left: Array, basis: Array, fitted: Fitted) -> list[_Look]:
-        n, total = len(self.data), float(left @ left)
-        dof = len(left) - basis.shape[1]
+        n, quantities = len(self.data), len(self.data.measured)
+        between, means = between_directions(left, self._direction, quantities)
+        rest = _Rest(float(left @ left), len(left) - basis.shape[1], between, means - basis.shape[1])
         looks = []
         for i, sigma in enumerate(fitted.sigma):
             rows = slice(i * n, (i + 1) * n)
@@ -90,18 +114,28 @@ class Locator:
                 white = family.columns / sigma
                 gains, free = _gains(white, left[rows], basis[rows])
                 best = int(gains.argmax())
-                looks.append(self._look(i, family, best, float(gains[best]), int(free[best]), dof, total))
+                looks.append(self._look(i, family, best, float(gains[best]), int(free[best]), rest))
                 looks[-1].column[rows] = white[best].T
         return looks
 
-    def _look(self, i: int, family: Family, best: int, gain: float, d: int, dof: int, total: float) -> _Look:
+    def _look(self, i: int, family: Family, best: int, gain: float, d: int, rest: _Rest) -> _Look:
         log_p = 0.0
-        if d > 0 and dof - d >= 2:
-            variance = max((total - gain) / (dof - d), 1e-12)
-            log_p = log_p_value(gain / variance, d, dof, float(len(family.shapes)))
+        if d > 0 and rest.dof - d >= 2:
+            log_p = log_p_value(*rest.against(gain, d), float(len(family.shapes)))
         column = np.zeros((len(self.data) * len(self.data.measured), family.columns.shape[1]))
         shape = family.shapes[best]
         return _Look(Found(i, family.covariate, family.form, shape, gain, log_p, len(family.shapes)), column)
+
+
+def _plainest(looks: list[_Look]) -> _Look:
+    """The plainest form that says nearly as much as the most surprising one does of the same quantity."""
+    first = min(looks, key=lambda look: look.found.log_p)
+    near = [
+        look
+        for look in looks
+        if look.found.quantity == first.found.quantity and look.found.gain >= NEARLY * first.found.gain
+    ]
+    return min(near, key=lambda look: (PLAIN.get(look.found.form.split()[0], len(PLAIN)), look.found.log_p))
 
 
 def lack_of_fit(data: MapData, noise: MapNoise, whitened: Array, parameters: int) -> tuple[float, float]:
@@ -111,11 +145,8 @@ def lack_of_fit(data: MapData, noise: MapNoise, whitened: Array, parameters: int
     """
     if not noise.repeats:
         return 0.0, 0.0
-    group, count = data.direction, np.bincount(data.direction)
-    square = 0.0
-    for white in whitened.reshape(len(data.measured), len(data)):
-        square += float((np.bincount(group, white) ** 2 / count).sum())
-    dof = len(count) * len(data.measured) - parameters
+    square, means = between_directions(whitened, data.direction, len(data.measured))
+    dof = means - parameters
     if dof < 1:
         return 0.0, 0.0
     p = float(stats.f.logsf(square / dof, dof, noise.dof * len(data.measured)))

@@ -31,13 +31,14 @@ class MapNoise:
 
     ``sigma``: standard deviation of each quantity as a share of :func:`sizes`, no smaller than what rounding gives;
     None without repeats enough. ``dof``: degrees of freedom that the repeats have; ``outliers (n,)``: rows that differ
-    from the other repeats of their direction by more than chance.
+    from the other repeats of their direction by more than chance; ``copies``: repeats agree to the last bit.
     """
 
     sigma: tuple[float, ...] | None
     dof: int
     scatter: Scatter
     outliers: NDArray[np.bool_]
+    copies: bool = False
 
     @property
     def repeats(self) -> bool:
@@ -50,14 +51,15 @@ def estimate_noise(data: MapData) -> MapNoise:
 
     Robust: deviations are judged by their median first, and those too large to be chance are taken out until nothing
     changes. Of two probings that differ nobody knows which is bad: both are left out of the estimate, and neither is
-    called an outlier here. Repeats that agree to the last bit are copies, not repeats.
+    called an outlier here. Repeats that all agree to the last bit are copies and say nothing.
     """
     group = data.direction
     constant = [_scatter_of(m, group, "constant") for m in data.measured]
     dof = min(each.dof for each in constant)
     outliers = np.logical_or.reduce([each.outliers for each in constant])
-    if dof < FEWEST_DOF or any(each.sigma <= 0.0 for each in constant):
-        return MapNoise(None, dof, "constant", np.zeros(len(data), bool))
+    copies = dof > 0 and any(each.sigma <= 0.0 for each in constant)
+    if dof < FEWEST_DOF or copies:
+        return MapNoise(None, dof, "constant", np.zeros(len(data), bool), copies)
     proportional = [_scatter_of(m, group, "proportional") for m in data.measured]
     gain = sum(p.log_likelihood - c.log_likelihood for p, c in zip(proportional, constant, strict=True))
     chosen: Scatter = "proportional" if 2.0 * gain > CLEARLY else "constant"
@@ -74,9 +76,10 @@ def without_outliers(noise: MapNoise) -> MapNoise:
 
 def sizes(measured: Measured, scatter: Scatter) -> Array:
     """What the scatter is proportional to, (n,)."""
-    if scatter == "constant":
+    largest = float(measured.values.max())
+    if scatter == "constant" or largest <= 0.0:
         return np.ones(len(measured.values))
-    return np.maximum(measured.values, 1e-3 * max(float(measured.values.max()), 1e-300))
+    return np.maximum(measured.values, 1e-3 * largest)
 
 
 def robust_scale(deviation: Array, rounding: float, dof: int) -> tuple[float, NDArray[np.bool_]]:

@@ -100,7 +100,9 @@ def _of_scatter(noise: Mapping[str, Any]) -> list[str]:
         few = f"The scatter rests on {noise['dof']} degrees of freedom only; more repeats would sharpen it."
         return [few] if noise["dof"] < FEW_DOF else []
     seen = "No direction was probed twice"
-    if noise["dof"]:
+    if noise["copies"]:
+        seen = "Repeats agree to the last bit: they are copies, or simulated without scatter"
+    elif noise["dof"]:
         seen = f"Too few directions were probed twice ({noise['dof']} degrees of freedom)"
     return [
         f"{seen}. The scatter had to be taken from what the model leaves beyond the rounding of the printed digits:"

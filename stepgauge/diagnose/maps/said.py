@@ -177,7 +177,13 @@ def _with_empirical(fit: QuantityFit) -> dict[str, Any]:
 
 def _noise(found: MapDiagnosis) -> dict[str, Any]:
     noise = found.noise
-    said: dict[str, Any] = {"from_repeats": noise.repeats, "dof": noise.dof, "scatter": noise.scatter, "quantities": {}}
+    said: dict[str, Any] = {
+        "from_repeats": noise.repeats,
+        "copies": noise.copies,
+        "dof": noise.dof,
+        "scatter": noise.scatter,
+        "quantities": {},
+    }
     for fit in found.fits:
         u = fit.noise / math.sqrt(2.0 * noise.dof) if noise.repeats else math.nan
         said.setdefault(f"sigma_{fit.unit}", _number(fit.noise))

@@ -19,7 +19,7 @@ from stepgauge.diagnose.maps.model import Terms
 from stepgauge.diagnose.search import log_p_value
 
 Array = NDArray[np.float64]
-FALSE_ALARM = 0.008
+FALSE_ALARM = 0.005
 """Chance that any change is named where there is none."""
 SMALLEST_SHARE = 1e-3
 """What explains less of the disagreement of every quantity is a slight departure of the laws, not a change to name."""
@@ -113,9 +113,9 @@ class MapSelector:
 
     def _try(self, candidate: Candidate, beside: Fitted) -> Tried:
         fitted = self.fitter.fit([*(t.candidate for t in beside.terms), candidate], beside.terms)
-        variance = max(fitted.rss / max(fitted.dof, 1), 1.0)
+        variance, dof = fitted.variance
         gain = (self.fitter.left(beside.terms, fitted.rest) - fitted.rss) / variance
-        log_p = log_p_value(gain, len(candidate.knobs), fitted.dof + len(candidate.knobs), 1.0)
+        log_p = log_p_value(gain, len(candidate.knobs), dof + len(candidate.knobs), 1.0)
         log_p = min(log_p + float(np.log(len(candidate.starts))), 0.0)
         return Tried(candidate, fitted, gain, log_p, self._share(beside.terms, fitted.terms))
 
