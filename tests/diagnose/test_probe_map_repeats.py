@@ -33,7 +33,7 @@ def step(polar, azimuth):
     return np.where((azimuth > 95.0) & (azimuth < 195.0), 0.6, 0.0)
 
 
-def made(law=zero, repeats=3, seed=1, digit=0.01, rings=RINGS, spokes=SPOKES):
+def made(law=zero, repeats=3, seed=4, digit=0.01, rings=RINGS, spokes=SPOKES):
     """A map of a probe whose pre-travel is 12 um and a law more; a row for each probing."""
     polar, azimuth = (np.tile(grid.ravel(), repeats) for grid in np.meshgrid(rings, spokes, indexing="ij"))
     read = MEAN_UM + law(polar, azimuth) + np.random.default_rng(seed).normal(0.0, SIGMA_UM, len(polar))

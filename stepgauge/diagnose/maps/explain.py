@@ -110,7 +110,7 @@ def _gain(fitter: Fitter, whole: Fitted, law: Candidate) -> float:
 def _without_imitations(fitter: Fitter, locator: Locator, best: _Description) -> tuple[_Description, tuple[str, ...]]:
     """Leave out named terms where forms alone are the clearly shorter description, and which those were.
 
-    So are names that take next to nothing beside the forms. Otherwise only where the names leave structure after all, or
+    So are names that take next to nothing beside the forms. Otherwise only where the names leave structure, or
     where the forms need fewer numbers: a law that leaves nothing is believed before a form of as many coefficients.
     """
     dropped: tuple[str, ...] = ()
