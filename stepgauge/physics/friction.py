@@ -100,10 +100,11 @@ def _opening_load(tripod: Tripod) -> Array:
 
 @lru_cache(maxsize=64)
 def _faces(geometry: Tripod, mu_g: float, arm_radius_mm: float) -> Array:
-    """Motions (faces, 6) of an unloaded seat in which none of the leaning reactions has positive power: the faces of their cone.
+    """Motions (faces, 6) in which none of the leaning reactions has positive power: the faces of their cone.
 
-    All leaning reactions push upwards, so the cone is cut at one unit of upward force and becomes a polytope. Arms that
-    meet in one point make it degenerate; joggling its corners by rounding errors (Qhull's QJ) makes it general again.
+    ``geometry`` is a seat that is unloaded; the array is not to be written to. All leaning reactions push upwards, so
+    the cone is cut at one unit of upward force and becomes a polytope. Arms that meet in one point make it degenerate;
+    joggling its corners by rounding errors (Qhull's QJ) makes it general again.
     """
     points_mm = contact_points_mm(geometry)
     edges = _leaning_reactions(contact_normals(geometry), points_mm, mu_g, arm_radius_mm)
