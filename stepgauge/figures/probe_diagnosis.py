@@ -25,6 +25,8 @@ Rows = NDArray[np.bool_]
 RESIDUALS, DIRECTIONS, EFFECTS = "residuals", "directions", "effects"
 MOST_PANELS = 6
 MOST_CURVES = 6
+LEAST = 1e-9
+"""Reach of a scale on which all is zero."""
 FINE = 241
 """Points of a drawn law."""
 TITLE = 44
@@ -69,15 +71,15 @@ def draw_map_diagnosis(folder: str | Path, found: MapDiagnosis, suffix: str = "p
 
 @figure_style()
 def residual_figure(found: MapDiagnosis) -> Figure:
-    """Residuals over azimuth and polar angle: before, and after on a scale of their own; a pair of rows a quantity."""
-    fig = new_figure(180.0, 84.0 * len(found.fits) + 8.0)
-    axes = fig.subplots(2 * len(found.fits), 2, squeeze=False, sharex="col", sharey="row")
-    for i, fit in enumerate(found.fits):
-        for row, values, stage in ((2 * i, fit.before, "before"), (2 * i + 1, fit.described, "after")):
-            for panel, angle in zip(axes[row], (found.data.azimuth_deg, found.data.polar_deg), strict=True):
-                _residuals(panel, angle, values, fit, found.kept, stage)
-            axes[row][0].set_ylabel(f"{WORDS[fit.name]}\n{stage} / {UNITS[fit.unit]}")
-            axes[row][1].set_title(f"rms {_rms(values[found.kept]):.3g} {UNITS[fit.unit]}", loc="right")
+    """Residuals over azimuth and polar angle: before, and after on a scale of their own where something was changed."""
+    drawn = [(fit, *stage) for fit in found.fits for stage in _stages(fit, found)]
+    fig = new_figure(180.0, 42.0 * len(drawn) + 14.0)
+    axes = fig.subplots(len(drawn), 2, squeeze=False, sharex="col", sharey="row")
+    for row, (fit, stage, values) in zip(axes, drawn, strict=True):
+        for panel, angle in zip(row, (found.data.azimuth_deg % 360.0, found.data.polar_deg), strict=True):
+            _residuals(panel, angle, values, fit, found.kept, stage)
+        row[0].set_ylabel(f"{WORDS[fit.name]}\n{stage} / {UNITS[fit.unit]}")
+        row[1].set_title(f"rms {_rms(values[found.kept]):.3g} {UNITS[fit.unit]}", loc="right")
     axes[-1][0].set_xlabel(AZIMUTH)
     axes[-1][1].set_xlabel(POLAR)
     _azimuth_ticks(axes[-1][0], found)
@@ -89,10 +91,11 @@ def residual_figure(found: MapDiagnosis) -> Figure:
 @figure_style()
 def direction_figure(found: MapDiagnosis) -> Figure:
     """Where on the map residuals lie, before and after, mean of the repeats by colour; each with its own scale."""
-    fig = new_figure(180.0, 58.0 * len(found.fits) + 10.0)
-    axes = fig.subplots(len(found.fits), 2, squeeze=False, sharex=True, sharey=True)
+    columns = len(_stages(found.fits[0], found))
+    fig = new_figure(90.0 * columns, 58.0 * len(found.fits) + 10.0)
+    axes = fig.subplots(len(found.fits), columns, squeeze=False, sharex=True, sharey=True)
     for row, fit in zip(axes, found.fits, strict=True):
-        for panel, values, stage in zip(row, (fit.before, fit.described), ("before", "after"), strict=True):
+        for panel, (stage, values) in zip(row, _stages(fit, found), strict=True):
             _directions(fig, panel, found, fit, values)
             panel.set_title(f"{WORDS[fit.name]}, {stage}", loc="left")
         row[0].set_ylabel(POLAR)
@@ -159,20 +162,27 @@ def _law(panel: Panel, found: MapDiagnosis, polar_deg: Array, azimuth_deg: Array
     return values[0] - values[1]
 
 
+def _stages(fit: QuantityFit, found: MapDiagnosis) -> list[tuple[str, Array]]:
+    """Residuals before and, where something was changed, after."""
+    return [("before", fit.before), *([("after", fit.described)] if found.terms else [])]
+
+
 def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
 def _residuals(axes: Axes, angle: Array, values: Array, fit: QuantityFit, kept: Rows, stage: str) -> None:
-    band = 2.0 * fit.noise
-    axes.axhspan(-band, band, color=COLORS["grey"], alpha=0.22, linewidth=0.0, label="± two sigma of the scatter")
+    band = 0.0 if np.isnan(fit.noise) else 2.0 * fit.noise
+    if band > 0.0:
+        axes.axhspan(-band, band, color=COLORS["grey"], alpha=0.22, linewidth=0.0, label="± two sigma of the scatter")
     axes.axhline(0.0, color=COLORS["grey"], linewidth=0.7)
     axes.plot(
         angle[kept], values[kept], "o", color=COLORS[stage], markersize=2.8, alpha=0.75, label=f"residual {stage}"
     )
-    limit = 1.12 * max(float(np.abs(values[kept]).max(initial=0.0)), band)
-    low = -limit if values[kept].min(initial=0.0) < -band else -1.4 * band
-    high = limit if values[kept].max(initial=0.0) > band else 1.4 * band
+    limit = 1.12 * max(float(np.abs(values[kept]).max(initial=0.0)), band, LEAST)
+    margin = max(1.4 * band, 0.15 * limit)
+    low = -limit if values[kept].min(initial=0.0) < -band else -margin
+    high = limit if values[kept].max(initial=0.0) > band else margin
     axes.set_ylim(low, high)
     _outliers(axes, angle[~kept], np.clip(values[~kept], low, high))
     axes.spines[["top", "right"]].set_visible(False)
@@ -193,7 +203,7 @@ def _directions(fig: Figure, axes: Axes, found: MapDiagnosis, fit: QuantityFit, 
     first = np.unique(group, return_index=True)[1]
     mean = np.bincount(group, np.where(kept, values, 0.0)) / count
     seen = np.bincount(group, kept) > 0
-    limit = max(float(np.abs(mean).max(initial=0.0)), 2.0 * fit.noise)
+    limit = max(float(np.abs(mean).max(initial=0.0)), np.nan_to_num(2.0 * fit.noise), LEAST)
     drawn = axes.scatter(
         (data.azimuth_deg[first] % 360.0)[seen],
         data.polar_deg[first][seen],

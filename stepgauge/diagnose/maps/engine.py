@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,18 +87,20 @@ def _explained(
 
 
 def _insufficient(model: MapModel, noise: MapNoise, missing: tuple[str, ...]) -> MapDiagnosis:
-    """Residuals as they are, and what is missing."""
+    """Residuals as they are, and what is missing; the scatter is known from repeats or not at all."""
     fitter, kept = Fitter(model, noise), np.ones(len(model.data), bool)
     nothing = fitter.fit(())
+    fits = _fits(model, fitter, nothing, nothing, nothing, kept)
+    chi2 = nothing.rss / max(nothing.dof, 1) if noise.repeats else np.nan
     return MapDiagnosis(
         "insufficient",
         (),
         (),
         (),
         (),
-        _fits(model, fitter, nothing, nothing, nothing, kept),
-        nothing.rss / max(nothing.dof, 1),
-        nothing.rss / max(nothing.dof, 1),
+        fits if noise.repeats else tuple(replace(fit, noise=np.nan) for fit in fits),
+        chi2,
+        chi2,
         noise,
         model.data,
         kept,
