@@ -78,7 +78,7 @@ def residual_figure(found: MapDiagnosis) -> Figure:
     for row, (fit, stage, values) in zip(axes, drawn, strict=True):
         for panel, angle in zip(row, (found.data.azimuth_deg % 360.0, found.data.polar_deg), strict=True):
             _residuals(panel, angle, values, fit, found.kept, stage)
-        row[0].set_ylabel(f"{WORDS[fit.name]}\n{stage} / {UNITS[fit.unit]}")
+        row[0].set_ylabel(f"{WORDS[fit.name]}\nresidual {stage}".rstrip() + f" / {UNITS[fit.unit]}")
         row[1].set_title(f"rms {_rms(values[found.kept]):.3g} {UNITS[fit.unit]}", loc="right")
     axes[-1][0].set_xlabel(AZIMUTH)
     axes[-1][1].set_xlabel(POLAR)
@@ -91,13 +91,17 @@ def residual_figure(found: MapDiagnosis) -> Figure:
 @figure_style()
 def direction_figure(found: MapDiagnosis) -> Figure:
     """Where on the map residuals lie, before and after, mean of the repeats by colour; each with its own scale."""
-    columns = len(_stages(found.fits[0], found))
-    fig = new_figure(90.0 * columns, 58.0 * len(found.fits) + 10.0)
-    axes = fig.subplots(len(found.fits), columns, squeeze=False, sharex=True, sharey=True)
-    for row, fit in zip(axes, found.fits, strict=True):
-        for panel, (stage, values) in zip(row, _stages(fit, found), strict=True):
-            _directions(fig, panel, found, fit, values)
-            panel.set_title(f"{WORDS[fit.name]}, {stage}", loc="left")
+    drawn = [(fit, *stage) for fit in found.fits for stage in _stages(fit, found)]
+    columns = min(len(drawn), 2)
+    rows = -(-len(drawn) // columns)
+    fig = new_figure(90.0 * columns, 58.0 * rows + 10.0)
+    axes = fig.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    for panel, (fit, stage, values) in zip(axes.flat, drawn, strict=False):
+        _directions(fig, panel, found, fit, values)
+        panel.set_title(f"{WORDS[fit.name]}{', ' * bool(stage)}{stage}", loc="left")
+    for panel in axes.flat[len(drawn) :]:
+        panel.set_axis_off()
+    for row in axes:
         row[0].set_ylabel(POLAR)
     for panel in axes[-1]:
         panel.set_xlabel(AZIMUTH)
@@ -163,8 +167,8 @@ def _law(panel: Panel, found: MapDiagnosis, polar_deg: Array, azimuth_deg: Array
 
 
 def _stages(fit: QuantityFit, found: MapDiagnosis) -> list[tuple[str, Array]]:
-    """Residuals before and, where something was changed, after."""
-    return [("before", fit.before), *([("after", fit.described)] if found.terms else [])]
+    """Residuals before and after; where nothing was changed there is one of them, and no word is needed."""
+    return [("before", fit.before), ("after", fit.described)] if found.terms else [("", fit.before)]
 
 
 def _rms(values: Array) -> float:
@@ -177,7 +181,13 @@ def _residuals(axes: Axes, angle: Array, values: Array, fit: QuantityFit, kept: 
         axes.axhspan(-band, band, color=COLORS["grey"], alpha=0.22, linewidth=0.0, label="± two sigma of the scatter")
     axes.axhline(0.0, color=COLORS["grey"], linewidth=0.7)
     axes.plot(
-        angle[kept], values[kept], "o", color=COLORS[stage], markersize=2.8, alpha=0.75, label=f"residual {stage}"
+        angle[kept],
+        values[kept],
+        "o",
+        color=COLORS[stage or "before"],
+        markersize=2.8,
+        alpha=0.75,
+        label=f"residual {stage}".strip(),
     )
     limit = 1.12 * max(float(np.abs(values[kept]).max(initial=0.0)), band, LEAST)
     margin = max(1.4 * band, 0.15 * limit)

@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 QUANTITIES = {"trigger_force_N": "N", "deflection_um": "um", "pretravel_um": "um"}
 ANGLES = ("polar_deg", "azimuth_deg")
 _FACTORS = {"N": {"N": 1.0, "mN": 1e-3, "cN": 1e-2}, "um": {"um": 1.0, "mm": 1e3, "nm": 1e-3}}
+FINEST_SHARE = 1e-6
 _FINEST_DECIMALS = 6
 _COARSEST_DECIMALS = -1
 
@@ -34,8 +35,12 @@ class Measured:
 
     @property
     def rounding(self) -> float:
-        """Standard deviation that the rounding alone gives."""
-        return self.quantum / math.sqrt(12.0)
+        """Standard deviation that the rounding alone gives; a millionth of the values at least, as numbers go."""
+        return max(self.quantum / math.sqrt(12.0), FINEST_SHARE * float(np.abs(self.values).max(initial=0.0)))
+
+    def is_rounded(self, sigma: Array) -> bool:
+        """Whether the rounding is the larger part of a scatter (n,): its errors then repeat wherever values do."""
+        return self.rounding > float(np.median(sigma)) / math.sqrt(2.0)
 
 
 @dataclass(frozen=True)

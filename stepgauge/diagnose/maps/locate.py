@@ -80,13 +80,21 @@ class Locator:
         basis = orthonormal(fitted.jacobian)
         while len(found) < MOST_FORMS:
             left = fitted.whitened - basis @ (basis.T @ fitted.whitened)
-            looks = [look for look in self._looks(left, basis, fitted) if look.found.log_p <= self.bar]
+            looks = [
+                look
+                for look in self._looks(left, basis, fitted)
+                if look.found.log_p <= self.bar and not self._in_the_digits(look.found, fitted)
+            ]
             if not looks:
                 break
             best = _plainest(looks)
             found.append(best.found)
             basis = orthonormal(np.column_stack([basis, best.column]))
         return found
+
+    def _in_the_digits(self, one: Found, fitted: Fitted) -> bool:
+        """Whether a form is no larger than the rounding, which repeats where a symmetric probe repeats its values."""
+        return self.data.measured[one.quantity].is_rounded(fitted.sigma[one.quantity]) and one.gain < len(self.data)
 
     def located(self, found: list[Found], fitted: Fitted) -> tuple[Located, ...]:
         """In words, with the share of the structure of all residuals."""

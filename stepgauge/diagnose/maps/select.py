@@ -148,8 +148,15 @@ class MapSelector:
             return "information criterion"
         if tried.share < SMALLEST_SHARE:
             return f"too small: {tried.share:.1e} of the disagreement"
+        if self._in_the_digits(tried):
+            return "too small: no larger than the rounding of the printed digits"
         worse = [h.by for h in self.compare(current, tried.fitted) if h.score_after >= h.score_before]
         return f"does not predict held-out {' and '.join(worse)}" if worse else ""
+
+    def _in_the_digits(self, tried: Tried) -> bool:
+        data = self.fitter.model.data
+        rounded = [m.is_rounded(sigma) for m, sigma in zip(data.measured, tried.fitted.sigma, strict=True)]
+        return all(rounded) and tried.gain < len(data)
 
     def compare(self, without: Fitted, fitted: Fitted) -> list[Holdout]:
         """Held-out prediction without and with."""
