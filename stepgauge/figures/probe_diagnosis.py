@@ -25,6 +25,9 @@ Rows = NDArray[np.bool_]
 RESIDUALS, DIRECTIONS, EFFECTS = "residuals", "directions", "effects"
 MOST_PANELS = 6
 MOST_CURVES = 6
+LOBES_SEEN = 0.1
+"""Mean square over the azimuth against that over the polar angle from which on lobes are drawn as such."""
+FULL_TURN_DEG = 270.0
 LEAST = 1e-9
 """Reach of a scale on which all is zero."""
 FINE = 241
@@ -238,10 +241,14 @@ def _dot_size(found: MapDiagnosis) -> float:
 
 
 def _effect(axes: Axes, panel: Panel, found: MapDiagnosis) -> None:
-    """Against the angle on which the effect depends more, one curve for each value of the other."""
+    """Against the angle on which the effect depends more, one curve for each value of the other.
+
+    Lobes want to be seen as such: of a full turn the azimuth is taken even where the polar angle does more.
+    """
     data, kept, fit = found.data, found.kept, panel.fit
     azimuth, polar = data.azimuth_deg % 360.0, data.polar_deg
-    around = _spread(panel.share, data.rings) > _spread(panel.share, data.spokes)
+    enough = LOBES_SEEN if np.ptp(azimuth) >= FULL_TURN_DEG else 1.0
+    around = _spread(panel.share, data.rings) > enough * _spread(panel.share, data.spokes)
     x, other, index = (azimuth, polar, data.rings) if around else (polar, azimuth, data.spokes)
     rest = fit.described + panel.share
     for number, colour in _curves(index):
@@ -267,7 +274,7 @@ def _effect(axes: Axes, panel: Panel, found: MapDiagnosis) -> None:
 
 def _reach(angle: Array, around: bool) -> tuple[float, float]:
     """From where to where a law is drawn: over what was measured, and over all of a turn that was."""
-    full = around and np.ptp(angle) >= 270.0
+    full = around and np.ptp(angle) >= FULL_TURN_DEG
     return (0.0, 360.0) if full else (float(angle.min()), float(angle.max()))
 
 
