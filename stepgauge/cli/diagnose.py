@@ -104,8 +104,9 @@ def _diagnose_map(maps: tuple[str, ...], probe: str, columns: tuple[str, ...], o
     if len(maps) != 1:
         raise click.UsageError("--probe takes one map at a time")
     found = diagnose_probe_map(maps[0], probe, output, parse_columns(columns), suffix)
-    kinds = ", ".join(change.kind for change in found.findings)
-    say(f"{found.verdict}: {kinds}" if kinds else found.verdict)
+    said = ", ".join([*(change.kind for change in found.findings), *(one.where for one in found.unexplained)])
+    said = said or "; ".join(found.lacking)
+    say(f"{found.verdict}: {said}" if said else found.verdict)
     say(f"wrote {output}")
 
 

@@ -64,7 +64,8 @@ def _families(solved: Solved, selector: Selector) -> Iterator[Family]:
     data = selector.residuals
     share = solved.displacement_um(data)
     label = solved.family.label
-    for covariate in [*covariates(data), Covariate("side", "", data.side)]:
+    sides = [Covariate("side", "", data.side)] if np.ptp(data.side) > 0.0 else []
+    for covariate in [*covariates(data), *sides]:
         u = covariate.values - covariate.values.mean()
         column = share * u / np.abs(u).max()
         yield _family(f"the size of {label} changes with {covariate.name}", covariate.name, column[None], selector)

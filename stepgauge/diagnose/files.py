@@ -298,7 +298,7 @@ def _inputs(diagnosis: Diagnosis, inputs: Inputs) -> dict[str, Any]:
         "recordings": [_file(recording.path) for recording in inputs.recordings],
         "gauge": {
             **_file(gauge.path),
-            "faces_sha256": _sha256(faces),
+            "faces_sha256": checksum(faces),
             "name": gauge.table.name,
             "serial": gauge.table.serial,
             "certificate": gauge.certificate.number,
@@ -313,10 +313,10 @@ def _inputs(diagnosis: Diagnosis, inputs: Inputs) -> dict[str, Any]:
 
 
 def _file(path: str | Path) -> dict[str, Any]:
-    return {"path": str(path), "sha256": _sha256(path)}
+    return {"path": str(path), "sha256": checksum(path)}
 
 
-def _sha256(path: str | Path) -> str | None:
+def checksum(path: str | Path) -> str | None:
     """Checksum of a file as it is now; None for what was never in a file."""
     place = Path(path)
     return hashlib.sha256(place.read_bytes()).hexdigest() if str(path) and place.is_file() else None

@@ -40,11 +40,6 @@ def report_text(said: Mapping[str, Any], figures: Sequence[str] = (), template: 
     template : Jinja file to use instead of the shipped one
     """
     source = Path(template) if template else folder("templates") / "reports" / "diagnosis.md.j2"
-    environment = ImmutableSandboxedEnvironment(
-        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
-    )
-    environment.filters.update(um=um, sig=significant, plus_minus=plus_minus, words=name_of, cell=cell, percent=percent)
-    environment.filters["without"] = without
     context = {
         "d": said,
         "figures": list(figures),
@@ -53,7 +48,17 @@ def report_text(said: Mapping[str, Any], figures: Sequence[str] = (), template: 
         "lacking": lacking(said),
         "coverage": COVERAGE,
     }
-    return environment.from_string(read_text(source)).render(context)
+    return environment().from_string(read_text(source)).render(context)
+
+
+def environment() -> ImmutableSandboxedEnvironment:
+    """Where the templates of diagnoses are rendered, with the words and numbers of this module as filters."""
+    found = ImmutableSandboxedEnvironment(
+        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
+    )
+    found.filters.update(um=um, sig=significant, plus_minus=plus_minus, words=name_of, cell=cell, percent=percent)
+    found.filters["without"] = without
+    return found
 
 
 def summary(said: Mapping[str, Any]) -> str:
@@ -61,12 +66,12 @@ def summary(said: Mapping[str, Any]) -> str:
     text = VERDICTS[said["verdict"]]
     named = [_named(effect) for effect in said["effects"]]
     if said["verdict"] == "effects":
-        return f"{text} {_listed(named)}."
+        return f"{text} {listed(named)}."
     if said["verdict"] == "unknown":
         where = said["unexplained"][0]["where"] if said["unexplained"] else "somewhere"
         replaced = any(law["replaces_named"] for law in said["empirical"])
         part = " Named effects imitate it only together" if replaced else " A part is explained"
-        return f"{text} Its form: {where}.{f'{part}: {_listed(named)}.' if named else ''}"
+        return f"{text} Its form: {where}.{f'{part}: {listed(named)}.' if named else ''}"
     return text
 
 
@@ -81,10 +86,11 @@ def _named(effect: Mapping[str, Any]) -> str:
     others = [name_of(kind) for kind in effect["confounded_with"]] + [
         name_of(label) for label in effect["alternatives"]
     ]
-    return f"{name}, or in its place {_listed(others, 'or')}" if others else name
+    return f"{name}, or in its place {listed(others, 'or')}" if others else name
 
 
-def _listed(words: Sequence[str], last: str = "and") -> str:
+def listed(words: Sequence[str], last: str = "and") -> str:
+    """``a, b and c``."""
     if len(words) < 2:
         return "".join(words)
     return f"{', '.join(words[:-1])} {last} {words[-1]}"

@@ -20,8 +20,10 @@ from stepgauge.diagnose.forms import (
     TOUCHES,
     TURNING,
     WAY,
+    axes_shown,
     covariates,
     form_families,
+    lives_on,
     pause_of,
     runs_of,
 )
@@ -47,9 +49,10 @@ COLUMN = {
     "rest before the touch": "rest_s",
 }
 """Name of a covariate in a formula, where it differs."""
+PLACED = ("power", "decay", "step", "period")
+"""Forms that stand at a place, or have a period or a power."""
 MASK = {"approach": "", "gauge": "side * ", "front": "step(side) * ", "back": "step(-side) * "}
 MASK |= {axis: f"{column} * " for axis, column in zip(AXES, APPROACH, strict=True)}
-SIDES = {"both": ("approach", "gauge", *AXES), "front": ("front",), "back": ("back",)}
 TERMS_PER_FORMULA = 6
 """Longer sums become several effects: a formula is meant to be read."""
 SECOND_FORM_P = 1e-4
@@ -105,7 +108,7 @@ def _imitated(diagnosis: Diagnosis, whitening: Whitening) -> bool:
         return False
     if located.form in ("step", "period"):
         at_before, at_after = (
-            any(_described(_place(located, side, data, whitening, um), located) for side in SIDES[located.side])
+            any(_described(_place(located, side, data, whitening, um), located) for side in _sides(located, data))
             for um in (before, after)
         )
         if at_before != at_after:
@@ -146,7 +149,7 @@ def _best_law(
     """The law on the side that explains most, and what it takes off chi-square."""
     best, best_gain, worth = None, -1.0, -np.inf
     price = np.log(max(whitening.dof, 2))
-    for side in SIDES[located.side]:
+    for side in _sides(located, data):
         for terms, period in _candidates(located, side, data, whitening, left_um):
             fitted = _fit(terms, data, whitening, left_um)
             if fitted.gain - price * len(fitted.terms) > worth:
@@ -195,6 +198,14 @@ def _law(located: Located, side: str, fitted: _Fitted, period: float | None) -> 
     return UnknownLaw(located, side, tuple(effects), estimates, fitted.share_um, period)
 
 
+def _sides(located: Located, data: Residuals) -> list[str]:
+    """Where a form may move the readings, as far as it was told."""
+    if located.side != "both":
+        return [located.side]
+    found = [one for one in covariates(data) if one.name == located.covariate]
+    return ["approach", "gauge", *(axis for axis in axes_shown(data) if any(lives_on(one, axis) for one in found))]
+
+
 def _candidates(
     located: Located, side: str, data: Residuals, whitening: Whitening, left_um: Array
 ) -> Iterator[tuple[list[str], float | None]]:
@@ -209,8 +220,10 @@ def _candidates(
     elif located.form == "levels":
         yield [mask + term for term in _levels(data)], None
     elif located.form in ("odd cycle", "odd length"):
-        own = _levels(data)[int(_place(located, side, data, whitening, left_um))]
-        yield [f"{mask}{own}" if located.form == "odd cycle" else f"{mask}{own} * {_length(side, data)}"], None
+        place = _place(located, side, data, whitening, left_um)
+        if np.isfinite(place):
+            own = f"{mask}{_levels(data)[int(place)]}"
+            yield [own if located.form == "odd cycle" else f"{own} * {_length(side, data)}"], None
     elif located.form == "offset":
         yield [f"{mask}1"], None
     elif located.form == "harmonics":
@@ -238,6 +251,8 @@ def _of_covariate(
         "decay": f"{mask}(1 + {name})**(-{place:.9g})",
         "step": f"{mask}step({name} - {place:.9g})",
     }
+    if np.isnan(place) and located.form in PLACED:
+        return
     if located.form in one_term:
         yield [one_term[located.form]], None
     elif located.form == "bow":

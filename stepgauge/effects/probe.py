@@ -9,7 +9,7 @@ import numpy as np
 
 from stepgauge.effects.base import Array, Displacement, Effect, parameter
 from stepgauge.effects.probings import Probings
-from stepgauge.probes import MechanicalProbe, Probe
+from stepgauge.probes import EmpiricalProbe, MechanicalProbe, Probe
 
 ON_AXIS = 1e-6
 """Sine of the polar angle below which an approach along the stylus has no azimuth."""
@@ -96,6 +96,7 @@ class LeverArm(Effect):
 def lever_pretravel_um(probings: Probings, longer_mm: float | Array) -> Array:
     """Change of the pre-travel when the lever is longer, um, ``(n,)`` or, for a lever by run ``(runs, 1)``, by run."""
     sensor, table = probings.setting.sensor, probings.setting.probe
+    sensor = sensor.base if isinstance(sensor, EmpiricalProbe) else sensor
     if isinstance(sensor, MechanicalProbe):
         return _by_statics_um(sensor, probings, longer_mm)
     if sensor is None or table is None:

@@ -1,43 +1,307 @@
-"""Figure of a map's diagnosis: what the probe file said and what it says now, against what was measured."""
+"""Figures of a probe map's diagnosis: residuals before and after, where on the map they lie, and every effect found."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from stepgauge.diagnose.maps.empirical import EMPIRICAL
+from stepgauge.diagnose.maps.model import Term, build_probe, changed_table, predict
 from stepgauge.diagnose.maps.result import MapDiagnosis, QuantityFit
-from stepgauge.figures.style import COLORS, figure_style, new_figure, save_figure
+from stepgauge.figures.style import COLORS, FORMATS, figure_style, new_figure, save_figure
+from stepgauge.physics.directions import unit_vectors
 
-_LABELS = {
-    "trigger_force_N": "trigger force / N",
-    "deflection_um": "deflection / \N{MICRO SIGN}m",
-    "pretravel_um": "pre-travel / \N{MICRO SIGN}m",
-}
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.bool_]
+RESIDUALS, DIRECTIONS, EFFECTS = "residuals", "directions", "effects"
+MOST_PANELS = 6
+MOST_CURVES = 6
+LOBES_SEEN = 0.1
+"""Mean square over the azimuth against that over the polar angle from which on lobes are drawn as such."""
+FULL_TURN_DEG = 270.0
+LEAST = 1e-9
+"""Reach of a scale on which all is zero."""
+FINE = 241
+"""Points of a drawn law."""
+TITLE = 44
+"""Letters in a line of a title."""
+SHARE_SEEN = 0.1
+"""An effect is drawn in the quantities that it moves by this share of what it moves most, each over its scatter."""
+AZIMUTH, POLAR = "azimuth of the normal / deg", "polar angle of the normal / deg"
+WORDS = {"trigger_force_N": "trigger force", "deflection_um": "deflection", "pretravel_um": "pre-travel"}
+UNITS = {"N": "N", "um": "\N{MICRO SIGN}m"}
+_DIVERGING = "PuOr"
+_SEQUENTIAL = "viridis"
+
+
+@dataclass(frozen=True)
+class Panel:
+    """An effect in one quantity: title, fit of the quantity, what the effect adds to it (n,), and its term."""
+
+    title: str
+    fit: QuantityFit
+    share: Array
+    term: Term
+
+
+def figure_names(found: MapDiagnosis, suffix: str = "png") -> list[str]:
+    """Names of the figures; the last is there only where an effect or a form is to be drawn in it."""
+    names = [RESIDUALS, DIRECTIONS, *([EFFECTS] if panels(found) else [])]
+    return [f"{name}.{suffix}" for name in names]
+
+
+def draw_map_diagnosis(folder: str | Path, found: MapDiagnosis, suffix: str = "png") -> list[Path]:
+    """Draw the figures into a folder; those of an earlier diagnosis that no longer hold are removed."""
+    target = Path(folder)
+    figures = [residual_figure(found), direction_figure(found), *([effect_figure(found)] if panels(found) else [])]
+    paths = [target / name for name in figure_names(found, suffix)]
+    for figure, path in zip(figures, paths, strict=True):
+        save_figure(figure, path)
+    for stale in {target / f"{name}.{kind}" for name in (RESIDUALS, DIRECTIONS, EFFECTS) for kind in FORMATS}:
+        if stale not in paths:
+            stale.unlink(missing_ok=True)
+    return paths
 
 
 @figure_style()
-def draw_before_after(found: MapDiagnosis, path: str | Path) -> None:
-    """Left: residuals over the azimuth; right: over the polar angle; one row of axes per quantity."""
-    fig = new_figure(164.0, 58.0 * len(found.fits) + 8.0)
-    axes = fig.subplots(len(found.fits), 2, squeeze=False, sharex="col", sharey="row")
-    for row, fit in zip(axes, found.fits, strict=True):
-        for panel, angle in zip(row, (found.data.azimuth_deg, found.data.polar_deg), strict=True):
-            _draw_residuals(panel, fit, angle)
-        row[0].set_ylabel(f"measured less simulated\n{_LABELS[fit.name]}")
-    axes[-1][0].set_xlabel("azimuth of the normal / deg")
-    axes[-1][1].set_xlabel("polar angle of the normal / deg")
-    fig.legend(*axes[0][0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
-    save_figure(fig, path)
+def residual_figure(found: MapDiagnosis) -> Figure:
+    """Residuals over azimuth and polar angle: before, and after on a scale of their own where something was changed."""
+    drawn = [(fit, *stage) for fit in found.fits for stage in _stages(fit, found)]
+    fig = new_figure(180.0, 42.0 * len(drawn) + 14.0)
+    axes = fig.subplots(len(drawn), 2, squeeze=False, sharex="col", sharey="row")
+    for row, (fit, stage, values) in zip(axes, drawn, strict=True):
+        for panel, angle in zip(row, (found.data.azimuth_deg % 360.0, found.data.polar_deg), strict=True):
+            _residuals(panel, angle, values, fit, found.kept, stage)
+        row[0].set_ylabel(f"{WORDS[fit.name]}\nresidual {stage}".rstrip() + f" / {UNITS[fit.unit]}")
+        row[1].set_title(f"rms {_rms(values[found.kept]):.3g} {UNITS[fit.unit]}", loc="right")
+    axes[-1][0].set_xlabel(AZIMUTH)
+    axes[-1][1].set_xlabel(POLAR)
+    _azimuth_ticks(axes[-1][0], found)
+    fig.align_ylabels(axes[:, 0])
+    _legend(fig, *axes.flat)
+    return fig
 
 
-def _draw_residuals(axes: Any, fit: QuantityFit, angle: Any) -> None:
-    band = 2.0 * fit.noise
-    axes.axhspan(-band, band, color=COLORS["grey"], alpha=0.25, linewidth=0.0, label="2 sigma of the scatter")
-    axes.plot(angle, fit.before, "s", color=COLORS["before"], markerfacecolor="none", label="before")
-    axes.plot(angle, fit.after, "o", color=COLORS["after"], markersize=2.5, label="after")
-    reach = 1.1 * float(np.max(np.abs([fit.before, fit.after]), initial=band))
-    low = min(float(np.min([fit.before, fit.after])), -band)
-    high = max(float(np.max([fit.before, fit.after])), band)
-    axes.set_ylim(low - 0.08 * reach, high + 0.08 * reach)
+@figure_style()
+def direction_figure(found: MapDiagnosis) -> Figure:
+    """Where on the map residuals lie, before and after, mean of the repeats by colour; each with its own scale."""
+    drawn = [(fit, *stage) for fit in found.fits for stage in _stages(fit, found)]
+    columns = min(len(drawn), 2)
+    rows = -(-len(drawn) // columns)
+    fig = new_figure(90.0 * columns, 58.0 * rows + 10.0)
+    axes = fig.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    for panel, (fit, stage, values) in zip(axes.flat, drawn, strict=False):
+        _directions(fig, panel, found, fit, values)
+        panel.set_title(f"{WORDS[fit.name]}{', ' * bool(stage)}{stage}", loc="left")
+    for panel in axes.flat[len(drawn) :]:
+        panel.set_axis_off()
+    for row in axes:
+        row[0].set_ylabel(POLAR)
+    for panel in axes[-1]:
+        panel.set_xlabel(AZIMUTH)
+    _azimuth_ticks(axes[-1][0], found)
+    _legend(fig, *axes.flat)
+    return fig
+
+
+@figure_style()
+def effect_figure(found: MapDiagnosis) -> Figure:
+    """Every effect and form with its law drawn through what all others leave, in the quantities that it moves."""
+    drawn = panels(found)
+    columns = min(len(drawn), 2)
+    rows = -(-len(drawn) // columns)
+    fig = new_figure(180.0 if columns > 1 else 110.0, 66.0 * rows + 4.0)
+    grid = fig.subplots(rows, columns, squeeze=False)
+    for axes, panel in zip(grid.flat, drawn, strict=False):
+        _effect(axes, panel, found)
+    for axes in grid.flat[len(drawn) :]:
+        axes.set_axis_off()
+    _explain(fig)
+    return fig
+
+
+def _explain(fig: Figure) -> None:
+    from matplotlib.lines import Line2D
+
+    dot = Line2D([], [], linestyle="none", marker="o", color=COLORS["grey"], markersize=3.0)
+    line = Line2D([], [], color=COLORS["grey"], linewidth=1.1)
+    words = ["measured, all else taken out", "fitted law"]
+    fig.legend([dot, line], words, loc="outside upper center", ncols=2, frameon=False)
+
+
+def panels(found: MapDiagnosis) -> list[Panel]:
+    """What can be drawn of the effects and forms found, most important first."""
+    by_name = {fit.name: fit for fit in found.fits}
+    by_label = {term.candidate.label: term for term in found.terms}
+    drawn = []
+    for finding in found.findings:
+        strength = {name: _rms(share) / by_name[name].noise for name, share in finding.share.items()}
+        largest = max(strength.values(), default=0.0)
+        drawn += [
+            Panel(finding.label.replace("_", " "), by_name[name], finding.share[name], by_label[finding.label])
+            for name, value in strength.items()
+            if value > SHARE_SEEN * largest
+        ]
+    nameless = [term for term in found.terms if term.candidate.kind == EMPIRICAL]
+    for law, term in zip(found.laws, nameless, strict=True):
+        words = law.located.where.split(": ", 1)[1]
+        drawn.append(Panel(fill(f"no known law: {words}", TITLE), by_name[law.quantity], law.share, term))
+    return drawn[:MOST_PANELS]
+
+
+def _law(panel: Panel, found: MapDiagnosis, polar_deg: Array, azimuth_deg: Array) -> Array:
+    """What the effect adds in other directions than those measured, (n,)."""
+    normals = unit_vectors(np.radians(azimuth_deg), np.pi / 2.0 - np.radians(polar_deg))
+    without = tuple(term for term in found.terms if term.candidate != panel.term.candidate)
+    values = [
+        predict(build_probe(changed_table(found.probe, terms), ""), terms, normals, [panel.fit.name])[0]
+        for terms in (found.terms, without)
+    ]
+    return values[0] - values[1]
+
+
+def _stages(fit: QuantityFit, found: MapDiagnosis) -> list[tuple[str, Array]]:
+    """Residuals before and after; where nothing was changed there is one of them, and no word is needed."""
+    return [("before", fit.before), ("after", fit.described)] if found.terms else [("", fit.before)]
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _residuals(axes: Axes, angle: Array, values: Array, fit: QuantityFit, kept: Rows, stage: str) -> None:
+    band = 0.0 if np.isnan(fit.noise) else 2.0 * fit.noise
+    if band > 0.0:
+        axes.axhspan(-band, band, color=COLORS["grey"], alpha=0.22, linewidth=0.0, label="± two sigma of the scatter")
+    axes.axhline(0.0, color=COLORS["grey"], linewidth=0.7)
+    axes.plot(
+        angle[kept],
+        values[kept],
+        "o",
+        color=COLORS[stage or "before"],
+        markersize=2.8,
+        alpha=0.75,
+        label=f"residual {stage}".strip(),
+    )
+    limit = 1.12 * max(float(np.abs(values[kept]).max(initial=0.0)), band, LEAST)
+    margin = max(1.4 * band, 0.15 * limit)
+    low = -limit if values[kept].min(initial=0.0) < -band else -margin
+    high = limit if values[kept].max(initial=0.0) > band else margin
+    axes.set_ylim(low, high)
+    _outliers(axes, angle[~kept], np.clip(values[~kept], low, high))
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _outliers(axes: Axes, x: Array, y: Array) -> None:
+    """Rings, at the rim where the values lie beyond it."""
+    if x.size:
+        axes.plot(
+            x, y, "o", color="black", markerfacecolor="none", markersize=6.0, label="outlier", clip_on=False, zorder=6
+        )
+
+
+def _directions(fig: Figure, axes: Axes, found: MapDiagnosis, fit: QuantityFit, values: Array) -> None:
+    data, kept = found.data, found.kept
+    group = data.direction
+    count = np.maximum(np.bincount(group, kept), 1.0)
+    first = np.unique(group, return_index=True)[1]
+    mean = np.bincount(group, np.where(kept, values, 0.0)) / count
+    seen = np.bincount(group, kept) > 0
+    limit = max(float(np.abs(mean).max(initial=0.0)), np.nan_to_num(2.0 * fit.noise), LEAST)
+    drawn = axes.scatter(
+        (data.azimuth_deg[first] % 360.0)[seen],
+        data.polar_deg[first][seen],
+        _dot_size(found),
+        mean[seen],
+        cmap=_DIVERGING,
+        vmin=-limit,
+        vmax=limit,
+        edgecolors="#606060",
+        linewidths=0.3,
+    )
+    _outliers(axes, data.azimuth_deg[~kept] % 360.0, data.polar_deg[~kept])
+    bar = fig.colorbar(drawn, ax=axes, pad=0.02, aspect=16)
+    bar.set_label(f"measured less simulated / {UNITS[fit.unit]}")
+    axes.margins(0.07, 0.12)
+
+
+def _dot_size(found: MapDiagnosis) -> float:
+    """Dots that nearly touch in a regular map."""
+    spokes, rings = int(found.data.spokes.max()) + 1, int(found.data.rings.max()) + 1
+    return float(np.clip(min(170.0 / spokes, 110.0 / rings) ** 2 * 0.62, 6.0, 110.0))
+
+
+def _effect(axes: Axes, panel: Panel, found: MapDiagnosis) -> None:
+    """Against the angle on which the effect depends more, one curve for each value of the other.
+
+    Lobes want to be seen as such: of a full turn the azimuth is taken even where the polar angle does more.
+    """
+    data, kept, fit = found.data, found.kept, panel.fit
+    azimuth, polar = data.azimuth_deg % 360.0, data.polar_deg
+    enough = LOBES_SEEN if np.ptp(azimuth) >= FULL_TURN_DEG else 1.0
+    around = _spread(panel.share, data.rings) > enough * _spread(panel.share, data.spokes)
+    x, other, index = (azimuth, polar, data.rings) if around else (polar, azimuth, data.spokes)
+    rest = fit.described + panel.share
+    for number, colour in _curves(index):
+        own = (index == number) & kept
+        order = np.argsort(x[own], kind="stable")
+        label = f"{other[own][0]:g}°" if own.any() else ""
+        axes.plot(x[own][order], rest[own][order], "o", color=colour, markersize=2.8, alpha=0.65, label=label)
+        if own.any():
+            fine = np.linspace(*_reach(x[own], around), FINE)
+            level = np.full(FINE, other[own][0])
+            law = _law(panel, found, level, fine) if around else _law(panel, found, fine, level)
+            axes.plot(fine, law, "-", color=colour, linewidth=1.1)
+    axes.axhline(0.0, color=COLORS["grey"], linewidth=0.7, zorder=0)
+    axes.set_title(panel.title, loc="left")
+    axes.set_xlabel(AZIMUTH if around else POLAR)
+    axes.set_ylabel(f"share in the {WORDS[fit.name]} / {UNITS[fit.unit]}")
+    if around:
+        _azimuth_ticks(axes, found)
+    axes.legend(title="polar angle" if around else "azimuth", ncols=1, frameon=False, loc="center left",
+                bbox_to_anchor=(1.0, 0.5), handletextpad=0.2, borderaxespad=0.1)  # fmt: skip
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _reach(angle: Array, around: bool) -> tuple[float, float]:
+    """From where to where a law is drawn: over what was measured, and over all of a turn that was."""
+    full = around and np.ptp(angle) >= FULL_TURN_DEG
+    return (0.0, 360.0) if full else (float(angle.min()), float(angle.max()))
+
+
+def _spread(share: Array, index: NDArray[np.intp]) -> float:
+    """Mean square of what an effect changes by within groups of rows."""
+    mean = np.bincount(index, share) / np.bincount(index)
+    return float(np.mean((share - mean[index]) ** 2))
+
+
+def _curves(index: NDArray[np.intp]) -> list[tuple[int, Any]]:
+    """Some of the groups, evenly chosen, with their colours."""
+    from matplotlib import colormaps
+
+    count = int(index.max()) + 1
+    some = np.unique(np.linspace(0, count - 1, min(count, MOST_CURVES)).astype(int))
+    return [(int(n), colormaps[_SEQUENTIAL](s)) for n, s in zip(some, np.linspace(0.0, 0.88, len(some)), strict=True)]
+
+
+def _azimuth_ticks(axes: Axes, found: MapDiagnosis) -> None:
+    if np.ptp(found.data.azimuth_deg) > 180.0:
+        axes.set_xticks(np.arange(0.0, 361.0, 60.0))
+
+
+def _legend(fig: Figure, *drawn: Axes) -> None:
+    entries: dict[str, Any] = {}
+    for axes in drawn:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+    if entries:
+        fig.legend(list(entries.values()), list(entries), loc="outside upper center", ncols=5, frameon=False)

@@ -9,6 +9,8 @@ so what stands here is derived from the equilibrium, not copied.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
@@ -20,6 +22,8 @@ from stepgauge.physics.trigger import (
     contact_points_mm,
     force_from_exhaustion,
     load_wrench,
+    unit_forces,
+    unloaded,
     wrench,
 )
 
@@ -80,10 +84,10 @@ def trigger_force_N(
     ------
     ValueError : where the seat jams, that is for mu_g of tan(contact angle) and more
     """
-    faces = _faces(contact_normals(tripod), contact_points_mm(tripod), mu_g, arm_radius_mm)
+    faces = _faces(unloaded(tripod), mu_g, arm_radius_mm)
     closed = -faces @ load_wrench(tripod, down)
     opened = faces @ _opening_load(tripod)
-    slopes = -wrench(np.eye(3), [0.0, 0.0, -tripod.lever_mm]) @ faces.T
+    slopes = -unit_forces(tripod.lever_mm) @ faces.T
     return force_from_exhaustion(direction, slopes, closed - opened)
 
 
@@ -94,20 +98,25 @@ def _opening_load(tripod: Tripod) -> Array:
     return total
 
 
-def _faces(normals: Array, points_mm: Array, mu_g: float, arm_radius_mm: float) -> Array:
+@lru_cache(maxsize=64)
+def _faces(geometry: Tripod, mu_g: float, arm_radius_mm: float) -> Array:
     """Motions (faces, 6) in which none of the leaning reactions has positive power: the faces of their cone.
 
-    All leaning reactions push upwards, so the cone is cut at one unit of upward force and becomes a polytope. Arms that
-    meet in one point make it degenerate; joggling its corners by rounding errors (Qhull's QJ) makes it general again.
+    ``geometry`` is a seat that is unloaded; the array is not to be written to. All leaning reactions push upwards, so
+    the cone is cut at one unit of upward force and becomes a polytope. Arms that meet in one point make it degenerate;
+    joggling its corners by rounding errors (Qhull's QJ) makes it general again.
     """
-    edges = _leaning_reactions(normals, points_mm, mu_g, arm_radius_mm)
+    points_mm = contact_points_mm(geometry)
+    edges = _leaning_reactions(contact_normals(geometry), points_mm, mu_g, arm_radius_mm)
     if np.any(edges[:, 2] <= 1e-9):
         raise ValueError(f"the seat jams with a coefficient of friction of {mu_g:g}")
     reach = float(np.linalg.norm(points_mm, axis=1).max())
     scale = np.array([1.0, 1.0, 1.0, reach, reach, reach])
     flat = np.delete(edges / scale / edges[:, 2:3], 2, axis=1)
     planes = ConvexHull(flat, qhull_options="QJ Pp").equations
-    return -np.insert(planes[:, :5], 2, planes[:, 5], axis=1) / scale
+    faces = np.asarray(-np.insert(planes[:, :5], 2, planes[:, 5], axis=1) / scale, float)
+    faces.flags.writeable = False
+    return faces
 
 
 def _leaning_reactions(normals: Array, points_mm: Array, mu_g: float, arm_radius_mm: float) -> Array:

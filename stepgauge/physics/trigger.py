@@ -18,6 +18,7 @@ its eccentricity t. The equations themselves are the six of statics.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -92,8 +93,12 @@ def contact_normals(tripod: Tripod) -> Array:
 
 def wrench(force_N: ArrayLike, point_mm: ArrayLike) -> Array:
     """Force and its moment about the origin as one vector (..., 6): N and N mm."""
-    force, point = np.broadcast_arrays(np.asarray(force_N, dtype=float), np.asarray(point_mm, dtype=float))
-    return np.concatenate([force, np.cross(point, force)], axis=-1)
+    force, point = np.asarray(force_N, dtype=float), np.asarray(point_mm, dtype=float)
+    found = np.empty((*np.broadcast_shapes(force.shape, point.shape)[:-1], 6))
+    found[..., :3] = force
+    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1)), 3):
+        found[..., i] = point[..., j] * force[..., k] - point[..., k] * force[..., j]
+    return found
 
 
 def opening_twists(tripod: Tripod) -> Array:
@@ -102,13 +107,28 @@ def opening_twists(tripod: Tripod) -> Array:
     Row i holds velocity and angular velocity of the tripod. The rows are the inverse of the matrix of unit reactions:
     the reaction of contact i is minus the power of all other forces in motion i (virtual work).
     """
-    unit_reactions = wrench(contact_normals(tripod), contact_points_mm(tripod))
-    return np.asarray(np.linalg.inv(unit_reactions.T), dtype=np.float64)
+    return _opening_twists(unloaded(tripod))
+
+
+def unloaded(tripod: Tripod) -> Tripod:
+    """The seat alone, the same for all loads and levers: what a map asks for again and again is computed once."""
+    return Tripod(1.0, tripod.contact_radius_mm, tripod.contact_angle_rad, 1.0, tripod.arm_azimuth_rad)
+
+
+@lru_cache(maxsize=64)
+def _opening_twists(geometry: Tripod) -> Array:
+    """Of a seat that is :func:`unloaded`; not to be written to."""
+    unit_reactions = wrench(contact_normals(geometry), contact_points_mm(geometry))
+    twists = np.asarray(np.linalg.inv(unit_reactions.T), dtype=np.float64)
+    twists.flags.writeable = False
+    return twists
 
 
 def load_wrench(tripod: Tripod, down: ArrayLike = DOWN) -> Array:
     """Spring and weight as a wrench (6,); ``down`` is the unit vector of gravity in the probe's frame."""
     spring = wrench([0.0, 0.0, -tripod.preload_N], [*tripod.preload_offset_mm, 0.0])
+    if tripod.weight_N == 0.0:
+        return spring
     weight = tripod.weight_N * np.asarray(down, dtype=float)
     return spring + wrench(weight, [0.0, 0.0, -tripod.weight_depth_mm])
 
@@ -178,5 +198,12 @@ def _least_use(share: Array) -> float:
 
 def _slope_matrix(twists: Array, lever_mm: float) -> Array:
     """Matrix (3, n) that takes a force at the tip to minus its power in each twist (n, 6)."""
-    unit_forces = wrench(np.eye(3), [0.0, 0.0, -lever_mm])
-    return -unit_forces @ twists.T
+    return -unit_forces(lever_mm) @ twists.T
+
+
+@lru_cache(maxsize=64)
+def unit_forces(lever_mm: float) -> Array:
+    """Wrenches (3, 6) of unit forces at the tip; not to be written to."""
+    found = wrench(np.eye(3), [0.0, 0.0, -lever_mm])
+    found.flags.writeable = False
+    return found

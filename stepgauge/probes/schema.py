@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from stepgauge.config import Table, Vector3
 from stepgauge.physics.pretravel import Indentation
+from stepgauge.probes.empirical import EmpiricalTable
 from stepgauge.probes.table import Symmetry
 
 DEFAULT_STYLUS_MM = 50.0
@@ -30,6 +31,7 @@ class ProbeTable(Table):
     stylus_diameter_mm: float | None = Field(None, gt=0, le=40, description="diameter of the shank, mm")
     body_diameter_mm: float = Field(25.0, gt=0, le=500, description="diameter of the probe body, mm")
     body_length_mm: float = Field(120.0, ge=0, le=2000, description="length of the probe body and head, mm")
+    empirical: list[EmpiricalTable] = Field([], description="tables [[probe.empirical]], laws without a name")
 
     @model_validator(mode="after")
     def _unit_direction(self) -> ProbeTable:

@@ -202,3 +202,51 @@ def test_wrong_input_is_exit_code_two_and_leaves_nothing(
     for word in words:
         assert word in result.err
     assert not (tmp_path / "out").exists()
+
+
+MAP_HEAD = "polar_deg,azimuth_deg,trigger_force_N\n"
+
+
+def force_map(folder: Path, rows: list[str]) -> Path:
+    path = folder / "map.csv"
+    path.write_text(MAP_HEAD + "\n".join(rows) + "\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (["90,0,0.75", "90,10,0.74", "80,0,0.76"], "the map has 3 rows in 3 directions"),
+        ([f"{polar},30,{1.0 / polar:.4f}" for polar in range(10, 91, 5)], "better a full turn: the map has 1"),
+        ([f"90,{azimuth},0.7" for azimuth in range(0, 360, 10)], "the same to the last digit"),
+        (["90,0,0.7"] * 12, "12 rows in 1 directions"),
+    ],
+)
+def test_a_map_that_cannot_tell_is_insufficient_and_says_what_is_missing(
+    run: Run, tmp_path: Path, rows: list[str], said: str
+) -> None:
+    out = tmp_path / "out"
+    result = run("diagnose", force_map(tmp_path, rows), "--probe", "omp40-2-50mm", "-o", out)
+    assert result.code == 0, result.err
+    assert result.err.startswith("insufficient: ")
+    assert said in result.err
+    assert diagnosis(out)["effects"] == []
+    assert "The map would have to have" in (out / "diagnosis.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (["90,0,nan", "90,10,0.7"], "map.csv:2"),
+        (["90,0,0.7", "90,10,-0.7"], "map.csv:3"),
+        (["90,0", "90,10,0.7"], "map.csv:2"),
+        ([], "no rows"),
+    ],
+)
+def test_a_map_that_is_wrong_is_an_error_and_leaves_nothing(
+    run: Run, tmp_path: Path, rows: list[str], said: str
+) -> None:
+    result = run("diagnose", force_map(tmp_path, rows), "--probe", "omp40-2-50mm", "-o", tmp_path / "out")
+    assert result.code == 2
+    assert said in result.err
+    assert not (tmp_path / "out").exists()

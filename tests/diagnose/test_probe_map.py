@@ -161,6 +161,7 @@ def test_structure_outside_the_construction_is_unknown_and_described(table):
     waved = tuple(Measured(m.name, m.unit, m.values * wave, 0.0) for m in data.measured)
     found = diagnose_map(MapModel(table, "probe", MapData("map", data.polar_deg, data.azimuth_deg, waved, 0)))
     assert found.verdict == "unknown"
+    assert not found.findings
     assert any(each.covariate == "azimuth_deg" and "two lobes" in each.where for each in found.unexplained)
 
 
@@ -179,7 +180,7 @@ def test_too_few_directions_are_insufficient(table):
     found = diagnose_map(MapModel(table, "probe", data))
     assert found.verdict == "insufficient"
     assert not found.findings
-    assert "1 directions" in found.remarks[0]
+    assert "1 directions" in found.lacking[0]
 
 
 def written(folder, rows, header="polar_deg,azimuth_deg,trigger_force_N"):
@@ -255,4 +256,19 @@ def test_files_agree_with_each_other(tmp_path, probe_file, table):
     report = (tmp_path / "out" / "diagnosis.md").read_text()
     assert "Verdict: effects" in report
     assert "preload_N = 6.5" in report
-    assert (tmp_path / "out" / "before-after.png").stat().st_size > 10_000
+    for name in ("residuals", "directions", "effects"):
+        assert f"{name}.png" in report
+        assert (tmp_path / "out" / f"{name}.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("name", ["omp40-2-50mm", "tp6-30mm", "tp200-50mm", "ren-18mm"])
+@pytest.mark.parametrize("digits", ["%.6g", "%.2f", "%.17g"])
+def test_own_map_of_a_probe_without_noise_is_adequate(name, digits):
+    """Rounding repeats where a symmetric probe repeats its values: a pattern of the digits, not of the probe."""
+    probe, (table, where) = read_probe(name), read_probe_table(name)
+    polar, azimuth = (grid.ravel() for grid in np.meshgrid((30.0, 60.0, 90.0), np.arange(0.0, 360.0, 15.0)))
+    approach = probe.approaches(unit_vectors(np.radians(azimuth), np.pi / 2 - np.radians(polar)))
+    printed = np.array([float(digits % value) for value in probe.pretravel_um(approach)])
+    data = MapData("map", polar, azimuth, (Measured("pretravel_um", "um", printed, quantum_of(printed)),), 0)
+    found = diagnose_map(MapModel(table, where, data))
+    assert found.verdict == "adequate"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 QUANTITIES = {"trigger_force_N": "N", "deflection_um": "um", "pretravel_um": "um"}
 ANGLES = ("polar_deg", "azimuth_deg")
 _FACTORS = {"N": {"N": 1.0, "mN": 1e-3, "cN": 1e-2}, "um": {"um": 1.0, "mm": 1e3, "nm": 1e-3}}
+FINEST_SHARE = 1e-6
 _FINEST_DECIMALS = 6
 _COARSEST_DECIMALS = -1
 
@@ -34,15 +35,19 @@ class Measured:
 
     @property
     def rounding(self) -> float:
-        """Standard deviation that the rounding alone gives."""
-        return self.quantum / math.sqrt(12.0)
+        """Standard deviation that the rounding alone gives; a millionth of the values at least, as numbers go."""
+        return max(self.quantum / math.sqrt(12.0), FINEST_SHARE * float(np.abs(self.values).max(initial=0.0)))
+
+    def is_rounded(self, sigma: Array) -> bool:
+        """Whether the rounding is the larger part of a scatter (n,): its errors then repeat wherever values do."""
+        return self.rounding > float(np.median(sigma)) / math.sqrt(2.0)
 
 
 @dataclass(frozen=True)
 class MapData:
     """Rows of a map whose probe triggered: angles (n,) of the contact normal in deg, and the quantities measured.
 
-    ``dropped`` counts the rows without values.
+    ``dropped`` counts the rows without values; ``numbers (n,)``: of the rows in the file, from 1, if some are left out.
     """
 
     path: str
@@ -50,9 +55,26 @@ class MapData:
     azimuth_deg: Array
     measured: tuple[Measured, ...]
     dropped: int
+    numbers: NDArray[np.intp] | None = None
 
     def __len__(self) -> int:
         return len(self.polar_deg)
+
+    @property
+    def row_numbers(self) -> NDArray[np.intp]:
+        """Number of each row among the rows of the file, from 1, (n,)."""
+        return np.arange(1, len(self) + 1) if self.numbers is None else self.numbers
+
+    def subset(self, keep: NDArray[np.bool_]) -> MapData:
+        """The map without some rows; the printed digit stays that of the whole map."""
+        measured = tuple(replace(m, values=m.values[keep]) for m in self.measured)
+        return replace(
+            self,
+            polar_deg=self.polar_deg[keep],
+            azimuth_deg=self.azimuth_deg[keep],
+            measured=measured,
+            numbers=self.row_numbers[keep],
+        )
 
     @property
     def normals(self) -> Array:
@@ -61,8 +83,9 @@ class MapData:
 
     @property
     def direction(self) -> NDArray[np.intp]:
-        """Index of the direction of each row; rows of one direction are repeats."""
-        return _index(np.column_stack([self.polar_deg, self.azimuth_deg]))
+        """Index of the direction of each row; rows of one direction are repeats, on the axis whatever the azimuth."""
+        on_axis = (self.polar_deg == 0.0) | (self.polar_deg == 180.0)
+        return _index(np.column_stack([self.polar_deg, np.where(on_axis, 0.0, self.azimuth_deg % 360.0)]))
 
     @property
     def rings(self) -> NDArray[np.intp]:
@@ -101,7 +124,7 @@ def read_map_data(path: str | Path, columns: Mapping[str, str] | None = None) ->
     polar, azimuth = part.numbers(angles).T
     _check_angles(part, polar)
     measured = tuple(_measured(part, key, name) for key, name in found.items())
-    return MapData(str(path), polar, azimuth, measured, int((~kept).sum()))
+    return MapData(str(path), polar, azimuth, measured, int((~kept).sum()), np.flatnonzero(kept) + 1)
 
 
 def _chosen(path: str | Path, columns: Mapping[str, str] | None) -> dict[str, str]:

@@ -54,7 +54,7 @@ def _errors(fitter: Fitter, fitted: Fitted, fold: NDArray[np.intp]) -> list[Arra
         return fitter.model.residuals(())
     errors = [np.zeros(len(fold)) for _ in fitted.sigma]
     for held in (fold == number for number in range(int(fold.max()) + 1)):
-        terms = Fitter(fitter.model, fitter.scatter, ~held).refit(fitted)
+        terms = Fitter(fitter.model, fitter.noise, ~held).refit(fitted)
         for error, residual in zip(errors, fitter.model.residuals(terms), strict=True):
             error[held] = residual[held]
     return errors

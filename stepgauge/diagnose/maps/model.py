@@ -16,6 +16,7 @@ from stepgauge.errors import InputError
 from stepgauge.physics.wozniak import LobeModel
 from stepgauge.probes import Probe, probe_from_table
 from stepgauge.probes.base import head_frame
+from stepgauge.probes.empirical import EmpiricalTable, with_laws
 
 Array = NDArray[np.float64]
 
@@ -59,6 +60,10 @@ def build_probe(table: Mapping[str, Any], where: str) -> Probe:
     """
     if table.get("model") != "triangular":
         return probe_from_table(dict(table), where)
+    return with_laws(_triangular(table), [EmpiricalTable.model_validate(law) for law in table.get("empirical", [])])
+
+
+def _triangular(table: Mapping[str, Any]) -> TriangularProbe:
     roll = float(np.radians(table.get("roll_deg", 0.0)))
     return TriangularProbe(
         name=table.get("name", ""),
@@ -86,8 +91,12 @@ class MapModel:
     def __init__(self, table: Table, where: str, data: MapData) -> None:
         self.table, self.where, self.data = table, where, data
         self._normals = data.normals
-        # least squares asks for the same point several times in a row
-        self._lately = lru_cache(maxsize=8)(self._predict)
+        # least squares asks for the same point several times
+        self._lately = lru_cache(maxsize=64)(self._predict)
+
+    def subset(self, keep: NDArray[np.bool_]) -> MapModel:
+        """The same probe for some rows of the map."""
+        return self if keep.all() else MapModel(self.table, self.where, self.data.subset(keep))
 
     def predict(self, terms: Sequence[Term]) -> list[Array]:
         """Values (n,) of each quantity; :class:`InputError` for a construction that cannot be."""

@@ -6,96 +6,85 @@ import json
 from pathlib import Path
 from typing import Any
 
-import jinja2
 import numpy as np
 import tomli_w
-from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from stepgauge.diagnose.maps.candidates import GAUGE_KINDS
 from stepgauge.diagnose.maps.model import build_probe
-from stepgauge.diagnose.maps.result import MapDiagnosis, as_json
+from stepgauge.diagnose.maps.report import report_text
+from stepgauge.diagnose.maps.result import OUTLIERS, MapDiagnosis
+from stepgauge.diagnose.maps.said import as_json
 from stepgauge.diagnose.solve import Estimate
-from stepgauge.files import read_text, write_text
+from stepgauge.files import write_text
 from stepgauge.probes.directions_map import map_directions
-from stepgauge.resources import folder as shipped_folder
-from stepgauge.tables import write_table
+from stepgauge.tables import csv_text
 
-COVERAGE = 2.0
 PROBE_FILE = "probe.diagnosed.toml"
 _PRETRAVEL_FILE = "probe.diagnosed.csv"
 _OF_LAWS = ("constant_um", "lobe_azimuth_deg", "law_um", "pretravel_um", "amplitude_um", "phase_deg")
 
 
 def write_map_diagnosis(found: MapDiagnosis, probe_path: str, folder: str | Path, suffix: str = "png") -> list[Path]:
-    """Write all files into a folder, which is made if it is missing; returns their paths."""
-    from stepgauge.figures.probe_diagnosis import draw_before_after
+    """Write all files into a folder, which is made if it is missing; returns their paths, the JSON first.
+
+    Nothing is written before all of it is known, and every file appears only when it is whole.
+    """
+    from stepgauge.figures.probe_diagnosis import draw_map_diagnosis, figure_names
 
     target = Path(folder)
-    said = as_json(found) | {"inputs": {"map": found.data.path, "probe": probe_path}}
-    figure = target / f"before-after.{suffix}"
-    write_text(target / "diagnosis.json", json.dumps(said, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
-    draw_before_after(found, figure)
-    _write_probe(found, target)
-    write_text(target / "diagnosis.md", report_text(said, figure.name))
-    return [target / name for name in ("diagnosis.json", "diagnosis.md", PROBE_FILE)] + [figure]
+    said = as_json(found, probe_path, target)
+    texts = {
+        "diagnosis.json": json.dumps(said, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
+        "diagnosis.md": report_text(said, figure_names(found, suffix)),
+        **_probe_files(found),
+    }
+    for name, text in texts.items():
+        write_text(target / name, text)
+    return [*(target / name for name in texts), *draw_map_diagnosis(target, found, suffix)]
 
 
-def report_text(said: dict[str, Any], figure: str) -> str:
-    """``diagnosis.md`` from the content of ``diagnosis.json``."""
-    source = shipped_folder("templates") / "reports" / "probe-diagnosis.md.j2"
-    environment = ImmutableSandboxedEnvironment(
-        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
-    )
-    environment.filters.update(sig=_significant, plus_minus=_plus_minus, words=lambda name: name.replace("_", " "))
-    return environment.from_string(read_text(source)).render(d=said, figure=figure, coverage=COVERAGE)
+def _probe_files(found: MapDiagnosis) -> dict[str, str]:
+    """The changed probe file, and the map beside it that it may need, by name."""
+    table, beside = _plain(found.table), {}
+    if table.get("model") == "triangular":
+        table, beside[_PRETRAVEL_FILE] = _as_map(table)
+    return {PROBE_FILE: _head(found) + tomli_w.dumps({"probe": table}), **beside}
 
 
-def _significant(value: float | None, digits: int = 3) -> str:
-    return "-" if value is None else f"{value:.{digits}g}"
-
-
-def _plus_minus(parameter: dict[str, Any]) -> str:
-    """Value and expanded uncertainty, with two digits of the uncertainty."""
-    value, u, unit = parameter["value"], parameter["u"], parameter["unit"]
-    unit = "" if unit == "1" else f" {unit}"
-    if not u:
-        return f"{value:.4g}{unit}"
-    decimals = max(1 - int(np.floor(np.log10(COVERAGE * u))), 0)
-    return f"{value:.{decimals}f} ± {COVERAGE * u:.{decimals}f}{unit}"
-
-
-def _write_probe(found: MapDiagnosis, target: Path) -> None:
-    table = _plain(found.table)
-    if table["model"] == "triangular":
-        table = _as_map(table, target)
-    head = "# The probe with what its map says of it; see diagnosis.md.\n"
+def _head(found: MapDiagnosis) -> str:
+    lines = ["# The probe with what its map says of it; see diagnosis.md."]
     for finding in found.findings:
-        where = "the force gauge's, not in this file" if finding.kind in GAUGE_KINDS else "changed here"
         values = ", ".join(f"{name} = {_short(p)}" for name, p in finding.parameters.items())
-        head += f"# {finding.label.replace('_', ' ')}: {values} ({where})\n"
-    write_text(target / PROBE_FILE, head + tomli_w.dumps({"probe": table}))
+        if finding.kind == OUTLIERS:
+            lines.append(f"# rows of the map left out as outliers: {len(finding.rows)}")
+            continue
+        where = "the force gauge's, not in this file" if finding.kind in GAUGE_KINDS else "changed here"
+        lines.append(f"# {finding.label.replace('_', ' ')}: {values} ({where})")
+    lines += [f"# without a name, [[probe.empirical]]: {law.located.where}" for law in found.laws]
+    return "\n".join(lines) + "\n"
 
 
 def _short(parameter: Estimate) -> str:
     return f"{parameter.value:.4g}" + ("" if parameter.unit == "1" else f" {parameter.unit}")
 
 
-def _as_map(table: dict[str, Any], target: Path) -> dict[str, Any]:
-    """A law that probe files do not have, as a map beside the file."""
-    found = map_directions(build_probe(table, ""), np.arange(0.0, 181.0, 5.0), np.arange(0.0, 360.0, 3.0))
+def _as_map(table: dict[str, Any]) -> tuple[dict[str, Any], str]:
+    """A law that probe files do not have, as a map beside the file; laws without a name stay laws."""
+    named = {key: value for key, value in table.items() if key != "empirical"}
+    found = map_directions(build_probe(named, ""), np.arange(0.0, 181.0, 5.0), np.arange(0.0, 360.0, 3.0))
     polar, azimuth, _, _, pretravel = found.columns()
     rows = [
         [f"{cell:.6g}" for cell in row] for row in zip(polar.ravel(), azimuth.ravel(), pretravel.ravel(), strict=True)
     ]
-    write_table(target / _PRETRAVEL_FILE, ("polar_deg", "azimuth_deg", "pretravel_um"), rows)
     kept = {key: value for key, value in table.items() if key not in _OF_LAWS}
-    return {**kept, "model": "table", "map": _PRETRAVEL_FILE}
+    text = csv_text(("polar_deg", "azimuth_deg", "pretravel_um"), rows)
+    return {**kept, "model": "table", "map": _PRETRAVEL_FILE}, text
 
 
 def _plain(value: Any) -> Any:
-    """As TOML takes it, floats with eight significant digits."""
+    """As TOML takes it, floats with nine significant digits."""
     if isinstance(value, dict):
         return {key: _plain(part) for key, part in value.items() if part is not None}
     if isinstance(value, (list, tuple)):
         return [_plain(part) for part in value]
-    return float(f"{value:.8g}") if isinstance(value, float) else value
+    return float(f"{value:.9g}") if isinstance(value, float) else value

@@ -19,7 +19,7 @@ from stepgauge.diagnose.maps.model import Terms
 from stepgauge.diagnose.search import log_p_value
 
 Array = NDArray[np.float64]
-FALSE_ALARM = 0.004
+FALSE_ALARM = 0.005
 """Chance that any change is named where there is none."""
 SMALLEST_SHARE = 1e-3
 """What explains less of the disagreement of every quantity is a slight departure of the laws, not a change to name."""
@@ -49,6 +49,11 @@ class Tried:
     gain: float
     log_p: float
     share: float
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Of the candidate's own knobs."""
+        return next(term.values for term in self.fitted.terms if term.candidate == self.candidate)
 
 
 @dataclass(frozen=True)
@@ -94,6 +99,11 @@ class MapSelector:
             current, rivals = self._exchanged(slimmer)
         return Selection(current, tuple(minor), tuple(rivals), tuple(self.trail))
 
+    def settled(self, fitted: Fitted) -> Selection:
+        """A model that was decided on elsewhere, with the rivals of its terms."""
+        rivals = tuple(self.rivals(fitted, place) for place in range(len(fitted.terms)))
+        return Selection(fitted, (), rivals, tuple(self.trail))
+
     def tried(self, candidate: Candidate, beside: Fitted) -> Tried:
         """A candidate fitted together with the terms there are."""
         key = (candidate, beside.terms)
@@ -103,12 +113,11 @@ class MapSelector:
 
     def _try(self, candidate: Candidate, beside: Fitted) -> Tried:
         fitted = self.fitter.fit([*(t.candidate for t in beside.terms), candidate], beside.terms)
-        without = self.fitter.at(beside.terms, fitted.rest)
-        variance = max(fitted.rss / max(fitted.dof, 1), 1.0)
-        gain = (without.rss - fitted.rss) / variance
-        log_p = log_p_value(gain, len(candidate.knobs), fitted.dof + len(candidate.knobs), 1.0)
+        variance, dof = fitted.variance
+        gain = (self.fitter.left(beside.terms, fitted.rest) - fitted.rss) / variance
+        log_p = log_p_value(gain, len(candidate.knobs), dof + len(candidate.knobs), 1.0)
         log_p = min(log_p + float(np.log(len(candidate.starts))), 0.0)
-        return Tried(candidate, fitted, gain, log_p, self._share(without.terms, fitted.terms))
+        return Tried(candidate, fitted, gain, log_p, self._share(beside.terms, fitted.terms))
 
     def _share(self, without: Terms, terms: Terms) -> float:
         """How much of the squared disagreement the added term takes, in the quantity in which it takes most."""
@@ -139,8 +148,15 @@ class MapSelector:
             return "information criterion"
         if tried.share < SMALLEST_SHARE:
             return f"too small: {tried.share:.1e} of the disagreement"
+        if self._in_the_digits(tried):
+            return "too small: no larger than the rounding of the printed digits"
         worse = [h.by for h in self.compare(current, tried.fitted) if h.score_after >= h.score_before]
         return f"does not predict held-out {' and '.join(worse)}" if worse else ""
+
+    def _in_the_digits(self, tried: Tried) -> bool:
+        data = self.fitter.model.data
+        rounded = [m.is_rounded(sigma) for m, sigma in zip(data.measured, tried.fitted.sigma, strict=True)]
+        return all(rounded) and tried.gain < len(data)
 
     def compare(self, without: Fitted, fitted: Fitted) -> list[Holdout]:
         """Held-out prediction without and with."""
@@ -181,9 +197,7 @@ class MapSelector:
         best = min(each.fitted.deviance for each in tried)
         own = current.terms[place].candidate
         near = [each for each in tried if each.candidate == own or self._as_good(each, best)]
-        log_weight = np.array(
-            [-each.fitted.bic / 2.0 - each.candidate.surprise(each.fitted.terms[-1].values) for each in near]
-        )
+        log_weight = np.array([-each.fitted.bic / 2.0 - each.candidate.surprise(each.values) for each in near])
         order = np.argsort(-log_weight)
         weight = np.exp(log_weight[order] - log_weight.max())
         return Rivals(tuple(near[i] for i in order), tuple(map(float, weight / weight.sum())))

@@ -56,16 +56,19 @@ def reason(first: str, second: str) -> str:
     return known or f"over the directions measured, {first} and {second} change the values in the same way"
 
 
-def separate(model: MapModel, sigma: Sequence[Array], rivals: Sequence[Fitted]) -> str:
-    """The measurement that tells the two likeliest rivals apart best, as a sentence; empty for a single one."""
+def separate(model: MapModel, sigma: Sequence[Array], rivals: Sequence[Fitted]) -> tuple[str, tuple[str, ...]]:
+    """The measurement that tells the two likeliest rivals apart best, as a sentence, and the command that predicts it.
+
+    Both are empty for a single one.
+    """
     if len(rivals) < 2:
-        return ""
+        return "", ()
     gaps = [(_gap(each, model.table, rivals[0], rivals[1]), each) for each in _feasible(model, sigma)]
     (best, together), chosen = max(gaps, key=lambda pair: pair[0])
     if together < CLEAR:
-        return "no measurement with this probe separates them; open it and measure its seat"
-    predicted = f"; prediction: {chosen.command}" if chosen.command else ""
-    return f"{chosen.words} (the two differ there by {best:.1f} times the scatter){predicted}"
+        return "no measurement with this probe separates them; open it and measure its seat", ()
+    words = f"{chosen.words} (the two likeliest differ there by {best:.1f} times the scatter)"
+    return words, (chosen.command,) if chosen.command else ()
 
 
 def _gap(measurement: Measurement, table: Table, first: Fitted, second: Fitted) -> tuple[float, float]:

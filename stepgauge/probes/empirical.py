@@ -1,0 +1,87 @@
+"""A probe that does what its model says and, besides, what a diagnosis of its map could only describe."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, model_validator
+
+from stepgauge.config import Table
+from stepgauge.formula import parse_formula
+from stepgauge.probes.base import Probe
+
+Array = NDArray[np.float64]
+Quantity = Literal["trigger_force_N", "deflection_um", "pretravel_um"]
+DIRECTION = ("polar_deg", "azimuth_deg", "polar_rad", "azimuth_rad")
+"""Names in a formula: polar angle and azimuth (0 to 360 deg) of the contact normal in the probe's frame."""
+
+parse = lru_cache(maxsize=512)(parse_formula)
+
+
+class EmpiricalTable(Table):
+    """``[[probe.empirical]]``: a fitted law without a name that is added to one quantity."""
+
+    quantity: Quantity = Field(description="trigger_force_N, deflection_um or pretravel_um")
+    formula: str = Field(min_length=1, description="in the quantity's unit, e.g. c1 * cos(2 * azimuth_rad)")
+    coefficients: dict[str, float] = Field(default_factory=dict, description="values of the names in the formula")
+
+    @model_validator(mode="after")
+    def _understood(self) -> EmpiricalTable:
+        names = parse(self.formula).names - set(DIRECTION)
+        for name in sorted(names ^ set(self.coefficients)):
+            what = "a value for" if name in names else "a formula with"
+            raise ValueError(f"{what} {name!r}; directions are {', '.join(DIRECTION)}")
+        return self
+
+    def at(self, normal: Array) -> Array:
+        """The formula for contact normals (..., 3), (...)."""
+        values = directions(normal) | {name: np.asarray(c, float) for name, c in self.coefficients.items()}
+        return np.broadcast_to(parse(self.formula)(values), normal.shape[:-1])
+
+
+def directions(normal: Array) -> dict[str, Array]:
+    """Values of the names of :data:`DIRECTION` for contact normals (..., 3)."""
+    polar = np.arctan2(np.hypot(normal[..., 0], normal[..., 1]), normal[..., 2])
+    azimuth = np.arctan2(normal[..., 1], normal[..., 0]) % (2.0 * np.pi)
+    # normals made from round angles give them back, so that an edge at such an angle lies on its own side
+    round_polar, round_azimuth = (np.asarray(np.round(np.degrees(angle), 6), float) for angle in (polar, azimuth))
+    return dict(zip(DIRECTION, (round_polar, round_azimuth % 360.0, polar, azimuth), strict=True))
+
+
+@dataclass(frozen=True, kw_only=True)
+class EmpiricalProbe(Probe):
+    """The answers of ``base`` with laws added to them; ``inf`` (never triggers) stays ``inf``."""
+
+    base: Probe
+    laws: tuple[EmpiricalTable, ...]
+
+    def pretravel_um(self, approach: ArrayLike) -> Array:
+        return self._with_laws("pretravel_um", self.base.pretravel_um(approach), approach)
+
+    def trigger_force_N(self, approach: ArrayLike) -> Array:
+        return self._with_laws("trigger_force_N", self.base.trigger_force_N(approach), approach)
+
+    def deflection_um(self, approach: ArrayLike) -> Array:
+        return self._with_laws("deflection_um", self.base.deflection_um(approach), approach)
+
+    def _with_laws(self, quantity: Quantity, values: Array, approach: ArrayLike) -> Array:
+        normal = self.normals(approach)
+        return values + sum((law.at(normal) for law in self.laws if law.quantity == quantity), np.zeros(values.shape))
+
+
+def with_laws(probe: Probe, laws: list[EmpiricalTable]) -> Probe:
+    """The probe itself where there are no laws."""
+    if not laws:
+        return probe
+    return EmpiricalProbe(
+        tip_radius_mm=probe.tip_radius_mm,
+        name=probe.name,
+        frame=probe.frame,
+        stylus_length_mm=probe.stylus_length_mm,
+        base=probe,
+        laws=tuple(laws),
+    )
