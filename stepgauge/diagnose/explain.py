@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 UNKNOWN_FALSE_ALARM = 0.004
 """Chance that structure without a law is seen where there is none."""
 SETTLING_ROUNDS = 3
+MOST_NAMELESS, MOST_COMPARED = 3, 30
+"""Covariates that structure without a law is told of, and the forms from which they are taken."""
 SAME_NOISE = 0.03
 
 
@@ -65,34 +67,16 @@ def explain(data: Residuals, noise: Noise, without: Collection[str]) -> Explaine
         terms = selector.select()
     forms = all_forms(data, whitening)
     terms = _settle(selector, terms)
-    instead = simpler(forms, selector, terms, noise)
-    if instead is not None:
-        terms = _settle(selector, instead.kept)
-    terms, nameless = _left_over(forms, selector, terms)
+    instead, nameless = simpler(forms, selector, terms, noise), _Nameless()
+    if instead is None:
+        fewer, (terms, nameless) = terms, _left_over(forms, selector, terms)
+        instead = simpler(forms, selector, terms, noise) if len(terms) > len(fewer) else None
     remarks: tuple[str, ...] = ()
     if instead is None and not nameless.looks:
         terms, instead, remarks = _departing(forms, selector, terms)
-    if instead is not None and not nameless.looks:
-        nameless = _Nameless((instead.form,), instead.share)
-    located = most_telling(forms, selector.data)
-    if nameless.looks:
-        noise, selector, terms = _beside(forms.columns(nameless.looks[0]), noise, selector, terms)
-    return Explained(noise, selector, terms, located, nameless.described, remarks)
-
-
-def _beside(
-    columns: Array, noise: Noise, selector: Selector, terms: tuple[Term, ...]
-) -> tuple[Noise, Selector, tuple[Term, ...]]:
-    """Laws that are seen only once a form without a law, columns ``(d, n)``, is taken out beside them."""
-    data, left = selector.residuals, selector.residual(terms)[0]
-    taken = np.linalg.lstsq(selector.whitening(columns).T, left, rcond=None)[0] @ columns
-    again = estimate_noise(replace(data, um=data.um - displaced_um(selector.fit(terms).solved, data) - taken))
-    whitening = make_whitening(data, again.by_row_um, columns)
-    more = Selector(selector.library.judged_by(whitening), whitening, data, selector.trail).select(terms)
-    if len(more) <= len(terms):
-        return noise, selector, terms
-    whitening = make_whitening(data, again.by_row_um)
-    return again, Selector(selector.library.judged_by(whitening), whitening, data, selector.trail), more
+    if instead is not None:
+        terms, nameless = instead.kept, _Nameless((instead.form,), instead.share)
+    return Explained(noise, selector, terms, most_telling(forms, selector.data), nameless.described, remarks)
 
 
 def _departing(
@@ -107,7 +91,7 @@ def _departing(
         return _departing(forms, selector, _settle(selector, (*terms, selector.term_of(law))))
     kept = terms[: found.place] + terms[found.place + 1 :]
     chance = f"chance of it in scatter: {np.exp(found.look.log_p):.1g}"
-    return kept, instead_of(forms, selector, terms, kept), (f"no known law fits: {found.words} ({chance})",)
+    return terms, instead_of(forms, selector, terms, kept), (f"no known law fits: {found.words} ({chance})",)
 
 
 def _growing_beside_forms(noise: Noise, data: Residuals) -> Noise:
@@ -196,7 +180,9 @@ def _left_over(forms: Forms, selector: Selector, terms: tuple[Term, ...]) -> tup
     law = selector.looks(terms)[0]
     if len(terms) < MOST_TERMS and law.log_p <= selector.bar and law.gain >= EXPLAINED * found[0].gain:
         return _left_over(forms, selector, _settle(selector, (*terms, selector.term_of(law))))
-    return terms, _Nameless(tuple(found[:3]), extra / (explained + extra))
+    first = {look.family.covariate: look for look in reversed(found[:MOST_COMPARED])}
+    clearest = sorted(first.values(), key=lambda look: look.log_p)[:MOST_NAMELESS]
+    return terms, _Nameless(tuple(clearest), extra / (explained + extra))
 
 
 def displaced_um(solved: Sequence[Solved], data: Residuals) -> Array:

@@ -98,8 +98,9 @@ class Selector:
     def _log(self, action: str, look: Look) -> None:
         self.trail.append(Step(action, look.family.label, look.gain, look.log_p))
 
-    def select(self, terms: tuple[Term, ...] = ()) -> tuple[Term, ...]:
-        """Add to ``terms``, exchange and drop until nothing changes."""
+    def select(self) -> tuple[Term, ...]:
+        """Add, exchange and drop until nothing changes."""
+        terms: tuple[Term, ...] = ()
         while len(terms) < MOST_TERMS:
             best = self.looks(terms)[0]
             if best.log_p > (self.further_bar if terms else self.bar):

@@ -62,15 +62,11 @@ def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: No
     if not terms:
         return None
     repeated = _repeated(selector, terms)
-    if repeated:
-        return instead_of(forms, selector, terms, tuple(term for term in terms if term not in repeated))
     lowered = _lowered_margin(selector, terms, noise)
-    tried = ((kept, *_with_form(forms, selector, terms, kept)) for kept in _subsets(terms))
-    saved, best = max(
-        ((saved - min(lowered, _margin(terms, kept)), form) for kept, saved, form in tried), key=lambda one: one[0]
-    )
-    if saved > 0.0:
-        return best
+    tried = [(kept, *_with_form(forms, selector, terms, kept)) for kept in _subsets(terms) if not repeated & set(kept)]
+    ahead = [saved - min(lowered, _margin(terms, kept)) for kept, saved, _ in tried]
+    if repeated or max(ahead) > 0.0:
+        return tried[int(np.argmax(ahead))][2]
     if len(terms) > 1 and _misfit(selector, terms, noise, PILE_MISFIT_P, PILE_EXPLAINED):
         beside = instead_of(forms, selector, terms, terms)
         return beside if beside is not None and beside.form.log_p <= np.log(PILE_FORM_P) else None

@@ -257,11 +257,9 @@ def _of_covariate(
         yield [one_term[located.form]], None
     elif located.form == "bow":
         yield [centred, f"{centred}**2"], None
-    elif located.form == "wander":
-        for knots in KNOTS:
-            yield [mask + term for term in _ramps(name, x, knots)], None
-    elif located.form == "changing scale":
-        yield [f"{mask}{_length(side, data)} * {ramp}" for ramp in _ramps(name, x, KNOTS[0])], None
+    elif located.form in ("wander", "changing scale"):
+        times = f"{mask}{_length(side, data)} * " if located.form == "changing scale" else mask
+        yield from (([times + ramp for ramp in _ramps(name, x, knots)], None) for knots in KNOTS)
     elif located.form == "period":
         for period in _finer(place, x):
             angle = f"(2 * pi * {name} / {period:.9g})"
