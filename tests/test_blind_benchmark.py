@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import ast
 import json
+import shlex
 import stat
 import subprocess
 import sys
@@ -20,8 +21,10 @@ from benchmarks.blind.catalogue import RECIPES, SINGLES
 from benchmarks.blind.cause import along, size, strength_for
 from benchmarks.blind.generate import Case, list_cases, make_case, make_cases, seal
 from benchmarks.blind.identify import leftovers
+from benchmarks.blind.left_out import deleted_kinds, forgetful, matrix, matrix_text, score_left_out
 from benchmarks.blind.reference_stepwise import main as reference
 from benchmarks.blind.run import benchmark, diagnose
+from benchmarks.blind.run import main as run_main
 from benchmarks.blind.scene import Design, Scene, make_scene
 from benchmarks.blind.score import (
     covariate,
@@ -431,9 +434,68 @@ def test_false_alarms_are_any_finding_on_a_null_recording() -> None:
 
 def test_a_kind_that_was_left_out_must_come_back_unknown() -> None:
     truth = truth_of("single", {**SQUARE, "leftover_chi2": {"squareness:xy": 0.0}}, covariates=["machine"])
-    assert score_case(truth, verdict("unknown", located="machine x"), left_out=True)["right"]
-    assert not score_case(truth, verdict("effects", found("scale_error", axis="x")), left_out=True)["right"]
-    assert not score_case(truth_of("single", SQUARE), verdict("unknown"), left_out=True)["scored"]  # angular_error fits
+    assert score_left_out(truth, verdict("unknown", located="machine x"))["right"]
+    assert not score_left_out(truth, verdict("effects", found("scale_error", axis="x")))["right"]
+    assert not score_left_out(truth_of("single", SQUARE), verdict("unknown"))["scored"]  # angular_error fits
+
+
+def test_a_kind_is_left_out_with_its_other_name_but_not_with_what_merely_fits_here() -> None:
+    scale = cause_of("scale_error", "x", scale_temperature__x=0.0, squareness__xy=200.0)
+    assert deleted_kinds(truth_of("single", scale)) == ("scale_error", "scale_temperature")
+    assert score_left_out(truth_of("single", scale), verdict("unknown"))["scored"]
+    fitted = score_left_out(truth_of("single", STRETCH), verdict("unknown"))
+    assert (fitted["scored"], fitted["nearest"]) == (False, "gauge_temperature")
+    assert deleted_kinds(truth_of("single", SQUARE)) == ("squareness",)
+
+
+@pytest.mark.parametrize(
+    ("diagnosis", "column"),
+    [
+        (verdict("unknown", located="time_s"), "unknown"),
+        (verdict("unknown", found("step_change"), located="time_s"), "+ named"),
+        (verdict("unknown", found("step_change"), located="speed"), "astray"),
+        (verdict("unknown"), "astray"),
+        (verdict("effects", found("step_change"), found("outliers"), located="time_s"), "step_change"),
+        (verdict("adequate", found("outliers")), "outliers"),
+        (verdict("adequate"), "adequate"),
+        (verdict("insufficient"), "insufficient"),
+        (None, "no answer"),
+    ],
+)
+def test_each_case_left_out_falls_into_one_column(diagnosis: dict[str, Any] | None, column: str) -> None:
+    truth = truth_of("single", cause_of("thermal_drift", step_change=50.0), covariates=["time"])
+    result = score_left_out(truth, diagnosis)
+    assert result["came_back"] == column
+    assert result["right"] is (column in ("unknown", "+ named"))
+
+
+def test_the_confusion_matrix_counts_every_case_once() -> None:
+    drift = truth_of("single", cause_of("thermal_drift", step_change=50.0), covariates=["time"])
+    fits = truth_of("single", cause_of("thermal_drift", step_change=4.0), covariates=["time"])
+    step = truth_of("single", cause_of("step_change"), covariates=["time"], size=3.0)
+    unknown, named = verdict("unknown", located="time"), verdict("effects", found("step_change"))
+    beside = verdict("unknown", found("outliers"), found("outliers"), located="time")
+    cases = [(drift, unknown), (drift, beside), (drift, named), (fits, named), (step, unknown)]
+    rows = matrix(score_left_out(*case) for case in cases)
+    assert [(row["size"], row["deleted"]) for row in rows] == [(3.0, ["step_change"]), (1.0, ["thermal_drift"])]
+    assert rows[0]["came_back"] == {"unknown": 1}
+    assert rows[1]["came_back"] == {"unknown": 1, "+ named": 1, "step_change": 1}
+    assert (rows[1]["scored"], rows[1]["not_scored"]) == (3, 1)
+    assert rows[1]["named_beside"] == {"outliers": 1}
+    assert rows[1]["not_scored_fitted_by"] == {"step_change": 1}
+    lines = matrix_text(rows).splitlines()
+    assert lines[1].split() == ["step_change", "1", ".", ".", ".", ".", "1", "100", "."]
+    assert next(line for line in lines if line.startswith("thermal_drift")).split()[1:] == [
+        *("1", "1", ".", ".", "1"),  # unknown, with a name, astray, adequate, step_change
+        *("3", "67", "1"),  # scored, per cent unknown, not scored
+    ]
+    assert "[1]: step_change named" in lines
+
+
+def test_a_tool_is_told_every_kind_that_it_must_forget() -> None:
+    told = forgetful("tool {recordings} --without={kind} -o {out}", ("scale_error", "scale_temperature"))
+    both = ["--without=scale_error", "--without=scale_temperature"]
+    assert shlex.split(told) == ["tool", "{recordings}", *both, "-o", "{out}"]
 
 
 def test_intervals_count_only_where_one_cause_is_named() -> None:
@@ -503,6 +565,53 @@ def test_the_baseline_names_a_strong_squareness_and_the_table_says_so(tmp_path: 
     summary = summarise(results)
     assert summary["classes"][0]["right_pct"] == 100.0
     assert "single:squareness_xz" in text(summary)
+
+
+FORGETFUL = '''
+"""Says what it was told to forget, as if that were what it found."""
+import json
+from pathlib import Path
+
+def main(argv):
+    out = Path(argv[argv.index("-o") + 1])
+    told = [part.partition("=")[2] for part in argv if part.startswith("--forget=")]
+    out.mkdir(parents=True, exist_ok=True)
+    effects = [{"kind": kind} for kind in told]
+    (out / "diagnosis.json").write_text(json.dumps({"verdict": "effects", "effects": effects}))
+'''
+
+
+def test_one_command_leaves_every_single_out_in_turn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tool, results = tmp_path / "forgetful.py", tmp_path / "results.json"
+    tool.write_text(FORGETFUL)
+    template = f"{tool} {{recordings}} --gauge {{gauge}} --machine {{machine}} -o {{out}} --forget={{kind}}"
+    selection = ["--seeds", "1", "--sizes", "1", "--names", "scale_"]  # pairs and sets of that name are no singles
+    run_main(["--left-out", *selection, "--tool", template, "-o", str(results)])
+    content = json.loads(results.read_text())
+    assert {case["family"] for case in content["cases"]} == {"left_out"}
+    assert all(case["named"] == case["deleted"] and not case["right"] for case in content["cases"])
+    deleted = [row["deleted"] for row in content["left_out"]]
+    assert ["scale_curvature"] in deleted
+    assert ["scale_error", "scale_temperature"] in deleted
+    assert sum(row["scored"] + row["not_scored"] for row in content["left_out"]) == len(content["cases"])
+    assert "scale_temperature, scale_error" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        (["--left-out", "--tool", "tool {recordings} -o {out}"], "must hold {kind}"),
+        (["--tool", "tool {recordings} --forget={kind}"], "only --left-out"),
+        (["--left-out", "--families", "pair"], "no single"),
+    ],
+)
+def test_a_kind_to_forget_is_asked_for_where_it_is_needed(
+    options: list[str], problem: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stop:
+        run_main(options)
+    assert stop.value.code == 2
+    assert problem in capsys.readouterr().err
 
 
 def test_the_baseline_writes_the_documented_file(tmp_path: Path) -> None:

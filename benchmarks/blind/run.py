@@ -17,18 +17,22 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterable, Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.blind.generate import add_selection, make_cases, seal, selected
+from benchmarks.blind.generate import Case, add_selection, make_cases, seal, selected
+from benchmarks.blind.left_out import KIND, deleted_kinds, forgetful, matrix, matrix_text, score_left_out
 from benchmarks.blind.score import score_case
 from benchmarks.blind.table import summarise, text
 
 HERE = Path(__file__).resolve().parent
 STEPGAUGE = "stepgauge diagnose {recordings} --gauge {gauge} --machine {machine} -o {out}"
+FORGET = "--without={kind}"
+"""What tells stepgauge to forget a kind."""
 BATCH = 25
 """Cases per worker process: the start-up is shared, a crash costs one case."""
 Identity = Mapping[str, Any]
@@ -76,18 +80,29 @@ def _environment() -> dict[str, str]:
 
 
 def diagnose_all(
-    public: Path, out: Path, tool: str, *, jobs: int, timeout_s: int, identity: Identity
+    folders_of: Mapping[str, list[Path]], out: Path, *, jobs: int, timeout_s: int, identity: Identity
 ) -> dict[str, dict[str, Any]]:
-    """Diagnose every folder of ``public`` with ``jobs`` workers at a time."""
-    folders = sorted(folder for folder in public.iterdir() if folder.is_dir())
-    batches = [folders[k : k + BATCH] for k in range(0, len(folders), BATCH)]
+    """Diagnose the public folders of every tool with ``jobs`` workers at a time."""
+    batches = [(tool, part[k : k + BATCH]) for tool, part in folders_of.items() for k in range(0, len(part), BATCH)]
+    total = sum(len(folders) for folders in folders_of.values())
+    one = partial(diagnose, out=out, timeout_s=timeout_s, identity=identity)
     answers: dict[str, dict[str, Any]] = {}
     began = time.perf_counter()
     with ThreadPoolExecutor(jobs) as pool:
-        for part in pool.map(partial(diagnose, out=out, tool=tool, timeout_s=timeout_s, identity=identity), batches):
+        for part in pool.map(lambda batch: one(batch[1], tool=batch[0]), batches):
             answers.update(part)
-            print(f"{len(answers)} of {len(folders)} diagnosed, {time.perf_counter() - began:.0f} s", file=sys.stderr)
+            print(f"{len(answers)} of {total} diagnosed, {time.perf_counter() - began:.0f} s", file=sys.stderr)
     return answers
+
+
+def folders_by_tool(
+    tool: str, truths: Iterable[Mapping[str, Any]], public: Path, *, left_out: bool
+) -> dict[str, list[Path]]:
+    """Which folders each tool gets, in mixed order: one tool for all, or one for each kind that it must forget."""
+    folders: dict[str, list[Path]] = defaultdict(list)
+    for truth in sorted(truths, key=lambda truth: str(truth["case"])):
+        folders[forgetful(tool, deleted_kinds(truth)) if left_out else tool].append(public / truth["case"])
+    return folders
 
 
 def score_all(
@@ -97,7 +112,8 @@ def score_all(
     results = []
     for truth in truths:
         answer = answers.get(truth["case"], {"seconds": None, "error": "not run"})
-        result = score_case(truth, read_diagnosis(out / truth["case"] / "diagnosis.json"), left_out=left_out)
+        diagnosis = read_diagnosis(out / truth["case"] / "diagnosis.json")
+        result = (score_left_out if left_out else score_case)(truth, diagnosis)
         results.append({**result, "seconds": answer["seconds"], "error": answer["error"]})
     return results
 
@@ -116,11 +132,17 @@ def tool_template(tool: str) -> str:
     return f"{Path(program).resolve()} {rest}" if program.endswith(".py") else tool
 
 
+def cases_of(options: argparse.Namespace) -> Sequence[Case]:
+    """The cases that were asked for; of them the singles where their kind is to be left out."""
+    cases = selected(options)
+    return [case for case in cases if case.recipe.startswith("single:")] if options.left_out else cases
+
+
 def benchmark(options: argparse.Namespace, folder: Path) -> tuple[list[dict[str, Any]], Identity]:
     """Generate, diagnose, seal, score."""
     public, out = folder / "public", folder / "out"
     began = time.perf_counter()
-    truths = list(make_cases(selected(options), public, options.jobs))
+    truths = list(make_cases(cases_of(options), public, options.jobs))
     print(f"{len(truths)} cases made in {time.perf_counter() - began:.0f} s", file=sys.stderr)
     out.mkdir(parents=True)
     folder.chmod(0o755)
@@ -128,12 +150,25 @@ def benchmark(options: argparse.Namespace, folder: Path) -> tuple[list[dict[str,
     if identity:
         shutil.chown(out, identity["user"], identity["group"])
     tool = tool_template(options.tool)
-    answers = diagnose_all(public, out, tool, jobs=options.jobs, timeout_s=options.timeout, identity=identity)
+    folders = folders_by_tool(tool, truths, public, left_out=options.left_out)
+    answers = diagnose_all(folders, out, jobs=options.jobs, timeout_s=options.timeout, identity=identity)
     seal(folder / "sealed", truths)
     return score_all(truths, out, answers, left_out=options.left_out), identity
 
 
-def main(argv: list[str] | None = None) -> None:
+def problem_with(options: argparse.Namespace) -> str:
+    """What contradicts itself in the options, in words; empty where nothing does."""
+    if options.left_out and KIND not in options.tool:
+        return f"--left-out: --tool must hold {KIND}, the kind to forget, e.g. {FORGET}"
+    if KIND in options.tool and not options.left_out:
+        return f"--tool holds {KIND}, which only --left-out fills in"
+    if not cases_of(options):
+        return f"no {'single' if options.left_out else 'case'} is selected"
+    return ""
+
+
+def options_of(argv: list[str] | None) -> argparse.Namespace:
+    """The options of the command line; stepgauge's own template is told how to forget a kind."""
     parser = argparse.ArgumentParser(description="Blind benchmark of a diagnosis.")
     parser.add_argument("--tool", default=STEPGAUGE, help="command template (default: %(default)s)")
     add_selection(parser)
@@ -142,10 +177,19 @@ def main(argv: list[str] | None = None) -> None:
     parser.add_argument("--keep", type=Path, help="new folder that keeps cases, diagnoses and truths; else temporary")
     parser.add_argument("-o", "--output", type=Path, default=Path("blind.json"), help="results (default blind.json)")
     parser.add_argument(
-        "--left-out", action="store_true", help="the tool was told to forget the kind: singles must come back unknown"
+        "--left-out", action="store_true", help="singles only, each with its own kind forgotten ({kind} in --tool)"
     )
     parser.add_argument("--short", action="store_true", help="print classes only, not every recipe")
     options = parser.parse_args(argv)
+    if options.left_out and options.tool == STEPGAUGE:
+        options.tool = f"{STEPGAUGE} {FORGET}"
+    if problem := problem_with(options):
+        parser.error(problem)
+    return options
+
+
+def main(argv: list[str] | None = None) -> None:
+    options = options_of(argv)
     folder = options.keep or Path(tempfile.mkdtemp(prefix="blind-"))
     try:
         results, identity = benchmark(options, folder.resolve())
@@ -155,8 +199,10 @@ def main(argv: list[str] | None = None) -> None:
     summary = summarise(results)
     user = identity.get("user", "the same user")
     content = {"tool": options.tool, "worker_user": user, "summary": summary, "cases": results}
+    if options.left_out:
+        content["left_out"] = matrix(results)
     options.output.write_text(json.dumps(content, indent=1))
-    print(text(summary, recipes=not options.short))
+    print(matrix_text(content["left_out"]) if options.left_out else text(summary, recipes=not options.short))
     errors = [result for result in results if result["error"]]
     if errors:
         print(f"errors: {len(errors)} cases, first {errors[0]['case']}: {errors[0]['error']}")

@@ -136,19 +136,17 @@ def assign(
     return None
 
 
-def score_case(
-    truth: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, *, left_out: bool = False
-) -> dict[str, Any]:
-    """``right``, ``false_alarm``, ``answer`` in a word, the held-out ratio, and hits of the 95 % intervals.
+def effects_of(diagnosis: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """The effects that are listed."""
+    return [effect for effect in diagnosis.get("effects") or [] if isinstance(effect, Mapping)]
 
-    ``left_out``: the tool was told to forget the true kind, so a single cause is judged as an outsider.
-    """
-    if left_out and truth["family"] == "single":
-        truth = as_outsider(truth)
+
+def score_case(truth: Mapping[str, Any], diagnosis: Mapping[str, Any] | None) -> dict[str, Any]:
+    """``right``, ``false_alarm``, ``answer`` in a word, the held-out ratio, and hits of the 95 % intervals."""
     base = {key: truth[key] for key in ("case", "family", "name", "size", "seed", "rows")}
     if not isinstance(diagnosis, Mapping) or not isinstance(diagnosis.get("verdict"), str):
         return {**base, "right": False, "false_alarm": False, "answer": "no answer", "intervals": [], "scored": True}
-    effects = [effect for effect in diagnosis.get("effects") or [] if isinstance(effect, Mapping)]
+    effects = effects_of(diagnosis)
     chosen = assign(effects[:6], truth["causes"], truth["whole_set"])
     right = _RULES[truth["family"]](truth, diagnosis, effects, chosen)
     matched = [] if chosen is None else list(zip([effects[k] for k in chosen], truth["causes"], strict=True))
@@ -163,22 +161,8 @@ def score_case(
     }
 
 
-def as_outsider(truth: Mapping[str, Any]) -> dict[str, Any]:
-    """The truth of a single cause for a tool that has no name for it: what remains is how well other kinds fit."""
-    cause = truth["causes"][0]
-    others = {key: chi2 for key, chi2 in cause["leftover_chi2"].items() if key.partition(":")[0] != cause["kind"]}
-    best = _nearest(others)
-    return {**truth, "family": "outsider", "causes": [{**cause, "best_known": best}]}
-
-
-def _nearest(left: Mapping[str, float]) -> list[Any] | None:
-    """Key and chi2 of the name that leaves least."""
-    key = min(left, key=left.__getitem__, default=None)
-    return None if key is None else [key, left[key]]
-
-
 def _is_scored(truth: Mapping[str, Any]) -> bool:
-    if truth["family"] != "outsider":
+    if truth["family"] not in ("outsider", "left_out"):
         return True
     return all(cause["best_known"] is None or cause["best_known"][1] >= DECIDABLE_CHI2 for cause in truth["causes"])
 
@@ -228,6 +212,7 @@ _RULES = {
     "pair": _right_names,
     "confounded": _right_names,
     "outsider": _right_unknown,
+    "left_out": _right_unknown,
     "null": _right_null,
 }
 

@@ -88,7 +88,7 @@ def confusion(results: Iterable[Result]) -> dict[str, Counter[str]]:
 
 def text(summary: Mapping[str, Any], *, recipes: bool = True) -> str:
     """The tables for a terminal."""
-    lines = [_line("class", "size", "cases", "right %", "worst", "bar", "cover", "held-out", "s/case")]
+    lines = [line("class", "size", "cases", "right %", "worst", "bar", "cover", "held-out", "s/case")]
     lines += [_row_line(row, row["family"]) for row in summary["classes"]]
     if recipes:
         lines += ["", *_recipe_lines(summary["recipes"])]
@@ -115,23 +115,27 @@ def _recipe_lines(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """One line per recipe: per cent right, mean over the seeds, at every size."""
     sizes = sorted({row["size"] for row in rows}, reverse=True)
     right = {(row["family"], row["name"], row["size"]): row["right_pct"] for row in rows}
-    lines = [_line("right %, by size", *(f"{size:g}" for size in sizes))]
+    lines = [line("right %, by size", *(f"{size:g}" for size in sizes))]
     for family, name in dict.fromkeys((row["family"], row["name"]) for row in rows):
         shares = [right.get((family, name, size)) for size in sizes]
-        lines.append(_line(f"{family}:{name}", *("-" if share is None else f"{share:.0f}" for share in shares)))
+        lines.append(line(f"{family}:{name}", *("-" if share is None else f"{share:.0f}" for share in shares)))
     return lines
 
 
 def _share_line(what: str, share: Mapping[str, Any], key: str) -> str:
-    count, total = share[key], share["of"]
-    low, high = share["interval"]
+    return share_text(what, share[key], share["of"], share["interval"])
+
+
+def share_text(what: str, count: int, total: int, interval: tuple[float, float]) -> str:
+    """A share in words: counts, per cent, and the ends of its interval (0 to 1) in per cent."""
+    low, high = interval
     percent = f"{100 * count / total:.1f} %" if total else "-"
     return f"{what}: {count} of {total} = {percent} (95 % interval {100 * low:.1f} to {100 * high:.1f} %)"
 
 
 def _row_line(row: Mapping[str, Any], name: str) -> str:
     hits, total = row["covered"]
-    return _line(
+    return line(
         name,
         f"{row['size']:g}",
         str(row["cases"]),
@@ -144,5 +148,6 @@ def _row_line(row: Mapping[str, Any], name: str) -> str:
     )
 
 
-def _line(name: str, *cells: str) -> str:
+def line(name: str, *cells: str) -> str:
+    """A name and its cells, in columns."""
     return f"{name:44}" + "".join(f"{cell:>9}" for cell in cells)
