@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnose.confounded import Rivals, rivals
 from stepgauge.diagnose.explain import Explained, all_forms, displaced_um, explain
+from stepgauge.diagnose.forms import AXES, GROWING, ISOLATED
 from stepgauge.diagnose.holdout import holdout_rms, make_folds
 from stepgauge.diagnose.library import carried
 from stepgauge.diagnose.locate import most_telling
 from stepgauge.diagnose.noise import Noise, estimate_noise
 from stepgauge.diagnose.residuals import Residuals, make_residuals
-from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Verdict
+from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Verdict
 from stepgauge.diagnose.select import Term
 from stepgauge.diagnose.separate import lengthened, separate
 from stepgauge.diagnose.solve import Estimate, Fitted, Solved, solve
@@ -74,7 +75,11 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine, without: Coll
     ranked = [rivals(found.selector, found.terms, place) for place in range(len(found.terms))]
     findings = [_finding(s, r, data) for s, r in zip(fitted.solved, ranked, strict=True)]
     findings, placements = _with_separations(findings, found.selector.fit(found.terms).solved, ranked, some, noise)
-    findings += _scatter_findings(noise, data)
+    scatter = _scatter_findings(noise, data)
+    found = replace(
+        found, unexplained=(*found.unexplained, *(_nameless(one) for one in scatter if one.kind in without))
+    )
+    findings += [one for one in scatter if one.kind not in without]
     fit = _fit(data, noise, whitening, findings, fitted)
     return _diagnosis(found, findings, fit, noise, data, placements)
 
@@ -187,6 +192,17 @@ def _scatter_findings(noise: Noise, data: Residuals) -> list[Finding]:
         parameters = {"rate": Estimate(rate, None, "um per m, mm/s or h")}
         found.append(Finding("noise_growth", f"noise_growth_{per}", None, choices, parameters, 1.0 - p, nothing))
     return found
+
+
+def _nameless(finding: Finding) -> Located:
+    """What disturbs the scatter, where its kind is no candidate."""
+    if finding.kind == "outliers":
+        return Located(
+            "order", "both", ISOLATED, "single probings lie far outside the scatter", 0.0, 1.0 - finding.probability
+        )
+    per = str(finding.choices["per"])
+    covariate = f"machine {per}" if per in AXES else per
+    return Located(covariate, "both", GROWING, f"the scatter grows with {covariate}", 0.0, 1.0 - finding.probability)
 
 
 def _fit(data: Residuals, noise: Noise, whitening: Whitening, findings: Sequence[Finding], fitted: Fitted) -> Fit:

@@ -27,6 +27,8 @@ FEWEST_BACK = 0.2
 WANDERING = ("time", "order")
 POWERS = np.geomspace(0.15, 3.0, 14)
 """Exponents of a decay with the number of touches that is no exponential."""
+GROWING, ISOLATED = "growing scatter", "isolated rows"
+"""Forms of the scatter, which no formula of the mean describes."""
 REPEATING = ("position", "machine x", "machine y", "machine z", *WANDERING)
 """Covariates in which things repeat; in others a period is but one more shape that fits by chance."""
 MOST_PERIODS = 400

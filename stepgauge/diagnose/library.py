@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import product
 from typing import Any
 
@@ -79,6 +80,13 @@ class Family:
     def columns(self) -> Array:
         """All signatures, displacement along the approach in um, shape ``(atoms, d, n)``."""
         return np.concatenate([self.pattern * share for share in self.share_rows], axis=1)
+
+    @cached_property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Least and largest value that was tried of every non-linear parameter that is one number."""
+        names = [name for name, value in self.atoms[-1].items() if isinstance(value, float | int)]
+        values = {name: [atom[name] for atom in self.atoms if atom[name] is not None] for name in names}
+        return {name: (float(min(tried)), float(max(tried))) for name, tried in values.items()}
 
     def signature(self, atom: int) -> Array:
         """One of the signatures, shape ``(d, n)``."""

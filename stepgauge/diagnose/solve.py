@@ -17,6 +17,9 @@ from stepgauge.diagnose.whitening import Whitening, orthonormal
 from stepgauge.effects import Effect, along_approach_um
 
 Array = NDArray[np.float64]
+UNBOUNDED = 1e300
+BEYOND = 0.02
+"""Standard deviation by which a non-linear parameter may lie beyond what was tried of it, as a share of that."""
 FROZEN = {"time_s"}
 """Parameters in which the displacement has no slope: as fine as the grid."""
 
@@ -91,6 +94,8 @@ class _Law:
         self.names = [*(components or self.linear), *moving, *phase]
         self.units = {name: known[name].unit for name in known}
         self.sized = self.free or len(self.linear)
+        ranges = [self.family.ranges.get(name, (-UNBOUNDED, UNBOUNDED)) for name in self.names]
+        self.range = np.array([(low, high) if low < high else (-UNBOUNDED, UNBOUNDED) for low, high in ranges]).T
         self._shapes: dict[bytes, Array] = {}
 
     @property
@@ -189,6 +194,16 @@ class _Law:
         count = self.sized if np.isfinite(self.family.prior) else 0
         return np.eye(count, len(self.names)) / self.family.prior
 
+    def strays(self, parameters: Array) -> tuple[Array, Array]:
+        """How far parameters are beyond what was tried of them, in standard deviations, and the slopes of that.
+
+        A period of many times the span is a bow, a decay over many times the touches a constant: other laws.
+        """
+        low, high = self.range
+        width = BEYOND * (high - low)
+        beyond = np.maximum(parameters - high, 0.0) + np.minimum(parameters - low, 0.0)
+        return beyond / width, np.diag((beyond != 0.0) / width)
+
     def scales(self, parameters: Array) -> Array:
         """How far a parameter is moved to see its effect."""
         return np.array(
@@ -219,13 +234,15 @@ def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Whit
         parts = np.split(start + moved * scale, cuts)
         shares = [law.displacement_um(part, data) for law, part in zip(laws, parts, strict=True)]
         sizes = np.concatenate([law.sizes(part) for law, part in zip(laws, parts, strict=True)])
-        return np.concatenate([white - whitening(np.sum(shares, axis=0)), sizes])
+        strays = np.concatenate([law.strays(part)[0] for law, part in zip(laws, parts, strict=True)])
+        return np.concatenate([white - whitening(np.sum(shares, axis=0)), sizes, strays])
 
     def slopes(moved: Array) -> Array:
         parts, steps = np.split(start + moved * scale, cuts), np.split(_steps(moved) * scale, cuts)
         um = [law.slopes(part, step, data) for law, part, step in zip(laws, parts, steps, strict=True)]
         sizes = block_diag(*(law.size_slopes() for law in laws))
-        return np.vstack([-whitening(np.vstack(um)).T, sizes]) * scale
+        strays = block_diag(*(law.strays(part)[1] for law, part in zip(laws, parts, strict=True)))
+        return np.vstack([-whitening(np.vstack(um)).T, sizes, strays]) * scale
 
     method = "lm" if len(white) > len(start) else "trf"
     found = least_squares(left, np.zeros(len(start)), slopes, method=method, max_nfev=60 * len(start))

@@ -16,7 +16,9 @@ from scipy import stats
 from stepgauge.diagnose.forms import (
     AXES,
     BINS,
+    GROWING,
     HARMONICS,
+    ISOLATED,
     TOUCHES,
     TURNING,
     WAY,
@@ -211,6 +213,8 @@ def _candidates(
 ) -> Iterator[tuple[list[str], float | None]]:
     """Terms to try for a form on one side, with the period where it has one."""
     mask = MASK[side]
+    if located.form in (GROWING, ISOLATED):
+        return
     if located.covariate == WAY:
         position = data.probings.certified_mm()
         loop = [*_stairs("position_mm", position), *(f"way * {term}" for term in _stairs("position_mm", position))]
