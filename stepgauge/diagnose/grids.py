@@ -12,6 +12,8 @@ from stepgauge.diagnose.residuals import Residuals
 from stepgauge.effects import Effect, Parameter
 
 Array = NDArray[np.float64]
+FEWEST_PERIODS = 1.2
+"""Periods within the span from which something repeats: less of one is a bow."""
 MOST_PERIODS = 4000
 MOST_FREQUENCIES = 5000
 MOST_TIMES = 300
@@ -36,7 +38,7 @@ def _coordinate(choices: dict[str, Any], data: Residuals) -> Array:
 
 def _periods_mm(choices: dict[str, Any], data: Residuals) -> Array:
     span = max(float(np.ptp(_coordinate(choices, data))), 1.0)
-    frequency = np.arange(0.8 / span, 0.5, 1.0 / (3.0 * span))[:MOST_PERIODS]
+    frequency = np.arange(FEWEST_PERIODS / span, 0.5, 1.0 / (3.0 * span))[:MOST_PERIODS]
     return 1.0 / frequency
 
 
@@ -46,7 +48,7 @@ def _duration_s(data: Residuals) -> float:
 
 def _periods_s(_: dict[str, Any], data: Residuals) -> Array:
     duration = _duration_s(data)
-    frequency = np.arange(0.7 / duration, 1.0 / 60.0, 1.0 / (4.0 * duration))[:MOST_PERIODS]
+    frequency = np.arange(FEWEST_PERIODS / duration, 1.0 / 60.0, 1.0 / (4.0 * duration))[:MOST_PERIODS]
     return 1.0 / frequency if frequency.size else np.array([duration])
 
 
