@@ -25,6 +25,8 @@ FALSE_ALARM = 0.002
 SMALLEST_SHARE = 0.15
 """Share of what a law and its departure explain below which the law is there, in a shape a little off its ideal."""
 OVERTONES = (2, 3, 5)
+TIMES = {"time_constant_h": "time constant", "touches": "decay", "width_mm": "width"}
+"""Parameters that give a law its shape, and what a second value of them means."""
 FACTOR = 4.0
 """By how much another time constant, width or number of touches must differ to be another one."""
 
@@ -95,7 +97,3 @@ def _shapes(solved: Solved, selector: Selector) -> Iterator[tuple[str, Array]]:
         elif isinstance(value, float) and value > 0.0 and name in TIMES:
             for factor in (1.0 / FACTOR, FACTOR):
                 yield f"a second {TIMES[name]}", column(**{name: value * factor})[None]
-
-
-TIMES = {"time_constant_h": "time constant", "touches": "decay", "width_mm": "width"}
-"""Parameters that give a law its shape, and what a second value of them means."""

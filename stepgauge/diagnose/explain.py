@@ -90,8 +90,9 @@ def _departing(
     if len(terms) < MOST_TERMS and law.log_p <= selector.bar and law.gain >= EXPLAINED * found.look.gain:
         return _departing(forms, selector, _settle(selector, (*terms, selector.term_of(law))))
     kept = terms[: found.place] + terms[found.place + 1 :]
+    instead = instead_of(forms, selector, terms, kept)
     chance = f"chance of it in scatter: {np.exp(found.look.log_p):.1g}"
-    return terms, instead_of(forms, selector, terms, kept), (f"no known law fits: {found.words} ({chance})",)
+    return terms, instead, () if instead is None else (f"no known law fits: {found.words} ({chance})",)
 
 
 def _growing_beside_forms(noise: Noise, data: Residuals) -> Noise:

@@ -5,7 +5,7 @@ They serve twice: they say where a disagreement lives, and they catch what no na
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +18,10 @@ from stepgauge.recording import COUNTS, OPTIONAL, REQUIRED
 Array = NDArray[np.float64]
 BINS = 8
 HARMONICS = 6
+ROUNDING = 1e-9
+COLUMN = "column "
+FIXED = ("position", "machine x", "machine y", "machine z", "cycle", "time", "order", "side", "placement", "azimuth")
+"""Covariates that a column of the same name is told from."""
 TOUCHES = "touches since a pause"
 TURNING = "way since turning round"
 REST = "rest before the touch"
@@ -76,7 +80,7 @@ def covariates(data: Residuals) -> list[Covariate]:
         if name.startswith("share_"):
             continue  # the truth of a simulation is no covariate
         if name in ("speed_mm_s", *OPTIONAL[3:]) or name not in (*REQUIRED, *OPTIONAL, *COUNTS):
-            found.append(Covariate(_plain_name(name), "", frame[name].to_numpy(float), name != "speed_mm_s"))
+            found.append(Covariate(_plain_name(name, found), "", frame[name].to_numpy(float), name != "speed_mm_s"))
     return [c for c in found if np.isfinite(c.values).all() and _varies(c.values)]
 
 
@@ -95,13 +99,16 @@ def pause_of(covariate: str) -> int:
     return int(covariate.removeprefix(TOUCHES).split()[1])
 
 
-def _plain_name(name: str) -> str:
-    return {"speed_mm_s": "speed"}.get(name, name)
+def _plain_name(name: str, others: Sequence[Covariate]) -> str:
+    """A column's name, told from covariates that every recording has."""
+    if name == "speed_mm_s":
+        return "speed"
+    return COLUMN + name if name in FIXED or name in {one.name for one in others} else name
 
 
 def _varies(values: Array) -> bool:
-    spread = float(np.ptp(values))
-    return spread > 1e-6 * max(float(np.abs(values).max()), 1e-9) and len(np.unique(values)) > 1
+    """Whether values differ by more than their rounding: a time may count from 1970."""
+    return float(np.ptp(values)) > ROUNDING * max(float(np.abs(values).max()), 1e-9)
 
 
 def form_families(data: Residuals) -> Iterator[Family]:

@@ -18,6 +18,8 @@ OUTLIER_GROWING_P = 0.00005
 GROWTH_P = 0.0003
 """Chance of seeing growing scatter in an undisturbed recording."""
 GROWTH_RANKS_P = 0.01
+FEWEST_GROWING = 12
+"""Rows with freedom left from which growth of the scatter can be told."""
 MOST_OUTLIERS = 0.1
 LARGE = 3000
 MOST_DATUM = 0.5
@@ -195,6 +197,8 @@ def growth_of(
     distribution, the ranks of the squares must grow as well.
     """
     used = keep & (leverage < 0.9)
+    if used.sum() < FEWEST_GROWING:
+        return None
     square = residual[used] ** 2 / (1.0 - leverage[used])
     share = float((1.0 - leverage[used]).mean())
     score = stats.norm.ppf((stats.rankdata(square) - 0.5) / max(len(square), 1))

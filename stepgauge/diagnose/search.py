@@ -100,9 +100,12 @@ class Library:
     def gains(self, index: int, residual: Array, model: Array) -> Array:
         """Gains of all signatures of one family beside a model's orthonormal columns, shape ``(atoms,)``."""
         family = self.families[index]
-        return _precise_gains(
-            family.columns, family.prior, residual - model @ (model.T @ residual), model, self.whitening
-        )
+        back = self.whitening.carried_back(np.column_stack([residual - model @ (model.T @ residual), model]))
+        for patterns, stacks in zip(self._patterns, self._stacks, strict=True):
+            for stack in stacks:
+                if any(one is family for one in stack.families):
+                    return stack.gains_of(family, patterns.dots(back))
+        raise AssertionError("every family stands in a stack")
 
     def looks(self, residual: Array, model: Array, dof: int) -> list[Look]:
         """The best signature of every family beside a model's orthonormal columns ``(n, k)``, most surprising first."""
@@ -187,12 +190,24 @@ class _Stack:
             atom = _best_atom(family, gains[own])
             yield judge.look(family, atom, float(gains[own][atom]), curve)
 
-    def _gains(self, dots: Array) -> Array:
-        """Gain of every signature, shape ``(atoms,)``; of those that cannot be the best of their family maybe none."""
+    def gains_of(self, family: Family, dots: Array) -> Array:
+        """Gains of all signatures of one family."""
+        own = next(rows for one, rows in zip(self.families, self._rows(), strict=True) if one is family)
+        gram, dot = self._beside(dots)
+        gain = _gain(gram[own], dot[own], self.stiff[own])
+        return np.where(dot[own, 0] > 0.0, gain, 0.0) if family.positive else gain
+
+    def _beside(self, dots: Array) -> tuple[Array, Array]:
+        """Products of the signatures with each other and with the residual, what the model takes left out."""
         mixed = np.tensordot(self.mix, dots, 1).transpose(1, 0, 2, 3)
         products = mixed.reshape(*self.scale.shape, -1) / self.scale[..., None]
         dot, beside = products[..., 0], products[..., 1:]
-        gain = self._best_gains(self.gram - beside @ np.swapaxes(beside, 1, 2), dot)
+        return self.gram - beside @ np.swapaxes(beside, 1, 2), dot
+
+    def _gains(self, dots: Array) -> Array:
+        """Gain of every signature, shape ``(atoms,)``; of those that cannot be the best of their family maybe none."""
+        gram, dot = self._beside(dots)
+        gain = self._best_gains(gram, dot)
         for family, own in zip(self.families, self._rows(), strict=True):
             if family.positive:
                 gain[own] = np.where(dot[own, 0] > 0.0, gain[own], 0.0)

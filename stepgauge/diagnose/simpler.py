@@ -17,7 +17,6 @@ import numpy as np
 from scipy import stats
 
 from stepgauge.diagnose.forms import WANDERING
-from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.noise import Noise
 from stepgauge.diagnose.search import Look
 from stepgauge.diagnose.select import Selector, Term, share_within_repeats
@@ -61,7 +60,7 @@ def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: No
     """The shortest description by some of the laws and one form; None where the laws alone are shorter."""
     if not terms:
         return None
-    repeated = _repeated(selector, terms)
+    repeated = _twice(selector, terms)
     lowered = _lowered_margin(selector, terms, noise)
     tried = [(kept, *_with_form(forms, selector, terms, kept)) for kept in _subsets(terms) if not repeated & set(kept)]
     ahead = [saved - min(lowered, _margin(terms, kept)) for kept, saved, _ in tried]
@@ -97,7 +96,7 @@ def _subsets(terms: tuple[Term, ...]) -> Iterator[tuple[Term, ...]]:
         yield from combinations(terms, count)
 
 
-def _repeated(selector: Selector, terms: Sequence[Term]) -> set[Term]:
+def _twice(selector: Selector, terms: Sequence[Term]) -> set[Term]:
     """Terms of a kind that stands there more than once with the same choices, or free in its direction."""
     families = [selector.library.families[term.index] for term in terms]
     names = [f.kind if f.directions is not None or "direction" in f.choices else f.label for f in families]
@@ -142,14 +141,8 @@ def _with_form(
     named = here - float(all_left @ all_left)
     price = sum(_price(selector, terms, term) for term in terms if term not in kept)
     looks = forms.looks(left, basis, rows - basis.shape[1])
-    if len(terms) - len(kept) == 1:
-        index = next(term.index for term in terms if term not in kept)
-        law = selector.look_at(index, kept)
-        looks = [
-            look
-            for look in looks
-            if named - _by_chance(law) < EXPLAINED * (look.gain - _by_chance(look)) or _another_matter(look, law.family)
-        ]
+    removed = [selector.look_at(term.index, kept) for term in terms if term not in kept]
+    looks = [look for look in looks if all(_another_story(look, law) for law in removed)]
     if not looks:
         return float("-inf"), None
     best = max(looks, key=lambda look: look.gain / 2.0 - look.price(rows, count))
@@ -157,17 +150,20 @@ def _with_form(
     return saved, Simpler(kept, best, min(best.gain / max(here - rows, best.gain), 1.0))
 
 
+def _another_story(look: Look, law: Look) -> bool:
+    """Whether a form says more than a law that it would replace, or something else.
+
+    It may make an oscillation in time a matter of the way, the cycle, the touches: fast enough oscillations alias into
+    anything that alternates.
+    """
+    if law.gain - _by_chance(law) < EXPLAINED * (look.gain - _by_chance(look)):
+        return True
+    return law.family.kind in OSCILLATIONS and look.family.covariate not in WANDERING
+
+
 def _by_chance(look: Look) -> float:
     """About what the best of so many looks gains in mere scatter."""
     return look.dimension + 2.0 * float(np.log(look.looks))
-
-
-def _another_matter(look: Look, law: Family) -> bool:
-    """Whether a form would make an oscillation in time a matter of something else: the way, the cycle, the touches.
-
-    Fast enough oscillations alias into anything that alternates.
-    """
-    return law.kind in OSCILLATIONS and look.family.covariate not in WANDERING
 
 
 def _price(selector: Selector, terms: tuple[Term, ...], term: Term) -> float:

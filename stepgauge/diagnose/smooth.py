@@ -40,10 +40,12 @@ class Smooth:
 
 @dataclass(frozen=True)
 class SmoothLook(Look):
-    """A look at random functions: ``evidence`` over that of no function at all, nats; ``freedom``: chance's gain."""
+    """A look at random functions: ``evidence`` over that of no function at all, nats; ``freedom``: chance's gain;
+    ``variance`` of the values at the knots, um squared."""
 
     evidence: float = 0.0
     freedom: float = 0.0
+    variance: float = 0.0
 
     @property
     def dimension(self) -> float:
@@ -74,9 +76,9 @@ class Forms:
         """Columns ``(d, n)`` that a look is free to move, um along the approach."""
         index = next(i for i, family in enumerate(self.families) if family is look.family)
         count = len(self.library.families)
-        if index < count:
-            return look.family.signature(look.atom)
-        return self._smooths[index - count].told(look)
+        if isinstance(look, SmoothLook):
+            return self._smooths[index - count].told(look)
+        return look.family.signature(look.atom)
 
 
 @dataclass(frozen=True)
@@ -112,15 +114,15 @@ class _Whitened:
             Curve(tests, 0.0),
             float(evidence[length, size]),
             float(softened.sum()),
+            float(SIZES[size] / max(strength[length].sum(), 1e-300)),
         )
 
-    def told(self, look: Look) -> Array:
+    def told(self, look: SmoothLook) -> Array:
         """Columns ``(d, n)`` of the directions that the data decide at the size and length of a look."""
-        length, size = divmod(look.atom, len(SIZES))
-        none = np.zeros((self.white.shape[1], 0))
-        strength, vectors = np.linalg.eigh(self._kernels(none)[length])
-        weight, _ = _shrinking(np.maximum(strength, 0.0)[None])
-        return (self.smooth.roots[length] @ vectors[:, weight[0, size] > TOLD]).T @ self.smooth.family.signature(0)
+        length = look.atom // len(SIZES)
+        strength, vectors = np.linalg.eigh(self._kernels(np.zeros((self.white.shape[1], 0)))[length])
+        decided = look.variance * strength > TOLD / (1.0 - TOLD)
+        return (self.smooth.roots[length] @ vectors[:, decided]).T @ self.smooth.family.signature(0)
 
     def _kernels(self, model: Array) -> Array:
         beside = self.white @ model

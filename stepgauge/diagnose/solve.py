@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 UNBOUNDED = 1e300
 BEYOND = 0.02
 """Standard deviation by which a non-linear parameter may lie beyond what was tried of it, as a share of that."""
+SMALLEST_SHARE = 0.01
+"""Share of the least value tried below which all values are alike: a logarithm needs a positive one."""
 FROZEN = {"time_s"}
 """Parameters in which the displacement has no slope: as fine as the grid."""
 
@@ -197,12 +199,17 @@ class _Law:
     def strays(self, parameters: Array) -> tuple[Array, Array]:
         """How far parameters are beyond what was tried of them, in standard deviations, and the slopes of that.
 
-        A period of many times the span is a bow, a decay over many times the touches a constant: other laws.
+        A period of many times the span is a bow, a decay over many times the touches a constant: other laws. By ratio
+        where only positive values were tried.
         """
         low, high = self.range
-        width = BEYOND * (high - low)
-        beyond = np.maximum(parameters - high, 0.0) + np.minimum(parameters - low, 0.0)
-        return beyond / width, np.diag((beyond != 0.0) / width)
+        by_ratio = low > 0.0
+        inside = np.clip(parameters, low, high)
+        positive = np.maximum(parameters, SMALLEST_SHARE * np.abs(low) + 1e-300)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            beyond = np.where(by_ratio, np.log(positive / inside), (parameters - inside) / (high - low))
+            slope = np.where(by_ratio, 1.0 / positive, 1.0 / (high - low))
+        return beyond / BEYOND, np.diag(np.where(parameters != inside, slope, 0.0) / BEYOND)
 
     def scales(self, parameters: Array) -> Array:
         """How far a parameter is moved to see its effect."""
@@ -248,7 +255,9 @@ def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Whit
     found = least_squares(left, np.zeros(len(start)), slopes, method=method, max_nfev=60 * len(start))
     moved = found.x if found.cost <= 0.5 * float((left(np.zeros(len(start))) ** 2).sum()) else np.zeros(len(start))
     values = start + moved * scale
-    covariance = _covariance(found.jac, scale)
+    covariance = _covariance(found.jac[: len(found.jac) - len(start)], scale)
+    strays = np.concatenate([law.strays(part)[0] for law, part in zip(laws, np.split(values, cuts), strict=True)])
+    covariance[strays != 0.0, strays != 0.0] = np.nan  # where a bound holds, the data give no uncertainty
     solved, first = [], 0
     for law, part in zip(laws, np.split(values, cuts), strict=True):
         own = slice(first, first + len(part))

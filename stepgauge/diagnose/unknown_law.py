@@ -16,6 +16,7 @@ from scipy import stats
 from stepgauge.diagnose.forms import (
     AXES,
     BINS,
+    COLUMN,
     GROWING,
     HARMONICS,
     ISOLATED,
@@ -34,11 +35,11 @@ from stepgauge.diagnose.result import Diagnosis, Finding, Located
 from stepgauge.diagnose.solve import Estimate
 from stepgauge.diagnose.whitening import Whitening, make_whitening
 from stepgauge.effects import along_approach_um
-from stepgauge.effects.empirical import Empirical
+from stepgauge.effects.empirical import Empirical, formula_name
 from stepgauge.recording import APPROACH
 
 Array = NDArray[np.float64]
-COLUMN = {
+NAMES = {
     "position": "position_mm",
     "machine x": "x_mm",
     "machine y": "y_mm",
@@ -154,7 +155,7 @@ def _best_law(
     for side in _sides(located, data):
         for terms, period in _candidates(located, side, data, whitening, left_um):
             fitted = _fit(terms, data, whitening, left_um)
-            if fitted.gain - price * len(fitted.terms) > worth:
+            if fitted.terms and fitted.gain - price * len(fitted.terms) > worth:
                 worth = fitted.gain - price * len(fitted.terms)
                 best, best_gain = _law(located, side, fitted, period), fitted.gain
     return best, best_gain
@@ -195,7 +196,7 @@ def _law(located: Located, side: str, fitted: _Fitted, period: float | None) -> 
     for first in range(0, len(named), TERMS_PER_FORMULA):
         part = named[first : first + TERMS_PER_FORMULA]
         formula = " + ".join(f"{name} * {term}" for name, term, _ in part)
-        effects.append(Empirical(formula=formula, coefficients={name: float(f"{c:.9g}") for name, _, c in part}))
+        effects.append(Empirical(formula=formula, coefficients={name: float(f"{c:.12g}") for name, _, c in part}))
     estimates = {name: Estimate(c, float(u), "um") for (name, _, c), u in zip(named, fitted.u, strict=True)}
     return UnknownLaw(located, side, tuple(effects), estimates, fitted.share_um, period)
 
@@ -244,16 +245,16 @@ def _of_covariate(
 ) -> Iterator[tuple[list[str], float | None]]:
     name = _column_name(located.covariate)
     x = next((c.values for c in covariates(data) if c.name == located.covariate), None)
-    if x is None or not name.isidentifier():
+    if x is None or name is None:
         return
     mask, middle = MASK[side], float(x.mean())
-    centred = f"{mask}({name} - {middle:.9g})"
+    centred = f"{mask}({name} - {middle:.12g})"
     place = _place(located, side, data, whitening, left_um)
     one_term = {
         "trend": centred,
-        "power": f"{mask}max({name}, 0.1)**{place:.9g}",
-        "decay": f"{mask}(1 + {name})**(-{place:.9g})",
-        "step": f"{mask}step({name} - {place:.9g})",
+        "power": f"{mask}max({name}, 0.1)**{place:.12g}",
+        "decay": f"{mask}(1 + {name})**(-{place:.12g})",
+        "step": f"{mask}step({name} - {place:.12g})",
     }
     if np.isnan(place) and located.form in PLACED:
         return
@@ -266,17 +267,17 @@ def _of_covariate(
         yield from (([times + ramp for ramp in _ramps(name, x, knots)], None) for knots in KNOTS)
     elif located.form == "period":
         for period in _finer(place, x):
-            angle = f"(2 * pi * {name} / {period:.9g})"
+            angle = f"(2 * pi * {name} / {period:.12g})"
             yield [f"{mask}sin{angle}", f"{mask}cos{angle}"], period
     else:
         yield [mask + term for term in _stairs(name, x)], None
 
 
-def _column_name(covariate: str) -> str:
-    """Name of a covariate in a formula."""
+def _column_name(covariate: str) -> str | None:
+    """Name of a covariate in a formula, None where a formula cannot name it."""
     if covariate.startswith(TOUCHES):
         return f"touches_{pause_of(covariate)}"
-    return COLUMN.get(covariate, covariate)
+    return NAMES.get(covariate) or formula_name(covariate.removeprefix(COLUMN))
 
 
 def _place(located: Located, side: str, data: Residuals, whitening: Whitening, left_um: Array) -> float:
@@ -312,17 +313,17 @@ def _length(side: str, data: Residuals) -> str:
     """The coordinate along which something grows in proportion, from its middle."""
     name = f"{side}_mm" if side in AXES else "position_mm"
     values = data.probings.coordinate_mm(side) if side in AXES else data.probings.certified_mm()
-    return f"({name} - {float(values.mean()):.9g})"
+    return f"({name} - {float(values.mean()):.12g})"
 
 
 def _ramps(name: str, x: Array, knots: int) -> list[str]:
     """A line that may bend at evenly spaced places."""
     at = np.linspace(x.min(), x.max(), knots)[:-1]
-    return ["1", *(f"max({name} - {place:.9g}, 0)" for place in at)]
+    return ["1", *(f"max({name} - {place:.12g}, 0)" for place in at)]
 
 
 def _two_curves(data: Residuals) -> list[str]:
-    u = f"(position_mm - {float(data.probings.certified_mm().mean()):.9g})"
+    u = f"(position_mm - {float(data.probings.certified_mm().mean()):.12g})"
     powers = [u, f"{u}**2", f"{u}**3"]
     return ["step(side)", *(f"step({sign}side) * {power}" for sign in ("", "-") for power in powers)]
 
@@ -336,7 +337,7 @@ def _stairs(name: str, x: Array) -> list[str]:
     """A free shape as a level and steps between intervals with about as many places each."""
     levels = np.unique(x)
     edges = np.unique(np.quantile(levels, np.linspace(0, 1, min(BINS, len(levels)) + 1)[1:-1]))
-    return ["1", *(f"step({name} - {edge:.9g})" for edge in edges)]
+    return ["1", *(f"step({name} - {edge:.12g})" for edge in edges)]
 
 
 def _harmonics(data: Residuals) -> list[str]:

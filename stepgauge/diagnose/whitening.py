@@ -71,8 +71,8 @@ class Whitening:
         return int((self.inverse_sigma > 0).sum()) - self.nuisance.shape[1]
 
 
-def make_whitening(residuals: Residuals, sigma_um: Array, extra_nuisance: Array | None = None) -> Whitening:
-    """The whitening for a sigma per row, infinite for no weight; ``extra_nuisance (k, n)`` is taken out too."""
+def make_whitening(residuals: Residuals, sigma_um: Array) -> Whitening:
+    """The whitening for a sigma per row, infinite for no weight."""
     inverse = np.where(np.isfinite(sigma_um), 1.0 / sigma_um, 0.0)
     face = residuals.face - residuals.face.min()
     u_um = residuals.gauge.u_um[residuals.face.min() - 1 :]
@@ -81,8 +81,7 @@ def make_whitening(residuals: Residuals, sigma_um: Array, extra_nuisance: Array 
     shrink = 1.0 / np.sqrt(1.0 + u**2 * strength)
     empty = Whitening(inverse, residuals.side, face, shrink, strength, np.zeros((len(face), 0)))
     origins = (residuals.placement == np.arange(residuals.placement.max() + 1)[:, None]) * residuals.side
-    columns = origins if extra_nuisance is None else np.vstack([origins, extra_nuisance])
-    return Whitening(inverse, residuals.side, face, shrink, strength, orthonormal(empty(columns).T))
+    return Whitening(inverse, residuals.side, face, shrink, strength, orthonormal(empty(origins).T))
 
 
 def orthonormal(columns: Array) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import keyword
+import re
 from functools import lru_cache
 from typing import ClassVar
 
@@ -78,6 +80,14 @@ class Empirical(Effect):
             raise InputError("effects", "an empirical formula is not finite for every probing", found=self.formula)
         um = np.broadcast_to(um, np.broadcast_shapes(um.shape, (len(probings),)))
         return along(self.direction, um)
+
+
+def formula_name(column: str) -> str | None:
+    """A recorded column as a formula can name it; None where the name means something else there, or nothing."""
+    taken = column in DERIVED or re.fullmatch(r"c\d+|touches_\d+", column)
+    if taken or keyword.iskeyword(column) or not (column.isascii() and column.isidentifier()):
+        return None
+    return column if parse(column).names == {column} else None
 
 
 def _covariate(probings: Probings, name: str) -> Array:

@@ -154,8 +154,7 @@ class Probings:
         """
         key = ("touches", pause_s)
         if key not in self._made:
-            placement = self.column("placement") if "placement" in self.columns else np.ones(len(self))
-            self._made[key] = _count_since_pause(self.time_s, pause_s, placement)
+            self._made[key] = _touches_since(self, pause_s)
         return self._made[key]
 
     def rest_s(self) -> Array:
@@ -224,24 +223,30 @@ class _Slice(Probings):
         return self.whole.since_turning_mm()[self.rows]
 
 
+def _in_order(probings: Probings) -> tuple[Rows, Array]:
+    """Rows by placement and then by time (as they stand where none was recorded), and the placements in that order.
+
+    Recordings of several placements may each have started their clock anew.
+    """
+    count = len(probings)
+    placement = probings.column("placement") if "placement" in probings.columns else np.ones(count, int)
+    time_s = probings.time_s if "time_s" in probings.columns else np.arange(count)
+    order = np.lexsort((time_s, placement))
+    return order.astype(np.int64), placement[order].astype(float)
+
+
 def _rest_s(probings: Probings) -> Array:
-    time_s = probings.time_s
-    order = np.argsort(time_s, kind="stable")
-    placement = probings.column("placement")[order] if "placement" in probings.columns else np.ones(len(probings))
-    gap = np.diff(time_s[order], prepend=-np.inf)
+    order, placement = _in_order(probings)
+    gap = np.diff(probings.time_s[order], prepend=-np.inf)
     gap[np.diff(placement, prepend=placement[0]) != 0] = np.inf
     known = np.isfinite(gap)
     gap[~known] = gap[known].max(initial=0.0)
-    rest = np.empty(len(probings))
-    rest[order] = gap
-    return rest
+    return _by_row(gap, order)
 
 
 def _way(probings: Probings) -> Array:
     order, steps_mm = _steps_mm(probings)
-    way = np.empty(len(probings))
-    way[order] = np.where(steps_mm < 0.0, -1.0, 1.0)
-    return way
+    return _by_row(np.where(steps_mm < 0.0, -1.0, 1.0), order)
 
 
 def _since_turning_mm(probings: Probings) -> Array:
@@ -250,31 +255,29 @@ def _since_turning_mm(probings: Probings) -> Array:
     turned = np.concatenate([[True], (way[1:] != way[:-1]) | (steps_mm[1:] == 0.0)])
     gone = np.cumsum(np.abs(steps_mm))
     start = np.maximum.accumulate(np.where(turned, gone - np.abs(steps_mm), 0.0))
-    since = np.empty(len(probings))
-    since[order] = gone - start
-    return since
+    return _by_row(gone - start, order)
 
 
 def _steps_mm(probings: Probings) -> tuple[Rows, Array]:
-    """Rows in order of time and the way along the gauge to each from the touch before, 0 at first in a placement."""
-    order = np.argsort(probings.time_s, kind="stable") if "time_s" in probings.columns else np.arange(len(probings))
-    placement = probings.column("placement")[order] if "placement" in probings.columns else np.ones(len(probings))
+    """Rows in order and the way along the gauge to each from the touch before, 0 for the first of a placement."""
+    order, placement = _in_order(probings)
     position = probings.certified_mm()[order]
     steps = np.diff(position, prepend=position[0])
     return order, np.where(np.diff(placement, prepend=placement[0]) == 0, steps, 0.0)
 
 
-def _count_since_pause(time_s: Array, pause_s: float, placement: Array) -> Array:
-    order = None if (np.diff(time_s) >= 0.0).all() else np.argsort(time_s, kind="stable")
-    sorted_s = time_s if order is None else time_s[order]
-    count = np.arange(len(time_s), dtype=float)
-    placed = placement if order is None else placement[order]
-    first = np.concatenate([[True], (np.diff(sorted_s) > pause_s) | (np.diff(placed) != 0)])
-    count -= np.maximum.accumulate(np.where(first, count, 0.0))
-    if order is None:
-        return count
-    by_row = np.empty_like(count)
-    by_row[order] = count
+def _touches_since(probings: Probings, pause_s: float) -> Array:
+    order, placement = _in_order(probings)
+    apart = (np.diff(probings.time_s[order]) > pause_s) | (np.diff(placement) != 0)
+    count = np.arange(len(order), dtype=float)
+    count -= np.maximum.accumulate(np.where(np.concatenate([[True], apart]), count, 0.0))
+    return _by_row(count, order)
+
+
+def _by_row(values: Array, order: Rows) -> Array:
+    """Values in order as values by row."""
+    by_row = np.empty(len(values))
+    by_row[order] = values
     return by_row
 
 
