@@ -130,9 +130,13 @@ def rest_um(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> Array:
     """Residuals when all that is modelled is taken out, and with it the mean origin of every placement, um."""
     data = diagnosis.data
     start = diagnosis.before_um if any(law.replaces for law in laws) else diagnosis.after_um
-    along = (start - sum((law.share_um for law in laws), np.zeros(len(data)))) * data.side
-    origin = np.bincount(data.placement, along) / np.bincount(data.placement)
-    return (along - origin[data.placement]) * data.side if laws else start
+    return data.without_origins(start - sum((law.share_um for law in laws), np.zeros(len(data)))) if laws else start
+
+
+def rest_rms_um(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> float:
+    """Their rms over all rows with weight, um."""
+    rest = rest_um(diagnosis, laws)[np.isfinite(diagnosis.noise.by_row_um)]
+    return float(np.sqrt((rest**2).mean()))
 
 
 def _laws(diagnosis: Diagnosis, whitening: Whitening, left: Array) -> list[UnknownLaw]:
@@ -308,11 +312,20 @@ def _finer(period: float, x: Array) -> Array:
     return 1.0 / frequency[frequency > 0.1 * step]
 
 
+def length_mm(side: str, data: Residuals) -> Array:
+    """The coordinate along which a length on a side grows in proportion, from its middle, mm."""
+    values = _coordinate_mm(side, data)
+    return values - float(values.mean())
+
+
+def _coordinate_mm(side: str, data: Residuals) -> Array:
+    return data.probings.coordinate_mm(side) if side in AXES else data.probings.certified_mm()
+
+
 def _length(side: str, data: Residuals) -> str:
-    """The coordinate along which something grows in proportion, from its middle."""
+    """The same in a formula."""
     name = f"{side}_mm" if side in AXES else "position_mm"
-    values = data.probings.coordinate_mm(side) if side in AXES else data.probings.certified_mm()
-    return f"({name} - {float(values.mean()):.9g})"
+    return f"({name} - {float(_coordinate_mm(side, data).mean()):.9g})"
 
 
 def _ramps(name: str, x: Array, knots: int) -> list[str]:

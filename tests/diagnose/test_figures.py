@@ -16,13 +16,12 @@ from stepgauge.diagnose.unknown_law import model_unknown
 from stepgauge.errors import InputError
 from stepgauge.figures.diagnosis import (
     MOST_POINTS,
-    covariate_values,
     draw_diagnosis,
     effect_figure,
     figure_names,
-    panels,
     residual_figure,
 )
+from stepgauge.figures.effect_panels import covariate_values, panels
 from tests.diagnose.made import made, made_insufficient, made_unknown, rms
 
 Array = NDArray[np.float64]
