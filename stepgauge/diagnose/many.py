@@ -136,7 +136,8 @@ def summary_line(found: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> str:
     names = counted([_name(f.label, (*f.confounded_with, *f.alternatives)) for f in found.findings])
     left = [one.where for one in found.unexplained[:1]]
     said = ", ".join(names + [f"without a law: {where}" for where in left])
-    imitated = f"{rest_rms_um(found, laws):.2f} um with the form imitated, " if laws else ""
+    how = "in their place" if any(law.replaces for law in laws) else "imitated"
+    imitated = f"{rest_rms_um(found, laws):.2f} um with the form {how}, " if laws else ""
     numbers = f"rms {fit.rms_before_um:.2f} -> {fit.rms_after_um:.2f} um, {imitated}noise {fit.noise_um:.2f} um"
     return f"{found.verdict}{f': {said}' if said else ''} ({numbers})"
 

@@ -208,6 +208,8 @@ def _sides(located: Located, data: Residuals) -> list[str]:
     """Where a form may move the readings, as far as it was told."""
     if located.side != "both":
         return [located.side]
+    if located.form == "changing scale":
+        return ["gauge", *axes_shown(data)]
     found = [one for one in covariates(data) if one.name == located.covariate]
     return ["approach", "gauge", *(axis for axis in axes_shown(data) if any(lives_on(one, axis) for one in found))]
 

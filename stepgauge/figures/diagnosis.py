@@ -21,6 +21,7 @@ from stepgauge.diagnose.unknown_law import UnknownLaw, rest_um
 from stepgauge.figures.effect_panels import (
     COUNTED,
     MOST_MEANS,
+    Drawn,
     Group,
     Panel,
     covariate_values,
@@ -42,8 +43,10 @@ MOST_POINTS = 4000
 FEWEST_IN_MEAN = 3
 ROWS_IN_MEAN = 8
 """Rows in a mean of readings that do not stand at the same places."""
-TITLE_CHARACTERS = 48
-"""Longest line of a title over a panel half as wide as the page."""
+TITLE_CHARACTERS = {1: 66, 2: 48}
+"""Longest line of a title by the panels that stand side by side."""
+GRAIN = 1e-3
+"""Share of the axis within which readings stand at the same place."""
 
 
 def figure_names(diagnosis: Diagnosis, laws: Sequence[UnknownLaw], suffix: str = "png") -> list[str]:
@@ -77,7 +80,7 @@ def residual_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Fi
         grid = figure.subplots(2, len(drawn) + 1, sharey=True, squeeze=False, width_ratios=[1.0] * len(drawn) + [0.55])
         limit = _limit(diagnosis)
         grid[0][0].set_ylim(-limit, limit)
-        imitated = "after, form imitated" if laws else "after"
+        imitated = "after,\nform imitated" if laws else "after"
         for axes, um, name in zip(grid, (diagnosis.before_um, after), ("before", "after"), strict=True):
             for one, covariate in zip(axes, drawn, strict=False):
                 _scatter(one, covariate_values(covariate, data), um, sides(data))
@@ -98,13 +101,15 @@ def effect_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Figu
     rest = rest_um(diagnosis, laws)
     rows = (len(found) + 1) // 2 if len(found) > 1 else 1
     with figure_style():
-        figure = new_figure(180.0 if len(found) > 1 else 120.0, 62.0 * rows + 8.0)
-        grid = figure.subplots(rows, min(len(found), 2), squeeze=False)
+        across = min(len(found), 2)
+        figure = new_figure(180.0 if across > 1 else 120.0, 62.0 * rows + 8.0)
+        grid = figure.subplots(rows, across, squeeze=False)
         for axes, panel in zip(grid.flat, found, strict=False):
             _effect_panel(axes, panel, rest + panel.share_um, diagnosis)
+            axes.set_title(textwrap.fill(panel.title, TITLE_CHARACTERS[across]), loc="left")
         for axes in grid.flat[len(found) :]:
             axes.set_axis_off()
-        _legend(figure, *grid.flat[: len(found)], columns=5 if len(found) > 1 else 3)
+        _legend(figure, *grid.flat[: len(found)], most=5 if across > 1 else 4)
     return figure
 
 
@@ -184,17 +189,16 @@ def _effect_panel(axes: Axes, panel: Panel, um: Array, diagnosis: Diagnosis) -> 
     value, law = panel.of(um), panel.of(panel.share_um)
     seen = panel.seen(data) & np.isfinite(diagnosis.noise.by_row_um) & np.isfinite(value)
     _scatter(axes, panel.x, np.where(seen, value, np.nan), panel.groups, 0.3)
-    for placement in np.unique(data.placement[seen]):
-        here = seen & (data.placement == placement)
+    for placement in [None] if panel.common else np.unique(data.placement[seen]):
+        here = seen if placement is None else seen & (data.placement == placement)
         for group in panel.groups:
             rows = here & group.rows
             if rows.any():
                 _means(axes, panel, um, rows, group, diagnosis.noise.sigma_um)
                 if panel.split:
-                    _law_line(axes, panel.x[rows], law[rows], panel.stairs, group.line, group.law)
+                    _law_line(axes, panel.x[rows], law[rows], panel.drawn, group.line, group.law)
         if not panel.split:
-            _law_line(axes, panel.x[here], law[here], panel.stairs)
-    axes.set_title(textwrap.fill(panel.title, TITLE_CHARACTERS), loc="left")
+            _law_line(axes, panel.x[here], law[here], panel.drawn)
     _label_x(axes, panel.label)
     axes.set_ylabel(panel.quantity)
 
@@ -204,18 +208,19 @@ def _label_x(axes: Axes, label: str) -> None:
 
     axes.set_xlabel(label)
     if label in COUNTED:
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
 
 
-def _law_line(axes: Axes, x: Array, law: Array, stairs: bool, line: str = "-", label: str = "fitted law") -> None:
-    """The law as a line where it depends on this covariate alone, else as dots."""
+def _law_line(axes: Axes, x: Array, law: Array, drawn: Drawn, line: str = "-", label: str = "fitted law") -> None:
+    """The law as it is drawn, with dots where it depends on more than this covariate."""
     order = np.argsort(x, kind="stable")
     x, law = x[order], law[order]
-    smooth = np.abs(np.diff(law)).sum() <= 6.0 * max(float(np.ptp(law)), 1e-12)
-    style: dict[str, Any] = {"linestyle": line} if smooth else {"linestyle": "none", "marker": ".", "markersize": 2.0}
-    if smooth and stairs:
-        style["drawstyle"] = "steps-mid"
     some = _thinned(np.arange(len(x)))
+    style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 2.0}
+    if drawn == "marks":
+        style |= {"marker": "_", "markersize": 14.0}
+    elif np.abs(np.diff(law)).sum() <= 6.0 * max(float(np.ptp(law)), 1e-12):
+        style = {"linestyle": line, "drawstyle": "steps-mid" if drawn == "stairs" else "default"}
     axes.plot(x[some], law[some], color="black", linewidth=1.1, zorder=5, label=label, **style)
 
 
@@ -225,10 +230,11 @@ def _means(axes: Axes, panel: Panel, um: Array, rows: NDArray[np.bool_], group: 
     Each reading counts by how much it says of the quantity.
     """
     x, weight = panel.x[rows], panel.weight[rows]
-    levels = np.unique(x)
+    place = np.round(x / max(GRAIN * float(np.ptp(panel.x)), 1e-12))
+    levels = np.unique(place)
     most = len(levels) if len(levels) * FEWEST_IN_MEAN <= len(x) else max(len(x) // ROWS_IN_MEAN, 1)
     edges = np.quantile(levels, np.linspace(0, 1, min(MOST_MEANS, most) + 1)[1:-1])
-    index = np.searchsorted(edges, x, side="left")
+    index = np.searchsorted(edges, place, side="left")
     keep = np.bincount(index) >= FEWEST_IN_MEAN
     if not keep.any():
         return
@@ -251,9 +257,17 @@ def _means(axes: Axes, panel: Panel, um: Array, rows: NDArray[np.bool_], group: 
     )
 
 
-def _legend(figure: Figure, *drawn: Axes, columns: int = 5) -> None:
+def _legend(figure: Figure, *drawn: Axes, most: int = 5) -> None:
+    """Every entry once, in as few and as even rows as hold at most so many."""
     entries: dict[str, Any] = {}
     for axes in drawn:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
-    figure.legend(list(entries.values()), list(entries), loc="outside upper center", ncols=columns, frameon=False)
+    rows = -(-len(entries) // most)
+    figure.legend(
+        list(entries.values()),
+        list(entries),
+        loc="outside upper center",
+        ncols=-(-len(entries) // rows),
+        frameon=False,
+    )

@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.forms import AXES, REST, TOUCHES, TURNING, WAY, covariates, mask, pause_of, runs_of
+from stepgauge.diagnose.forms import AXES, REST, TOUCHES, TURNING, WANDERING, WAY, covariates, mask, pause_of, runs_of
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Diagnosis, Finding
 from stepgauge.diagnose.unknown_law import UnknownLaw, length_mm, modelled
@@ -17,6 +18,7 @@ from stepgauge.effects import Effect
 from stepgauge.figures.style import COLORS, CYCLE
 
 Array = NDArray[np.float64]
+Drawn = Literal["line", "stairs", "marks"]
 MOST_PANELS = 6
 MOST_MEANS = 24
 FAINT = 0.3
@@ -67,6 +69,8 @@ TITLES = {
 }
 STAIRS = ("free shape", "loop", "step", "levels", "odd cycle")
 """Forms that are fitted as levels with jumps between them."""
+MARKS = ("level", "harmonics")
+"""Forms that tell placements or directions apart: nothing lies between them, and all of them matter."""
 STRETCHING = ("changing scale", "odd length")
 """Forms of lengths, which no origin of a placement can hide."""
 
@@ -89,7 +93,7 @@ class Panel:
 
     ``x (n,)``: the covariate, named by ``label``; ``share_um (n,)``: displacement along the approach; ``weight (n,)``:
     what one unit of ``quantity`` displaces each reading by, um along the approach; ``split``: whether the law differs
-    between the groups; ``stairs``: whether it is one of levels.
+    between the groups; ``drawn``: as a line, as stairs or as marks; ``common``: whether all placements follow one law.
     """
 
     title: str
@@ -100,7 +104,8 @@ class Panel:
     weight: Array
     groups: tuple[Group, ...]
     split: bool = True
-    stairs: bool = False
+    drawn: Drawn = "line"
+    common: bool = False
 
     def of(self, um: Array) -> Array:
         """Displacements along the approach as values of the quantity; NaN where they say too little of it."""
@@ -108,7 +113,9 @@ class Panel:
         return np.divide(um, self.weight, out=np.full(len(um), np.nan), where=told)
 
     def seen(self, data: Residuals) -> NDArray[np.bool_]:
-        """Rows of the placements in which the effect shows beyond their origins."""
+        """Rows of the placements in which the effect shows beyond their origins; all, where these are what it tells."""
+        if self.drawn == "marks":
+            return np.ones(len(data), bool)
         size = np.abs(data.without_origins(self.share_um))
         shows = size > SEEN * float(size.max())
         return np.isin(data.placement, data.placement[shows]) if shows.any() else np.ones(len(data), bool)
@@ -222,10 +229,16 @@ def _panel_of_law(law: UnknownLaw, data: Residuals) -> Panel:
     quantity = _along(law.side if law.side in ("gauge", *AXES) else "approach")
     if form == "changing scale":
         weight = weight * length_mm(law.side, data) * 1e-3
-        quantity = f"change of length along {_direction(law.side)} / µm/m"
+        quantity = f"change {_of_length(law.side)} / µm/m"
     groups, split = _law_groups(law, data)
-    panel = Panel(_title(law, data), label, x, law.share_um, quantity, weight, groups, split, form in STAIRS)
+    drawn: Drawn = "stairs" if form in STAIRS else "marks" if form in MARKS else "line"
+    panel = Panel(_title(law, data), label, x, law.share_um, quantity, weight, groups, split, drawn, not _apart(law))
     return panel if law.side not in ("gauge", *AXES) or form in STRETCHING else _centred(panel, law, data)
+
+
+def _apart(law: UnknownLaw) -> bool:
+    """Whether placements follow one another on the axis instead of lying over each other."""
+    return law.located.form == "levels" or (law.located.covariate in WANDERING and law.period is None)
 
 
 def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
@@ -239,10 +252,10 @@ def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
     if law.period is None:
         return label_of(name), x
     if name == "time":
-        return f"time within the period of {law.period:.4g} s / s", data.probings.time_s % law.period
+        return f"time within the period of {law.period:.4g} s / s", np.asarray(data.probings.time_s % law.period, float)
     words, _, unit = label_of(name).partition(" / ")
     within = f"{words} within the period of {law.period:.4g}"
-    return f"{within} {unit} / {unit}" if unit else within, x % law.period
+    return f"{within} {unit} / {unit}" if unit else within, np.asarray(x % law.period, float)
 
 
 def _law_groups(law: UnknownLaw, data: Residuals) -> tuple[tuple[Group, ...], bool]:
@@ -262,9 +275,8 @@ def _law_groups(law: UnknownLaw, data: Residuals) -> tuple[tuple[Group, ...], bo
 
 
 def _centred(panel: Panel, law: UnknownLaw, data: Residuals) -> Panel:
-    """Without the constant that only moves origins: one for all, or one for each placement where they share no x."""
-    apart = law.located.form in ("wander", "levels")
-    group = data.placement if apart else np.zeros(len(data), int)
+    """Without the constant that only moves origins: one for all, or one for each placement that stands alone."""
+    group = data.placement if _apart(law) else np.zeros(len(data), int)
     value = panel.of(panel.share_um)
     told = np.isfinite(value)
     count = np.maximum(np.bincount(group[told], minlength=group.max() + 1), 1)
@@ -289,6 +301,10 @@ def _odd_run(law: UnknownLaw, data: Residuals) -> str:
 
 def _along(side: str) -> str:
     return f"along {_direction(side)} / µm"
+
+
+def _of_length(side: str) -> str:
+    return f"along {_direction(side)}" if side in AXES else "of length"
 
 
 def _direction(side: str) -> str:
