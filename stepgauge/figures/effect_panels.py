@@ -245,7 +245,7 @@ def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
     """What a form without a law is drawn against."""
     form, name = law.located.form, law.located.covariate
     if form == "levels" and len(np.unique(data.placement)) > 1:
-        return RUNS, runs_of(data)[1] + 1.0
+        return RUNS, runs_of(data)[1].astype(float) + 1.0
     if name in ("side", WAY) or form == "odd length":
         name = "position"
     x = covariate_values(name, data)
@@ -287,7 +287,7 @@ def _centred(panel: Panel, law: UnknownLaw, data: Residuals) -> Panel:
 def _title(law: UnknownLaw, data: Residuals) -> str:
     covariate = in_words(law.located.covariate)
     words = TITLES[law.located.form].format(covariate=covariate, run=_odd_run(law, data))
-    by = " by direction of travel" if law.located.form == "offset" and covariate == WAY else ""
+    by = f" by {covariate}" if law.located.form == "offset" and covariate != "side" else ""
     only = {"front": ", on fronts only", "back": ", on backs only"}.get(law.side, "")
     return f"no known law: {words}{by}{only}"
 

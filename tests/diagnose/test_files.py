@@ -16,8 +16,9 @@ import pytest
 from stepgauge.diagnose.engine import diagnose
 from stepgauge.diagnose.files import Inputs, diagnosis_to_dict, read_diagnosis, write_diagnosis
 from stepgauge.diagnose.machine_text import machine_text
-from stepgauge.diagnose.practice import in_practice
-from stepgauge.diagnose.report import plus_minus, report_text, significant
+from stepgauge.diagnose.many import summary_line
+from stepgauge.diagnose.practice import in_practice, name_of
+from stepgauge.diagnose.report import plus_minus, report_text, significant, um, wrapped_sum
 from stepgauge.diagnose.residuals import make_residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Located
 from stepgauge.diagnose.solve import Estimate
@@ -159,6 +160,51 @@ def test_the_report_of_no_repeats_says_what_that_costs() -> None:
     assert "every face probed at least twice" in text
     assert "The gauge lay in one place" in text
     assert "The gauge lay in one place" not in report_text(said("scale"))
+
+
+def test_what_remains_says_each_covariate_once() -> None:
+    data = said("unknown")
+    first = data["unexplained"][0]
+    data["unexplained"] = [first, {**first, "where": "in another way too", "p_value": 0.5}]
+    left = report_text(data).split("## What remains")[1].split("## Before and after")[0]
+    (row,) = [line for line in left.splitlines() if line.startswith(f"| {first['covariate']} |")]
+    assert f"{first['where']}; in another way too" in row
+    assert f" {significant(first['p_value'], 2)} |" in row
+    assert left.count("a description, not an explanation") == 1
+
+
+def test_long_formulas_are_wrapped_between_their_terms() -> None:
+    formulas = [" + ".join(f"c{i} * (1 + touches_15)**(-{i}.25)" for i in some) for some in (range(1, 7), range(7, 9))]
+    lines = wrapped_sum(formulas)
+    assert " ".join(lines) == " + ".join(formulas)
+    assert max(map(len, lines)) <= 96
+    assert all(line.startswith("+ c") for line in lines[1:])
+
+
+def test_the_same_kind_twice_is_said_once() -> None:
+    _, found = made("pair")
+    one = found.findings[0]
+    assert summary_line(replace(found, findings=(one, one, one))).count(name_of(one.label)) == 1
+    assert f"twice {name_of(one.label)}" in summary_line(replace(found, findings=(one, one)))
+
+
+def test_the_table_says_what_is_left_with_the_form_imitated() -> None:
+    data = said("unknown")
+    text = report_text(data)
+    row = next(line for line in text.splitlines() if line.startswith("| rms of the residuals"))
+    fit = data["fit"]
+    assert row.endswith(f"| {um(fit['rms_after_um'])} | {um(fit['with_empirical']['rms_after_um'])} |")
+    assert "imitated" not in report_text(said("scale"))
+
+
+def test_the_size_of_a_form_leaves_out_what_only_moves_origins() -> None:
+    recording, clean = made("null")
+    far = Located("machine x", "both", "trend", "grows", 1.0, 0.0)
+    hidden = 0.02 * clean.data.probings.approach("x") * clean.data.probings.coordinate_mm("x")
+    um_left = clean.data.without_origins(clean.after_um + hidden)
+    found = replace(clean, verdict="unknown", after_um=um_left, before_um=um_left, unexplained=(far,))
+    (law,) = diagnosis_to_dict(found, Inputs((recording,)), model_unknown(found))["empirical"]
+    assert law["rms_um"] == pytest.approx(rms(clean.data.without_origins(hidden)), rel=0.1)
 
 
 def test_commands_stand_alone_in_the_report() -> None:
