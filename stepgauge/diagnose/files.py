@@ -23,7 +23,7 @@ from stepgauge.diagnose.machine_text import effect_table, machine_text
 from stepgauge.diagnose.practice import in_practice
 from stepgauge.diagnose.result import Diagnosis, Finding, Located
 from stepgauge.diagnose.solve import Estimate
-from stepgauge.diagnose.unknown_law import UnknownLaw, model_unknown, modelled, rest_um
+from stepgauge.diagnose.unknown_law import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.errors import InputError
 from stepgauge.files import read_text, write_text
 from stepgauge.recording import Recording
@@ -51,7 +51,11 @@ class Inputs:
 
 
 def write_diagnosis(
-    folder: str | Path, diagnosis: Diagnosis, recordings: Sequence[Recording], suffix: str = "png"
+    folder: str | Path,
+    diagnosis: Diagnosis,
+    recordings: Sequence[Recording],
+    suffix: str = "png",
+    laws: Sequence[UnknownLaw] | None = None,
 ) -> list[Path]:
     """Write everything a diagnosis says into a folder (made if missing).
 
@@ -64,6 +68,7 @@ def write_diagnosis(
     diagnosis : what :func:`stepgauge.diagnose.engine.diagnose` gives
     recordings : as they were read, in the order in which they were joined
     suffix : format of the figures: png, svg or pdf
+    laws : what :func:`stepgauge.diagnose.unknown_law.model_unknown` gives, where that is known already
 
     Returns
     -------
@@ -73,7 +78,7 @@ def write_diagnosis(
     from stepgauge.figures.diagnosis import draw_diagnosis, figure_names
 
     target = Path(folder)
-    laws = model_unknown(diagnosis)
+    laws = model_unknown(diagnosis) if laws is None else laws
     machine, remarks = machine_text(diagnosis, laws, target)
     said = diagnosis_to_dict(diagnosis, Inputs(tuple(recordings)), laws, target)
     said["remarks"] += remarks
@@ -103,7 +108,7 @@ def diagnosis_to_dict(
         "effects": [_finding(finding, diagnosis, inputs, Path(folder)) for finding in diagnosis.findings],
         "located": [_located(one) for one in diagnosis.located],
         "unexplained": [_located(one) for one in diagnosis.unexplained],
-        "empirical": [_law(law) for law in laws],
+        "empirical": [_law(law, diagnosis) for law in laws],
         "fit": _fit(diagnosis, laws),
         "noise": _noise(diagnosis),
         "measured": _measured(diagnosis),
@@ -201,15 +206,15 @@ def _located(one: Located) -> dict[str, Any]:
     }
 
 
-def _law(law: UnknownLaw) -> dict[str, Any]:
+def _law(law: UnknownLaw, diagnosis: Diagnosis) -> dict[str, Any]:
+    share_um = diagnosis.data.without_origins(law.share_um)
     return {
         "covariate": law.located.covariate,
         "side": law.side,
         "form": law.located.form,
         "where": law.located.where,
         "period": law.period,
-        "rms_um": float(np.sqrt((law.share_um**2).mean())),
-        "replaces_named": law.replaces,
+        "rms_um": float(np.sqrt((share_um**2).mean())),
         "formulas": [effect.formula for effect in law.effects],
         "coefficients": {name: _estimate(estimate) for name, estimate in law.estimates.items()},
     }
@@ -247,10 +252,9 @@ def _headline(holdout: Mapping[str, tuple[float, float]]) -> tuple[float, float]
 def _with_empirical(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Any]:
     """The fit with the laws that have no name: over all rows with weight, and for rows held out."""
     data, sigma = diagnosis.data, diagnosis.noise.by_row_um
-    shares = [f.share_um for f in modelled(diagnosis, laws) if f.share_um.any()] + [law.share_um for law in laws]
-    rest = rest_um(diagnosis, laws)[np.isfinite(sigma)]
+    shares = [f.share_um for f in diagnosis.findings if f.share_um.any()] + [law.share_um for law in laws]
     holdout = {folds.by: holdout_rms(data, sigma, np.array(shares).T, folds) for folds in make_folds(data)}
-    return {"rms_after_um": float(np.sqrt((rest**2).mean())), "holdout_rms_after_um": holdout}
+    return {"rms_after_um": rest_rms_um(diagnosis, laws), "holdout_rms_after_um": holdout}
 
 
 def _noise(diagnosis: Diagnosis) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from stepgauge.diagnose.result import Diagnosis, Finding
 from stepgauge.diagnose.solve import Estimate
-from stepgauge.diagnose.unknown_law import UnknownLaw, modelled
+from stepgauge.diagnose.unknown_law import UnknownLaw
 from stepgauge.effects import Effect, make_effects
 from stepgauge.effects.scatter import NoiseGrowth
 from stepgauge.errors import InputError
@@ -67,7 +67,7 @@ def scatter_effect(finding: Finding) -> NoiseGrowth | None:
 def _additions(
     diagnosis: Diagnosis, laws: Sequence[UnknownLaw]
 ) -> Iterable[tuple[str, Effect, Mapping[str, Estimate]]]:
-    for finding in modelled(diagnosis, laws):
+    for finding in diagnosis.findings:
         effect = finding.effect or scatter_effect(finding)
         if effect is not None:
             yield f"{finding.label}, probability {finding.probability:.3f}", effect, finding.parameters

@@ -14,8 +14,9 @@ from typing import Any
 
 from stepgauge.diagnose.engine import diagnose
 from stepgauge.diagnose.files import write_diagnosis
-from stepgauge.diagnose.practice import name_of
+from stepgauge.diagnose.practice import counted, name_of
 from stepgauge.diagnose.result import Diagnosis
+from stepgauge.diagnose.unknown_law import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge, read_gauge
 from stepgauge.machine_file import Machine, read_machine
@@ -114,7 +115,9 @@ def _diagnose(
 ) -> Outcome:
     whole = recordings[0] if len(recordings) == 1 else join_recordings(recordings)
     found = diagnose(whole, gauge, machine, without)
-    return Outcome(folder.name, summary_line(found), tuple(write_diagnosis(folder, found, recordings, suffix)))
+    laws = model_unknown(found)
+    files = write_diagnosis(folder, found, recordings, suffix, laws)
+    return Outcome(folder.name, summary_line(found, laws), tuple(files))
 
 
 def _check_names(paths: Sequence[str]) -> None:
@@ -127,13 +130,14 @@ def _check_names(paths: Sequence[str]) -> None:
         )
 
 
-def summary_line(found: Diagnosis) -> str:
-    """Verdict, effects and fit in a line."""
+def summary_line(found: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> str:
+    """Verdict, effects and fit in a line; ``laws``: how forms without a law are imitated."""
     fit = found.fit
-    names = [_name(f.label, (*f.confounded_with, *f.alternatives)) for f in found.findings]
+    names = counted([_name(f.label, (*f.confounded_with, *f.alternatives)) for f in found.findings])
     left = [one.where for one in found.unexplained[:1]]
     said = ", ".join(names + [f"without a law: {where}" for where in left])
-    numbers = f"rms {fit.rms_before_um:.2f} -> {fit.rms_after_um:.2f} um, noise {fit.noise_um:.2f} um"
+    imitated = f"{rest_rms_um(found, laws):.2f} um with the form imitated, " if laws else ""
+    numbers = f"rms {fit.rms_before_um:.2f} -> {fit.rms_after_um:.2f} um, {imitated}noise {fit.noise_um:.2f} um"
     return f"{found.verdict}{f': {said}' if said else ''} ({numbers})"
 
 

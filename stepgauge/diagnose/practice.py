@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,12 @@ def in_practice(finding: Finding, data: Residuals) -> str:
 def name_of(kind: str) -> str:
     """A kind in words."""
     return kind.replace("_", " ")
+
+
+def counted(names: Iterable[str]) -> list[str]:
+    """Names, each once, with how often it stood there: ``vibration``, ``twice step change x``."""
+    said = {1: "", 2: "twice "}
+    return [f"{said.get(times, f'{times} times ')}{name}" for name, times in Counter(names).items()]
 
 
 def _values(finding: Finding) -> Values:

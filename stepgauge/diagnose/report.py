@@ -7,6 +7,7 @@ figures beside it; ``limits``, what this recording cannot show however long one 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,8 @@ from typing import Any
 import jinja2
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-from stepgauge.diagnose.practice import name_of
+from stepgauge.diagnose.forms import GROWING, ISOLATED
+from stepgauge.diagnose.practice import counted, name_of
 from stepgauge.files import read_text
 from stepgauge.report.numbers import clean
 from stepgauge.resources import folder
@@ -46,6 +48,8 @@ def report_text(said: Mapping[str, Any], figures: Sequence[str] = (), template: 
         "summary": summary(said),
         "limits": limits(said),
         "lacking": lacking(said),
+        "remaining": remaining(said["unexplained"]),
+        "scatter": (GROWING, ISOLATED),
         "coverage": COVERAGE,
     }
     return environment().from_string(read_text(source)).render(context)
@@ -57,6 +61,7 @@ def environment() -> ImmutableSandboxedEnvironment:
         undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
     found.filters.update(um=um, sig=significant, plus_minus=plus_minus, words=name_of, cell=cell, percent=percent)
+    found.filters["wrapped"] = wrapped_sum
     found.filters["without"] = without
     return found
 
@@ -64,14 +69,12 @@ def environment() -> ImmutableSandboxedEnvironment:
 def summary(said: Mapping[str, Any]) -> str:
     """The verdict in a sentence or two."""
     text = VERDICTS[said["verdict"]]
-    named = [_named(effect) for effect in said["effects"]]
+    named = counted(_named(effect) for effect in said["effects"])
     if said["verdict"] == "effects":
         return f"{text} {listed(named)}."
     if said["verdict"] == "unknown":
         where = said["unexplained"][0]["where"] if said["unexplained"] else "somewhere"
-        replaced = any(law["replaces_named"] for law in said["empirical"])
-        part = " Named effects imitate it only together" if replaced else " A part is explained"
-        return f"{text} Its form: {where}.{f'{part}: {listed(named)}.' if named else ''}"
+        return f"{text} Its form: {where}.{f' A part is explained: {listed(named)}.' if named else ''}"
     return text
 
 
@@ -135,6 +138,37 @@ def lacking(said: Mapping[str, Any]) -> list[str]:
         found.append("readings that differ between repeats: these are identical to the last digit, so they are rounded,"
                      " copied or simulated without noise")  # fmt: skip
     return found or ["more cycles: too few repeats are left to tell noise from structure"]
+
+
+def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """What has no law, by covariate: each once, with the faces and all forms seen in it, and the smallest chance."""
+    found: dict[str, dict[str, Any]] = {}
+    for one in unexplained:
+        row = found.setdefault(one["covariate"], {"covariate": one["covariate"], "sides": [], "where": [], "p": []})
+        row["sides"].append(one["side"])
+        row["where"].append(one["where"])
+        row["p"].append(one["p_value"])
+    return [
+        {
+            "covariate": row["covariate"],
+            "side": ", ".join(dict.fromkeys(row["sides"])),
+            "where": "; ".join(dict.fromkeys(row["where"])),
+            "p_value": min(row["p"]),
+        }
+        for row in found.values()
+    ]
+
+
+def wrapped_sum(formulas: Sequence[str], width: int = 96) -> list[str]:
+    """The sum of some formulas in lines that break between terms, of ``width`` characters where a term allows it."""
+    lines = [""]
+    for number, term in enumerate(re.split(r" \+ (?=c\d+ \*)", " + ".join(formulas))):
+        added = f"+ {term}" if number else term
+        if lines[-1] and len(lines[-1]) + 1 + len(added) > width:
+            lines.append(added)
+        else:
+            lines[-1] = f"{lines[-1]} {added}".lstrip()
+    return lines
 
 
 def um(value: float | None) -> str:

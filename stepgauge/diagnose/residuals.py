@@ -58,6 +58,12 @@ class Residuals:
             keys.append(np.unique(self.frame["speed_mm_s"], return_inverse=True)[1])
         return np.unique(np.column_stack(keys), axis=0, return_inverse=True)[1].ravel()
 
+    def without_origins(self, um: Array) -> Array:
+        """Displacements along the approach, um, with the mean origin of every placement taken out."""
+        along = um * self.side
+        origin = np.bincount(self.placement, along) / np.bincount(self.placement)
+        return (along - origin[self.placement]) * self.side
+
     @property
     def has_time(self) -> bool:
         return "time_s" in self.frame and self.frame["time_s"].nunique() > 1

@@ -7,7 +7,7 @@ simulation repeats exactly what was fitted here.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ from stepgauge.diagnose.forms import (
     runs_of,
 )
 from stepgauge.diagnose.residuals import Residuals
-from stepgauge.diagnose.result import Diagnosis, Finding, Located
+from stepgauge.diagnose.result import Diagnosis, Located
 from stepgauge.diagnose.solve import Estimate
 from stepgauge.diagnose.whitening import Whitening, make_whitening
 from stepgauge.effects import along_approach_um
@@ -62,8 +62,6 @@ SECOND_FORM_P = 1e-4
 """A further form enters only where chance gains as much less often than this."""
 KNOTS = (8, 16, 32)
 """Bends of a wandering to try."""
-IMITATED = 0.25
-"""Share of its gain below which a form is taken for explained by the named laws."""
 UNSEEN = 1e-6
 """Share of a term that must be left once the origins of the placements are fitted."""
 FINER = 20
@@ -76,7 +74,6 @@ class UnknownLaw:
 
     ``estimates``: coefficients by name with their standard uncertainties, um or um per unit of the term they stand
     before; ``share_um (n,)``: along the approach; ``period`` in the covariate's unit, where it repeats.
-    ``replaces``: the form stands in place of all named laws that move the readings, which only imitate it together.
     """
 
     located: Located
@@ -85,55 +82,32 @@ class UnknownLaw:
     estimates: dict[str, Estimate]
     share_um: Array
     period: float | None = None
-    replaces: bool = False
 
 
 def model_unknown(diagnosis: Diagnosis) -> list[UnknownLaw]:
     """Laws for what a diagnosis could not name, the clearest form first, further ones where they add something.
 
-    A form that is not seen any more in what the named laws leave is one that they imitate between them; it is then
-    fitted to all that there was, and replaces them. Empty where nothing is unexplained, or where its covariate cannot
-    be named in a formula.
+    They are fitted to what the named laws leave. Empty where nothing is unexplained, or where its covariate cannot be
+    named in a formula.
     """
     if not diagnosis.unexplained:
         return []
     whitening = make_whitening(diagnosis.data, diagnosis.noise.by_row_um)
-    if _imitated(diagnosis, whitening):
-        return [replace(law, replaces=True) for law in _laws(diagnosis, whitening, diagnosis.before_um)]
     return _laws(diagnosis, whitening, diagnosis.after_um)
-
-
-def _imitated(diagnosis: Diagnosis, whitening: Whitening) -> bool:
-    """Whether the clearest form is one of the residuals before, and not of those after."""
-    located, data = diagnosis.unexplained[0], diagnosis.data
-    before, after = diagnosis.before_um, diagnosis.after_um
-    if not any(finding.share_um.any() for finding in diagnosis.findings):
-        return False
-    if located.form in ("step", "period"):
-        at_before, at_after = (
-            any(_described(_place(located, side, data, whitening, um), located) for side in _sides(located, data))
-            for um in (before, after)
-        )
-        if at_before != at_after:
-            return at_before
-    gains = [_best_law(located, data, whitening, um)[1] for um in (before, after)]
-    return gains[1] < IMITATED * gains[0]
-
-
-def modelled(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> list[Finding]:
-    """The findings that the machine file gets: all, or only those about the scatter where a form replaces the rest."""
-    if any(law.replaces for law in laws):
-        return [finding for finding in diagnosis.findings if not finding.share_um.any()]
-    return list(diagnosis.findings)
 
 
 def rest_um(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> Array:
     """Residuals when all that is modelled is taken out, and with it the mean origin of every placement, um."""
     data = diagnosis.data
-    start = diagnosis.before_um if any(law.replaces for law in laws) else diagnosis.after_um
-    along = (start - sum((law.share_um for law in laws), np.zeros(len(data)))) * data.side
-    origin = np.bincount(data.placement, along) / np.bincount(data.placement)
-    return (along - origin[data.placement]) * data.side if laws else start
+    if not laws:
+        return diagnosis.after_um
+    return data.without_origins(diagnosis.after_um - np.sum([law.share_um for law in laws], axis=0))
+
+
+def rest_rms_um(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> float:
+    """Their rms over all rows with weight, um."""
+    rest = rest_um(diagnosis, laws)[np.isfinite(diagnosis.noise.by_row_um)]
+    return float(np.sqrt((rest**2).mean()))
 
 
 def _laws(diagnosis: Diagnosis, whitening: Whitening, left: Array) -> list[UnknownLaw]:
@@ -205,6 +179,8 @@ def _sides(located: Located, data: Residuals) -> list[str]:
     """Where a form may move the readings, as far as it was told."""
     if located.side != "both":
         return [located.side]
+    if located.form == "changing scale":
+        return ["gauge", *axes_shown(data)]
     found = [one for one in covariates(data) if one.name == located.covariate]
     return ["approach", "gauge", *(axis for axis in axes_shown(data) if any(lives_on(one, axis) for one in found))]
 
@@ -292,11 +268,6 @@ def _place(located: Located, side: str, data: Residuals, whitening: Whitening, l
     return float("nan")
 
 
-def _described(place: float, located: Located) -> bool:
-    """Whether a place is the one that the words name."""
-    return f"{place:.4g}" in located.where
-
-
 def _gain(white: Array, target: Array) -> float:
     rest = target - white.T @ np.linalg.lstsq(white.T, target, rcond=1e-9)[0]
     return float(target @ target - rest @ rest)
@@ -309,11 +280,20 @@ def _finer(period: float, x: Array) -> Array:
     return 1.0 / frequency[frequency > 0.1 * step]
 
 
+def length_mm(side: str, data: Residuals) -> Array:
+    """The coordinate along which a length on a side grows in proportion, from its middle, mm."""
+    values = _coordinate_mm(side, data)
+    return values - float(values.mean())
+
+
+def _coordinate_mm(side: str, data: Residuals) -> Array:
+    return data.probings.coordinate_mm(side) if side in AXES else data.probings.certified_mm()
+
+
 def _length(side: str, data: Residuals) -> str:
-    """The coordinate along which something grows in proportion, from its middle."""
+    """The same in a formula."""
     name = f"{side}_mm" if side in AXES else "position_mm"
-    values = data.probings.coordinate_mm(side) if side in AXES else data.probings.certified_mm()
-    return f"({name} - {float(values.mean()):.12g})"
+    return f"({name} - {float(_coordinate_mm(side, data).mean()):.12g})"
 
 
 def _ramps(name: str, x: Array, knots: int) -> list[str]:

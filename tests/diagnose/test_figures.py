@@ -11,19 +11,21 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
-from stepgauge.diagnose.result import Diagnosis
-from stepgauge.diagnose.unknown_law import model_unknown
+from stepgauge.diagnose.engine import diagnose
+from stepgauge.diagnose.many import summary_line
+from stepgauge.diagnose.result import Diagnosis, Located
+from stepgauge.diagnose.unknown_law import model_unknown, rest_rms_um
+from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.errors import InputError
 from stepgauge.figures.diagnosis import (
     MOST_POINTS,
-    covariate_values,
     draw_diagnosis,
     effect_figure,
     figure_names,
-    panels,
     residual_figure,
 )
-from tests.diagnose.made import made, made_insufficient, made_unknown, rms
+from stepgauge.figures.effect_panels import covariate_values, label_of, panels
+from tests.diagnose.made import gauge, machine, made, made_insufficient, made_unknown, record, rms
 
 Array = NDArray[np.float64]
 
@@ -126,8 +128,116 @@ def test_every_effect_and_every_law_without_a_name_has_a_panel() -> None:
     _, unknown = made_unknown()
     laws = model_unknown(unknown)
     titles = [panel.title for panel in panels(unknown, laws)]
-    assert titles[0] == f"no known law: {laws[0].located.form} in {laws[0].located.covariate}"
+    assert all(title.startswith("no known law: ") for title in titles)
+    assert laws[0].located.covariate in titles[0]
     assert len(titles) == len(laws)
+
+
+def hidden(formula: str, located: tuple[str, str, str], axes: tuple[tuple[float, ...], ...] = ()) -> Diagnosis:
+    """A diagnosis of a recording that holds this formula, um along the approach, described by covariate, side, form."""
+    clean = diagnose(record(machine(), axes), gauge(), machine()) if axes else made("null")[1]
+    (truth,) = make_effects([{"kind": "empirical", "formula": formula}], "test")
+    moved = np.broadcast_to(along_approach_um(truth, clean.data.probings), (len(clean.data),))
+    um = clean.data.without_origins(clean.after_um + moved)
+    covariate, side, form = located
+    described = (Located(covariate, side, form, "somewhere", 1.0, 0.0),)
+    return replace(clean, verdict="unknown", before_um=um, after_um=um, unexplained=described)
+
+
+def drawn(found: Diagnosis) -> Axes:
+    (axes,) = effect_figure(found, model_unknown(found)).axes
+    return axes
+
+
+def test_another_shape_on_the_way_back_is_drawn_over_the_position_with_the_ways_apart() -> None:
+    axes = drawn(hidden("0.8 * side * way", ("direction of travel", "both", "loop")))
+    assert axes.get_xlabel() == "position along the gauge / mm"
+    assert axes.get_title(loc="left") == "no known law: another shape on the way back"
+    there, back = points(axes, "on the way there"), points(axes, "on the way back")
+    assert len(there) + len(back) == len(made("null")[1].data)
+    law = {way: points(axes, f"fitted law {way}")[:, 1].mean() for way in ("there", "back")}
+    assert law["there"] - law["back"] == pytest.approx(1.6, abs=0.3)
+    assert np.nanmean(there[:, 1]) == pytest.approx(law["there"], abs=0.1)
+    assert np.nanmean(back[:, 1]) == pytest.approx(law["back"], abs=0.1)
+
+
+OBLIQUE = ((1.0, 0.0, 0.0), (0.8, 0.6, 0.0), (0.0, 1.0, 0.0))
+
+
+def test_a_motion_along_one_machine_axis_is_drawn_along_it_wherever_the_gauge_lay() -> None:
+    found = hidden("approach_i * 3 * step(x_mm - 350)", ("machine x", "both", "step"), OBLIQUE)
+    axes = drawn(found)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("machine x / mm", "along machine x / µm")
+    law = points(axes, "fitted law")
+    below, above = law[law[:, 0] < 345.0, 1], law[law[:, 0] > 355.0, 1]
+    assert above.mean() - below.mean() == pytest.approx(3.0, abs=0.2)
+    assert np.ptp(above) == pytest.approx(0.0, abs=1e-9)
+    along_y = found.data.placement == 2
+    assert len(law) == (~along_y).sum()
+
+
+def test_a_changing_length_is_drawn_as_its_share_of_the_length() -> None:
+    formula = "approach_i * (x_mm - 350) * 5e-5 * time_s"
+    axes = drawn(hidden(formula, ("time", "both", "changing scale")))
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("time / min", "change along machine x / µm/m")
+    minutes, share = points(axes, "fitted law").T
+    assert np.polyfit(minutes, share, 1)[0] == pytest.approx(5e-5 * 60.0 * 1e3, rel=0.1)
+
+
+def test_the_odd_cycle_is_named_and_stands_apart_in_its_own_placement() -> None:
+    formula = "0.02 * side * (position_mm - 110) * (abs(cycle - 2) < 0.5) * (abs(placement - 1) < 0.5)"
+    found = hidden(formula, ("cycle", "both", "odd length"))
+    axes = drawn(found)
+    assert axes.get_title(loc="left") == "no known law: cycle 2 of placement 1 has a length of its own"
+    position, law = points(axes, "fitted law").T
+    assert np.polyfit(position, law, 1)[0] == pytest.approx(0.02, rel=0.1)
+    others = points(axes, "other cycles")
+    others = others[np.isfinite(others[:, 1])]
+    assert len(position) + len(others) == (found.data.placement == 0).sum()
+    assert abs(np.polyfit(*others.T, 1)[0]) < 2e-3
+
+
+PANELS: list[tuple[str, tuple[str, str, str], str, str]] = [
+    ("side * sin(3 * cycle + placement)", ("cycle", "both", "levels"), "run along the gauge", "cycle to cycle"),
+    ("side * (abs(cycle - 3) < 0.5)", ("cycle", "both", "odd cycle"), "cycle", "lies apart"),
+    ("1e-4 * side * (turning_mm - 100)**2", ("way since turning round", "both", "bow"), "turning round / mm", "bow"),
+    ("1.5 * (rest_s / 30)**0.4", ("rest before the touch", "both", "power"), "rest before the touch / s", "power"),
+    ("3 / (1 + touches_15)", ("touches since a pause of 15 s", "both", "decay"), "pause of 15 s", "decays"),
+    ("way * 0.6", ("direction of travel", "both", "offset"), "position along", "direction of travel"),
+    ("1.3 * step(placement - 1.5)", ("placement", "both", "level"), "placement", "between placements"),
+    ("1.5 * step(-side) * step(time_s - 200)", ("time", "back", "step"), "time / min", "on backs only"),
+]
+
+
+@pytest.mark.parametrize(("formula", "located", "label", "words"), PANELS)
+def test_every_form_is_drawn_over_what_it_depends_on_and_named_in_words(
+    formula: str, located: tuple[str, str, str], label: str, words: str
+) -> None:
+    axes = drawn(hidden(formula, located))
+    assert label in axes.get_xlabel()
+    assert words in axes.get_title(loc="left")
+    law = np.vstack([line.get_xydata() for line in axes.get_lines() if str(line.get_label()).startswith("fitted law")])
+    assert np.isfinite(law).all()
+    assert np.ptp(law[:, 1]) > 0.3
+
+
+def test_a_further_column_is_labelled_with_the_unit_in_its_name() -> None:
+    assert label_of("scale_temperature_x_C") == "scale temperature x / °C"
+    assert label_of("humidity_percent") == "humidity / %"
+    assert label_of("humidity") == "humidity (as recorded)"
+
+
+def test_the_residuals_after_are_those_that_the_line_on_the_terminal_says() -> None:
+    found = hidden("0.8 * side * way", ("direction of travel", "both", "loop"))
+    laws = model_unknown(found)
+    axes = residual_figure(found, laws).axes
+    title = axes[-1].get_title(loc="left")
+    left = rest_rms_um(found, laws)
+    assert title == f"rms {left:.3g} µm"
+    assert f"{left:.2f} um with the form imitated" in summary_line(found, laws)
+    assert left < 0.8 * rms(found.before_um)
+    assert "form imitated" in axes[len(axes) // 2].get_ylabel()
+    assert "imitated" not in summary_line(made("scale")[1])
 
 
 def test_many_points_are_thinned_evenly() -> None:

@@ -1,0 +1,311 @@
+"""What the panels of a diagnosis show: each effect, and each form without a law, as a quantity over its covariate."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnose.forms import AXES, REST, TOUCHES, TURNING, WANDERING, WAY, covariates, mask, pause_of, runs_of
+from stepgauge.diagnose.residuals import Residuals
+from stepgauge.diagnose.result import Diagnosis, Finding
+from stepgauge.diagnose.unknown_law import UnknownLaw, length_mm
+from stepgauge.effects import Effect
+from stepgauge.figures.style import COLORS, CYCLE
+
+Array = NDArray[np.float64]
+Drawn = Literal["line", "stairs", "marks"]
+MOST_PANELS = 6
+MOST_MEANS = 24
+FAINT = 0.3
+"""Share of its largest weight below which a reading says too little of the quantity to be drawn."""
+SEEN = 0.05
+"""Share of an effect's largest displacement below which a placement does not show it."""
+TIME_MIN = 60.0
+LABELS = {
+    "position": "position along the gauge / mm",
+    "machine x": "machine x / mm",
+    "machine y": "machine y / mm",
+    "machine z": "machine z / mm",
+    "time": "time / min",
+    "order": "order of probing",
+    "cycle": "cycle",
+    "speed": "speed / mm/s",
+    TURNING: f"{TURNING} / mm",
+    REST: f"{REST} / s",
+    "azimuth": "azimuth of the approach / deg",
+    "placement": "placement",
+    "face": "face",
+}
+RUNS = "run along the gauge, cycle by cycle in each placement"
+COUNTED = ("cycle", "placement", "face", RUNS)
+"""Labels of axes on which only whole numbers stand."""
+UNITS = {"C": "°C", "um": "µm", "percent": "%", "pct": "%", "deg": "°", "mm_s": "mm/s", "um_m": "µm/m"}
+UNITS |= {unit: unit for unit in ("K", "mm", "m", "s", "min", "h", "N", "Pa", "hPa", "kPa", "bar", "V", "A", "W", "Hz")}
+"""Units as they end the name of a column, as they are printed."""
+OF_COVARIATE = {"position": "position", "time": "time", "speed": "speed", "face": "face", "azimuth": "azimuth"}
+TITLES = {
+    "offset": "a constant",
+    "wander": "wanders with {covariate}",
+    "decay": "decays with {covariate}",
+    "power": "grows with a power of the {covariate}",
+    "two curves": "another curve on fronts than on backs",
+    "levels": "jumps from cycle to cycle",
+    "loop": "another shape on the way back",
+    "odd cycle": "{run} lies apart",
+    "odd length": "{run} has a length of its own",
+    "changing scale": "a length that changes with time",
+    "trend": "grows with {covariate}",
+    "bow": "a bow over {covariate}",
+    "free shape": "changes with {covariate}",
+    "step": "a step in {covariate}",
+    "period": "repeats with {covariate}",
+    "level": "the level differs between placements",
+    "harmonics": "depends on the direction of approach",
+}
+STAIRS = ("free shape", "loop", "step", "levels", "odd cycle")
+"""Forms that are fitted as levels with jumps between them."""
+MARKS = ("level", "harmonics")
+"""Forms that tell placements or directions apart: nothing lies between them, and all of them matter."""
+STRETCHING = ("changing scale", "odd length")
+"""Forms of lengths, which no origin of a placement can hide."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Rows that are drawn alike: colour, marker and name of the readings, ``line`` and ``law`` of the law in them."""
+
+    rows: NDArray[np.bool_]
+    colour: str
+    marker: str
+    name: str
+    line: str = "-"
+    law: str = "fitted law"
+
+
+@dataclass(frozen=True)
+class Panel:
+    """An effect as a quantity that is drawn over a covariate.
+
+    ``x (n,)``: the covariate, named by ``label``; ``share_um (n,)``: displacement along the approach; ``weight (n,)``:
+    what one unit of ``quantity`` displaces each reading by, um along the approach; ``split``: whether the law differs
+    between the groups; ``drawn``: as a line, as stairs or as marks; ``common``: whether all placements follow one law.
+    """
+
+    title: str
+    label: str
+    x: Array
+    share_um: Array
+    quantity: str
+    weight: Array
+    groups: tuple[Group, ...]
+    split: bool = True
+    drawn: Drawn = "line"
+    common: bool = False
+
+    def of(self, um: Array) -> Array:
+        """Displacements along the approach as values of the quantity; NaN where they say too little of it."""
+        told = np.abs(self.weight) > FAINT * np.abs(self.weight).max()
+        return np.divide(um, self.weight, out=np.full(len(um), np.nan), where=told)
+
+    def seen(self, data: Residuals) -> NDArray[np.bool_]:
+        """Rows of the placements in which the effect shows beyond their origins; all, where these are what it tells."""
+        if self.drawn == "marks":
+            return np.ones(len(data), bool)
+        size = np.abs(data.without_origins(self.share_um))
+        shows = size > SEEN * float(size.max())
+        return np.isin(data.placement, data.placement[shows]) if shows.any() else np.ones(len(data), bool)
+
+
+def panels(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> list[Panel]:
+    """What can be drawn of the effects found: those that move readings, and those that widen their scatter do not."""
+    data = diagnosis.data
+    named = [_panel_of(finding, data) for finding in diagnosis.findings if finding.share_um.any()]
+    return [*named, *(_panel_of_law(law, data) for law in laws)][:MOST_PANELS]
+
+
+def sides(data: Residuals) -> tuple[Group, ...]:
+    """Fronts and backs."""
+    return (
+        Group(data.side > 0, CYCLE[0], ">", "fronts"),
+        Group(data.side < 0, CYCLE[1], "<", "backs"),
+    )
+
+
+def label_of(covariate: str) -> str:
+    """The label of an axis for a covariate, with the unit that is known or that its name ends in."""
+    if covariate in LABELS or covariate.startswith(TOUCHES):
+        return LABELS.get(covariate, covariate)
+    for suffix, unit in sorted(UNITS.items(), key=lambda one: -len(one[0])):
+        if covariate.endswith(f"_{suffix}"):
+            return f"{in_words(covariate)} / {unit}"
+    return f"{in_words(covariate)} (as recorded)"
+
+
+def in_words(covariate: str) -> str:
+    """A covariate as a sentence names it: a column without its underscores and its unit."""
+    ends = "|".join(sorted(map(re.escape, UNITS), key=len, reverse=True))
+    return re.sub(f"_({ends})$", "", covariate).replace("_", " ")
+
+
+def covariate_values(covariate: str, data: Residuals) -> Array:
+    """Values of a covariate by its name, in the unit of its label."""
+    if covariate == "azimuth":
+        cosine, sine = data.probings.lateral_share()
+        return np.degrees(np.arctan2(sine, cosine))
+    if covariate in ("placement", "face", "cycle"):
+        return data.frame[covariate].to_numpy(float)
+    if covariate.startswith("machine "):
+        return data.probings.coordinate_mm(covariate[-1])
+    if covariate == "position":
+        return data.probings.certified_mm()
+    if covariate == "order":
+        order = np.empty(len(data))
+        order[data.order] = np.arange(len(data))
+        return order
+    if covariate.startswith(TOUCHES):
+        return data.probings.touches_since_pause(pause_of(covariate))
+    if covariate == "time":
+        return data.probings.time_s / TIME_MIN
+    return next(one.values for one in covariates(data) if one.name == covariate)
+
+
+def _panel_of(finding: Finding, data: Residuals) -> Panel:
+    assert finding.effect is not None
+    title = finding.kind.replace("_", " ")
+    chosen = [str(v) for v in finding.choices.values() if isinstance(v, str | int)]
+    title = f"{title} ({', '.join(chosen)})" if chosen else title
+    label, x = _against(finding.effect, data)
+    share = finding.share_um
+    along_gauge = _coherence(x, share * data.side) > _coherence(x, share)
+    weight = mask(data, "gauge" if along_gauge else "approach")
+    return Panel(title, label, x, share, _along("gauge" if along_gauge else "approach"), weight, sides(data))
+
+
+def _coherence(x: Array, um: Array) -> float:
+    """How much of a displacement is left in the means of neighbouring rows."""
+    edges = np.quantile(np.unique(x), np.linspace(0, 1, MOST_MEANS + 1)[1:-1])
+    index = np.searchsorted(edges, x, side="left")
+    count = np.maximum(np.bincount(index), 1)
+    return float((np.bincount(index, um) ** 2 / count).sum())
+
+
+def _against(effect: Effect, data: Residuals) -> tuple[str, Array]:
+    """What an effect is drawn against; one that repeats, against the place within its period."""
+    values = {p.name: getattr(effect, p.name) for p in effect.parameters()}
+    if "period_mm" in values:
+        axis, period = values["axis"], values["period_mm"]
+        return f"machine {axis} within the period of {period:.4g} mm / mm", data.probings.coordinate_mm(axis) % period
+    if "period_s" in values:
+        return f"time within the period of {values['period_s']:.4g} s / s", data.probings.time_s % values["period_s"]
+    if "frequency_hz" in values:
+        phase = data.probings.time_s * values["frequency_hz"] % 1.0
+        return f"phase at {values['frequency_hz']:.5g} Hz / periods", phase
+    name = _covariate_of(effect, values)
+    if name == "speed" and all(one.name != name for one in covariates(data)):
+        name = "position"
+    return label_of(name), covariate_values(name, data)
+
+
+def _covariate_of(effect: Effect, values: dict[str, object]) -> str:
+    first = effect.covariates[0]
+    if first == "coordinate":
+        plane = values.get("plane")
+        axis = plane[1] if isinstance(plane, str) else values.get("travel_axis") or values["axis"]
+        return f"machine {axis}"
+    if first == "order":
+        return f"{TOUCHES} of {round(float(str(values['pause_s'])))} s"
+    return OF_COVARIATE.get(first, "position")
+
+
+def _panel_of_law(law: UnknownLaw, data: Residuals) -> Panel:
+    form = law.located.form
+    label, x = _law_against(law, data)
+    weight = mask(data, law.side if law.side in ("gauge", *AXES) else "approach")
+    quantity = _along(law.side if law.side in ("gauge", *AXES) else "approach")
+    if form == "changing scale":
+        weight = weight * length_mm(law.side, data) * 1e-3
+        quantity = f"change {_of_length(law.side)} / µm/m"
+    groups, split = _law_groups(law, data)
+    drawn: Drawn = "stairs" if form in STAIRS else "marks" if form in MARKS else "line"
+    panel = Panel(_title(law, data), label, x, law.share_um, quantity, weight, groups, split, drawn, not _apart(law))
+    return panel if law.side not in ("gauge", *AXES) or form in STRETCHING else _centred(panel, law, data)
+
+
+def _apart(law: UnknownLaw) -> bool:
+    """Whether placements follow one another on the axis instead of lying over each other."""
+    return law.located.form == "levels" or (law.located.covariate in WANDERING and law.period is None)
+
+
+def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
+    """What a form without a law is drawn against."""
+    form, name = law.located.form, law.located.covariate
+    if form == "levels" and len(np.unique(data.placement)) > 1:
+        return RUNS, runs_of(data)[1].astype(float) + 1.0
+    if name in ("side", WAY) or form == "odd length":
+        name = "position"
+    x = covariate_values(name, data)
+    if law.period is None:
+        return label_of(name), x
+    if name == "time":
+        return f"time within the period of {law.period:.4g} s / s", np.asarray(data.probings.time_s % law.period, float)
+    words, _, unit = label_of(name).partition(" / ")
+    within = f"{words} within the period of {law.period:.4g}"
+    return f"{within} {unit} / {unit}" if unit else within, np.asarray(x % law.period, float)
+
+
+def _law_groups(law: UnknownLaw, data: Residuals) -> tuple[tuple[Group, ...], bool]:
+    """The groups that a form tells apart, and whether its law differs between them."""
+    fronts, backs = sides(data)
+    if law.located.covariate == WAY:
+        way = data.probings.way()
+        there = Group(way > 0, CYCLE[2], ">", "on the way there", "-", "fitted law there")
+        return (there, Group(way < 0, CYCLE[3], "<", "on the way back", "--", "fitted law back")), True
+    if law.located.form == "odd length":
+        odd = law.share_um != 0.0
+        others = Group(~odd, COLORS["grey"], "o", "other cycles", "--", "fitted law, other cycles")
+        return (Group(odd, CYCLE[1], "D", "odd cycle"), others), True
+    if law.side in ("front", "back"):
+        return (fronts if law.side == "front" else backs,), True
+    return (fronts, backs), law.located.form in ("two curves", "offset")
+
+
+def _centred(panel: Panel, law: UnknownLaw, data: Residuals) -> Panel:
+    """Without the constant that only moves origins: one for all, or one for each placement that stands alone."""
+    group = data.placement if _apart(law) else np.zeros(len(data), int)
+    value = panel.of(panel.share_um)
+    told = np.isfinite(value)
+    count = np.maximum(np.bincount(group[told], minlength=group.max() + 1), 1)
+    middle = np.bincount(group[told], value[told], minlength=group.max() + 1) / count
+    return replace(panel, share_um=panel.share_um - middle[group] * panel.weight)
+
+
+def _title(law: UnknownLaw, data: Residuals) -> str:
+    covariate = in_words(law.located.covariate)
+    words = TITLES[law.located.form].format(covariate=covariate, run=_odd_run(law, data))
+    by = f" by {covariate}" if law.located.form == "offset" and covariate != "side" else ""
+    only = {"front": ", on fronts only", "back": ", on backs only"}.get(law.side, "")
+    return f"no known law: {words}{by}{only}"
+
+
+def _odd_run(law: UnknownLaw, data: Residuals) -> str:
+    """The cycle in which a form lives, with its placement where there are several."""
+    row = data.frame.iloc[int(np.abs(law.share_um).argmax())]
+    placed = f" of placement {row['placement']:g}" if data.placement.max() > 0 else ""
+    return f"cycle {row['cycle']:g}{placed}"
+
+
+def _along(side: str) -> str:
+    return f"along {_direction(side)} / µm"
+
+
+def _of_length(side: str) -> str:
+    return f"along {_direction(side)}" if side in AXES else "of length"
+
+
+def _direction(side: str) -> str:
+    return f"machine {side}" if side in AXES else f"the {side}"
