@@ -79,6 +79,8 @@ def command(
     stepgauge diagnose map.csv --probe omp40-2-50mm -o diagnosis
     """
     if probe is not None:
+        if without or not together:
+            raise click.UsageError("--without and --each are for recordings; --probe takes neither")
         _diagnose_map(recordings, probe, columns, output, suffix)
         return
     if gauge is None or machine is None:

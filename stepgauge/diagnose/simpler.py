@@ -62,7 +62,8 @@ def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: No
         return None
     repeated = _twice(selector, terms)
     lowered = _lowered_margin(selector, terms, noise)
-    tried = [(kept, *_with_form(forms, selector, terms, kept)) for kept in _subsets(terms) if not repeated & set(kept)]
+    fewer = [kept for kept in _subsets(terms) if len(repeated & set(kept)) <= 1]
+    tried = [(kept, *_with_form(forms, selector, terms, kept)) for kept in fewer]
     ahead = [saved - min(lowered, _margin(terms, kept)) for kept, saved, _ in tried]
     if repeated or max(ahead) > 0.0:
         return tried[int(np.argmax(ahead))][2]

@@ -78,7 +78,7 @@ def _explained(
     off = noise.outliers
     for _ in range(PASSES):
         kept = ~off
-        found = explain(model.subset(kept), without_outliers(noise), candidates)
+        found = explain(model.subset(kept), without_outliers(noise, int(kept.sum())), candidates)
         now = outliers(model, found.described, noise)
         if (now == off).all():
             break

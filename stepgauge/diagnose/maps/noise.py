@@ -61,7 +61,11 @@ def estimate_noise(data: MapData) -> MapNoise:
     if dof < FEWEST_DOF or copies:
         return MapNoise(None, dof, "constant", np.zeros(len(data), bool), copies)
     proportional = [_scatter_of(m, group, "proportional") for m in data.measured]
-    gain = sum(p.log_likelihood - c.log_likelihood for p, c in zip(proportional, constant, strict=True))
+    gain = sum(
+        _log_likelihood(m, group, "proportional", p.keep & c.keep)
+        - _log_likelihood(m, group, "constant", p.keep & c.keep)
+        for m, p, c in zip(data.measured, proportional, constant, strict=True)
+    )
     chosen: Scatter = "proportional" if 2.0 * gain > CLEARLY else "constant"
     used = proportional if chosen == "proportional" else constant
     if chosen == "proportional":
@@ -69,9 +73,9 @@ def estimate_noise(data: MapData) -> MapNoise:
     return MapNoise(tuple(each.sigma for each in used), min(each.dof for each in used), chosen, outliers)
 
 
-def without_outliers(noise: MapNoise) -> MapNoise:
-    """The noise for a map whose outliers are gone."""
-    return replace(noise, outliers=np.zeros(int((~noise.outliers).sum()), bool))
+def without_outliers(noise: MapNoise, rows: int) -> MapNoise:
+    """The noise for the rows of a map whose outliers are gone."""
+    return replace(noise, outliers=np.zeros(rows, bool))
 
 
 def sizes(measured: Measured, scatter: Scatter) -> Array:
@@ -105,7 +109,7 @@ def robust_scale(deviation: Array, rounding: float, dof: int) -> tuple[float, ND
 class _Scatter:
     sigma: float
     dof: int
-    log_likelihood: float
+    keep: NDArray[np.bool_]
     outliers: NDArray[np.bool_]
 
 
@@ -119,7 +123,7 @@ def _scatter_of(measured: Measured, group: NDArray[np.intp], scatter: Scatter) -
         standard = deviation[keep] / size[keep] / np.sqrt(1.0 - 1.0 / count[keep])
         dof = int(keep.sum() - (np.bincount(group[keep]) > 0).sum()) if keep.any() else 0
         if dof < 1:
-            return _Scatter(0.0, 0, 0.0, outliers)
+            return _Scatter(0.0, 0, keep, outliers)
         _, far = robust_scale(standard, measured.rounding / float(size[keep].max()), dof)
         if not far.any():
             break
@@ -129,9 +133,20 @@ def _scatter_of(measured: Measured, group: NDArray[np.intp], scatter: Scatter) -
         keep = keep & (np.arange(len(group)) != worst) if lone else keep & (group != group[worst])
     sigma = float(np.sqrt((deviation[keep] ** 2 / size[keep] ** 2).sum() / dof))
     floor = measured.rounding / float(np.median(size[keep]))
-    logs = -dof * np.log(max(sigma, floor, 1e-300)) - dof * float(np.log(size[keep]).mean())
     found = max(sigma, floor) if sigma > 0.0 or measured.quantum > 0.0 else 0.0
-    return _Scatter(found, dof, logs, outliers)
+    return _Scatter(found, dof, keep, outliers)
+
+
+def _log_likelihood(measured: Measured, group: NDArray[np.intp], scatter: Scatter, keep: NDArray[np.bool_]) -> float:
+    """Of the deviations among repeats of some rows, at their likeliest scatter: for two laws to be compared by."""
+    size = sizes(measured, scatter)[keep]
+    deviation, _ = _deviations(measured.values, group, keep)
+    dof = int(keep.sum() - (np.bincount(group[keep]) > 0).sum()) if keep.any() else 0
+    if dof < 1:
+        return 0.0
+    sigma = float(np.sqrt((deviation[keep] ** 2 / size**2).sum() / dof))
+    floor = measured.rounding / float(np.median(size))
+    return -dof * (np.log(max(sigma, floor, 1e-300)) + float(np.log(size).mean()))
 
 
 def _deviations(values: Array, group: NDArray[np.intp], keep: NDArray[np.bool_]) -> tuple[Array, Array]:

@@ -43,9 +43,10 @@ def _alone(data: MapData, sign: Array) -> NDArray[np.bool_]:
     same = np.bincount(group, sign)[group] * sign
     alone = (sign != 0.0) & ((count[group] == 1) | (2.0 * same <= count[group]))
     first = np.unique(group, return_index=True)[1]
-    normals, off = data.normals[first], np.bincount(group, sign) / count
+    of_rows = data.normals
+    normals, off = of_rows[first], np.bincount(group, sign) / count
     for row in np.flatnonzero(alone):
-        near = np.argsort(-(normals @ data.normals[row]))
+        near = np.argsort(-(normals @ of_rows[row]))
         near = near[near != group[row]][:NEIGHBOURS]
         alone[row] = (off[near] * sign[row] > 0.5).sum() < NEIGHBOURS / 2
     return alone

@@ -1,0 +1,94 @@
+"""Recordings as loggers write them: clocks that start anew or count from 1970, columns of any name, few rows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stepgauge.diagnose.library import effect_families
+from stepgauge.diagnose.residuals import make_residuals
+from stepgauge.diagnose.solve import solve
+from stepgauge.diagnose.unknown_law import model_unknown
+from stepgauge.diagnose.whitening import make_whitening
+from stepgauge.effects import Probings, Setting
+from stepgauge.effects.empirical import formula_name
+from stepgauge.recording import Recording
+from tests.diagnose.made import gauge, machine, made
+from tests.diagnose.test_selection import NOISE_UM, bent, clean, names, side, told
+
+
+def test_a_clock_that_starts_anew_in_every_placement_loses_no_history() -> None:
+    recording = clean()
+    frame = recording.frame.copy()
+    frame["time_s"] -= frame.groupby("placement")["time_s"].transform("min")
+    setting = Setting.of(machine(), gauge())
+    one, anew = Probings(recording.frame, setting), Probings(frame, setting)
+    np.testing.assert_array_equal(anew.way(), one.way())
+    np.testing.assert_allclose(anew.since_turning_mm(), one.since_turning_mm())
+    np.testing.assert_array_equal(anew.touches_since_pause(20.0), one.touches_since_pause(20.0))
+    first = frame.groupby("placement")["time_s"].idxmin().to_numpy()
+    others = np.setdiff1d(np.arange(len(frame)), first)
+    np.testing.assert_allclose(anew.rest_s()[others], one.rest_s()[others])
+
+
+def test_seconds_since_1970_are_a_time_like_any_other() -> None:
+    jump = bent(lambda r: 3.0 * (r.frame["time_s"].to_numpy() > 200.0) * side(r))
+    late = replace(jump, frame=jump.frame.assign(time_s=jump.frame["time_s"] + 1.7e9))
+    found = [told(one) for one in (jump, late)]
+    assert [names(one) for one in found] == [["step_change"]] * 2
+    assert {one.covariate for one in found[1].located} == {one.covariate for one in found[0].located}
+    at_s = [one.findings[0].parameters["time_s"].value for one in found]
+    assert at_s[1] - at_s[0] == pytest.approx(1.7e9, abs=1.0)
+
+
+@pytest.mark.parametrize("name", ["c1", "way", "time", "pi", "lambda", "µ_in", "touches_60", "room humidity %"])
+def test_a_column_of_any_name_is_told_and_never_taken_for_another(name: str) -> None:
+    recording, random = clean(), np.random.default_rng(11)
+    values = random.normal(40.0, 3.0, len(recording.frame))
+    moved = bent(lambda _: 0.8 * (values - 40.0), replace(recording, frame=recording.frame.assign(**{name: values})))
+    found = told(moved)
+    assert found.verdict == "unknown"
+    assert any(name in one.covariate for one in found.located)
+    for law in model_unknown(found):
+        left = moved.frame[name].to_numpy() - 40.0
+        assert np.corrcoef(law.share_um, left)[0, 1] > 0.95, law.effects[0].formula
+
+
+def test_names_that_a_formula_can_say_are_those_that_mean_nothing_else() -> None:
+    said = {name: formula_name(name) for name in ("humidity", "spindle_load", "c12", "side", "pi", "in", "a b", "µ")}
+    assert said == {
+        "humidity": "humidity",
+        "spindle_load": "spindle_load",
+        **dict.fromkeys(("c12", "side", "pi", "in", "a b", "µ")),
+    }
+
+
+@pytest.mark.parametrize("rows", [12, 16, 20])
+def test_few_rows_without_repeats_are_insufficient_and_no_more(rows: int) -> None:
+    once = clean()
+    few = replace(once, frame=once.frame.iloc[:rows].reset_index(drop=True))
+    assert told(few).verdict in ("insufficient", "adequate")
+
+
+def test_a_parameter_at_its_bound_has_no_uncertainty() -> None:
+    """A ramp fitted by a drift that must level off: its time constant is the longest tried, which nobody measured."""
+    ramp = bent(lambda r: 0.02 * r.frame["time_s"].to_numpy() * r.frame["approach_i"].to_numpy())
+    data = make_residuals(ramp, gauge(), machine(noise_um=NOISE_UM))
+    (law,) = (one for one in effect_families(data) if one.label == "thermal_drift_x")
+    longest = max(range(len(law.atoms)), key=lambda i: law.atoms[i]["time_constant_h"] or 0.0)
+    (solved,) = solve([law], [longest], data, make_whitening(data, np.full(len(data), NOISE_UM))).solved
+    constant = solved.parameters["time_constant_h"]
+    assert constant.value == pytest.approx(law.ranges["time_constant_h"][1], rel=0.5)
+    assert constant.u is None
+
+
+def test_a_law_keeps_its_name_beside_structure_without_one() -> None:
+    recording: Recording = made("scale")[0]
+    wander = np.cumsum(np.random.default_rng(4).normal(0.0, 0.15, len(recording.frame)))
+    found = told(
+        bent(lambda r: 8.0 * np.sin(2.0 * np.pi * r.frame["time_s"].to_numpy() / 217.0) * side(r) + wander * side(r))
+    )
+    assert "temperature_cycle" in names(found)
+    assert found.fit.rms_after_um < 0.2 * found.fit.rms_before_um
