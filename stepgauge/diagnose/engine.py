@@ -174,7 +174,7 @@ def _reason(finding: Finding, data: Residuals) -> str:
     others = ", ".join([*finding.confounded_with, *finding.alternatives])
     count = int(data.placement.max()) + 1
     where = "the one placement" if count == 1 else f"the {count} placements"
-    return f"in {where} of this recording {others} displace the readings in the same pattern as {finding.label}"
+    return f"in {where} of this recording {finding.label} and {others} displace the readings in the same pattern"
 
 
 def _scatter_findings(noise: Noise, data: Residuals) -> list[Finding]:

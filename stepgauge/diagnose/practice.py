@@ -68,7 +68,14 @@ def _towards(direction: Any, um: float) -> str:
     """A displacement along a machine axis, in words."""
     if isinstance(direction, str):
         return f"{'+' if um > 0 else '-'}{direction}"
-    return f"{'' if um > 0 else '-'}({', '.join(f'{d:.3f}' for d in direction)})"
+    return f"{'' if um > 0 else '-'}{line(direction)}"
+
+
+def line(direction: Any) -> str:
+    """A machine axis by name, or a direction by its components."""
+    if isinstance(direction, str):
+        return direction
+    return f"({', '.join(f'{d + 0.0:.3f}' for d in np.round(direction, 3))})"
 
 
 def _scale_error(v: Values, data: Residuals) -> str:
@@ -206,8 +213,8 @@ def _drift(v: Values, data: Residuals) -> str:
 
 def _cycle(v: Values, data: Residuals) -> str:
     return (
-        f"The gauge moves to and fro along {v['direction']} by +-{_um(v['amplitude_um'])} every {v['period_s']:.4g} s,"
-        " as an air conditioning or a coolant unit that switches would do."
+        f"The gauge moves to and fro along {line(v['direction'])} by +-{_um(v['amplitude_um'])} every"
+        f" {v['period_s']:.4g} s, as an air conditioning or a coolant unit that switches would do."
     )
 
 
@@ -253,8 +260,8 @@ def _memory(v: Values, data: Residuals) -> str:
 
 def _vibration(v: Values, data: Residuals) -> str:
     return (
-        f"The machine and the gauge shake against each other along {v['direction']} by +-{_um(v['amplitude_um'])} at"
-        f" {v['frequency_hz']:.5g} Hz, or at a frequency that looks the same at these moments of touching."
+        f"The machine and the gauge shake against each other along {line(v['direction'])} by"
+        f" +-{_um(v['amplitude_um'])} at {v['frequency_hz']:.5g} Hz, or at a frequency that looks the same at these moments of touching."
     )
 
 

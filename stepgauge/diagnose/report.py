@@ -16,7 +16,7 @@ import jinja2
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from stepgauge.diagnose.forms import GROWING, ISOLATED
-from stepgauge.diagnose.practice import counted, name_of
+from stepgauge.diagnose.practice import counted, line, name_of
 from stepgauge.files import read_text
 from stepgauge.report.numbers import clean
 from stepgauge.resources import folder
@@ -60,7 +60,9 @@ def environment() -> ImmutableSandboxedEnvironment:
     found = ImmutableSandboxedEnvironment(
         undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
-    found.filters.update(um=um, sig=significant, plus_minus=plus_minus, words=name_of, cell=cell, percent=percent)
+    found.filters.update(
+        um=um, sig=significant, plus_minus=plus_minus, words=name_of, cell=cell, percent=percent, line=line
+    )
     found.filters["wrapped"] = wrapped_sum
     found.filters["without"] = without
     return found
