@@ -261,7 +261,8 @@ def _memory(v: Values, data: Residuals) -> str:
 def _vibration(v: Values, data: Residuals) -> str:
     return (
         f"The machine and the gauge shake against each other along {line(v['direction'])} by"
-        f" +-{_um(v['amplitude_um'])} at {v['frequency_hz']:.5g} Hz, or at a frequency that looks the same at these moments of touching."
+        f" +-{_um(v['amplitude_um'])} at {v['frequency_hz']:.5g} Hz, or at a frequency that looks the same at these"
+        " moments of touching."
     )
 
 
