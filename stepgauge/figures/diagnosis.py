@@ -187,7 +187,9 @@ def _effect_panel(axes: Axes, panel: Panel, um: Array, diagnosis: Diagnosis) -> 
     """Placements in which the effect does not show are left out: they would only hide it."""
     data = diagnosis.data
     value, law = panel.of(um), panel.of(panel.share_um)
-    seen = panel.seen(data) & np.isfinite(diagnosis.noise.by_row_um) & np.isfinite(value)
+    told = np.isfinite(diagnosis.noise.by_row_um) & np.isfinite(value)
+    seen = panel.seen(data) & told
+    seen = seen if seen.any() else told  # what shows nowhere beyond an origin is still drawn as it was fitted
     _scatter(axes, panel.x, np.where(seen, value, np.nan), panel.groups, 0.3)
     for placement in [None] if panel.common else np.unique(data.placement[seen]):
         here = seen if placement is None else seen & (data.placement == placement)
@@ -213,6 +215,8 @@ def _label_x(axes: Axes, label: str) -> None:
 
 def _law_line(axes: Axes, x: Array, law: Array, drawn: Drawn, line: str = "-", label: str = "fitted law") -> None:
     """The law as it is drawn, with dots where it depends on more than this covariate."""
+    if not len(x):
+        return
     order = np.argsort(x, kind="stable")
     x, law = x[order], law[order]
     some = _thinned(np.arange(len(x)))

@@ -287,3 +287,14 @@ def test_other_formats_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"\.gif"):
         draw_diagnosis(tmp_path, made("null")[1], [], "gif")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_a_law_that_shows_in_no_placement_is_still_drawn(share: float) -> None:
+    """Its displacement is nothing, or the same along the gauge everywhere: no more than an origin."""
+    _, found = made_unknown("pair")
+    laws = [replace(law, share_um=share * found.data.side) for law in model_unknown(found)]
+    figure = effect_figure(found, laws)
+    assert all(
+        len(axes.lines) + len(axes.collections) > 0 for axes in figure.axes if axes.get_visible() and axes.axison
+    )
