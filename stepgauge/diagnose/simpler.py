@@ -142,8 +142,8 @@ def _with_form(
     named = here - float(all_left @ all_left)
     price = sum(_price(selector, terms, term) for term in terms if term not in kept)
     looks = forms.looks(left, basis, rows - basis.shape[1])
-    single = [term for term in terms if term not in kept and term not in _twice(selector, terms)]
-    removed = [selector.look_at(term.index, kept) for term in single]
+    known = set(terms) - set(kept) - _twice(selector, terms)
+    removed = [selector.look_at(term.index, kept) for term in terms if term in known]
     looks = [look for look in looks if all(_another_story(look, law) for law in removed)]
     if not looks:
         return float("-inf"), None
