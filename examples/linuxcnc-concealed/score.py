@@ -10,8 +10,9 @@ from truth import TrueEffect, read_truth
 
 from stepgauge.diagnose.files import read_diagnosis
 
-COVERAGE = 3.0
-"""A value counts as right within this many of its standard uncertainties."""
+COVERAGE = 4.0
+"""A value counts as right within this many of its standard uncertainties: every run draws anew what the latch does,
+and five values are judged in each; at 3 one run in seventy would fail by chance."""
 LATCH = ("noise_growth", "speed")
 """Always true where two speeds were measured: a latch scatters by the way travelled in its period."""
 

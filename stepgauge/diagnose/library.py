@@ -26,7 +26,6 @@ Array = NDArray[np.float64]
 NOT_LAWS = {"axis_compensation", "empirical", "error_map", "outliers", "noise_growth"}
 """Kinds that are no law of the mean with parameters of their own: fitted elsewhere or not at all."""
 NEEDS_TIME = {"time", "order"}
-LENGTHS = {"coordinate", "position"}
 SEEN_SHARE = 0.1
 """Smallest share of a direction along some gauge axis with which motion in it is looked for."""
 NEAR_AXIS = np.cos(np.radians(5.0))
@@ -110,23 +109,11 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
                 columns = signatures(law, choices, atoms, data)
             except (InputError, ValueError):
                 continue  # impossible choices (travel and direction the same), or a column this recording lacks
-            family = None
             if has_free_direction(law):
-                yield from _directed(law, choices, atoms, columns, directions)
+                yield from _directed(law, choices, atoms, columns, directions, data)
             else:
-                family = _family(law, choices, atoms, columns, *_sizes(columns, [np.ones((1, len(data)))]))
-            if family is not None:
-                yield replace(family, prior=max(family.prior, _needed(family, data)))
-
-
-def _needed(family: Family, data: Residuals) -> float:
-    """The size that moves readings as far as they are off, for laws that grow with a length.
-
-    What is sensible for metres is nothing for a gauge of micrometres.
-    """
-    if not LENGTHS & {family.covariate}:
-        return 0.0
-    return float(data.um.std() / max(np.sqrt((family.columns**2).mean(axis=2)).max(), 1e-300))
+                size = _sizes(columns, [np.ones((1, len(data)))])[0]
+                yield from _family(law, choices, atoms, columns, size, data)
 
 
 def has_free_direction(law: type[Effect]) -> bool:
@@ -202,17 +189,16 @@ def _directed(
     atoms: list[dict[str, Any]],
     along: Array,
     directions: Sequence[tuple[Direction, Array]],
+    data: Residuals,
 ) -> Iterator[Family]:
     """One family for every direction, from the signatures of a motion along each approach."""
     sizes = _sizes(along, [shares for _, shares in directions])
     for (direction, shares), size in zip(directions, sizes, strict=True):
         if isinstance(direction, np.ndarray):
             rest = {name: value for name, value in choices.items() if name != "direction"}
-            family = _family(law, rest, atoms, along, size, shares, direction)
+            yield from _family(law, rest, atoms, along, size, data, shares, direction)
         else:
-            family = _family(law, choices | {"direction": direction}, atoms, along, size, shares)
-        if family is not None:
-            yield family
+            yield from _family(law, choices | {"direction": direction}, atoms, along, size, data, shares)
 
 
 def _sizes(pattern: Array, shares: Sequence[Array]) -> list[Array]:
@@ -230,17 +216,19 @@ def _family(
     atoms: list[dict[str, Any]],
     pattern: Array,
     size: Array,
+    data: Residuals,
     shares: Array | None = None,
     directions: Array | None = None,
-) -> Family | None:
+) -> Iterator[Family]:
+    """The family of the signatures that are not nothing, if there are any."""
     seen = size > 1e-9 * max(float(size.max()), 1e-300)
     if not seen.any() or size.max() == 0.0:
-        return None
+        return
     label = law.kind
     if directions is None:
         label = law.model_construct(**(fixed_values(law) | choices | atoms[0])).label
     kept = [atom for atom, keep in zip(atoms, seen, strict=True) if keep]
-    return Family(
+    family = Family(
         law.kind,
         label,
         choices,
@@ -250,14 +238,24 @@ def _family(
         law.covariates[0],
         law.kind == "misalignment",
         directions=directions,
-        prior=_prior(law),
         shares=shares,
     )
+    largest = family.signature(int(size[seen].argmax()))
+    yield replace(family, prior=PRIOR_SIZE * max(_sensible(law), _needed(largest, data)))
 
 
-def _prior(law: type[Effect]) -> float:
+def _sensible(law: type[Effect]) -> float:
     sizes = [max(abs(bound) for bound in p.sensible) for p in law.parameters() if p.role == "linear" and p.sensible]
-    return PRIOR_SIZE * max(sizes, default=np.inf)
+    return max(sizes, default=np.inf)
+
+
+def _needed(signature: Array, data: Residuals) -> float:
+    """The size with which a signature ``(d, n)`` moves the readings as far as they are off, origins aside.
+
+    What is sensible for metres or hours is nothing for a gauge of micrometres or a run of seconds.
+    """
+    moved = max(float(data.without_origins(column).std()) for column in signature)
+    return float(data.um.std()) / moved if moved > 0.0 else 0.0
 
 
 def fixed_values(law: type[Effect]) -> dict[str, Any]:

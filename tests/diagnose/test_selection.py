@@ -271,6 +271,25 @@ def test_a_large_scale_error_is_not_judged_in_its_own_coordinates() -> None:
     assert ppm.value == pytest.approx(20_000.0, rel=1e-3)
 
 
+@pytest.mark.parametrize("direction", [(1.0, 0.0, 0.0), BETWEEN])
+def test_a_rate_far_beyond_what_is_usual_is_not_drawn_towards_it(direction: tuple[float, float, float]) -> None:
+    """1800 um/h in a run of seconds: the value is that of least squares over the same rows, computed here."""
+    quick = clean()
+    frame = quick.frame.copy()
+    frame["time_s"] *= 20.0 / frame["time_s"].max()
+    recording = bent(along(direction, lambda t: 0.5 * t), replace(quick, frame=frame))
+    found = told(recording)
+    assert names(found) == ["thermal_drift"]
+    data = make_residuals(recording, gauge(), machine(noise_um=NOISE_UM))
+    hours = recording.frame["time_s"].to_numpy() / 3600.0
+    free = (recording.frame[APPROACH].to_numpy() * hours[:, None]).T[np.array(direction) > 0.0]
+    origins = (data.placement == np.arange(2)[:, None]) * data.side
+    components = np.linalg.lstsq(np.vstack([free, origins]).T, data.um, rcond=None)[0][: len(free)]
+    rate = found.findings[0].parameters["rate_um_per_h"]
+    assert rate.u is not None
+    assert rate.value == pytest.approx(np.linalg.norm(components), abs=0.5 * rate.u)
+
+
 def test_directions_that_show_are_those_along_which_the_gauge_lay() -> None:
     assert list(visible_directions(np.array([[1.0, 0.004, 0.0]]))) == ["x"]
     (line,) = visible_directions(np.array([[-0.6, -0.8, 0.0]]))
