@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 NOT_LAWS = {"axis_compensation", "empirical", "error_map", "outliers", "noise_growth"}
 """Kinds that are no law of the mean with parameters of their own: fitted elsewhere or not at all."""
 NEEDS_TIME = {"time", "order"}
+GROWING = {"coordinate", "position", "time"}
+"""Covariates with which a law grows, so that the size to be expected depends on their span."""
 SEEN_SHARE = 0.1
 """Smallest share of a direction along some gauge axis with which motion in it is looked for."""
 NEAR_AXIS = np.cos(np.radians(5.0))
@@ -110,10 +112,28 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
             except (InputError, ValueError):
                 continue  # impossible choices (travel and direction the same), or a column this recording lacks
             if has_free_direction(law):
-                yield from _directed(law, choices, atoms, columns, directions, data)
+                families = _directed(law, choices, atoms, columns, directions)
             else:
-                size = _sizes(columns, [np.ones((1, len(data)))])[0]
-                yield from _family(law, choices, atoms, columns, size, data)
+                families = _family(law, choices, atoms, columns, *_sizes(columns, [np.ones((1, len(data)))]))
+            needed = _needed(law, columns, data)
+            yield from (replace(family, prior=max(family.prior, needed)) for family in families)
+
+
+def _needed(law: type[Effect], columns: Array, data: Residuals) -> float:
+    """The size that moves readings as far as they are off, for laws that grow with a length or with time.
+
+    What is sensible for metres or hours is nothing for a gauge of micrometres or a run of seconds. ``columns (atoms, d,
+    n)``: of a law of any direction the motion along every approach, counted as one along the gauge beside the origins.
+    """
+    grows = law.covariates[0]
+    if grows not in GROWING:
+        return 0.0
+    squares = (columns**2).sum(axis=2)
+    moved = float(np.sqrt(squares.max() / len(data)))
+    if grows == "time":
+        atom, which = np.unravel_index(squares.argmax(), squares.shape)
+        moved = float(data.without_origins(columns[atom, which] * data.side).std())
+    return float(data.um.std()) / max(moved, 1e-300)
 
 
 def has_free_direction(law: type[Effect]) -> bool:
@@ -189,16 +209,15 @@ def _directed(
     atoms: list[dict[str, Any]],
     along: Array,
     directions: Sequence[tuple[Direction, Array]],
-    data: Residuals,
 ) -> Iterator[Family]:
     """One family for every direction, from the signatures of a motion along each approach."""
     sizes = _sizes(along, [shares for _, shares in directions])
     for (direction, shares), size in zip(directions, sizes, strict=True):
         if isinstance(direction, np.ndarray):
             rest = {name: value for name, value in choices.items() if name != "direction"}
-            yield from _family(law, rest, atoms, along, size, data, shares, direction)
+            yield from _family(law, rest, atoms, along, size, shares, direction)
         else:
-            yield from _family(law, choices | {"direction": direction}, atoms, along, size, data, shares)
+            yield from _family(law, choices | {"direction": direction}, atoms, along, size, shares)
 
 
 def _sizes(pattern: Array, shares: Sequence[Array]) -> list[Array]:
@@ -216,7 +235,6 @@ def _family(
     atoms: list[dict[str, Any]],
     pattern: Array,
     size: Array,
-    data: Residuals,
     shares: Array | None = None,
     directions: Array | None = None,
 ) -> Iterator[Family]:
@@ -228,7 +246,7 @@ def _family(
     if directions is None:
         label = law.model_construct(**(fixed_values(law) | choices | atoms[0])).label
     kept = [atom for atom, keep in zip(atoms, seen, strict=True) if keep]
-    family = Family(
+    yield Family(
         law.kind,
         label,
         choices,
@@ -238,24 +256,14 @@ def _family(
         law.covariates[0],
         law.kind == "misalignment",
         directions=directions,
+        prior=_prior(law),
         shares=shares,
     )
-    largest = family.signature(int(size[seen].argmax()))
-    yield replace(family, prior=PRIOR_SIZE * max(_sensible(law), _needed(largest, data)))
 
 
-def _sensible(law: type[Effect]) -> float:
+def _prior(law: type[Effect]) -> float:
     sizes = [max(abs(bound) for bound in p.sensible) for p in law.parameters() if p.role == "linear" and p.sensible]
-    return max(sizes, default=np.inf)
-
-
-def _needed(signature: Array, data: Residuals) -> float:
-    """The size with which a signature ``(d, n)`` moves the readings as far as they are off, origins aside.
-
-    What is sensible for metres or hours is nothing for a gauge of micrometres or a run of seconds.
-    """
-    moved = max(float(data.without_origins(column).std()) for column in signature)
-    return float(data.um.std()) / moved if moved > 0.0 else 0.0
+    return PRIOR_SIZE * max(sizes, default=np.inf)
 
 
 def fixed_values(law: type[Effect]) -> dict[str, Any]:
