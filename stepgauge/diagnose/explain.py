@@ -12,7 +12,7 @@ from stepgauge.diagnose.confounded import rivals
 from stepgauge.diagnose.departures import departure
 from stepgauge.diagnose.forms import form_families
 from stepgauge.diagnose.library import effect_families
-from stepgauge.diagnose.locate import describe, most_telling
+from stepgauge.diagnose.locate import behind_placements, describe, most_telling
 from stepgauge.diagnose.noise import Noise, estimate_noise, growth_of, with_lone_rows
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Located
@@ -76,6 +76,8 @@ def explain(data: Residuals, noise: Noise, without: Collection[str]) -> Explaine
         terms, instead, remarks = _departing(forms, selector, terms)
     if instead is not None:
         terms, nameless = instead.kept, _Nameless((instead.form,), instead.share)
+    if nameless.looks:
+        nameless = _behind_placements(nameless, forms, selector, terms)
     return Explained(noise, selector, terms, most_telling(forms, selector.data), nameless.described, remarks)
 
 
@@ -184,6 +186,13 @@ def _left_over(forms: Forms, selector: Selector, terms: tuple[Term, ...]) -> tup
     first = {look.family.covariate: look for look in reversed(found[:MOST_COMPARED])}
     clearest = sorted(first.values(), key=lambda look: look.log_p)[:MOST_NAMELESS]
     return terms, _Nameless(tuple(clearest), extra / (explained + extra))
+
+
+def _behind_placements(nameless: _Nameless, forms: Forms, selector: Selector, terms: tuple[Term, ...]) -> _Nameless:
+    """The forms behind the levels of the placements where they are a matter of these."""
+    left, basis = selector.residual(terms)
+    looks = forms.looks(left, basis, selector.dof - basis.shape[1])
+    return replace(nameless, looks=tuple(behind_placements(nameless.looks, looks, forms, left, basis)[:MOST_NAMELESS]))
 
 
 def displaced_um(solved: Sequence[Solved], data: Residuals) -> Array:

@@ -254,7 +254,8 @@ def _cycle_forms(data: Residuals) -> Iterator[Family]:
     places = {"atoms": np.arange(count), "names": [f"{cycle} of placement {placing}" for placing, cycle in numbers]}
     for side in ("approach", "gauge"):
         if data.placement.max() > 0:
-            yield make_form("levels", "cycle", side, (columns * mask(data, side))[None, :-1], data)
+            free = columns[:-1] if side == "gauge" else columns  # origins of the placements lie along the gauge
+            yield make_form("levels", "cycle", side, (free * mask(data, side))[None], data)
         odd = make_form("odd cycle", "cycle", side, (columns * mask(data, side))[:, None], data)
         yield replace(odd, details=odd.details | places)
     odd = make_form("odd length", "cycle", "gauge", (columns * length * data.side)[:, None], data)
@@ -265,7 +266,7 @@ def _placement_forms(data: Residuals) -> Iterator[Family]:
     """Differences between placements that are no matter of their origins: in the mean along the approach."""
     count = int(data.placement.max()) + 1
     if count > 1:
-        columns = (data.placement == np.arange(count)[:, None]).astype(float)[:-1]
+        columns = (data.placement == np.arange(count)[:, None]).astype(float)
         yield make_form("level", "placement", "approach", columns[None], data)
 
 

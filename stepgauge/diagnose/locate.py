@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from stepgauge.diagnose.forms import AXES
 from stepgauge.diagnose.library import Family
@@ -24,6 +25,11 @@ UNDECIDED = 4.0
 MOST_COMPARED = 40
 MOST_SAME = 2
 SAME = "in this recording the same as "
+LEVEL = "level"
+"""The form of levels that differ between placements."""
+PER_PLACEMENT = ("placement", "azimuth", "side")
+WITHIN_P = 0.01
+"""Chance of what a form says within placements, beyond their levels, above which it says nothing there."""
 COMMON = ("side", "azimuth", "position", "machine x", "machine y", "machine z", "time", "order", "cycle")
 """Covariates from the commonest to the rarest cause; any other one comes after them."""
 SIDE_WORDS = {"approach": "both", "gauge": "both", "front": "front", "back": "back"}
@@ -39,7 +45,8 @@ def most_telling(forms: Forms, white: Array) -> tuple[Located, ...]:
     total = max(float(white @ white) - whitening.dof, 1.0)
     while len(found) < MOST_LOCATED:
         left = white - basis @ (basis.T @ white)
-        best, *same = _telling(forms.looks(left, basis, whitening.dof - basis.shape[1]))
+        looks = forms.looks(left, basis, whitening.dof - basis.shape[1])
+        best, *same = behind_placements(_telling(looks), looks, forms, left, basis)[: 1 + MOST_SAME]
         if best.log_p > bar:
             break
         found.append(describe(best, min(best.gain / total, 1.0)))
@@ -56,6 +63,28 @@ def _telling(looks: Sequence[Look]) -> list[Look]:
     near = [look for look in looks[:MOST_COMPARED] if look.log_p <= looks[0].log_p + UNDECIDED]
     first = {look.family.covariate: look for look in reversed(near)}
     return sorted(first.values(), key=lambda look: _rank(look.family.covariate))[: 1 + MOST_SAME]
+
+
+def behind_placements(
+    telling: Sequence[Look], looks: Sequence[Look], forms: Forms, left: Array, basis: Array
+) -> list[Look]:
+    """The looks behind the levels of the placements, where the first of them says nothing within placements.
+
+    A temperature, a time or a height that differs between placements and hardly within any numbers them, and anything
+    else that differs between them would do as well. ``left (n,)``, ``basis (n, k)``: what a model leaves and moves.
+    """
+    level = next((look for look in looks if look.family.details["form"] == LEVEL), None)
+    first = telling[0]
+    if level is None or first.family.covariate in PER_PLACEMENT:
+        return list(telling)
+    white = forms.whitening
+    beside = orthonormal(np.column_stack([basis, white(forms.columns(level)).T]))
+    within = white(forms.columns(first)).T
+    within -= beside @ (beside.T @ within)
+    gain = float(((orthonormal(within).T @ left) ** 2).sum())
+    if stats.chi2.sf(gain, within.shape[1]) < WITHIN_P:
+        return list(telling)
+    return [level, *(look for look in telling if look.family is not level.family)]
 
 
 def _rank(covariate: str) -> int:

@@ -201,6 +201,40 @@ def test_other_readings_on_the_way_back_are_a_matter_of_the_way() -> None:
     assert any(one.covariate == "direction of travel" for one in (*found.located, *found.unexplained))
 
 
+@lru_cache
+def fan() -> Recording:
+    """Four placements, each 30 degrees from the last, each at a temperature and a height of its own."""
+    turns = np.radians([0.0, 30.0, 60.0, 90.0])
+    recording = clean(tuple((float(np.cos(turn)), float(np.sin(turn)), 0.0) for turn in turns))
+    frame = recording.frame.copy()
+    placement = frame["placement"].to_numpy() - 1
+    frame["gauge_temperature_C"] = np.array([20.0, 20.12, 20.01, 20.09])[placement]
+    frame["z_mm"] += np.array([0.0, 40.0, 5.0, 30.0])[placement]
+    return replace(recording, frame=frame)
+
+
+@pytest.mark.parametrize("levels", [(0.5, -0.5, 0.5, -0.5), (0.0, 0.0, 0.0, 0.8), (0.8, 0.0, 0.0, 0.0)])
+def test_what_differs_only_between_placements_is_a_matter_of_placements(levels: tuple[float, ...]) -> None:
+    """A six-lobed probe reads so; a temperature, a height or a time that numbers the placements is not to blame."""
+    by_placement = np.array(levels)
+    found = told(bent(lambda r: by_placement[r.frame["placement"].to_numpy() - 1], fan()))
+    assert found.verdict == "unknown"
+    assert found.unexplained[0].covariate == "placement"
+    assert len({one.covariate for one in found.unexplained}) == len(found.unexplained)
+    assert found.located[0].covariate == "placement"
+    assert all("the same as placement" in one.where for one in found.located[1:] if one.covariate != "azimuth")
+
+
+def test_what_changes_within_placements_too_is_no_matter_of_placements() -> None:
+    frame = fan().frame
+    ramp = frame.groupby("placement")["time_s"].transform(lambda t: (t - t.mean()) / np.ptp(t)).to_numpy()
+    warm = fan().frame.assign(gauge_temperature_C=frame["gauge_temperature_C"] + 0.2 * ramp)
+    recording = bent(lambda r: 8.0 * (r.frame["gauge_temperature_C"].to_numpy() - 20.06), replace(fan(), frame=warm))
+    found = told(recording)
+    assert found.verdict == "unknown"
+    assert found.unexplained[0].covariate == "gauge_temperature_C"
+
+
 def there_and_back(recording: Recording) -> Recording:
     """Every second cycle probed from the last face to the first."""
     frame = recording.frame.copy()
