@@ -54,7 +54,7 @@ def rivals(selector: Selector, terms: tuple[Term, ...], place: int) -> Rivals:
 
 
 def _implausible(look: Look, selector: Selector, others: tuple[Term, ...]) -> float:
-    """How much less likely a law is because it needs a size that does not occur: a heavy tail, 1 / (1 + size).
+    """How much less likely a law is because it needs a size that does not occur: a heavy tail, 1 / (1 + size)^2.
 
     Without this an axis that hardly moves in the recording could explain everything, by a scale ten per cent too long.
     """
@@ -65,4 +65,4 @@ def _implausible(look: Look, selector: Selector, others: tuple[Term, ...]) -> fl
     columns = selector.columns((*others, selector.term_of(look)))
     coefficients = np.linalg.lstsq(columns, selector.data, rcond=None)[0][-look.family.dimension :]
     needed = float(np.linalg.norm(coefficients)) / max(abs(bound) for bound in sensible[0])
-    return min(float(np.log1p(needed)), MOST_IMPLAUSIBLE)
+    return min(2.0 * float(np.log1p(needed)), MOST_IMPLAUSIBLE)

@@ -36,6 +36,8 @@ PAUSE_JUMP = 1.25
 MOST_PAUSED = 0.15
 """Largest share of touches that follow a pause: what every touch follows is none."""
 SHORT_PAUSE_S = 10.0
+ORIGIN_ONLY = 3e-3
+"""Share of a signature left beside the origins below which it shows nothing else."""
 CHUNK = 50_000
 """Numbers computed at a time: they stay in a processor's cache."""
 PRIOR_SIZE = 3.0
@@ -114,9 +116,23 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
             if has_free_direction(law):
                 families = _directed(law, choices, atoms, columns, directions)
             else:
-                families = _family(law, choices, atoms, columns, *_sizes(columns, [np.ones((1, len(data)))]))
+                size = _sizes(columns, [np.ones((1, len(data)))])[0]
+                seen = columns if _has_phase(law) else _beside_origins(columns, data)
+                families = _family(law, choices, atoms, seen, size)
             needed = _needed(law, columns, data)
             yield from (replace(family, prior=max(family.prior, needed)) for family in families)
+
+
+def _beside_origins(columns: Array, data: Residuals) -> Array:
+    """Signatures ``(atoms, d, n)`` without what the origins of the placements take of them.
+
+    The shape of a law may be mostly a constant, as a bow over the travel is in its middle: what is left of it is still
+    the law. Of one that is nothing but a constant rounding is left, and it stays as it is; so do oscillations, which
+    could fit anything with a huge amplitude once they keep step with the pitch of the gauge.
+    """
+    left = data.without_origins(columns)
+    size, whole = (np.linalg.norm(one, axis=2, keepdims=True) for one in (left, columns))
+    return np.where(size > ORIGIN_ONLY * whole, left, columns)
 
 
 def _needed(law: type[Effect], columns: Array, data: Residuals) -> float:

@@ -97,7 +97,7 @@ def with_lone_rows(noise: Noise, left_um: Array, data: Residuals) -> Noise:
 
 def _free_columns(data: Residuals) -> tuple[Array, bool]:
     counts = np.bincount(data.group)
-    repeats = bool((counts > 1).mean() > 0.5 and len(counts) < 0.8 * len(data))
+    repeats = bool((counts[data.group] > 1).mean() > 0.5 and len(counts) < 0.8 * len(data))
     if repeats:
         groups = np.eye(len(counts))[data.group]
     else:

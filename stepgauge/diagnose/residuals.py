@@ -59,10 +59,9 @@ class Residuals:
         return np.unique(np.column_stack(keys), axis=0, return_inverse=True)[1].ravel()
 
     def without_origins(self, um: Array) -> Array:
-        """Displacements along the approach, um, with the mean origin of every placement taken out."""
-        along = um * self.side
-        origin = np.bincount(self.placement, along) / np.bincount(self.placement)
-        return (along - origin[self.placement]) * self.side
+        """Displacements along the approach ``(..., n)``, um, with the mean origin of every placement taken out."""
+        own = (self.placement == np.arange(self.placement.max() + 1)[:, None]) * self.side
+        return um - um @ (own.T / np.abs(own).sum(axis=1)) @ own
 
     @property
     def has_time(self) -> bool:

@@ -31,6 +31,8 @@ SMALLEST = 1e-150
 SURPRISING = -2.0
 """Logarithm of the chance below which a gain is computed again in double precision."""
 BOUND_ERROR = 1e-3
+SINGULAR = 1e-7
+"""Eigenvalue of normalised products, over the largest, that single precision cannot tell from nought."""
 COLLINEAR = 1e-4
 """Share of a signature's square that must be left beside the nuisances and the terms already there.
 
@@ -274,7 +276,7 @@ def _curve_length(gram: Array, cross: Array) -> float:
     if len(gram) < 2:
         return 0.0
     cross = cross[: len(gram) - 1]
-    shrink = np.linalg.inv(gram + 1e-12 * np.eye(gram.shape[1]))
+    shrink = np.linalg.pinv(gram, rcond=SINGULAR, hermitian=True)
     overlap = shrink[:-1] @ cross @ shrink[1:] @ np.swapaxes(cross, 1, 2)
     smallest = np.linalg.eigvals(overlap).real.min(axis=1)
     return float(np.arccos(np.sqrt(np.clip(smallest, 0.0, 1.0))).sum())
