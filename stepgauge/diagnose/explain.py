@@ -61,11 +61,26 @@ def explain(data: Residuals, noise: Noise, without: Collection[str]) -> Explaine
     if not terms and again is not noise and _clearest(again, data) is not None:
         again = noise  # what stands alone in structure without a law is no outlier
     if not _same(noise, again):
-        noise, trail = again, selector.trail
-        whitening = make_whitening(data, noise.by_row_um)
-        selector = Selector(selector.library.judged_by(whitening), whitening, data, trail)
+        noise = again
+        selector = _beside(noise, selector, data)
         terms = selector.select()
-    forms = all_forms(data, whitening)
+    found = _held_against_forms(selector, terms, noise, data)
+    grown = _growing_beside_laws(found, data)
+    if grown is None:
+        return found
+    selector = _beside(grown, selector, data)
+    return _held_against_forms(selector, selector.select(), grown, data)
+
+
+def _beside(noise: Noise, selector: Selector, data: Residuals) -> Selector:
+    """The same candidates beside another scatter."""
+    whitening = make_whitening(data, noise.by_row_um)
+    return Selector(selector.library.judged_by(whitening), whitening, data, selector.trail)
+
+
+def _held_against_forms(selector: Selector, terms: tuple[Term, ...], noise: Noise, data: Residuals) -> Explained:
+    """The laws that stay where forms are tried in their place, beside them and on themselves."""
+    forms = all_forms(data, selector.whitening)
     terms = _settle(selector, terms)
     instead, nameless = simpler(forms, selector, terms, noise), _Nameless()
     if instead is None:
@@ -79,6 +94,21 @@ def explain(data: Residuals, noise: Noise, without: Collection[str]) -> Explaine
     if nameless.looks:
         nameless = _behind_placements(nameless, forms, selector, terms)
     return Explained(noise, selector, terms, most_telling(forms, selector.data), nameless.described, remarks)
+
+
+def _growing_beside_laws(found: Explained, data: Residuals) -> Noise | None:
+    """The scatter with its growth where laws that leave nothing else show it; None where they do not.
+
+    What repeats cannot say of the scatter, for every set of them has a mean of its own, all rows can beside a model.
+    """
+    if found.noise.growth is not None or found.unexplained:
+        return None
+    left, basis = found.selector.residual(found.terms)
+    growth = growth_of(data, left, (basis**2).sum(axis=1), np.isfinite(found.noise.by_row_um))
+    if growth is None:
+        return None
+    left_um = data.um - displaced_um(found.selector.fit(found.terms).solved, data)
+    return estimate_noise(replace(data, um=left_um), growth=growth)
 
 
 def _departing(

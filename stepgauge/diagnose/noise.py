@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,11 +12,13 @@ from scipy import optimize, stats
 from stepgauge.diagnose.residuals import Residuals
 
 Array = NDArray[np.float64]
+Growth = tuple[str, float, float]
+"""Covariate with which the scatter grows, the rate of it, and the chance of as much in scatter that does not grow."""
 OUTLIER_P = 0.002
 """Chance of calling any row of an undisturbed recording an outlier."""
 OUTLIER_GROWING_P = 0.00005
 """The same where the scatter grows: how it grows is known roughly, and a row far out in it is less of a surprise."""
-GROWTH_P = 0.0003
+GROWTH_P = 0.0015
 """Chance of seeing growing scatter in an undisturbed recording."""
 GROWTH_RANKS_P = 0.01
 FEWEST_GROWING = 12
@@ -43,22 +46,22 @@ class Noise:
     by_row_um: Array
     dof: int
     outliers: NDArray[np.intp]
-    growth: tuple[str, float, float] | None
+    growth: Growth | None
     repeats: bool
 
 
-def estimate_noise(data: Residuals, may_grow: bool = True) -> Noise:
+def estimate_noise(data: Residuals, may_grow: bool = True, growth: Growth | None = None) -> Noise:
     """Repeatability from what differs between repeats beyond any slow change.
 
     Every set of repeats (same face, placement and speed) may lie anywhere, and the placement may move smoothly with
-    time, along the gauge and along the approach; what is left is scatter, whatever the model. Without repeats only a
+    time, along the gauge and along the approach, and by a constant of each speed; what is left is scatter, whatever the
+    model. Without repeats only a
     smooth change along the gauge is allowed for, and the scatter is larger or smaller than the truth by what that
-    misses. ``may_grow``: whether growth of the scatter is looked for.
+    misses. ``may_grow``: whether growth of the scatter is looked for; ``growth``: how it is known to grow.
     """
     basis, repeats = _free_columns(data)
     told = ~_datum_rows(data)
-    weight = np.ones(len(data))
-    growth = None
+    weight = np.ones(len(data)) if growth is None else _weights(data, growth[0], growth[1])
     for p in (OUTLIER_P, OUTLIER_GROWING_P):
         keep, residual, leverage = _without_outliers(data.um / weight, basis / weight[:, None], told, p)
         growth = growth_of(data, residual, leverage, keep) if growth is None and may_grow else growth
@@ -110,7 +113,14 @@ def _free_columns(data: Residuals) -> tuple[Array, bool]:
         rank[data.order] = np.arange(len(data))
         hats = _smooth(rank, data, knots, rows)
         slow += [hats, hats * data.side[:, None]]
-    return np.column_stack([groups, *slow]), repeats
+    return np.column_stack([groups, *slow, *_speeds(data)]), repeats
+
+
+def _speeds(data: Residuals) -> Iterator[Array]:
+    """Constants of every speed but the first, along the approach and along the gauge; repeats may differ by them."""
+    for speed in range(1, data.speed.max() + 1):
+        yield (data.speed == speed).astype(float)
+        yield (data.speed == speed) * data.side
 
 
 def _smooth(x: Array, data: Residuals, knots: int, rows: NDArray[np.bool_]) -> Array:
@@ -185,9 +195,7 @@ def _covariates(data: Residuals) -> dict[str, Array]:
     return {name: values for name, values in found.items() if np.ptp(values) > 1e-6 * max(np.abs(values).max(), 1e-9)}
 
 
-def growth_of(
-    data: Residuals, residual: Array, leverage: Array, keep: NDArray[np.bool_]
-) -> tuple[str, float, float] | None:
+def growth_of(data: Residuals, residual: Array, leverage: Array, keep: NDArray[np.bool_]) -> Growth | None:
     """Covariate with which the squares grow, its rate over sigma and the p-value; None if none does.
 
     ``residual (n,)``: in units of the scatter that does not grow; ``leverage (n,)``: share of each row that was fitted;

@@ -19,6 +19,8 @@ from stepgauge.recording_checks import axis_from_approaches, certified_mm, check
 
 Array = NDArray[np.float64]
 FEWEST_ROWS = 12
+MOST_ALONE = 0.2
+"""Share of probings without a repeat at the same speed above which repeats at other speeds count, too."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +54,21 @@ class Residuals:
 
     @cached_property
     def group(self) -> NDArray[np.intp]:
-        """Index of the set of repeats a row belongs to: the same face of the same placement at the same speed."""
-        keys = [self.placement, self.face]
-        if "speed_mm_s" in self.frame:
-            keys.append(np.unique(self.frame["speed_mm_s"], return_inverse=True)[1])
-        return np.unique(np.column_stack(keys), axis=0, return_inverse=True)[1].ravel()
+        """Index of the set of repeats a row belongs to: the same face of the same placement.
+
+        At the same speed, too, unless that left too many probings alone.
+        """
+        face = np.column_stack([self.placement, self.face])
+        sets = np.unique(np.column_stack([face, self.speed]), axis=0, return_inverse=True)[1].ravel()
+        alone = (np.bincount(sets)[sets] == 1).mean()
+        return sets if alone < MOST_ALONE else np.unique(face, axis=0, return_inverse=True)[1].ravel()
+
+    @cached_property
+    def speed(self) -> NDArray[np.intp]:
+        """Index of the measuring speed of a row, 0 where none is recorded."""
+        if "speed_mm_s" not in self.frame:
+            return np.zeros(len(self), np.intp)
+        return np.unique(self.frame["speed_mm_s"], return_inverse=True)[1].ravel()
 
     def without_origins(self, um: Array) -> Array:
         """Displacements along the approach ``(..., n)``, um, with the mean origin of every placement taken out."""
