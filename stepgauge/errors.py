@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from os import PathLike
 
 
@@ -23,6 +24,10 @@ class InputError(Exception):
         if expected is not None:
             text += f"; expected {expected}"
         super().__init__(" ".join(text.split()))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """As it was made, for it crosses from one process to another."""
+        return partial(type(self), found=self.found, expected=self.expected), (self.where, self.what)
 
     def at(self, where: str | PathLike[str]) -> InputError:
         """The same error with its place as somebody knows it who knows the file."""

@@ -135,6 +135,32 @@ def test_scatter_that_grows_with_time_is_named() -> None:
     assert found.findings[0].parameters["rate"].value == pytest.approx(1.5 / hours.max(), rel=0.3)
 
 
+def test_scatter_that_grows_is_seen_beside_a_model_where_repeats_are_few() -> None:
+    """Two cycles: every second number goes into the means of the repeats, and what is left tells nothing for sure."""
+    recording = record(machine(noise_um=0.2), (ALONG_X, ALONG_Y), seed=11, cycles=2)
+    hours = recording.frame["time_s"].to_numpy() / 3600.0
+    more = np.random.default_rng(3).normal(size=len(hours)) * 0.5 * hours / hours.max()
+    noisy = bent(lambda r: more, recording)
+    assert estimate_noise(make_residuals(noisy, gauge(), machine(noise_um=0.2))).growth is None
+    found = told(noisy)
+    assert [(one.kind, one.choices["per"]) for one in found.findings] == [("noise_growth", "time")]
+    rate = found.findings[0].parameters["rate"]
+    assert rate.value == pytest.approx(0.5 / hours.max(), rel=0.5)
+
+
+def test_repeats_at_other_speeds_count_where_each_speed_leaves_too_few() -> None:
+    """Every second of three cycles at another speed, a face off by 3 um: a defect, and no nine bad probings."""
+    recording = record(machine(noise_um=NOISE_UM), (ALONG_X, ALONG_Y), seed=2, cycles=3)
+    frame = recording.frame.copy()
+    frame["speed_mm_s"] = np.where(frame["cycle"] == 2, 12.0, 3.0)
+    face = frame["face"].to_numpy() == 8
+    late = 0.2 * frame["speed_mm_s"].to_numpy()
+    found = told(bent(lambda r: late + 3.0 * face, replace(recording, frame=frame)))
+    assert found.noise.repeats
+    assert found.noise.sigma_um == pytest.approx(NOISE_UM, rel=0.25)
+    assert sorted(names(found)) == ["block_defect", "trigger_delay"]
+
+
 def test_of_two_repeats_that_differ_the_bad_one_is_known_by_the_other_faces() -> None:
     recording = clean()
     two = recording.frame["cycle"] <= 2
