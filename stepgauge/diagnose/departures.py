@@ -24,7 +24,10 @@ FALSE_ALARM = 0.002
 """Chance that a law that is there is taken for departing from itself."""
 SMALLEST_SHARE = 0.15
 """Share of what a law and its departure explain below which the law is there, in a shape a little off its ideal."""
+SMALLEST_OVERTONE = 0.09
+"""The same for an overtone: three tenths of an oscillation's amplitude are another shape of wave."""
 OVERTONES = (2, 3, 5)
+OVERTONE = "an overtone"
 TIMES = {"time_constant_h": "time constant", "touches": "decay", "width_mm": "width"}
 """Parameters that give a law its shape, and what a second value of them means."""
 FACTOR = 4.0
@@ -56,7 +59,7 @@ def departure(selector: Selector, terms: tuple[Term, ...]) -> Departure | None:
         place = next(place for place, family in families if family is look.family)
         extra = max(look.gain - look.dimension, 0.0)
         own = selector.look_at(terms[place].index, terms[:place] + terms[place + 1 :]).gain
-        if look.log_p <= bar and extra >= SMALLEST_SHARE * (own + extra):
+        if look.log_p <= bar and extra >= look.family.details["least"] * (own + extra):
             return Departure(place, look.family.label, look)
     return None
 
@@ -70,13 +73,16 @@ def _families(solved: Solved, selector: Selector) -> Iterator[Family]:
     for covariate in [*covariates(data), *sides]:
         u = covariate.values - covariate.values.mean()
         column = share * u / np.abs(u).max()
-        yield _family(f"the size of {label} changes with {covariate.name}", covariate.name, column[None], selector)
+        yield _family(f"the size of {label} changes with {covariate.name}", covariate.name, column[None])
     for words, columns in _shapes(solved, selector):
-        yield _family(f"{label} has {words}", solved.family.covariate, columns, selector)
+        least = SMALLEST_OVERTONE if words.startswith(OVERTONE) else SMALLEST_SHARE
+        yield _family(f"{label} has {words}", solved.family.covariate, columns, least)
 
 
-def _family(words: str, covariate: str, columns: Array, selector: Selector) -> Family:
-    return Family("form:departure", words, {}, [{"atom": 0}], columns[None], None, covariate)
+def _family(words: str, covariate: str, columns: Array, least: float = SMALLEST_SHARE) -> Family:
+    """One signature ``(d, n)``, and the share of the structure that it must make up."""
+    details = {"least": least}
+    return Family("form:departure", words, {}, [{"atom": 0}], columns[None], None, covariate, details=details)
 
 
 def _shapes(solved: Solved, selector: Selector) -> Iterator[tuple[str, Array]]:
@@ -93,7 +99,7 @@ def _shapes(solved: Solved, selector: Selector) -> Iterator[tuple[str, Array]]:
             for order in OVERTONES:
                 changed = value * order if name == "frequency_hz" else value / order
                 phases = [column(**{name: changed, "phase_deg": phase}) for phase in (0.0, 90.0)]
-                yield f"an overtone of order {order}", np.array(phases)
+                yield f"{OVERTONE} of order {order}", np.array(phases)
         elif isinstance(value, float) and value > 0.0 and name in TIMES:
             for factor in (1.0 / FACTOR, FACTOR):
                 yield f"a second {TIMES[name]}", column(**{name: value * factor})[None]

@@ -12,8 +12,10 @@ from stepgauge.diagnose.residuals import Residuals
 from stepgauge.effects import Effect, Parameter
 
 Array = NDArray[np.float64]
-FEWEST_PERIODS = 1.2
-"""Periods within the span from which something repeats: less of one is a bow."""
+FEWEST_PERIODS = 2.0
+"""Periods within the travel from which something repeats: less of one is a bow."""
+FEWEST_CYCLES = 1.5
+"""The same within the time of the measurement, where a bow is not so common."""
 MOST_PERIODS = 4000
 MOST_FREQUENCIES = 5000
 MOST_TIMES = 300
@@ -48,7 +50,7 @@ def _duration_s(data: Residuals) -> float:
 
 def _periods_s(_: dict[str, Any], data: Residuals) -> Array:
     duration = _duration_s(data)
-    frequency = np.arange(FEWEST_PERIODS / duration, 1.0 / 60.0, 1.0 / (4.0 * duration))[:MOST_PERIODS]
+    frequency = np.arange(FEWEST_CYCLES / duration, 1.0 / 60.0, 1.0 / (4.0 * duration))[:MOST_PERIODS]
     return 1.0 / frequency if frequency.size else np.array([duration])
 
 
