@@ -12,7 +12,7 @@ from stepgauge.diagnose.select import Selector, Term
 
 Array = NDArray[np.float64]
 UNDECIDED = np.log(20.0)
-"""Two laws whose chances differ by less than this factor are not told apart."""
+"""Two laws that are likelier than each other by less than this factor are not told apart."""
 MOST_IMPLAUSIBLE = UNDECIDED + 0.5
 """Where every law needs a size that does not occur, none is preferred for needing a little less."""
 PRIOR = {
@@ -28,7 +28,7 @@ PRIOR = {
     "local_scale_defect": -0.5,
     "scale_temperature": -0.5,
 }
-"""Logarithm of how much rarer a kind is than the commonest ones; decides only the order in an undecided set."""
+"""Logarithm of how much rarer a kind is than the commonest ones."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,10 @@ def rivals(selector: Selector, terms: tuple[Term, ...], place: int) -> Rivals:
     looks = [look for look in selector.looks(others) if look.log_p <= selector.bar]
     looks = looks or [selector.look_at(terms[place].index, others)]
     near = [look for look in looks if look.log_p <= looks[0].log_p + UNDECIDED]
-    surprise = {id(look): look.log_p + _implausible(look, selector, others) for look in near}
-    rank = {id(look): surprise[id(look)] - PRIOR.get(look.family.kind, 0.0) for look in near}
+    prior = {id(look): PRIOR.get(look.family.kind, 0.0) - _implausible(look, selector, others) for look in near}
+    rank = {id(look): look.log_p - prior[id(look)] for look in near}
     near.sort(key=lambda look: rank[id(look)])
-    near = [look for look in near if surprise[id(look)] <= surprise[id(near[0])] + UNDECIDED]
+    near = [look for look in near if rank[id(look)] <= rank[id(near[0])] + UNDECIDED]
     weight = np.exp([rank[id(near[0])] - rank[id(look)] for look in near])
     return Rivals(tuple(near), tuple(float(w) for w in weight / weight.sum()))
 

@@ -118,8 +118,10 @@ def _departing(
     found = departure(selector, terms)
     if found is None:
         return terms, None, ()
-    law = selector.looks(terms)[0]
-    if len(terms) < MOST_TERMS and law.log_p <= selector.bar and law.gain >= EXPLAINED * found.look.gain:
+    law, departing = selector.looks(terms)[0], selector.library.families[terms[found.place].index]
+    explains = law.log_p <= selector.bar and law.gain >= EXPLAINED * found.look.gain
+    # a second law of the same kind would be the departure by another name
+    if len(terms) < MOST_TERMS and explains and law.family.kind != departing.kind:
         return _departing(forms, selector, _settle(selector, (*terms, selector.term_of(law))))
     kept = terms[: found.place] + terms[found.place + 1 :]
     instead = instead_of(forms, selector, terms, kept)
