@@ -85,11 +85,12 @@ def covariates(data: Residuals) -> list[Covariate]:
 
 
 def _touches(data: Residuals) -> Iterator[Covariate]:
-    """Touches since a pause, for every length that may count as one in this recording."""
+    """Touches since a pause, for every length that may count as one in this recording; without any they only count."""
     told: list[Array] = []
     for pause_s in (round(pause) for pause in pauses_s(data)):
         touches = data.probings.touches_since_pause(pause_s)
-        if not any(np.array_equal(touches, other) for other in told):
+        paused = bool((np.diff(touches[data.order]) <= 0.0).any())
+        if paused and not any(np.array_equal(touches, other) for other in told):
             told.append(touches)
             yield Covariate(f"{TOUCHES} of {pause_s} s", "", touches)
 

@@ -18,6 +18,10 @@ FEWEST_CYCLES = 1.5
 """The same within the time of the measurement, where a bow is not so common."""
 MOST_PERIODS = 4000
 MOST_FREQUENCIES = 5000
+RHYTHM = np.linspace(0.0, 1.0, 41)
+"""Quantiles of the times between touches that stand for all of them."""
+GRADUAL = 0.1
+"""Part of a turn from touch to touch below which a swing is seen as a gradual change."""
 MOST_TIMES = 300
 
 
@@ -55,8 +59,16 @@ def _periods_s(_: dict[str, Any], data: Residuals) -> Array:
 
 
 def _frequencies_hz(_: dict[str, Any], data: Residuals) -> Array:
+    """Oscillations that the rhythm of the touches does not show as one slow change."""
     step = 1.0 / (2.0 * _duration_s(data))
-    return np.arange(0.2, 0.2 + step * MOST_FREQUENCIES, step)
+    frequency = np.arange(0.2, 0.2 + step * MOST_FREQUENCIES, step)
+    between_s = np.quantile(np.diff(np.sort(data.frame["time_s"].to_numpy(float))), RHYTHM)
+    turned = frequency[:, None] * between_s
+    turned -= np.round(turned)
+    gradual = np.quantile(np.abs(turned), 0.9, axis=1) < GRADUAL
+    # a grid point beyond the fewest, for a fit moves by as much
+    slow = gradual & (np.abs(turned.mean(axis=1)) * len(data) < FEWEST_CYCLES + 0.5)
+    return frequency[~slow] if not slow.all() else frequency
 
 
 def _times_s(_: dict[str, Any], data: Residuals) -> Array:

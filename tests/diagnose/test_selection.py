@@ -227,6 +227,55 @@ def test_other_readings_on_the_way_back_are_a_matter_of_the_way() -> None:
     assert any(one.covariate == "direction of travel" for one in (*found.located, *found.unexplained))
 
 
+def test_a_bow_in_the_middle_of_the_travel_is_named_though_it_is_mostly_a_constant() -> None:
+    """50 um over 700 mm of guideway: 2 um along a gauge of 240 mm on the diagonal, where the constant is an origin."""
+    axes = ((1.0, 1.0, 0.0), (1.0, -1.0, 0.0), ALONG_X, ALONG_Y)
+
+    def bow(recording: Recording) -> Array:
+        across = 50.0 * (1.0 - (2.0 * (recording.frame["x_mm"].to_numpy() - 350.0) / 700.0) ** 2)
+        return across * recording.frame["approach_j"].to_numpy()
+
+    found = told(bent(bow, clean(axes)))
+    assert [finding.label for finding in found.findings] == ["straightness_x_y"]
+    one = found.findings[0]
+    scaled_um = one.parameters["um"].value * (700.0 / getattr(one.effect, "length_mm", np.nan)) ** 2
+    assert scaled_um == pytest.approx(50.0, rel=0.15)
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(0.1, "effects"), (0.45, "unknown")])
+def test_an_overtone_makes_another_wave_of_an_oscillation(share: float, verdict: str) -> None:
+    """A tenth of the amplitude is within what an air conditioning does; nearly half of it is no sine."""
+
+    def wave(t: Array) -> Array:
+        return 1.2 * (np.sin(2.0 * np.pi * t / 217.0) + share * np.sin(4.0 * np.pi * t / 217.0))
+
+    found = told(bent(along(ALONG_X, wave)))
+    assert found.verdict == verdict
+    if verdict == "effects":
+        assert names(found) == ["temperature_cycle"]
+    else:
+        assert {one.covariate for one in found.unexplained} & {"time", "order"}
+
+
+def test_a_slow_swing_is_no_quick_one_that_the_rhythm_of_the_touches_makes_slow() -> None:
+    """Little more than one period in the run: a drift, a cycle, nobody knows; and surely no vibration of many hertz."""
+    recording = clean((ALONG_X,))
+    period = np.ptp(recording.frame["time_s"].to_numpy()) / 1.15
+    found = told(bent(along(ALONG_X, lambda t: 1.2 * np.sin(2.0 * np.pi * t / period)), recording))
+    assert found.verdict == "unknown"
+    assert found.unexplained[0].covariate == "time"
+    assert not names(found)
+
+
+def test_what_is_not_seen_twice_along_the_travel_is_no_period() -> None:
+    """One wave and a half over the gauge, of a height that no scale has by accident."""
+    recording = clean((ALONG_X,))
+    x = recording.frame["x_mm"].to_numpy()
+    wave = 2.0 * np.sin(2.0 * np.pi * 1.5 * (x - x.min()) / np.ptp(x))
+    found = told(bent(lambda r: wave * r.frame["approach_i"].to_numpy(), recording))
+    assert "periodic_scale_error" not in names(found)
+
+
 @lru_cache
 def fan() -> Recording:
     """Four placements, each 30 degrees from the last, each at a temperature and a height of its own."""
@@ -309,6 +358,17 @@ def test_whitening_is_the_inverse_root_of_the_covariance_beside_the_origins() ->
     middle = origins.T @ inverse @ origins
     wanted = inverse - inverse @ origins @ np.linalg.solve(middle, origins.T @ inverse)
     np.testing.assert_allclose(white @ white.T, wanted, atol=1e-8 * np.abs(inverse).max())
+
+
+def test_what_origins_take_is_taken_out_of_stacks_as_of_single_rows() -> None:
+    data = make_residuals(clean(), gauge(), machine())
+    stack = np.random.default_rng(4).normal(size=(3, 2, len(data)))
+    left = data.without_origins(stack)
+    for placement in (0, 1):
+        rows = data.placement == placement
+        np.testing.assert_allclose((left * data.side)[..., rows].mean(axis=-1), 0.0, atol=1e-12)
+        np.testing.assert_allclose(np.ptp((left - stack)[..., rows] * data.side[rows], axis=-1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(left[1, 1], data.without_origins(stack[1, 1]))
 
 
 def test_a_datum_that_was_set_says_nothing_of_the_scatter() -> None:
