@@ -16,7 +16,7 @@ from itertools import combinations
 import numpy as np
 from scipy import stats
 
-from stepgauge.diagnose.forms import WANDERING
+from stepgauge.diagnose.forms import WANDERING, WAY, goes_both_ways
 from stepgauge.diagnose.noise import Noise
 from stepgauge.diagnose.search import Look
 from stepgauge.diagnose.select import Selector, Term, share_within_repeats
@@ -43,6 +43,10 @@ PILE_EXPLAINED = 0.93
 OSCILLATIONS = {"temperature_cycle", "vibration"}
 LOCKED = 0.25
 """Share of an oscillation's square within the repeats of a probing below which it keeps step with the cycles."""
+APART = 0.5
+"""The same above which repeats on both ways differ."""
+WAY_P = 1e-4
+"""Chance of what the way there says, below which it is believed where an oscillation keeps step with it."""
 MAY_REPEAT = {"block_defect", "step_change"}
 """Kinds of which two at once are nothing odd, even with the same choices."""
 
@@ -60,6 +64,9 @@ def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: No
     """The shortest description by some of the laws and one form; None where the laws alone are shorter."""
     if not terms:
         return None
+    history = _instead_of_alternating(forms, selector, terms)
+    if history is not None:
+        return history
     repeated = _twice(selector, terms)
     lowered = _lowered_margin(selector, terms, noise)
     fewer = [kept for kept in _subsets(terms) if len(repeated & set(kept)) <= 1]
@@ -119,6 +126,38 @@ def _locked(selector: Selector, terms: Sequence[Term]) -> bool:
         for solved in selector.fit(tuple(terms)).solved
         if solved.family.kind in OSCILLATIONS
     )
+
+
+def _instead_of_alternating(forms: Forms, selector: Selector, terms: tuple[Term, ...]) -> Simpler | None:
+    """What depends on the way there, where laws swing in time with it; None where none does, or the way says nothing.
+
+    To swing in time and yet read the same whenever the gauge is run the same way, and otherwise on the way back, is a
+    rare chance; hysteresis does it always.
+    """
+    kept = tuple(term for term in terms if term not in _alternating(selector, terms))
+    if kept == terms:
+        return None
+    left, basis = selector.residual(kept)
+    looks = forms.looks(left, basis, selector.dof - basis.shape[1])
+    ways = [look for look in looks if look.family.covariate == WAY and look.log_p <= np.log(WAY_P)]
+    if not ways:
+        return None
+    return Simpler(kept, ways[0], min(ways[0].gain / max(float(left @ left) - selector.dof, ways[0].gain), 1.0))
+
+
+def _alternating(selector: Selector, terms: tuple[Term, ...]) -> list[Term]:
+    """Oscillations that read the same in all repeats on one way, and not in those on the other."""
+    data = selector.residuals
+    if not goes_both_ways(data):
+        return []
+    ways = np.unique(np.column_stack([data.group, data.probings.way()]), axis=0, return_inverse=True)[1].ravel()
+    found = []
+    for term, solved in zip(terms, selector.fit(terms).solved, strict=True):
+        along_um = solved.displacement_um(data) * data.side
+        apart = share_within_repeats(along_um, data.group) > APART
+        if solved.family.kind in OSCILLATIONS and apart and share_within_repeats(along_um, ways) < LOCKED:
+            found.append(term)
+    return found
 
 
 def _misfit(selector: Selector, terms: tuple[Term, ...], noise: Noise, chance: float, share: float) -> bool:
