@@ -17,7 +17,7 @@ from stepgauge.diagnose.noise import Noise, estimate_noise, growth_of, with_lone
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Located
 from stepgauge.diagnose.search import Library, Look
-from stepgauge.diagnose.select import MOST_TERMS, Selector, Term
+from stepgauge.diagnose.select import MOST_TERMS, SAME_FIT, Selector, Term
 from stepgauge.diagnose.simpler import EXPLAINED, Simpler, instead_of, simpler
 from stepgauge.diagnose.smooth import Forms
 from stepgauge.diagnose.solve import Solved
@@ -160,10 +160,28 @@ def all_forms(data: Residuals, whitening: Whitening) -> Forms:
 
 def _judged_again(noise: Noise, selector: Selector, terms: tuple[Term, ...], data: Residuals) -> Noise:
     """The scatter beside the effects found, and the rows that stand alone beside them."""
-    left_um = data.um - displaced_um(selector.fit(terms).solved, data)
+    left_um = data.um - displaced_um(selector.fit(_placed_by_all(noise, selector, terms, data)).solved, data)
     if terms:
         noise = estimate_noise(replace(data, um=left_um))
     return with_lone_rows(noise, left_um, data)
+
+
+def _placed_by_all(noise: Noise, selector: Selector, terms: tuple[Term, ...], data: Residuals) -> tuple[Term, ...]:
+    """The same laws, each with the signature that suits the outliers best of those that the other rows leave open.
+
+    Rows at a step look like outliers of their repeats; without them nothing says on which side of them the step is.
+    """
+    if not noise.outliers.size:
+        return terms
+    sigma_um = np.where(np.isfinite(noise.by_row_um), noise.by_row_um, noise.sigma_um)
+    every = _beside(replace(noise, by_row_um=sigma_um), selector, data)
+    for place, term in enumerate(terms):
+        others = terms[:place] + terms[place + 1 :]
+        gains = selector.library.gains(term.index, *selector.residual(others))
+        open_left = gains >= gains[term.atom] - SAME_FIT
+        best = np.where(open_left, every.library.gains(term.index, *every.residual(others)), -np.inf).argmax()
+        terms = (*terms[:place], replace(term, atom=int(best)), *terms[place + 1 :])
+    return terms
 
 
 def _same(one: Noise, other: Noise) -> bool:

@@ -22,7 +22,7 @@ RHYTHM = np.linspace(0.0, 1.0, 41)
 """Quantiles of the times between touches that stand for all of them."""
 GRADUAL = 0.1
 """Part of a turn from touch to touch below which a swing is seen as a gradual change."""
-MOST_TIMES = 300
+MOST_TIMES = 1000
 
 
 def parameter_grid(kind: type[Effect], parameter: Parameter, choices: dict[str, Any], data: Residuals) -> list[Any]:

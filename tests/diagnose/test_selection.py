@@ -179,6 +179,17 @@ def test_a_single_bad_probing_is_no_defect_of_the_scale() -> None:
         assert found.findings[0].choices["rows"] == (row + 1,)
 
 
+@pytest.mark.parametrize("share", [0.21, 0.37, 0.68])
+def test_a_large_step_leaves_no_outliers_on_the_wrong_side_of_it(share: float) -> None:
+    """Eight sigma between one touch and the next of 384: the rows at the step are bad for their repeats, not for it."""
+    recording = record(machine(noise_um=NOISE_UM), (ALONG_X, ALONG_Y), seed=8, cycles=8)
+    time_s = np.sort(recording.frame["time_s"].to_numpy())
+    at = int(share * len(time_s))
+    found = told(bent(along(BETWEEN, lambda t: 2.4 * (t >= time_s[at])), recording))
+    assert names(found) == ["step_change"]
+    assert time_s[at - 1] < found.findings[0].parameters["time_s"].value <= time_s[at]
+
+
 # Structure without a name.
 
 
