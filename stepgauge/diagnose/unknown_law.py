@@ -211,7 +211,7 @@ def _candidates(
         yield [mask + term for term in _harmonics(data)], None
     elif located.form == "level":
         numbers = np.unique(data.frame["placement"].to_numpy())
-        yield [f"{mask}step(placement - {n - 0.5:g})" for n in numbers[1:]], None
+        yield [f"{mask}(abs(placement - {n:g}) < 0.5)" for n in numbers], None
     else:
         yield from _of_covariate(located, side, data, whitening, left_um)
 

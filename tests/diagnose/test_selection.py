@@ -19,7 +19,7 @@ from stepgauge.diagnose.noise import estimate_noise
 from stepgauge.diagnose.residuals import make_residuals
 from stepgauge.diagnose.result import Diagnosis
 from stepgauge.diagnose.search import log_p_value
-from stepgauge.diagnose.unknown_law import model_unknown
+from stepgauge.diagnose.unknown_law import model_unknown, rest_rms_um
 from stepgauge.diagnose.whitening import make_whitening
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import InputError
@@ -309,6 +309,16 @@ def test_what_differs_only_between_placements_is_a_matter_of_placements(levels: 
     assert len({one.covariate for one in found.unexplained}) == len(found.unexplained)
     assert found.located[0].covariate == "placement"
     assert all("the same as placement" in one.where for one in found.located[1:] if one.covariate != "azimuth")
+
+
+def test_levels_of_placements_are_imitated_in_all_of_them() -> None:
+    """The first placement, too, has a level: what is left is the noise."""
+    levels = np.array([1.0, -0.7, 0.9, -0.8])
+    found = told(bent(lambda r: levels[r.frame["placement"].to_numpy() - 1], fan()))
+    (law,) = model_unknown(found)
+    coefficients = [one.value for one in law.estimates.values()]
+    assert coefficients == pytest.approx(levels, abs=0.15)
+    assert rest_rms_um(found, [law]) == pytest.approx(found.noise.sigma_um, rel=0.1)
 
 
 def test_what_changes_within_placements_too_is_no_matter_of_placements() -> None:
