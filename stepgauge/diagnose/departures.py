@@ -27,7 +27,6 @@ SMALLEST_SHARE = 0.15
 SMALLEST_OVERTONE = 0.09
 """The same for an overtone: three tenths of an oscillation's amplitude are another shape of wave."""
 OVERTONES = (2, 3, 5)
-OVERTONE = "an overtone"
 TIMES = {"time_constant_h": "time constant", "touches": "decay", "width_mm": "width"}
 """Parameters that give a law its shape, and what a second value of them means."""
 FACTOR = 4.0
@@ -74,8 +73,7 @@ def _families(solved: Solved, selector: Selector) -> Iterator[Family]:
         u = covariate.values - covariate.values.mean()
         column = share * u / np.abs(u).max()
         yield _family(f"the size of {label} changes with {covariate.name}", covariate.name, column[None])
-    for words, columns in _shapes(solved, selector):
-        least = SMALLEST_OVERTONE if words.startswith(OVERTONE) else SMALLEST_SHARE
+    for words, columns, least in _shapes(solved, selector):
         yield _family(f"{label} has {words}", solved.family.covariate, columns, least)
 
 
@@ -85,8 +83,8 @@ def _family(words: str, covariate: str, columns: Array, least: float = SMALLEST_
     return Family("form:departure", words, {}, [{"atom": 0}], columns[None], None, covariate, details=details)
 
 
-def _shapes(solved: Solved, selector: Selector) -> Iterator[tuple[str, Array]]:
-    """The same law with other values of what gives it its shape."""
+def _shapes(solved: Solved, selector: Selector) -> Iterator[tuple[str, Array, float]]:
+    """The same law with other values of what gives it its shape: words, columns, the share they must make up."""
     effect, data = solved.effect, selector.residuals
 
     def column(**changed: float) -> Array:
@@ -99,7 +97,7 @@ def _shapes(solved: Solved, selector: Selector) -> Iterator[tuple[str, Array]]:
             for order in OVERTONES:
                 changed = value * order if name == "frequency_hz" else value / order
                 phases = [column(**{name: changed, "phase_deg": phase}) for phase in (0.0, 90.0)]
-                yield f"{OVERTONE} of order {order}", np.array(phases)
+                yield f"an overtone of order {order}", np.array(phases), SMALLEST_OVERTONE
         elif isinstance(value, float) and value > 0.0 and name in TIMES:
             for factor in (1.0 / FACTOR, FACTOR):
-                yield f"a second {TIMES[name]}", column(**{name: value * factor})[None]
+                yield f"a second {TIMES[name]}", column(**{name: value * factor})[None], SMALLEST_SHARE

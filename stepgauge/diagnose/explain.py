@@ -171,7 +171,7 @@ def _placed_by_all(noise: Noise, selector: Selector, terms: tuple[Term, ...], da
 
     Rows at a step look like outliers of their repeats; without them nothing says on which side of them the step is.
     """
-    if not noise.outliers.size:
+    if not terms or not noise.outliers.size:
         return terms
     sigma_um = np.where(np.isfinite(noise.by_row_um), noise.by_row_um, noise.sigma_um)
     every = _beside(replace(noise, by_row_um=sigma_um), selector, data)

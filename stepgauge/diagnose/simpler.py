@@ -134,15 +134,16 @@ def _instead_of_alternating(forms: Forms, selector: Selector, terms: tuple[Term,
     To swing in time and yet read the same whenever the gauge is run the same way, and otherwise on the way back, is a
     rare chance; hysteresis does it always.
     """
-    kept = tuple(term for term in terms if term not in _alternating(selector, terms))
-    if kept == terms:
+    alternating = _alternating(selector, terms)
+    if not alternating:
         return None
+    kept = tuple(term for term in terms if term not in alternating)
     left, basis = selector.residual(kept)
     looks = forms.looks(left, basis, selector.dof - basis.shape[1])
     ways = [look for look in looks if look.family.covariate == WAY and look.log_p <= np.log(WAY_P)]
     if not ways:
         return None
-    return Simpler(kept, ways[0], min(ways[0].gain / max(float(left @ left) - selector.dof, ways[0].gain), 1.0))
+    return _described(kept, ways[0], float(left @ left) - selector.dof)
 
 
 def _alternating(selector: Selector, terms: tuple[Term, ...]) -> list[Term]:
@@ -188,7 +189,12 @@ def _with_form(
         return float("-inf"), None
     best = max(looks, key=lambda look: look.gain / 2.0 - look.price(rows, count))
     saved = best.gain / 2.0 - best.price(rows, count) - (named / 2.0 - price)
-    return saved, Simpler(kept, best, min(best.gain / max(here - rows, best.gain), 1.0))
+    return saved, _described(kept, best, here - rows)
+
+
+def _described(kept: tuple[Term, ...], form: Look, structure: float) -> Simpler:
+    """The laws kept and a form, with its share of the ``structure`` that the sum of squares has beyond scatter."""
+    return Simpler(kept, form, min(form.gain / max(structure, form.gain), 1.0))
 
 
 def _another_story(look: Look, law: Look) -> bool:
