@@ -11,24 +11,11 @@ from stepgauge.diagnose.search import Look
 from stepgauge.diagnose.select import Selector, Term
 
 Array = NDArray[np.float64]
+
 UNDECIDED = np.log(20.0)
 """Two laws that are likelier than each other by less than this factor are not told apart."""
 MOST_IMPLAUSIBLE = UNDECIDED + 0.5
 """Where every law needs a size that does not occur, none is preferred for needing a little less."""
-PRIOR = {
-    "block_defect": -1.0,
-    "angular_error": -1.0,
-    "scale_curvature": -0.5,
-    "straightness": -1.5,
-    "roll": -2.0,
-    "gauge_bending": -3.0,
-    "misalignment": -1.0,
-    "vibration": -1.0,
-    "approach_memory": -0.5,
-    "local_scale_defect": -0.5,
-    "scale_temperature": -0.5,
-}
-"""Logarithm of how much rarer a kind is than the commonest ones."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +29,9 @@ class Rivals:
 def rivals(selector: Selector, terms: tuple[Term, ...], place: int) -> Rivals:
     """All families that explain nearly as much as the best one in one place, the other terms staying."""
     others = terms[:place] + terms[place + 1 :]
-    looks = [look for look in selector.looks(others) if look.log_p <= selector.bar]
-    looks = looks or [selector.look_at(terms[place].index, others)]
-    near = [look for look in looks if look.log_p <= looks[0].log_p + UNDECIDED]
-    prior = {id(look): PRIOR.get(look.family.kind, 0.0) - _implausible(look, selector, others) for look in near}
-    rank = {id(look): look.log_p - prior[id(look)] for look in near}
+    looks = selector.looks(others)
+    near = [look for look in looks if look.log_p <= looks[0].log_p + MOST_IMPLAUSIBLE]
+    rank = {id(look): look.log_p + _implausible(look, selector, others) for look in near}
     near.sort(key=lambda look: rank[id(look)])
     near = [look for look in near if rank[id(look)] <= rank[id(near[0])] + UNDECIDED]
     weight = np.exp([rank[id(near[0])] - rank[id(look)] for look in near])

@@ -6,6 +6,7 @@ places, and is seen long before: overtones of an oscillation, a second time cons
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -17,16 +18,17 @@ from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.search import PERIODS, Library, Look
 from stepgauge.diagnose.select import Selector, Term
 from stepgauge.diagnose.solve import Solved
+from stepgauge.diagnose.waves import overtones
 from stepgauge.effects import along_approach_um
 
 Array = NDArray[np.float64]
 FALSE_ALARM = 0.002
-"""Chance that a law that is there is taken for departing from itself."""
+"""Chance that a law that is there is taken for departing from itself in its size, and as much for its shape."""
+SIZE, SHAPE = "form:size", "form:shape"
 SMALLEST_SHARE = 0.15
 """Share of what a law and its departure explain below which the law is there, in a shape a little off its ideal."""
 SMALLEST_OVERTONE = 0.09
 """The same for an overtone: three tenths of an oscillation's amplitude are another shape of wave."""
-OVERTONES = (2, 3, 5)
 TIMES = {"time_constant_h": "time constant", "touches": "decay", "width_mm": "width"}
 """Parameters that give a law its shape, and what a second value of them means."""
 FACTOR = 4.0
@@ -53,12 +55,13 @@ def departure(selector: Selector, terms: tuple[Term, ...]) -> Departure | None:
         return None
     left, basis = selector.residual(terms)
     library = Library([family for _, family in families], selector.whitening)
-    bar = np.log(FALSE_ALARM / len(families))
+    among = Counter(family.kind for _, family in families)
     for look in library.looks(left, basis, selector.dof - basis.shape[1]):
         place = next(place for place, family in families if family is look.family)
         extra = max(look.gain - look.dimension, 0.0)
         own = selector.look_at(terms[place].index, terms[:place] + terms[place + 1 :]).gain
-        if look.log_p <= bar and extra >= look.family.details["least"] * (own + extra):
+        chance = np.log(FALSE_ALARM / among[look.family.kind])
+        if look.log_p <= chance and extra >= look.family.details["least"] * (own + extra):
             return Departure(place, look.family.label, look)
     return None
 
@@ -72,19 +75,20 @@ def _families(solved: Solved, selector: Selector) -> Iterator[Family]:
     for covariate in [*covariates(data), *sides]:
         u = covariate.values - covariate.values.mean()
         column = share * u / np.abs(u).max()
-        yield _family(f"the size of {label} changes with {covariate.name}", covariate.name, column[None])
+        words = f"the size of {label} changes with {covariate.name}"
+        yield _family(SIZE, words, covariate.name, column[None, None], SMALLEST_SHARE)
     for words, columns, least in _shapes(solved, selector):
-        yield _family(f"{label} has {words}", solved.family.covariate, columns, least)
+        yield _family(SHAPE, f"{label} has {words}", solved.family.covariate, columns, least)
 
 
-def _family(words: str, covariate: str, columns: Array, least: float = SMALLEST_SHARE) -> Family:
-    """One signature ``(d, n)``, and the share of the structure that it must make up."""
-    details = {"least": least}
-    return Family("form:departure", words, {}, [{"atom": 0}], columns[None], None, covariate, details=details)
+def _family(kind: str, words: str, covariate: str, columns: Array, least: float) -> Family:
+    """Signatures ``(atoms, d, n)``, and the share of the structure that they must make up."""
+    atoms = [{"atom": i} for i in range(len(columns))]
+    return Family(kind, words, {}, atoms, columns, None, covariate, details={"least": least})
 
 
 def _shapes(solved: Solved, selector: Selector) -> Iterator[tuple[str, Array, float]]:
-    """The same law with other values of what gives it its shape: words, columns, the share they must make up."""
+    """The same law with other values of what gives it its shape: words, signatures, the share they must make up."""
     effect, data = solved.effect, selector.residuals
 
     def column(**changed: float) -> Array:
@@ -94,10 +98,7 @@ def _shapes(solved: Solved, selector: Selector) -> Iterator[tuple[str, Array, fl
     for name in solved.family.atoms[0]:
         value = getattr(effect, name)
         if name in PERIODS:
-            for order in OVERTONES:
-                changed = value * order if name == "frequency_hz" else value / order
-                phases = [column(**{name: changed, "phase_deg": phase}) for phase in (0.0, 90.0)]
-                yield f"an overtone of order {order}", np.array(phases), SMALLEST_OVERTONE
+            yield from ((words, columns, SMALLEST_OVERTONE) for words, columns in overtones(effect, name, data))
         elif isinstance(value, float) and value > 0.0 and name in TIMES:
             for factor in (1.0 / FACTOR, FACTOR):
-                yield f"a second {TIMES[name]}", column(**{name: value * factor})[None], SMALLEST_SHARE
+                yield f"a second {TIMES[name]}", column(**{name: value * factor})[None, None], SMALLEST_SHARE

@@ -124,7 +124,7 @@ def _departing(
     if len(terms) < MOST_TERMS and explains and law.family.kind != departing.kind:
         return _departing(forms, selector, _settle(selector, (*terms, selector.term_of(law))))
     kept = terms[: found.place] + terms[found.place + 1 :]
-    instead = instead_of(forms, selector, terms, kept)
+    instead = instead_of(forms, selector, terms, kept, refuted=True)
     chance = f"chance of it in scatter: {np.exp(found.look.log_p):.1g}"
     return terms, instead, () if instead is None else (f"no known law fits: {found.words} ({chance})",)
 

@@ -42,6 +42,20 @@ CHUNK = 50_000
 """Numbers computed at a time: they stay in a processor's cache."""
 PRIOR_SIZE = 3.0
 """Standard deviation of what is expected of a linear parameter before measuring, over the sensible range's bound."""
+RARITY = {
+    "block_defect": 1.0,
+    "angular_error": 1.0,
+    "scale_curvature": 0.5,
+    "straightness": 1.5,
+    "roll": 2.0,
+    "gauge_bending": 2.0,
+    "misalignment": 1.0,
+    "vibration": 1.0,
+    "approach_memory": 0.5,
+    "local_scale_defect": 0.5,
+    "scale_temperature": 0.5,
+}
+"""Logarithm of how much rarer a law of a kind is than one of the commonest kinds."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +97,11 @@ class Family:
     def columns(self) -> Array:
         """All signatures, displacement along the approach in um, shape ``(atoms, d, n)``."""
         return np.concatenate([self.pattern * share for share in self.share_rows], axis=1)
+
+    @property
+    def rarity(self) -> float:
+        """How much rarer the law is than the commonest ones, nats; none of a form."""
+        return RARITY.get(self.kind, 0.0)
 
     @cached_property
     def ranges(self) -> dict[str, tuple[float, float]]:

@@ -4,7 +4,8 @@ The gain of a signature is what it takes off the whitened sum of squares, less t
 normal prior, wide as against the sensible range: it bears on what is badly determined, and hardly on anything else).
 Its significance counts every look: within a family by the length of the curve that its whitened signatures draw on the
 unit sphere (Hotelling's tube: the chance that pure noise comes as near to any point of the curve), between families by
-their number (Bonferroni).
+their number, each weighted by how common its law is (Bonferroni, with the chances divided by weights as in Genovese,
+Roeder and Wasserman, Biometrika 93, 2006).
 """
 
 from __future__ import annotations
@@ -53,8 +54,8 @@ class Curve:
 class Look:
     """The best signature of a family: which one, what it gains, and how surprising that is.
 
-    ``gain`` is in units of variance one; ``log_p``: logarithm of the family's p-value, all its looks counted;
-    ``looks``: how many independent signatures the family amounts to, on its ``curve``.
+    ``gain`` is in units of variance one; ``log_p``: logarithm of the family's p-value, all its looks counted, over how
+    common its law is; ``looks``: how many independent signatures the family amounts to, on its ``curve``.
     """
 
     family: Family
@@ -69,9 +70,10 @@ class Look:
         """What chance gains at this look, and as many parameters."""
         return self.family.dimension
 
-    def price(self, rows: int, families: int) -> float:
+    def price(self, rows: int, families: float) -> float:
         """What it takes to say which law with which values (Schwarz' criterion, and what was searched), in nats."""
-        return 0.5 * self.dimension * float(np.log(max(rows, 2))) + float(np.log(self.looks * families))
+        said = 0.5 * self.dimension * float(np.log(max(rows, 2)))
+        return said + float(np.log(self.looks * families)) + self.family.rarity
 
 
 class Library:
@@ -90,6 +92,11 @@ class Library:
         self._patterns = list(grouped(self.families)) if patterns is None else patterns
         self._stacks = [list(_stacks(one, whitening)) for one in self._patterns]
         self._place = {id(family): i for i, family in enumerate(self.families)}
+
+    @property
+    def breadth(self) -> float:
+        """How many of the commonest laws the families amount to."""
+        return float(sum(np.exp(-family.rarity) for family in self.families))
 
     def judged_by(self, whitening: Whitening) -> Library:
         """The same families beside another scatter of the probings."""
@@ -147,7 +154,8 @@ class _Judge:
         variance = min(1.0, (self.total - gain) / max(self.dof - family.dimension, 1))
         scaled = gain / max(variance, 1e-12)
         looks = min(1.0 + curve.length * np.sqrt(scaled / (2.0 * np.pi)), float(curve.atoms))
-        return Look(family, atom, gain, log_p_value(scaled, family.dimension, self.dof, looks), looks, curve)
+        log_p = log_p_value(scaled, family.dimension, self.dof, looks)
+        return Look(family, atom, gain, min(log_p + family.rarity, 0.0), looks, curve)
 
 
 def _stacks(patterns: Patterns, whitening: Whitening) -> Iterator[_Stack]:

@@ -20,7 +20,7 @@ from stepgauge.diagnose.solve import Fitted, solve
 from stepgauge.diagnose.whitening import Whitening
 
 Array = NDArray[np.float64]
-FALSE_ALARM = 0.004
+FALSE_ALARM = 0.008
 """Chance that any named effect enters where there is none."""
 FURTHER_FALSE_ALARM = 0.001
 """The same for every further effect: a second cause at the same time is rarer than a first."""
@@ -60,8 +60,8 @@ class Selector:
         self.library, self.whitening, self.residuals = library, whitening, data
         self.data = whitening(data.um)
         self.dof = whitening.dof
-        self.bar = np.log(FALSE_ALARM / max(len(library.families), 1))
-        self.further_bar = np.log(FURTHER_FALSE_ALARM / max(len(library.families), 1))
+        self.bar = np.log(FALSE_ALARM / max(library.breadth, 1.0))
+        self.further_bar = np.log(FURTHER_FALSE_ALARM / max(library.breadth, 1.0))
         self.trail = list(trail)
         self._fits: dict[tuple[Term, ...], Fitted] = {}
         self._looks: dict[tuple[Term, ...], list[Look]] = {}

@@ -94,9 +94,11 @@ def _lowered_margin(selector: Selector, terms: tuple[Term, ...], noise: Noise) -
     return LOCKED_MARGIN if _locked(selector, terms) else np.inf
 
 
-def instead_of(forms: Forms, selector: Selector, terms: tuple[Term, ...], kept: tuple[Term, ...]) -> Simpler | None:
-    """The best form in place of the laws that are not kept."""
-    return _with_form(forms, selector, terms, kept)[1]
+def instead_of(
+    forms: Forms, selector: Selector, terms: tuple[Term, ...], kept: tuple[Term, ...], refuted: bool = False
+) -> Simpler | None:
+    """The best form in place of the laws that are not kept; of laws ``refuted`` it may be the same story retold."""
+    return _with_form(forms, selector, terms, kept, refuted)[1]
 
 
 def _subsets(terms: tuple[Term, ...]) -> Iterator[tuple[Term, ...]]:
@@ -173,7 +175,7 @@ def _misfit(selector: Selector, terms: tuple[Term, ...], noise: Noise, chance: f
 
 
 def _with_form(
-    forms: Forms, selector: Selector, terms: tuple[Term, ...], kept: tuple[Term, ...]
+    forms: Forms, selector: Selector, terms: tuple[Term, ...], kept: tuple[Term, ...], refuted: bool = False
 ) -> tuple[float, Simpler | None]:
     """By how much the best form beside the laws kept is shorter than the laws it replaces, and that description."""
     left, basis = selector.residual(kept)
@@ -182,7 +184,7 @@ def _with_form(
     named = here - float(all_left @ all_left)
     price = sum(_price(selector, terms, term) for term in terms if term not in kept)
     looks = forms.looks(left, basis, rows - basis.shape[1])
-    known = set(terms) - set(kept) - _twice(selector, terms)
+    known = set() if refuted else set(terms) - set(kept) - _twice(selector, terms)
     removed = [selector.look_at(term.index, kept) for term in terms if term in known]
     looks = [look for look in looks if all(_another_story(look, law) for law in removed)]
     if not looks:
@@ -216,4 +218,4 @@ def _by_chance(look: Look) -> float:
 def _price(selector: Selector, terms: tuple[Term, ...], term: Term) -> float:
     """What a law costs beside the others."""
     others = tuple(other for other in terms if other != term)
-    return selector.look_at(term.index, others).price(selector.dof, len(selector.library.families))
+    return selector.look_at(term.index, others).price(selector.dof, selector.library.breadth)

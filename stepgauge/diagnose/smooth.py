@@ -51,7 +51,7 @@ class SmoothLook(Look):
     def dimension(self) -> float:
         return self.freedom
 
-    def price(self, rows: int, families: int) -> float:
+    def price(self, rows: int, families: float) -> float:
         """What is not gained by the best of the functions but paid for its bends, nats."""
         return self.gain / 2.0 - self.evidence + float(np.log(families))
 
