@@ -12,10 +12,17 @@ from stepgauge.diagnose.select import Selector, Term
 
 Array = NDArray[np.float64]
 
-UNDECIDED = np.log(20.0)
+UNDECIDED = np.log(50.0)
 """Two laws that are likelier than each other by less than this factor are not told apart."""
-MOST_IMPLAUSIBLE = UNDECIDED + 0.5
+TYPICAL = 0.2
+"""What is usual of a size that occurs, over the largest that does."""
+MOST_IMPLAUSIBLE = UNDECIDED + 1.5
 """Where every law needs a size that does not occur, none is preferred for needing a little less."""
+
+
+SIZES = {"mrad", "touches"}
+"""Parameters that are a size as well, though the displacement is not linear in them."""
+MOST_COMPARED = 30
 
 
 @dataclass(frozen=True)
@@ -30,24 +37,24 @@ def rivals(selector: Selector, terms: tuple[Term, ...], place: int) -> Rivals:
     """All families that explain nearly as much as the best one in one place, the other terms staying."""
     others = terms[:place] + terms[place + 1 :]
     looks = selector.looks(others)
-    near = [look for look in looks if look.log_p <= looks[0].log_p + MOST_IMPLAUSIBLE]
+    bar = looks[0].log_p + UNDECIDED + MOST_IMPLAUSIBLE
+    near = [selector.fitted(look, others) for look in looks[:MOST_COMPARED] if look.log_p <= bar]
     rank = {id(look): look.log_p + _implausible(look, selector, others) for look in near}
-    near.sort(key=lambda look: rank[id(look)])
+    # what might be chance by itself is no reason to doubt that there is something, and does not stand for it
+    near.sort(key=lambda look: (look.log_p > max(selector.bar, looks[0].log_p), rank[id(look)]))
     near = [look for look in near if rank[id(look)] <= rank[id(near[0])] + UNDECIDED]
     weight = np.exp([rank[id(near[0])] - rank[id(look)] for look in near])
     return Rivals(tuple(near), tuple(float(w) for w in weight / weight.sum()))
 
 
 def _implausible(look: Look, selector: Selector, others: tuple[Term, ...]) -> float:
-    """How much less likely a law is because it needs a size that does not occur: a heavy tail, 1 / (1 + size)^2.
+    """How much less likely a law is for a size that hardly occurs: a heavy tail, 1 / (1 + size)^2 of every size.
 
     Without this an axis that hardly moves in the recording could explain everything, by a scale ten per cent too long.
     """
-    law = look.family.law
-    sensible = [p.sensible for p in law.parameters() if p.role == "linear" and p.sensible] if law else []
-    if not sensible:
+    if look.family.law is None:
         return 0.0
-    columns = selector.columns((*others, selector.term_of(look)))
-    coefficients = np.linalg.lstsq(columns, selector.data, rcond=None)[0][-look.family.dimension :]
-    needed = float(np.linalg.norm(coefficients)) / max(abs(bound) for bound in sensible[0])
-    return min(2.0 * float(np.log1p(needed)), MOST_IMPLAUSIBLE)
+    effect = selector.fit((*others, selector.term_of(look))).solved[-1].effect
+    sizes = [p for p in look.family.law.parameters() if p.sensible and (p.role == "linear" or p.name in SIZES)]
+    usual = [abs(getattr(effect, p.name)) / (TYPICAL * max(map(abs, p.sensible))) for p in sizes if p.sensible]
+    return min(2.0 * float(np.log1p(usual).sum()), MOST_IMPLAUSIBLE)

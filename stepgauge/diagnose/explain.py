@@ -90,7 +90,8 @@ def _held_against_forms(selector: Selector, terms: tuple[Term, ...], noise: Nois
     if instead is None and not nameless.looks:
         terms, instead, remarks = _departing(forms, selector, terms)
     if instead is not None:
-        terms, nameless = instead.kept, _Nameless((instead.form,), instead.share)
+        # a law that stood for a part beside those that went may have to stand for the whole
+        terms, nameless = _settle(selector, instead.kept), _Nameless((instead.form,), instead.share)
     if nameless.looks:
         nameless = _behind_placements(nameless, forms, selector, terms)
     return Explained(noise, selector, terms, most_telling(forms, selector.data), nameless.described, remarks)

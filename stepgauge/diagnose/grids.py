@@ -93,10 +93,11 @@ def _widths_mm(choices: dict[str, Any], data: Residuals) -> Array:
 
 
 def _supports(_: dict[str, Any], data: Residuals) -> list[tuple[float, float]]:
-    """Two supports anywhere, at least a quarter of the gauge apart."""
+    """Two supports on either side of the middle, for the gauge would tip over; neighbours differ little."""
     length = float(data.gauge.position_mm[-1])
-    shares = np.linspace(0.0, 1.0, 25)
-    return [(float(a * length), float(b * length)) for a in shares for b in shares if b - a > 0.25]
+    left, right = np.linspace(0.0, 0.48, 17), np.linspace(0.52, 1.0, 17)
+    pairs = [(a, b) for i, a in enumerate(left) for b in (right if i % 2 else right[::-1])]
+    return [(float(a * length), float(b * length)) for a, b in pairs if b - a > 0.25]
 
 
 def _touches(choices: dict[str, Any], data: Residuals) -> Array:

@@ -48,7 +48,7 @@ RARITY = {
     "scale_curvature": 0.5,
     "straightness": 1.5,
     "roll": 2.0,
-    "gauge_bending": 2.0,
+    "gauge_bending": 1.0,
     "misalignment": 1.0,
     "vibration": 1.0,
     "approach_memory": 0.5,

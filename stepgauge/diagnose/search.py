@@ -129,6 +129,10 @@ class Library:
         told = sum(look.log_p < SURPRISING for look in found) + 1
         return sorted(self._sharpened(found[:told], left, model, judge), key=self._rank) + found[told:]
 
+    def gaining(self, look: Look, gain: float, residual: Array, dof: int) -> Look:
+        """The same look with another gain."""
+        return _Judge(float(residual @ residual), dof).look(look.family, look.atom, gain, look.curve)
+
     def _rank(self, look: Look) -> tuple[float, int, int]:
         return look.log_p, look.family.dimension, self._place[id(look.family)]
 

@@ -90,6 +90,14 @@ class Selector:
             self._looks[terms] = self.library.looks(left, basis, self.dof - basis.shape[1])
         return self._looks[terms]
 
+    def fitted(self, look: Look, others: tuple[Term, ...]) -> Look:
+        """A look with what the law gains once its non-linear parameters are fitted, beside other terms."""
+        if len(look.family.atoms) < 2:
+            return look
+        left, basis = self.residual(others)
+        gain = float(left @ left) - self._sum_of_squares((*others, self.term_of(look)))
+        return self.library.gaining(look, max(gain, look.gain), left, self.dof - basis.shape[1])
+
     def term_of(self, look: Look) -> Term:
         """The term that a look means."""
         index = next(i for i, family in enumerate(self.library.families) if family is look.family)

@@ -206,7 +206,7 @@ class _Law:
         by_ratio = low > 0.0
         inside = np.clip(parameters, low, high)
         positive = np.maximum(parameters, SMALLEST_SHARE * np.abs(low) + 1e-300)
-        with np.errstate(invalid="ignore", divide="ignore"):
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             beyond = np.where(by_ratio, np.log(positive / inside), (parameters - inside) / (high - low))
             slope = np.where(by_ratio, 1.0 / positive, 1.0 / (high - low))
         return beyond / BEYOND, np.diag(np.where(parameters != inside, slope, 0.0) / BEYOND)

@@ -1,0 +1,66 @@
+"""Which laws stand beside one another as possible: by their chances, how common they are, and the size they need."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stepgauge.diagnose.library import effect_families
+from stepgauge.diagnose.noise import estimate_noise
+from stepgauge.diagnose.residuals import make_residuals
+from stepgauge.diagnose.search import Library
+from stepgauge.diagnose.select import FALSE_ALARM, Selector
+from stepgauge.diagnose.whitening import make_whitening
+from tests.diagnose.made import ALONG_X, gauge, machine
+from tests.diagnose.test_selection import NOISE_UM, bent, clean, names, side, told
+
+NEAR_X = (1.0, float(np.tan(np.radians(0.3))), 0.0)
+STRETCH = {"scale_error", "gauge_temperature", "scale_temperature"}
+
+
+def stretched(ppm: float, axis: tuple[float, float, float]) -> set[str]:
+    """What is said of one placement that is too long: all names of the one finding, none without a finding."""
+    recording = clean((axis,))
+    found = told(bent(lambda r: ppm * 1e-3 * (r.frame["x_mm"].to_numpy() - 350.0) * side(r), recording))
+    assert len(found.findings) <= 1
+    return {name for one in found.findings for name in (one.kind, *one.confounded_with)}
+
+
+def test_the_laws_share_one_chance_of_a_false_alarm_by_how_common_they_are() -> None:
+    data = make_residuals(clean(), gauge(), machine(noise_um=NOISE_UM))
+    whitening = make_whitening(data, estimate_noise(data).by_row_um)
+    selector = Selector(Library(list(effect_families(data)), whitening), whitening, data)
+    families = selector.library.families
+    allowed = {family.label: float(np.exp(selector.bar - family.rarity)) for family in families}
+    assert sum(np.exp(selector.bar - family.rarity) for family in families) == pytest.approx(FALSE_ALARM)
+    assert allowed["block_defect_5"] < allowed["reversal_error_x"]
+
+
+@pytest.mark.parametrize("ppm", np.geomspace(0.8, 2.4, 8))
+def test_a_set_is_whole_however_little_there_is_to_see(ppm: float) -> None:
+    """Near the limit of what shows, one of a set passes the bar and the next does not: they explain the same."""
+    said = stretched(ppm, ALONG_X)
+    assert not said or said >= STRETCH
+
+
+def test_some_of_the_sizes_tried_above_do_show_and_some_do_not() -> None:
+    assert not stretched(0.2, ALONG_X)
+    assert stretched(2.4, ALONG_X) >= STRETCH
+
+
+def test_what_needs_a_size_that_does_not_occur_is_not_listed() -> None:
+    """A gauge 0.3 degrees off an axis is 3 ppm too long: or the axes are 600 urad off square, which nobody delivers."""
+    said = stretched(3.0, NEAR_X)
+    assert said >= STRETCH
+    assert "squareness" not in said
+
+
+def test_squareness_of_a_usual_size_is_named_where_it_shows() -> None:
+    axes = ((1.0, 1.0, 0.0), (1.0, -1.0, 0.0))
+    found = told(
+        bent(
+            lambda r: 8e-3 * (r.frame["y_mm"].to_numpy() - 600.0) * r.frame["approach_i"].to_numpy(),
+            clean(axes),
+        )
+    )
+    assert "squareness" in names(found)
