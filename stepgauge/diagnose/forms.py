@@ -176,7 +176,9 @@ def _shapes(covariate: Covariate) -> Iterator[tuple[str, Array, Array | None]]:
     if covariate.steps > 3:
         yield "free shape", _bins(x)[None], None
     if covariate.name.startswith(TOUCHES):
-        yield "decay", (1.0 + x) ** -POWERS[:, None, None], POWERS
+        decays = (1.0 + x) ** -POWERS[:, None, None]
+        yield "decay", decays, POWERS
+        yield "decay to a level", np.concatenate([decays, np.ones_like(decays)], axis=1), POWERS
     if covariate.name == REST:
         yield "power", np.maximum(x, 0.1) ** POWERS[:, None, None] / x.max() ** POWERS[:, None, None], POWERS
     if covariate.steps > 12:

@@ -112,6 +112,7 @@ def _words(family: Family, form: str, side: str, look: Look) -> str:
         "offset": "a constant along the approach" if covariate == "side" else f"a constant by {covariate}",
         "wander": f"wanders with {covariate}",
         "decay": f"decays with {covariate}, by a power law and not exponentially",
+        "decay to a level": f"decays with {covariate} to a level, by a power law and not exponentially",
         "power": f"grows with a power of the {covariate}",
         "two curves": "follows another curve along the gauge on fronts than on backs",
         "levels": "jumps from cycle to cycle",

@@ -52,7 +52,7 @@ NAMES = {
     "rest before the touch": "rest_s",
 }
 """Name of a covariate in a formula, where it differs."""
-PLACED = ("power", "decay", "step", "period")
+PLACED = ("power", "decay", "decay to a level", "step", "period")
 """Forms that stand at a place, or have a period or a power."""
 MASK = {"approach": "", "gauge": "side * ", "front": "step(side) * ", "back": "step(-side) * "}
 MASK |= {axis: f"{column} * " for axis, column in zip(AXES, APPROACH, strict=True)}
@@ -236,6 +236,8 @@ def _of_covariate(
         return
     if located.form in one_term:
         yield [one_term[located.form]], None
+    elif located.form == "decay to a level":
+        yield [one_term["decay"], f"{mask}1"], None
     elif located.form == "bow":
         yield [centred, f"{centred}**2"], None
     elif located.form in ("wander", "changing scale"):

@@ -52,6 +52,7 @@ TITLES = {
     "offset": "a constant",
     "wander": "wanders with {covariate}",
     "decay": "decays with {covariate}",
+    "decay to a level": "decays with {covariate} to a level",
     "power": "grows with a power of the {covariate}",
     "two curves": "another curve on fronts than on backs",
     "levels": "jumps from cycle to cycle",
