@@ -23,6 +23,8 @@ MOST_IMPLAUSIBLE = UNDECIDED + 1.5
 SIZES = {"mrad", "touches"}
 """Parameters that are a size as well, though the displacement is not linear in them."""
 MOST_COMPARED = 30
+MOST_FITTED = 2.0
+"""Logarithm of the chance that fitting a law's non-linear parameters may yet take off, beyond the grid's."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +39,13 @@ def rivals(selector: Selector, terms: tuple[Term, ...], place: int) -> Rivals:
     """All families that explain nearly as much as the best one in one place, the other terms staying."""
     others = terms[:place] + terms[place + 1 :]
     looks = selector.looks(others)
-    bar = looks[0].log_p + UNDECIDED + MOST_IMPLAUSIBLE
-    near = [selector.fitted(look, others) for look in looks[:MOST_COMPARED] if look.log_p <= bar]
-    rank = {id(look): look.log_p + _implausible(look, selector, others) for look in near}
+    near: list[Look] = []
+    rank: dict[int, float] = {}
+    for look in looks[:MOST_COMPARED]:
+        if look.log_p > min(rank.values(), default=0.0) + UNDECIDED + MOST_FITTED:
+            break
+        near.append(selector.fitted(look, others))
+        rank[id(near[-1])] = near[-1].log_p + _implausible(near[-1], selector, others)
     # what might be chance by itself is no reason to doubt that there is something, and does not stand for it
     near.sort(key=lambda look: (look.log_p > max(selector.bar, looks[0].log_p), rank[id(look)]))
     near = [look for look in near if rank[id(look)] <= rank[id(near[0])] + UNDECIDED]
