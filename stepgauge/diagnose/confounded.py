@@ -37,15 +37,14 @@ class Rivals:
 
 def rivals(selector: Selector, terms: tuple[Term, ...], place: int) -> Rivals:
     """All families that explain nearly as much as the best one in one place, the other terms staying."""
-    others = terms[:place] + terms[place + 1 :]
-    looks = selector.looks(others)
+    looks = selector.looks_in_place(terms, place)
     near: list[Look] = []
     rank: dict[int, float] = {}
     for look in looks[:MOST_COMPARED]:
         if look.log_p > min(rank.values(), default=0.0) + UNDECIDED + MOST_FITTED:
             break
-        near.append(selector.fitted(look, others))
-        rank[id(near[-1])] = near[-1].log_p + _implausible(near[-1], selector, others)
+        near.append(selector.fitted(look, terms, place))
+        rank[id(near[-1])] = near[-1].log_p + _implausible(near[-1], selector, terms, place)
     # what might be chance by itself is no reason to doubt that there is something, and does not stand for it
     near.sort(key=lambda look: (look.log_p > max(selector.bar, looks[0].log_p), rank[id(look)]))
     near = [look for look in near if rank[id(look)] <= rank[id(near[0])] + UNDECIDED]
@@ -53,14 +52,14 @@ def rivals(selector: Selector, terms: tuple[Term, ...], place: int) -> Rivals:
     return Rivals(tuple(near), tuple(float(w) for w in weight / weight.sum()))
 
 
-def _implausible(look: Look, selector: Selector, others: tuple[Term, ...]) -> float:
+def _implausible(look: Look, selector: Selector, terms: tuple[Term, ...], place: int) -> float:
     """How much less likely a law is for a size that hardly occurs: a heavy tail, 1 / (1 + size)^2 of every size.
 
     Without this an axis that hardly moves in the recording could explain everything, by a scale ten per cent too long.
     """
     if look.family.law is None:
         return 0.0
-    effect = selector.fit((*others, selector.term_of(look))).solved[-1].effect
+    effect = selector.fit(selector.exchanged(terms, place, look)).solved[place].effect
     sizes = [p for p in look.family.law.parameters() if p.sensible and (p.role == "linear" or p.name in SIZES)]
     usual = [abs(getattr(effect, p.name)) / (TYPICAL * max(map(abs, p.sensible))) for p in sizes if p.sensible]
     return min(2.0 * float(np.log1p(usual).sum()), MOST_IMPLAUSIBLE)

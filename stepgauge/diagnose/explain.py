@@ -18,7 +18,7 @@ from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Located
 from stepgauge.diagnose.search import Library, Look
 from stepgauge.diagnose.select import MOST_TERMS, SAME_FIT, Selector, Term
-from stepgauge.diagnose.simpler import EXPLAINED, Simpler, instead_of, simpler
+from stepgauge.diagnose.simpler import EXPLAINED, Simpler, instead_of, simpler, without_shadows
 from stepgauge.diagnose.smooth import Forms
 from stepgauge.diagnose.solve import Solved
 from stepgauge.diagnose.wandering import smooth_forms
@@ -82,6 +82,8 @@ def _held_against_forms(selector: Selector, terms: tuple[Term, ...], noise: Nois
     """The laws that stay where forms are tried in their place, beside them and on themselves."""
     forms = all_forms(data, selector.whitening)
     terms = _settle(selector, terms)
+    if (lit := without_shadows(selector, terms)) != terms:
+        terms = _settle(selector, lit)
     instead, nameless = simpler(forms, selector, terms, noise), _Nameless()
     if instead is None:
         fewer, (terms, nameless) = terms, _left_over(forms, selector, terms)
@@ -196,8 +198,7 @@ def _settle(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
     for _ in range(SETTLING_ROUNDS):
         before = terms
         for place in range(len(terms)):
-            best = rivals(selector, terms, place).looks[0]
-            terms = (*terms[:place], selector.term_of(best), *terms[place + 1 :])
+            terms = selector.exchanged(terms, place, rivals(selector, terms, place).looks[0])
         terms = selector.dealiased(terms)
         if terms == before:
             break

@@ -17,7 +17,7 @@ from stepgauge.diagnose.holdout import Folds, holdout_rms, make_folds
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.search import PERIODS, Library, Look
 from stepgauge.diagnose.solve import Fitted, solve
-from stepgauge.diagnose.whitening import Whitening
+from stepgauge.diagnose.whitening import Whitening, orthonormal
 
 Array = NDArray[np.float64]
 FALSE_ALARM = 0.008
@@ -83,6 +83,23 @@ class Selector:
         fit = self.fit(terms)
         return fit.left, fit.basis
 
+    def residual_in_place(self, terms: tuple[Term, ...], place: int) -> tuple[Array, Array]:
+        """What the terms leave but for one of them, the others as they are beside it, and the columns these take.
+
+        Fitted without the one, the others would first bend to stand for it as well as they can.
+        """
+        if len(terms) == 1:
+            return self.residual(())
+        fit = self.fit(terms)
+        others = orthonormal(np.column_stack(fit.tangents[:place] + fit.tangents[place + 1 :]))
+        left = fit.left + self.whitening(fit.solved[place].displacement_um(self.residuals))
+        return left - others @ (others.T @ left), others
+
+    def looks_in_place(self, terms: tuple[Term, ...], place: int) -> list[Look]:
+        """All families in the place of one of the terms, most surprising first."""
+        left, others = self.residual_in_place(terms, place)
+        return self.library.looks(left, others, self.dof - others.shape[1])
+
     def looks(self, terms: tuple[Term, ...]) -> list[Look]:
         """All families beside the terms, most surprising first."""
         if terms not in self._looks:
@@ -90,13 +107,17 @@ class Selector:
             self._looks[terms] = self.library.looks(left, basis, self.dof - basis.shape[1])
         return self._looks[terms]
 
-    def fitted(self, look: Look, others: tuple[Term, ...]) -> Look:
-        """A look with what the law gains once its non-linear parameters are fitted, beside other terms."""
-        if len(look.family.atoms) < 2:
+    def fitted(self, look: Look, terms: tuple[Term, ...], place: int) -> Look:
+        """A look in the place of a term with what the law gains once all parameters are fitted, the others' as well."""
+        if len(look.family.atoms) < 2 and len(terms) == 1:
             return look
-        left, basis = self.residual(others)
-        gain = float(left @ left) - self._sum_of_squares((*others, self.term_of(look)))
+        left, basis = self.residual_in_place(terms, place)
+        gain = float(left @ left) - self.sum_of_squares(self.exchanged(terms, place, look))
         return self.library.gaining(look, max(gain, look.gain), left, self.dof - basis.shape[1])
+
+    def exchanged(self, terms: tuple[Term, ...], place: int, look: Look) -> tuple[Term, ...]:
+        """The terms with another law in the place of one."""
+        return (*terms[:place], self.term_of(look), *terms[place + 1 :])
 
     def term_of(self, look: Look) -> Term:
         """The term that a look means."""
@@ -127,7 +148,7 @@ class Selector:
                 best = self.looks(others)[0]
                 term = self.term_of(best)
                 swapped = (*terms[:place], term, *terms[place + 1 :])
-                if term != terms[place] and self._sum_of_squares(swapped) < self._sum_of_squares(terms):
+                if term != terms[place] and self.sum_of_squares(swapped) < self.sum_of_squares(terms):
                     changed = changed or term.index != terms[place].index
                     if term.index != terms[place].index:
                         self._log("exchanged for", best)
@@ -150,11 +171,12 @@ class Selector:
             gains = self.library.gains(term.index, left, basis)
             peaks = [Term(term.index, atom) for atom in _peaks(gains)]
             tried = [(*terms[:place], one, *terms[place + 1 :]) for one in peaks if one not in others] or [terms]
-            squares = [self._sum_of_squares(one) for one in tried]
+            squares = [self.sum_of_squares(one) for one in tried]
             terms = next(one for one, own in zip(tried, squares, strict=True) if own <= min(squares) + SAME_FIT)
         return terms
 
-    def _sum_of_squares(self, terms: tuple[Term, ...]) -> float:
+    def sum_of_squares(self, terms: tuple[Term, ...]) -> float:
+        """Of what the terms leave."""
         left, _ = self.residual(terms)
         return float(left @ left)
 
@@ -175,14 +197,17 @@ class Selector:
         """
         folds = [one for one in make_folds(self.residuals) if one.by == "cycles"]
         shares = [solved.displacement_um(self.residuals) for solved in self.fit(terms).solved]
-        for place in range(len(terms)):
-            if not folds or share_within_repeats(shares[place], self.residuals.group) > SAME_IN_REPEATS:
-                continue
-            others = shares[:place] + shares[place + 1 :]
-            if self._held_out_um(shares, folds[0]) > self._held_out_um(others, folds[0]):
-                self._log("dropped: does not predict other cycles", self.look_at(terms[place].index, ()))
-                return self._repeated(terms[:place] + terms[place + 1 :])
-        return terms
+        same = [i for i, share in enumerate(shares) if not _differs_in_repeats(share, self.residuals)]
+        if not folds or not same:
+            return terms
+        without_um = [self._held_out_um(shares[:place] + shares[place + 1 :], folds[0]) for place in same]
+        # the worst first: beside it, others may only have seemed to predict nothing
+        worst = int(np.argmin(without_um))
+        if self._held_out_um(shares, folds[0]) <= without_um[worst]:
+            return terms
+        place = same[worst]
+        self._log("dropped: does not predict other cycles", self.look_at(terms[place].index, ()))
+        return self._repeated(terms[:place] + terms[place + 1 :])
 
     def _held_out_um(self, shares: Sequence[Array], folds: Folds) -> float:
         with np.errstate(divide="ignore"):
@@ -201,6 +226,11 @@ def _peaks(gains: Array) -> list[int]:
     higher = np.concatenate([[-np.inf], gains, [-np.inf]])
     peaks = np.flatnonzero((gains >= higher[:-2]) & (gains >= higher[2:]) & (gains >= (1.0 - ALIASES) * gains.max()))
     return sorted(int(i) for i in peaks[np.argsort(-gains[peaks])][:MOST_ALIASES])
+
+
+def _differs_in_repeats(um: Array, data: Residuals) -> bool:
+    """Whether a displacement is not the same in all cycles; a constant is."""
+    return share_within_repeats(um, data.group) > SAME_IN_REPEATS
 
 
 def share_within_repeats(um: Array, group: NDArray[np.intp]) -> float:

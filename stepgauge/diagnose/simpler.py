@@ -114,6 +114,21 @@ def _twice(selector: Selector, terms: Sequence[Term]) -> set[Term]:
     return {term for term, name in zip(terms, names, strict=True) if counts[name] > 1}
 
 
+def without_shadows(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
+    """The laws less those that explain but a small part of what another of their kind does.
+
+    What a law in a shape a little off its ideal leaves, looks like a little more of the same law.
+    """
+    for shadow in _twice(selector, terms):
+        family = selector.library.families[shadow.index]
+        kept = tuple(term for term in terms if term != shadow)
+        others = tuple(term for term in terms if selector.library.families[term.index].kind != family.kind)
+        alone, together, none = (selector.sum_of_squares(some) for some in (kept, terms, others))
+        if alone - together <= (1.0 - EXPLAINED) * (none - together):
+            return without_shadows(selector, kept)
+    return terms
+
+
 def _locked(selector: Selector, terms: Sequence[Term]) -> bool:
     """Whether one law among several oscillates in time and yet reads the same in every cycle.
 

@@ -53,12 +53,13 @@ class Fitted:
     """Laws fitted together.
 
     ``left (n,)``: whitened residuals; ``basis (n, k)``: orthonormal columns of what the fit is free to move to first
-    order, the non-linear parameters' tangents included.
+    order, the non-linear parameters' tangents included; ``tangents``: these columns law by law, ``(n, p)`` each.
     """
 
     solved: tuple[Solved, ...]
     left: Array
     basis: Array
+    tangents: tuple[Array, ...] = ()
 
 
 def solve(families: Sequence[Family], atoms: Sequence[int], data: Residuals, whitening: Whitening) -> Fitted:
@@ -263,7 +264,8 @@ def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Whit
         own = slice(first, first + len(part))
         solved.append(_solved(law, part, covariance[own, own]))
         first += len(part)
-    return Fitted(tuple(solved), left(moved)[: len(white)], orthonormal(found.jac[: len(white)]))
+    slope = found.jac[: len(white)]
+    return Fitted(tuple(solved), left(moved)[: len(white)], orthonormal(slope), tuple(np.split(slope, cuts, axis=1)))
 
 
 def _steps(moved: Array) -> Array:
