@@ -119,14 +119,15 @@ def without_shadows(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, 
 
     What a law in a shape a little off its ideal leaves, looks like a little more of the same law.
     """
-    for shadow in _twice(selector, terms):
-        family = selector.library.families[shadow.index]
-        kept = tuple(term for term in terms if term != shadow)
-        others = tuple(term for term in terms if selector.library.families[term.index].kind != family.kind)
-        alone, together, none = (selector.sum_of_squares(some) for some in (kept, terms, others))
-        if alone - together <= (1.0 - EXPLAINED) * (none - together):
-            return without_shadows(selector, kept)
-    return terms
+    twins = _twice(selector, terms)
+    fewer = {i: terms[:i] + terms[i + 1 :] for i, term in enumerate(terms) if term in twins}
+    if not fewer:
+        return terms
+    place, kept = min(fewer.items(), key=lambda one: selector.sum_of_squares(one[1]))
+    kinds = [selector.library.families[term.index].kind for term in terms]
+    others = tuple(term for term, kind in zip(terms, kinds, strict=True) if kind != kinds[place])
+    alone, together, none = (selector.sum_of_squares(some) for some in (kept, terms, others))
+    return without_shadows(selector, kept) if alone - together <= (1.0 - EXPLAINED) * (none - together) else terms
 
 
 def _locked(selector: Selector, terms: Sequence[Term]) -> bool:
