@@ -11,18 +11,16 @@ from stepgauge.diagnose.search import Look
 from stepgauge.diagnose.select import Selector, Term
 
 Array = NDArray[np.float64]
-
 UNDECIDED = np.log(50.0)
 """Two laws that are likelier than each other by less than this factor are not told apart."""
 TYPICAL = 0.2
 """What is usual of a size that occurs, over the largest that does."""
 MOST_IMPLAUSIBLE = UNDECIDED + 1.5
 """Where every law needs a size that does not occur, none is preferred for needing a little less."""
-
-
 SIZES = {"mrad", "touches"}
 """Parameters that are a size as well, though the displacement is not linear in them."""
 MOST_COMPARED = 30
+"""Laws that are fitted in one place at most."""
 MOST_FITTED = 2.0
 """Logarithm of the chance that fitting a law's non-linear parameters may yet take off, beyond the grid's."""
 
@@ -38,18 +36,17 @@ class Rivals:
 def rivals(selector: Selector, terms: tuple[Term, ...], place: int) -> Rivals:
     """All families that explain nearly as much as the best one in one place, the other terms staying."""
     looks = selector.looks_in_place(terms, place)
-    near: list[Look] = []
-    rank: dict[int, float] = {}
+    near: list[tuple[float, Look]] = []
     for look in looks[:MOST_COMPARED]:
-        if look.log_p > min(rank.values(), default=0.0) + UNDECIDED + MOST_FITTED:
+        if look.log_p > min((rank for rank, _ in near), default=0.0) + UNDECIDED + MOST_FITTED:
             break
-        near.append(selector.fitted(look, terms, place))
-        rank[id(near[-1])] = near[-1].log_p + _implausible(near[-1], selector, terms, place)
-    # what might be chance by itself is no reason to doubt that there is something, and does not stand for it
-    near.sort(key=lambda look: (look.log_p > max(selector.bar, looks[0].log_p), rank[id(look)]))
-    near = [look for look in near if rank[id(look)] <= rank[id(near[0])] + UNDECIDED]
-    weight = np.exp([rank[id(near[0])] - rank[id(look)] for look in near])
-    return Rivals(tuple(near), tuple(float(w) for w in weight / weight.sum()))
+        fitted = selector.fitted(look, terms, place)
+        near.append((fitted.log_p + _implausible(fitted, selector, terms, place), fitted))
+    # what might be chance by itself may be what there is, and does not stand for it
+    near.sort(key=lambda one: (one[1].log_p > max(selector.bar, looks[0].log_p), one[0]))
+    near = [one for one in near if one[0] <= near[0][0] + UNDECIDED]
+    weight = np.exp([near[0][0] - rank for rank, _ in near])
+    return Rivals(tuple(look for _, look in near), tuple(float(w) for w in weight / weight.sum()))
 
 
 def _implausible(look: Look, selector: Selector, terms: tuple[Term, ...], place: int) -> float:

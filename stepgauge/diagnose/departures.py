@@ -60,8 +60,8 @@ def departure(selector: Selector, terms: tuple[Term, ...]) -> Departure | None:
         place = next(place for place, family in families if family is look.family)
         extra = max(look.gain - look.dimension, 0.0)
         own = selector.look_at(terms[place].index, terms[:place] + terms[place + 1 :]).gain
-        chance = np.log(FALSE_ALARM / among[look.family.kind])
-        if look.log_p <= chance and extra >= look.family.details["least"] * (own + extra):
+        bar = np.log(FALSE_ALARM / among[look.family.kind])
+        if look.log_p <= bar and extra >= look.family.details["least"] * (own + extra):
             return Departure(place, look.family.label, look)
     return None
 

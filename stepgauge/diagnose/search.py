@@ -102,10 +102,6 @@ class Library:
         """The same families beside another scatter of the probings."""
         return Library(self.families, whitening, self._patterns)
 
-    def white(self, index: int, atom: int) -> Array:
-        """A whitened signature of a family, shape ``(d, n)``."""
-        return self.whitening(self.families[index].signature(atom))
-
     def gains(self, index: int, residual: Array, model: Array) -> Array:
         """Gains of all signatures of one family beside a model's orthonormal columns, shape ``(atoms,)``."""
         family = self.families[index]

@@ -66,11 +66,6 @@ class Selector:
         self._fits: dict[tuple[Term, ...], Fitted] = {}
         self._looks: dict[tuple[Term, ...], list[Look]] = {}
 
-    def columns(self, terms: tuple[Term, ...]) -> Array:
-        """Whitened signatures of terms, shape ``(n, d)``."""
-        parts = [self.library.white(term.index, term.atom) for term in terms]
-        return np.concatenate(parts).T if parts else np.zeros((len(self.data), 0))
-
     def fit(self, terms: tuple[Term, ...]) -> Fitted:
         """All parameters of the terms fitted together, the non-linear ones from where the signatures stand."""
         if terms not in self._fits:
@@ -147,7 +142,7 @@ class Selector:
                 others = terms[:place] + terms[place + 1 :]
                 best = self.looks(others)[0]
                 term = self.term_of(best)
-                swapped = (*terms[:place], term, *terms[place + 1 :])
+                swapped = self.exchanged(terms, place, best)
                 if term != terms[place] and self.sum_of_squares(swapped) < self.sum_of_squares(terms):
                     changed = changed or term.index != terms[place].index
                     if term.index != terms[place].index:

@@ -17,6 +17,7 @@ from stepgauge.effects import Effect, along_approach_um
 
 Array = NDArray[np.float64]
 PHASE, AXIS = "phase_deg", "axis"
+"""Parameters that an oscillation has, by name: whether it has an axis depends on its kind."""
 ORDERS = np.arange(2.0, 10.0)
 OVERTONES = (2, 3, 5)
 """Orders that are looked for by themselves, whatever the wave."""
@@ -27,8 +28,9 @@ WAVES: dict[str, Callable[[Array], Array]] = {
 }
 """Amplitudes of the overtones, over the fundamental's and in step with it (the Fourier series of the waves)."""
 SHIFTS = np.radians(np.linspace(-30.0, 30.0, 7))
-"""By how much a wave may be ahead of its fitted fundamental in the middle of the recording, and at its end."""
+"""By how much a wave may be ahead of its fitted fundamental in the middle of the recording, rad."""
 DRIFTS = np.radians(np.linspace(-60.0, 60.0, 7))
+"""And at its end, beyond that: the fundamental's period is not quite known either."""
 
 
 def overtones(effect: Effect, period: str, data: Residuals) -> Iterator[tuple[str, Array]]:
