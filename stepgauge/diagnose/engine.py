@@ -249,6 +249,12 @@ def _insufficient(data: Residuals, noise: Noise) -> Diagnosis:
     return Diagnosis("insufficient", (), located, (), fit, noise, data, data.um, data.um, ())
 
 
+def _where(found: Explained) -> tuple[Located, ...]:
+    """Where the disagreement lives: in what tells most, and in what the laws leave where that is something else."""
+    told = {one.covariate for one in found.located}
+    return (*found.located, *(one for one in found.unexplained if one.covariate not in told))
+
+
 def _diagnosis(
     found: Explained,
     findings: Sequence[Finding],
@@ -267,7 +273,7 @@ def _diagnosis(
     return Diagnosis(
         verdict,
         tuple(findings),
-        found.located or found.unexplained,
+        _where(found),
         found.unexplained,
         fit,
         noise,

@@ -41,7 +41,10 @@ ORIGIN_ONLY = 3e-3
 CHUNK = 50_000
 """Numbers computed at a time: they stay in a processor's cache."""
 PRIOR_SIZE = 3.0
-"""Standard deviation of what is expected of a linear parameter before measuring, over the sensible range's bound."""
+"""Standard deviation of what is expected of a linear parameter before measuring, over the sensible range's bound.
+
+Of a height in um it is that bound: how high a step or a wave may be does not depend on what was measured.
+"""
 RARITY = {
     "block_defect": 1.0,
     "angular_error": 1.0,
@@ -157,11 +160,12 @@ def _beside_origins(columns: Array, data: Residuals) -> Array:
 def _needed(law: type[Effect], columns: Array, data: Residuals) -> float:
     """The size that moves readings as far as they are off, for laws that grow with a length or with time.
 
-    What is sensible for metres or hours is nothing for a gauge of micrometres or a run of seconds. ``columns (atoms, d,
+    What is sensible for metres or hours is nothing for a gauge of micrometres or a run of seconds; the height of a step
+    and an amplitude are the same, and huge ones along an axis that hardly moves are not believed. ``columns (atoms, d,
     n)``: of a law of any direction the motion along every approach, counted as one along the gauge beside the origins.
     """
     grows = law.covariates[0]
-    if grows not in GROWING:
+    if grows not in GROWING or _is_height(law):
         return 0.0
     squares = (columns**2).sum(axis=2)
     moved = float(np.sqrt(squares.max() / len(data)))
@@ -169,6 +173,12 @@ def _needed(law: type[Effect], columns: Array, data: Residuals) -> float:
         atom, which = np.unravel_index(squares.argmax(), squares.shape)
         moved = float(data.without_origins(columns[atom, which] * data.side).std())
     return float(data.um.std()) / max(moved, 1e-300)
+
+
+def _is_height(law: type[Effect]) -> bool:
+    """Whether a law's size is in um, and not over a length that the law gives with it."""
+    units = {p.unit for p in law.parameters() if p.role == "linear"}
+    return units == {"um"} and "length_mm" not in law.model_fields
 
 
 def has_free_direction(law: type[Effect]) -> bool:
@@ -298,7 +308,7 @@ def _family(
 
 def _prior(law: type[Effect]) -> float:
     sizes = [max(abs(bound) for bound in p.sensible) for p in law.parameters() if p.role == "linear" and p.sensible]
-    return PRIOR_SIZE * max(sizes, default=np.inf)
+    return (1.0 if _is_height(law) else PRIOR_SIZE) * max(sizes, default=np.inf)
 
 
 def fixed_values(law: type[Effect]) -> dict[str, Any]:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from stepgauge.diagnose.engine import diagnose
 from stepgauge.diagnose.library import effect_families
 from stepgauge.diagnose.noise import estimate_noise
 from stepgauge.diagnose.residuals import make_residuals
 from stepgauge.diagnose.search import Library
 from stepgauge.diagnose.select import FALSE_ALARM, Selector
 from stepgauge.diagnose.whitening import make_whitening
+from stepgauge.effects import effect_kinds
 from tests.diagnose.made import ALONG_X, gauge, machine
 from tests.diagnose.test_selection import NOISE_UM, bent, clean, names, side, told
 
@@ -64,3 +68,22 @@ def test_squareness_of_a_usual_size_is_named_where_it_shows() -> None:
         )
     )
     assert "squareness" in names(found)
+
+
+@pytest.mark.parametrize("kind", ["periodic_scale_error", "local_scale_defect", "step_change", "vibration"])
+def test_heights_are_expected_as_high_as_any_whatever_the_length_of_the_gauge(kind: str) -> None:
+    data = make_residuals(bent(lambda r: 500.0 * np.sin(r.frame["y_mm"].to_numpy())), gauge(), machine())
+    bound = {p.name: p.sensible for p in effect_kinds()[kind].parameters() if p.role == "linear"}
+    (largest,) = (max(abs(low), abs(high)) for low, high in bound.values())
+    assert {family.prior for family in effect_families(data) if family.kind == kind} == {largest}
+
+
+def test_where_the_laws_leave_something_is_where_the_disagreement_lives() -> None:
+    """A delay, with no such law to name it: most of it is a constant, and what is left goes with the speed."""
+    recording = clean((ALONG_X,))
+    speed = np.where(recording.frame["cycle"] % 2 == 0, 2.0, 8.0)
+    fast = replace(recording, frame=recording.frame.assign(speed_mm_s=speed))
+    found = diagnose(bent(lambda _: 0.4 * speed, fast), gauge(), machine(noise_um=NOISE_UM), ("trigger_delay",))
+    assert found.verdict == "unknown"
+    assert {one.covariate for one in found.unexplained} <= {one.covariate for one in found.located}
+    assert "speed" in {one.covariate for one in found.located}
