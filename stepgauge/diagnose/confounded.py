@@ -57,6 +57,9 @@ def _implausible(look: Look, selector: Selector, terms: tuple[Term, ...], place:
     if look.family.law is None:
         return 0.0
     effect = selector.fit(selector.exchanged(terms, place, look)).solved[place].effect
-    sizes = [p for p in look.family.law.parameters() if p.sensible and (p.role == "linear" or p.name in SIZES)]
-    usual = [abs(getattr(effect, p.name)) / (TYPICAL * max(map(abs, p.sensible))) for p in sizes if p.sensible]
+    usual = [
+        abs(getattr(effect, p.name)) / (TYPICAL * max(map(abs, p.sensible)))
+        for p in look.family.law.parameters()
+        if p.sensible and (p.role == "linear" or p.name in SIZES)
+    ]
     return min(2.0 * float(np.log1p(usual).sum()), MOST_IMPLAUSIBLE)

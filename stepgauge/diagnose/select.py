@@ -65,6 +65,7 @@ class Selector:
         self.trail = list(trail)
         self._fits: dict[tuple[Term, ...], Fitted] = {}
         self._looks: dict[tuple[Term, ...], list[Look]] = {}
+        self._in_place: dict[tuple[tuple[Term, ...], int], tuple[Array, Array]] = {}
 
     def fit(self, terms: tuple[Term, ...]) -> Fitted:
         """All parameters of the terms fitted together, the non-linear ones from where the signatures stand."""
@@ -85,13 +86,17 @@ class Selector:
         """
         if len(terms) == 1:
             return self.residual(())
-        fit = self.fit(terms)
-        others = orthonormal(np.column_stack(fit.tangents[:place] + fit.tangents[place + 1 :]))
-        left = fit.left + self.whitening(fit.solved[place].displacement_um(self.residuals))
-        return left - others @ (others.T @ left), others
+        if (terms, place) not in self._in_place:
+            fit = self.fit(terms)
+            others = orthonormal(np.column_stack(fit.tangents[:place] + fit.tangents[place + 1 :]))
+            left = fit.left + self.whitening(fit.solved[place].displacement_um(self.residuals))
+            self._in_place[terms, place] = left - others @ (others.T @ left), others
+        return self._in_place[terms, place]
 
     def looks_in_place(self, terms: tuple[Term, ...], place: int) -> list[Look]:
         """All families in the place of one of the terms, most surprising first."""
+        if len(terms) == 1:
+            return self.looks(())
         left, others = self.residual_in_place(terms, place)
         return self.library.looks(left, others, self.dof - others.shape[1])
 

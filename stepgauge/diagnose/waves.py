@@ -41,20 +41,19 @@ def overtones(effect: Effect, period: str, data: Residuals) -> Iterator[tuple[st
     for order in OVERTONES:
         phases = [_overtone(effect, period, data, order, phase) for phase in (0.0, np.pi / 2.0)]
         yield f"an overtone of order {order}", np.concatenate(phases)[None]
-    moved = list(product(SHIFTS, DRIFTS))
-    parts = np.array([_in_step(effect, period, data, int(order), moved) for order in ORDERS])
+    phase, turns_per_unit = _moved(effect, period, data)
+    parts = np.array([_overtone(effect, period, data, order, order * phase, turns_per_unit) for order in ORDERS])
     for wave, amplitudes in WAVES.items():
         yield f"the shape of {wave}", np.tensordot(amplitudes(ORDERS), parts, 1)[:, None]
 
 
-def _in_step(effect: Effect, period: str, data: Residuals, order: int, moved: list[tuple[float, float]]) -> Array:
-    """An overtone in step with its fundamental, that moved by some phases in the middle and at the end, ``(m, n)``."""
+def _moved(effect: Effect, period: str, data: Residuals) -> tuple[Array, Array]:
+    """Phases, rad, and changes of the frequency, ``(m, 1)``, of a fundamental moved by every shift with every drift."""
     along = _along(effect, period, data)
-    shift, drift = np.array(moved).T[:, :, None]
+    shift, drift = np.array(list(product(SHIFTS, DRIFTS))).T[:, :, None]
     turns_per_unit = drift / (np.pi * np.ptp(along))
     middle = (along.max() + along.min()) / 2.0
-    phase = np.radians(getattr(effect, PHASE)) + shift - 2.0 * np.pi * turns_per_unit * middle
-    return _overtone(effect, period, data, order, order * phase, turns_per_unit)
+    return np.radians(getattr(effect, PHASE)) + shift - 2.0 * np.pi * turns_per_unit * middle, turns_per_unit
 
 
 def _along(effect: Effect, period: str, data: Residuals) -> Array:
@@ -63,7 +62,12 @@ def _along(effect: Effect, period: str, data: Residuals) -> Array:
 
 
 def _overtone(
-    effect: Effect, period: str, data: Residuals, order: int, phase: Array | float, turns_per_unit: Array | float = 0.0
+    effect: Effect,
+    period: str,
+    data: Residuals,
+    order: float,
+    phase: Array | float,
+    turns_per_unit: Array | float = 0.0,
 ) -> Array:
     """What an overtone with its fundamental's amplitude moves the readings by, um, ``(m, n)``; its phase in rad."""
     value = getattr(effect, period)
