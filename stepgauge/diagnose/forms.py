@@ -31,6 +31,10 @@ FEWEST_BACK = 0.2
 WANDERING = ("time", "order")
 POWERS = np.geomspace(0.15, 3.0, 14)
 """Exponents of a decay with the number of touches that is no exponential."""
+MEMORY = "memory"
+"""The form of what rests leave and touches wear off."""
+FADING = np.array([1, 2, 3, 4, 6, 8, 12, 16])
+"""Numbers of touches over which it fades to 1/e."""
 GROWING, ISOLATED = "growing scatter", "isolated rows"
 """Forms of the scatter, which no formula of the mean describes."""
 REPEATING = ("position", "machine x", "machine y", "machine z", *WANDERING)
@@ -126,6 +130,7 @@ def form_families(data: Residuals) -> Iterator[Family]:
                 family = make_form(form, covariate.name, side, columns, data)
                 details = {**family.details, "atoms": values, "unit": covariate.unit}
                 yield replace(family, details=details, shares=sided)
+    yield from _memory_forms(data)
     yield from _way_forms(data)
     yield from _side_forms(data)
     yield from _cycle_forms(data)
@@ -216,6 +221,16 @@ def goes_both_ways(data: Residuals) -> bool:
     """Whether enough touches were made each way to tell the ways apart."""
     way = data.probings.way()
     return bool(min((way > 0).sum(), (way < 0).sum()) >= FEWEST_BACK * len(data))
+
+
+def _memory_forms(data: Residuals) -> Iterator[Family]:
+    """What every rest adds and every touch wears off a part of, to a level that is a constant along the approach."""
+    if not data.has_time:
+        return
+    rested = np.array([data.probings.rested(touches) for touches in FADING])[:, None]
+    for side, columns in (("approach", np.concatenate([rested, np.ones_like(rested)], axis=1)), ("gauge", rested)):
+        form = make_form(MEMORY, REST, side, columns * mask(data, side), data)
+        yield replace(form, details=form.details | {"atoms": FADING, "unit": "touches"})
 
 
 def _way_forms(data: Residuals) -> Iterator[Family]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from stepgauge.diagnose.forms import AXES
+from stepgauge.diagnose.forms import AXES, MEMORY
 from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.result import Located
 from stepgauge.diagnose.search import Look
@@ -113,6 +113,7 @@ def _words(family: Family, form: str, side: str, look: Look) -> str:
         "wander": f"wanders with {covariate}",
         "decay": f"decays with {covariate}, by a power law and not exponentially",
         "decay to a level": f"decays with {covariate} to a level, by a power law and not exponentially",
+        "memory": f"every rest adds, and touches wear it off {_at(family, look)}",
         "power": f"grows with a power of the {covariate}",
         "two curves": "follows another curve along the gauge on fronts than on backs",
         "levels": "jumps from cycle to cycle",
@@ -143,5 +144,5 @@ def _at(family: Family, look: Look) -> str:
     if values is None:
         return ""
     unit = family.details.get("unit", "")
-    word = "after" if family.details["form"] == "step" else "with period"
+    word = {"step": "after", MEMORY: "over"}.get(family.details["form"], "with period")
     return f"{word} {values[look.atom]:.4g} {unit}".rstrip()

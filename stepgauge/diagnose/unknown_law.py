@@ -20,6 +20,7 @@ from stepgauge.diagnose.forms import (
     GROWING,
     HARMONICS,
     ISOLATED,
+    MEMORY,
     TOUCHES,
     TURNING,
     WAY,
@@ -52,7 +53,7 @@ NAMES = {
     "rest before the touch": "rest_s",
 }
 """Name of a covariate in a formula, where it differs."""
-PLACED = ("power", "decay", "decay to a level", "step", "period")
+PLACED = ("power", "decay", "decay to a level", "step", "period", MEMORY)
 """Forms that stand at a place, or have a period or a power."""
 MASK = {"approach": "", "gauge": "side * ", "front": "step(side) * ", "back": "step(-side) * "}
 MASK |= {axis: f"{column} * " for axis, column in zip(AXES, APPROACH, strict=True)}
@@ -238,6 +239,8 @@ def _of_covariate(
         yield [one_term[located.form]], None
     elif located.form == "decay to a level":
         yield [one_term["decay"], f"{mask}1"], None
+    elif located.form == MEMORY:
+        yield [f"{mask}rested_{place:.0f}", f"{mask}1"], None
     elif located.form == "bow":
         yield [centred, f"{centred}**2"], None
     elif located.form in ("wander", "changing scale"):

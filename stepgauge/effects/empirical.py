@@ -24,12 +24,14 @@ DERIVED = {
     "touches_N": "the same since a pause longer than N seconds, N a whole number",
     "turning_mm": "way along the gauge between touches since it last turned round, mm",
     "rest_s": "time since the touch before, s",
+    "rested_N": "roots of this rest and of those before earlier touches, s^0.5, fading to 1/e over N touches",
     "way": "+1 where the touch before was nearer to face 1, -1 where it was farther from it",
     "azimuth_rad": "azimuth of the approach about the stylus, from machine +x",
 }
+"""Covariates beside the columns of the recording."""
+RESTED = "rested_"
 PAUSE_S = 60.0
 """Shortest time without a touch that is a pause."""
-"""Covariates beside the columns of the recording."""
 
 
 class Empirical(Effect):
@@ -84,7 +86,7 @@ class Empirical(Effect):
 
 def formula_name(column: str) -> str | None:
     """A recorded column as a formula can name it; None where the name means something else there, or nothing."""
-    taken = column in DERIVED or re.fullmatch(r"c\d+|touches_\d+", column)
+    taken = column in DERIVED or re.fullmatch(r"c\d+|touches_\d+|rested_\d+", column)
     if taken or keyword.iskeyword(column) or not (column.isascii() and column.isidentifier()):
         return None
     return column if parse(column).names == {column} else None
@@ -101,6 +103,8 @@ def _covariate(probings: Probings, name: str) -> Array:
         return probings.touches_since_pause(PAUSE_S)
     if name.startswith("touches_") and name.removeprefix("touches_").isdecimal():
         return probings.touches_since_pause(float(name.removeprefix("touches_")))
+    if name.startswith(RESTED) and name.removeprefix(RESTED).isdecimal():
+        return probings.rested(float(name.removeprefix(RESTED)))
     if name == "turning_mm":
         return probings.since_turning_mm()
     if name == "rest_s":

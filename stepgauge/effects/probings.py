@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_banded
 
 from stepgauge.errors import InputError
 
@@ -163,6 +164,17 @@ class Probings:
             self._made["rest"] = _rest_s(self)
         return self._made["rest"]
 
+    def rested(self, touches: float) -> Array:
+        """Roots of the rests before each touch and before the earlier ones, s^0.5, fading to 1/e over ``touches``.
+
+        What creeps back while nothing happens does so about with the root of time. Of the time before the first touch
+        nothing is known; where a placement starts its clock anew, the probe rested for as long as at the longest.
+        """
+        key = ("rested", touches)
+        if key not in self._made:
+            self._made[key] = _rested(self, touches)
+        return self._made[key]
+
     def way(self) -> Array:
         """+1 where the touch before, in order of time, was nearer to face 1 (or there was none), else -1."""
         if "way" not in self._made:
@@ -216,6 +228,9 @@ class _Slice(Probings):
     def rest_s(self) -> Array:
         return self.whole.rest_s()[self.rows]
 
+    def rested(self, touches: float) -> Array:
+        return self.whole.rested(touches)[self.rows]
+
     def way(self) -> Array:
         return self.whole.way()[self.rows]
 
@@ -242,6 +257,14 @@ def _rest_s(probings: Probings) -> Array:
     known = np.isfinite(gap)
     gap[~known] = gap[known].max(initial=0.0)
     return _by_row(gap, order)
+
+
+def _rested(probings: Probings, touches: float) -> Array:
+    order, _ = _in_order(probings)
+    rest = np.diff(probings.time_s[order], prepend=probings.time_s[order[0]])
+    rest[rest < 0.0] = rest.max()
+    fading = np.full(len(rest), -np.exp(-1.0 / touches))  # state[i] = fading of state[i - 1] + root of the rest
+    return _by_row(solve_banded((1, 0), np.array([np.ones(len(rest)), fading]), np.sqrt(rest)), order)
 
 
 def _way(probings: Probings) -> Array:

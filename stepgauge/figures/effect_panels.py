@@ -10,11 +10,24 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.forms import AXES, REST, TOUCHES, TURNING, WANDERING, WAY, covariates, mask, pause_of, runs_of
+from stepgauge.diagnose.forms import (
+    AXES,
+    MEMORY,
+    REST,
+    TOUCHES,
+    TURNING,
+    WANDERING,
+    WAY,
+    covariates,
+    mask,
+    pause_of,
+    runs_of,
+)
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Diagnosis, Finding
 from stepgauge.diagnose.unknown_law import UnknownLaw, length_mm
 from stepgauge.effects import Effect
+from stepgauge.effects.empirical import RESTED
 from stepgauge.figures.style import COLORS, CYCLE
 
 Array = NDArray[np.float64]
@@ -53,6 +66,7 @@ TITLES = {
     "wander": "wanders with {covariate}",
     "decay": "decays with {covariate}",
     "decay to a level": "decays with {covariate} to a level",
+    "memory": "a memory of rests",
     "power": "grows with a power of the {covariate}",
     "two curves": "another curve on fronts than on backs",
     "levels": "jumps from cycle to cycle",
@@ -249,6 +263,8 @@ def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
         return RUNS, runs_of(data)[1].astype(float) + 1.0
     if name in ("side", WAY) or form == "odd length":
         name = "position"
+    if form == MEMORY:
+        return _rested(law, data)
     x = covariate_values(name, data)
     if law.period is None:
         return label_of(name), x
@@ -257,6 +273,13 @@ def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
     words, _, unit = label_of(name).partition(" / ")
     within = f"{words} within the period of {law.period:.4g}"
     return f"{within} {unit} / {unit}" if unit else within, np.asarray(x % law.period, float)
+
+
+def _rested(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
+    """What rests have left, by the one memory of them that the formula names."""
+    touches = next(name for name in law.effects[0].parsed.names if name.startswith(RESTED)).removeprefix(RESTED)
+    label = f"roots of the rests before, fading over {touches} touches / $\\sqrt{{\\mathrm{{s}}}}$"
+    return label, data.probings.rested(float(touches))
 
 
 def _law_groups(law: UnknownLaw, data: Residuals) -> tuple[tuple[Group, ...], bool]:
