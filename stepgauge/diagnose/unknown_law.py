@@ -36,7 +36,7 @@ from stepgauge.diagnose.result import Diagnosis, Located
 from stepgauge.diagnose.solve import Estimate
 from stepgauge.diagnose.whitening import Whitening, make_whitening
 from stepgauge.effects import along_approach_um
-from stepgauge.effects.empirical import Empirical, formula_name
+from stepgauge.effects.empirical import RESTED, Empirical, formula_name
 from stepgauge.recording import APPROACH
 
 Array = NDArray[np.float64]
@@ -240,7 +240,7 @@ def _of_covariate(
     elif located.form == "decay to a level":
         yield [one_term["decay"], f"{mask}1"], None
     elif located.form == MEMORY:
-        yield [f"{mask}rested_{place:.0f}", f"{mask}1"], None
+        yield [f"{mask}{RESTED}_{place:.0f}", f"{mask}1"], None
     elif located.form == "bow":
         yield [centred, f"{centred}**2"], None
     elif located.form in ("wander", "changing scale"):

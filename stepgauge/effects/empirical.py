@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import keyword
 import re
+from collections.abc import Callable
 from functools import lru_cache
 from typing import ClassVar
 
@@ -16,6 +17,7 @@ from stepgauge.errors import InputError
 from stepgauge.formula import Formula, parse_formula
 
 parse = lru_cache(parse_formula)
+RESTED = "rested"
 DERIVED = {
     "position_mm": "certified position of the face along the gauge, mm",
     "side": "+1 for fronts, -1 for backs",
@@ -24,12 +26,11 @@ DERIVED = {
     "touches_N": "the same since a pause longer than N seconds, N a whole number",
     "turning_mm": "way along the gauge between touches since it last turned round, mm",
     "rest_s": "time since the touch before, s",
-    "rested_N": "roots of this rest and of those before earlier touches, s^0.5, fading to 1/e over N touches",
+    f"{RESTED}_N": "roots of this rest and of those before earlier touches, s^0.5, fading to 1/e over N touches",
     "way": "+1 where the touch before was nearer to face 1, -1 where it was farther from it",
     "azimuth_rad": "azimuth of the approach about the stylus, from machine +x",
 }
 """Covariates beside the columns of the recording."""
-RESTED = "rested_"
 PAUSE_S = 60.0
 """Shortest time without a touch that is a pause."""
 
@@ -86,32 +87,41 @@ class Empirical(Effect):
 
 def formula_name(column: str) -> str | None:
     """A recorded column as a formula can name it; None where the name means something else there, or nothing."""
-    taken = column in DERIVED or re.fullmatch(r"c\d+|touches_\d+|rested_\d+", column)
+    taken = column in DERIVED or re.fullmatch(rf"(c|touches_|{RESTED}_)\d+", column)
     if taken or keyword.iskeyword(column) or not (column.isascii() and column.isidentifier()):
         return None
     return column if parse(column).names == {column} else None
 
 
 def _covariate(probings: Probings, name: str) -> Array:
-    if name == "position_mm":
-        return probings.certified_mm()
-    if name == "side":
-        return np.where(probings.face % 2 == 1, 1.0, -1.0)
-    if name == "row":
-        return np.arange(probings.first_row, probings.first_row + len(probings), dtype=float)
-    if name == "touches":
-        return probings.touches_since_pause(PAUSE_S)
-    if name.startswith("touches_") and name.removeprefix("touches_").isdecimal():
-        return probings.touches_since_pause(float(name.removeprefix("touches_")))
-    if name.startswith(RESTED) and name.removeprefix(RESTED).isdecimal():
-        return probings.rested(float(name.removeprefix(RESTED)))
-    if name == "turning_mm":
-        return probings.since_turning_mm()
-    if name == "rest_s":
-        return probings.rest_s()
-    if name == "way":
-        return probings.way()
-    if name == "azimuth_rad":
-        cosine, sine = probings.lateral_share()
-        return np.arctan2(sine, cosine)
+    if name in _NAMED:
+        return _NAMED[name](probings)
+    prefix, _, number = name.rpartition("_")
+    if prefix in _NUMBERED and number.isdecimal():
+        return _NUMBERED[prefix](probings, float(number))
     return probings.column(name)
+
+
+def _row(probings: Probings) -> Array:
+    return np.arange(probings.first_row, probings.first_row + len(probings), dtype=float)
+
+
+def _azimuth_rad(probings: Probings) -> Array:
+    cosine, sine = probings.lateral_share()
+    return np.arctan2(sine, cosine)
+
+
+_NAMED: dict[str, Callable[[Probings], Array]] = {
+    "position_mm": lambda probings: probings.certified_mm(),
+    "side": lambda probings: np.where(probings.face % 2 == 1, 1.0, -1.0),
+    "row": _row,
+    "touches": lambda probings: probings.touches_since_pause(PAUSE_S),
+    "turning_mm": lambda probings: probings.since_turning_mm(),
+    "rest_s": lambda probings: probings.rest_s(),
+    "way": lambda probings: probings.way(),
+    "azimuth_rad": _azimuth_rad,
+}
+_NUMBERED: dict[str, Callable[[Probings, float], Array]] = {
+    "touches": lambda probings, pause_s: probings.touches_since_pause(pause_s),
+    RESTED: lambda probings, touches: probings.rested(touches),
+}

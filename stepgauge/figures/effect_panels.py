@@ -277,7 +277,8 @@ def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
 
 def _rested(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
     """What rests have left, by the one memory of them that the formula names."""
-    touches = next(name for name in law.effects[0].parsed.names if name.startswith(RESTED)).removeprefix(RESTED)
+    name = next(name for name in law.effects[0].parsed.names if name.startswith(RESTED))
+    touches = name.removeprefix(f"{RESTED}_")
     label = f"roots of the rests before, fading over {touches} touches / $\\sqrt{{\\mathrm{{s}}}}$"
     return label, data.probings.rested(float(touches))
 

@@ -202,6 +202,7 @@ PANELS: list[tuple[str, tuple[str, str, str], str, str]] = [
     ("side * (abs(cycle - 3) < 0.5)", ("cycle", "both", "odd cycle"), "cycle", "lies apart"),
     ("1e-4 * side * (turning_mm - 100)**2", ("way since turning round", "both", "bow"), "turning round / mm", "bow"),
     ("1.5 * (rest_s / 30)**0.4", ("rest before the touch", "both", "power"), "rest before the touch / s", "power"),
+    ("0.1 * rested_4 - 1", ("rest before the touch", "both", "memory"), "rests before, fading over", "memory of rests"),
     ("3 / (1 + touches_15)", ("touches since a pause of 15 s", "both", "decay"), "pause of 15 s", "decays"),
     ("way * 0.6", ("direction of travel", "both", "offset"), "position along", "direction of travel"),
     ("1.3 * step(placement - 1.5)", ("placement", "both", "level"), "placement", "between placements"),
