@@ -13,7 +13,14 @@ from stepgauge.diagnose.departures import departure
 from stepgauge.diagnose.forms import form_families
 from stepgauge.diagnose.library import effect_families
 from stepgauge.diagnose.locate import behind_placements, describe, most_telling
-from stepgauge.diagnose.noise import Noise, estimate_noise, growth_of, with_lone_rows
+from stepgauge.diagnose.noise import (
+    GROWTH_P,
+    STILL_GROWING_P,
+    Noise,
+    estimate_noise,
+    growth_of,
+    with_lone_rows,
+)
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Located
 from stepgauge.diagnose.search import Library, Look
@@ -51,7 +58,7 @@ def explain(data: Residuals, noise: Noise, without: Collection[str]) -> Explaine
     Laws are selected beside the scatter, the scatter is judged again beside them, and they are held against forms: what
     a form says in fewer words than they do, what they leave, and where one of them departs from itself.
     """
-    noise = _growing_beside_forms(noise, data)
+    noise = with_lone_rows(_growing_beside_forms(noise, data), data.um, data, beside_outliers=True)
     whitening = make_whitening(data, noise.by_row_um)
     families = list(effect_families(data, without))
     selector = Selector(Library(families, whitening), whitening, data)
@@ -100,18 +107,24 @@ def _held_against_forms(selector: Selector, terms: tuple[Term, ...], noise: Nois
 
 
 def _growing_beside_laws(found: Explained, data: Residuals) -> Noise | None:
-    """The scatter with its growth where laws that leave nothing else show it; None where they do not.
+    """The scatter where laws that leave nothing else show it to grow and repeats did not, or the other way round.
 
     What repeats cannot say of the scatter, for every set of them has a mean of its own, all rows can beside a model.
+    None where both say the same.
     """
-    if found.noise.growth is not None or found.unexplained:
+    if found.unexplained:
         return None
-    left, basis = found.selector.residual(found.terms)
-    growth = growth_of(data, left, (basis**2).sum(axis=1), np.isfinite(found.noise.by_row_um))
-    if growth is None:
+    noise, selector = found.noise, found.selector
+    left_um = data.um - displaced_um(selector.fit(found.terms).solved, data)
+    if noise.growth is not None:
+        noise = estimate_noise(replace(data, um=left_um), may_grow=False)
+        selector = _beside(noise, selector, data)
+    left, basis = selector.residual(found.terms)
+    chance = GROWTH_P if found.noise.growth is None else STILL_GROWING_P
+    growth = growth_of(data, left, (basis**2).sum(axis=1), np.isfinite(noise.by_row_um), chance)
+    if (growth is None) == (found.noise.growth is None):
         return None
-    left_um = data.um - displaced_um(found.selector.fit(found.terms).solved, data)
-    return estimate_noise(replace(data, um=left_um), growth=growth)
+    return estimate_noise(replace(data, um=left_um), may_grow=False, growth=growth)
 
 
 def _departing(

@@ -18,8 +18,12 @@ OUTLIER_P = 0.002
 """Chance of calling any row of an undisturbed recording an outlier."""
 OUTLIER_GROWING_P = 0.00005
 """The same where the scatter grows: how it grows is known roughly, and a row far out in it is less of a surprise."""
+UNSURPRISING_P = 0.05
+"""The same where a model knows better: a row that is no farther off is none; its repeats were odd to the other side."""
 GROWTH_P = 0.0015
 """Chance of seeing growing scatter in an undisturbed recording."""
+STILL_GROWING_P = 0.01
+"""The same where the repeats show it: beside a model all rows must, for more of them have a say."""
 GROWTH_RANKS_P = 0.01
 FEWEST_GROWING = 12
 """Rows with freedom left from which growth of the scatter can be told."""
@@ -76,26 +80,33 @@ def estimate_noise(data: Residuals, may_grow: bool = True, growth: Growth | None
     return Noise(sigma, by_row, dof, np.flatnonzero(~good), rate, repeats)
 
 
-def with_lone_rows(noise: Noise, left_um: Array, data: Residuals) -> Noise:
+def with_lone_rows(noise: Noise, left_um: Array, data: Residuals, beside_outliers: bool = False) -> Noise:
     """The scatter with other outliers where a model that knows the other faces knows better than the repeats.
 
     Of two repeats that differ the repeats alone cannot say which is bad; ``left_um (n,)``, what a model leaves, can. A
-    face that is off in all its repeats is no matter of outliers.
+    face that is off in all its repeats is no matter of outliers. ``beside_outliers``: only where the repeats have one.
     """
     along = left_um * data.side
     middle = np.array([np.median(along[data.placement == i]) for i in range(int(data.placement.max()) + 1)])
     typical = np.where(np.isfinite(noise.by_row_um), noise.by_row_um, noise.sigma_um)
     off = np.abs(along - middle[data.placement]) / np.hypot(typical, data.gauge.u_um[data.face - 1])
-    p = OUTLIER_P if noise.growth is None else OUTLIER_GROWING_P
-    far = off > -stats.t.ppf(p / (2.0 * len(data)), max(noise.dof, 1))
     near = np.bincount(data.group, off < NEAR) > 0
-    lone = far & near[data.group]
-    if not lone.any() or lone.sum() > MOST_LONE * len(data):
+    lone = (off > _surprising(OUTLIER_P if noise.growth is None else OUTLIER_GROWING_P, noise)) & near[data.group]
+    if beside_outliers:
+        lone &= np.isin(data.group, data.group[noise.outliers])
+    if lone.sum() > MOST_LONE * len(data):
         return noise
     with_lone = np.bincount(data.group, lone) > 0
     good = np.isfinite(noise.by_row_um) | (with_lone[data.group] & (off < NEAR))
+    if not beside_outliers:
+        good |= off < _surprising(UNSURPRISING_P, noise)
     good &= ~lone
     return replace(noise, by_row_um=np.where(good, typical, np.inf), outliers=np.flatnonzero(~good))
+
+
+def _surprising(p: float, noise: Noise) -> float:
+    """Standard deviations by which any row is off, to either side, with a chance of ``p``."""
+    return float(-stats.t.ppf(p / (2.0 * len(noise.by_row_um)), max(noise.dof, 1)))
 
 
 def _free_columns(data: Residuals) -> tuple[Array, bool]:
@@ -195,11 +206,13 @@ def _covariates(data: Residuals) -> dict[str, Array]:
     return {name: values for name, values in found.items() if np.ptp(values) > 1e-6 * max(np.abs(values).max(), 1e-9)}
 
 
-def growth_of(data: Residuals, residual: Array, leverage: Array, keep: NDArray[np.bool_]) -> Growth | None:
+def growth_of(
+    data: Residuals, residual: Array, leverage: Array, keep: NDArray[np.bool_], chance: float = GROWTH_P
+) -> Growth | None:
     """Covariate with which the squares grow, its rate over sigma and the p-value; None if none does.
 
     ``residual (n,)``: in units of the scatter that does not grow; ``leverage (n,)``: share of each row that was fitted;
-    ``keep``: rows that count.
+    ``keep``: rows that count; ``chance``: that of growth which is believed.
 
     A likelihood ratio, counted at the degrees of freedom that the rows have left; and, for it believes in the normal
     distribution, the ranks of the squares must grow as well.
@@ -221,7 +234,7 @@ def growth_of(data: Residuals, residual: Array, leverage: Array, keep: NDArray[n
         return None
     gain, name, rate = max(tests)
     p = 0.5 * float(stats.chi2.sf(gain, 1)) * len(covariates)
-    return (name, rate, p) if p <= GROWTH_P else None
+    return (name, rate, p) if p <= chance else None
 
 
 def _rank_score(score: Array, covariate: Array, group: NDArray[np.intp]) -> float:

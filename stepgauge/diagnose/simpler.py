@@ -24,6 +24,8 @@ from stepgauge.diagnose.smooth import Forms
 
 MARGIN = 5.0
 """By how many nats a form must be a shorter description than a law: laws that are known are likelier beforehand."""
+FLEXIBLE_MARGIN = 1.0
+"""The same for a law whose shape was fitted (a period, a place, a time constant): it passes for much that is none."""
 MARGIN_BESIDE = 3.0
 """The same for a form instead of one law among several."""
 PILE_MARGIN = 2.0
@@ -71,7 +73,7 @@ def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: No
     lowered = _lowered_margin(selector, terms, noise)
     fewer = [kept for kept in _subsets(terms) if len(repeated & set(kept)) <= 1]
     tried = [(kept, *_with_form(forms, selector, terms, kept)) for kept in fewer]
-    ahead = [saved - min(lowered, _margin(terms, kept)) for kept, saved, _ in tried]
+    ahead = [saved - min(lowered, _margin(selector, terms, kept)) for kept, saved, _ in tried]
     if repeated or max(ahead) > 0.0:
         return tried[int(np.argmax(ahead))][2]
     if len(terms) > 1 and _misfit(selector, terms, noise, PILE_MISFIT_P, PILE_EXPLAINED):
@@ -80,10 +82,10 @@ def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: No
     return None
 
 
-def _margin(terms: tuple[Term, ...], kept: tuple[Term, ...]) -> float:
+def _margin(selector: Selector, terms: tuple[Term, ...], kept: tuple[Term, ...]) -> float:
     """By how many nats a form must be the shorter description to stand for the laws that are not kept."""
     if len(terms) == 1:
-        return MARGIN
+        return FLEXIBLE_MARGIN if len(selector.library.families[terms[0].index].atoms) > 1 else MARGIN
     return MARGIN_BESIDE if len(kept) == len(terms) - 1 else PILE_MARGIN
 
 
