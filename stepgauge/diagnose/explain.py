@@ -14,7 +14,7 @@ from stepgauge.diagnose.forms import form_families
 from stepgauge.diagnose.library import effect_families
 from stepgauge.diagnose.locate import behind_placements, describe, most_telling
 from stepgauge.diagnose.noise import (
-    GROWTH_P,
+    GROWTH_BESIDE_P,
     STILL_GROWING_P,
     Noise,
     estimate_noise,
@@ -120,7 +120,7 @@ def _growing_beside_laws(found: Explained, data: Residuals) -> Noise | None:
         noise = estimate_noise(replace(data, um=left_um), may_grow=False)
         selector = _beside(noise, selector, data)
     left, basis = selector.residual(found.terms)
-    chance = GROWTH_P if found.noise.growth is None else STILL_GROWING_P
+    chance = GROWTH_BESIDE_P if found.noise.growth is None else STILL_GROWING_P
     growth = growth_of(data, left, (basis**2).sum(axis=1), np.isfinite(noise.by_row_um), chance)
     if (growth is None) == (found.noise.growth is None):
         return None
@@ -135,14 +135,22 @@ def _departing(
     if found is None:
         return terms, None, ()
     law, departing = selector.looks(terms)[0], selector.library.families[terms[found.place].index]
-    explains = law.log_p <= selector.bar and law.gain >= EXPLAINED * found.look.gain
     # a second law of the same kind would be the departure by another name
-    if len(terms) < MOST_TERMS and explains and law.family.kind != departing.kind:
-        return _departing(forms, selector, _settle(selector, (*terms, selector.term_of(law))))
+    explains = law.gain >= EXPLAINED * found.look.gain and law.family.kind != departing.kind
+    if explains and (more := _with_one_more(selector, terms, law)):
+        return _departing(forms, selector, more)
     kept = terms[: found.place] + terms[found.place + 1 :]
     instead = instead_of(forms, selector, terms, kept, refuted=True)
     chance = f"chance of it in scatter: {np.exp(found.look.log_p):.1g}"
     return terms, instead, () if instead is None else (f"no known law fits: {found.words} ({chance})",)
+
+
+def _with_one_more(selector: Selector, terms: tuple[Term, ...], law: Look) -> tuple[Term, ...]:
+    """The terms settled with one more law; none where there is no room, or it may be chance and does not stay."""
+    if len(terms) >= MOST_TERMS or law.log_p > selector.bar:
+        return ()
+    settled = _settle(selector, (*terms, selector.term_of(law)))
+    return settled if len(settled) > len(terms) else ()
 
 
 def _growing_beside_forms(noise: Noise, data: Residuals) -> Noise:
@@ -207,11 +215,14 @@ def _same(one: Noise, other: Noise) -> bool:
 
 
 def _settle(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
-    """The likeliest law in every place, each judged beside what now stands in the others."""
+    """The likeliest law in every place, each judged beside what now stands in the others; none where all are chance."""
     for _ in range(SETTLING_ROUNDS):
         before = terms
         for place in range(len(terms)):
-            terms = selector.exchanged(terms, place, rivals(selector, terms, place).looks[0])
+            likeliest = rivals(selector, terms, place).looks[0]
+            if likeliest.log_p > selector.bar:
+                return _settle(selector, terms[:place] + terms[place + 1 :])
+            terms = selector.exchanged(terms, place, likeliest)
         terms = selector.dealiased(terms)
         if terms == before:
             break
@@ -246,8 +257,8 @@ def _left_over(forms: Forms, selector: Selector, terms: tuple[Term, ...]) -> tup
     if terms and explained / (explained + extra) >= EXPLAINED:
         return terms, _Nameless()
     law = selector.looks(terms)[0]
-    if len(terms) < MOST_TERMS and law.log_p <= selector.bar and law.gain >= EXPLAINED * found[0].gain:
-        return _left_over(forms, selector, _settle(selector, (*terms, selector.term_of(law))))
+    if law.gain >= EXPLAINED * found[0].gain and (more := _with_one_more(selector, terms, law)):
+        return _left_over(forms, selector, more)
     first = {look.family.covariate: look for look in reversed(found[:MOST_COMPARED])}
     clearest = sorted(first.values(), key=lambda look: look.log_p)[:MOST_NAMELESS]
     return terms, _Nameless(tuple(clearest), extra / (explained + extra))

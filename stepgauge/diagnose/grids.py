@@ -14,8 +14,8 @@ from stepgauge.effects import Effect, Parameter
 Array = NDArray[np.float64]
 FEWEST_PERIODS = 2.0
 """Periods within the travel from which something repeats: less of one is a bow."""
-FEWEST_CYCLES = 1.5
-"""The same within the time of the measurement, where a bow is not so common."""
+FEWEST_CYCLES = 2.0
+"""The same within the time of the measurement."""
 MOST_PERIODS = 4000
 MOST_FREQUENCIES = 5000
 RHYTHM = np.linspace(0.0, 1.0, 41)

@@ -21,9 +21,11 @@ OUTLIER_GROWING_P = 0.00005
 UNSURPRISING_P = 0.05
 """The same where a model knows better: a row that is no farther off is none; its repeats were odd to the other side."""
 GROWTH_P = 0.0015
-"""Chance of seeing growing scatter in an undisturbed recording."""
+"""Chance of seeing growing scatter in the repeats of an undisturbed recording."""
+GROWTH_BESIDE_P = 0.003
+"""The same in all rows beside a model, which see more."""
 STILL_GROWING_P = 0.01
-"""The same where the repeats show it: beside a model all rows must, for more of them have a say."""
+"""The same in all rows where the repeats have shown it."""
 GROWTH_RANKS_P = 0.01
 FEWEST_GROWING = 12
 """Rows with freedom left from which growth of the scatter can be told."""

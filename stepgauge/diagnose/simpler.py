@@ -28,8 +28,8 @@ FLEXIBLE_MARGIN = 1.0
 """The same for a law whose shape was fitted (a period, a place, a time constant): it passes for much that is none."""
 MARGIN_BESIDE = 3.0
 """The same for a form instead of one law among several."""
-PILE_MARGIN = 2.0
-"""The same for a form instead of several laws at once, which are rarer."""
+PILE_MARGIN = 0.0
+"""The same for a form instead of several laws at once, which are rarer: none of the two is likelier beforehand."""
 MISFIT_MARGIN = -8.0
 """The same where the laws do not fit as well as the scatter of the repeats would let them."""
 LOCKED_MARGIN = -3.0
