@@ -13,9 +13,7 @@ from stepgauge.effects import Effect, Parameter
 
 Array = NDArray[np.float64]
 FEWEST_PERIODS = 2.0
-"""Periods within the travel from which something repeats: less of one is a bow."""
-FEWEST_CYCLES = 2.0
-"""The same within the time of the measurement."""
+"""Periods within the travel or the time of the measurement from which something repeats: less of one is a bow."""
 MOST_PERIODS = 4000
 MOST_FREQUENCIES = 5000
 RHYTHM = np.linspace(0.0, 1.0, 41)
@@ -54,7 +52,7 @@ def _duration_s(data: Residuals) -> float:
 
 def _periods_s(_: dict[str, Any], data: Residuals) -> Array:
     duration = _duration_s(data)
-    frequency = np.arange(FEWEST_CYCLES / duration, 1.0 / 60.0, 1.0 / (4.0 * duration))[:MOST_PERIODS]
+    frequency = np.arange(FEWEST_PERIODS / duration, 1.0 / 60.0, 1.0 / (4.0 * duration))[:MOST_PERIODS]
     return 1.0 / frequency if frequency.size else np.array([duration])
 
 
@@ -67,7 +65,7 @@ def _frequencies_hz(_: dict[str, Any], data: Residuals) -> Array:
     turned -= np.round(turned)
     gradual = np.quantile(np.abs(turned), 0.9, axis=1) < GRADUAL
     # a grid point beyond the fewest, for a fit moves by as much
-    slow = gradual & (np.abs(turned.mean(axis=1)) * len(data) < FEWEST_CYCLES + 0.5)
+    slow = gradual & (np.abs(turned.mean(axis=1)) * len(data) < FEWEST_PERIODS + 0.5)
     return frequency[~slow] if not slow.all() else frequency
 
 
