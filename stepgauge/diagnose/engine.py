@@ -267,9 +267,7 @@ def _diagnosis(
     shares = np.sum([f.share_um for f in findings], axis=0) if findings else np.zeros(len(data))
     before, after = _centred(data, data.um), _centred(data, data.um - shares)
     searched = len(found.selector.residuals)
-    remarks = found.remarks
-    if searched < len(data):
-        remarks += (f"searched in {searched} of {len(data)} rows, fitted to all of them",)
+    some = f"searched in {searched} of {len(data)} rows, fitted to all of them"
     return Diagnosis(
         verdict,
         tuple(findings),
@@ -282,5 +280,6 @@ def _diagnosis(
         after,
         tuple(found.selector.trail),
         placements,
-        remarks,
+        (some,) if searched < len(data) else (),
+        found.refuted,
     )

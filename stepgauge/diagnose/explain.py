@@ -42,14 +42,17 @@ SAME_NOISE = 0.03
 
 @dataclass(frozen=True)
 class Explained:
-    """What was found: the laws, where the disagreement lives, and what is left without a law."""
+    """What was found: the laws, where the disagreement lives, and what is left without a law.
+
+    ``refuted``: what speaks against the law that comes nearest to what is left.
+    """
 
     noise: Noise
     selector: Selector
     terms: tuple[Term, ...]
     located: tuple[Located, ...]
     unexplained: tuple[Located, ...]
-    remarks: tuple[str, ...] = ()
+    refuted: tuple[str, ...] = ()
 
 
 def explain(data: Residuals, noise: Noise, without: Collection[str]) -> Explained:
@@ -95,15 +98,15 @@ def _held_against_forms(selector: Selector, terms: tuple[Term, ...], noise: Nois
     if instead is None:
         fewer, (terms, nameless) = terms, _left_over(forms, selector, terms)
         instead = simpler(forms, selector, terms, noise) if len(terms) > len(fewer) else None
-    remarks: tuple[str, ...] = ()
+    refuted: tuple[str, ...] = ()
     if instead is None and not nameless.looks:
-        terms, instead, remarks = _departing(forms, selector, terms)
+        terms, instead, refuted = _departing(forms, selector, terms)
     if instead is not None:
         # a law that stood for a part beside those that went may have to stand for the whole
         terms, nameless = _settle(selector, instead.kept), _Nameless((instead.form,), instead.share)
     if nameless.looks:
         nameless = _behind_placements(nameless, forms, selector, terms)
-    return Explained(noise, selector, terms, most_telling(forms, selector.data), nameless.described, remarks)
+    return Explained(noise, selector, terms, most_telling(forms, selector.data), nameless.described, refuted)
 
 
 def _growing_beside_laws(found: Explained, data: Residuals) -> Noise | None:
@@ -130,7 +133,7 @@ def _growing_beside_laws(found: Explained, data: Residuals) -> Noise | None:
 def _departing(
     forms: Forms, selector: Selector, terms: tuple[Term, ...]
 ) -> tuple[tuple[Term, ...], Simpler | None, tuple[str, ...]]:
-    """The laws that are what they say, a form for one that is not, and why; one more law where that is the reason."""
+    """The laws that are what they say, a form for one that is not, and what refutes it; one more law where one does."""
     found = departure(selector, terms)
     if found is None:
         return terms, None, ()
@@ -142,7 +145,7 @@ def _departing(
     kept = terms[: found.place] + terms[found.place + 1 :]
     instead = instead_of(forms, selector, terms, kept, refuted=True)
     chance = f"chance of it in scatter: {np.exp(found.look.log_p):.1g}"
-    return terms, instead, () if instead is None else (f"no known law fits: {found.words} ({chance})",)
+    return terms, instead, () if instead is None else (f"{found.words} ({chance})",)
 
 
 def _with_one_more(selector: Selector, terms: tuple[Term, ...], law: Look) -> tuple[Term, ...]:

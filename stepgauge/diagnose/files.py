@@ -121,6 +121,7 @@ def diagnosis_to_dict(
             }
             for step in diagnosis.trail
         ],
+        "refuted": list(diagnosis.refuted),
         "remarks": list(diagnosis.remarks),
         "inputs": _inputs(diagnosis, inputs),
     }

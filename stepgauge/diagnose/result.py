@@ -69,7 +69,8 @@ class Fit:
 class Diagnosis:
     """The whole answer; ``before_um`` and ``after_um`` are the residuals, origins taken out.
 
-    ``placements``: texts of placement files for the runs that ``separate_by`` of the findings proposes, by file name.
+    ``placements``: texts of placement files for the runs that ``separate_by`` of the findings proposes, by file name;
+    ``refuted``: what speaks against the law that comes nearest to what is unexplained.
     """
 
     verdict: Verdict
@@ -84,3 +85,4 @@ class Diagnosis:
     trail: tuple[Step, ...]
     placements: dict[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = field(default_factory=tuple)
+    refuted: tuple[str, ...] = field(default_factory=tuple)

@@ -173,6 +173,13 @@ def test_what_remains_says_each_covariate_once() -> None:
     assert left.count("a description, not an explanation") == 1
 
 
+def test_what_speaks_against_the_nearest_law_stands_beside_what_remains() -> None:
+    data = said("unknown") | {"refuted": ["temperature_cycle_x has the shape of a square wave (chance: 1e-05)"]}
+    before, left = report_text(data).split("## What remains")
+    assert "not it: temperature_cycle_x has the shape of a square wave" in left.split("## Before and after")[0]
+    assert "square wave" not in before
+
+
 def test_long_formulas_are_wrapped_between_their_terms() -> None:
     formulas = [" + ".join(f"c{i} * (1 + touches_15)**(-{i}.25)" for i in some) for some in (range(1, 7), range(7, 9))]
     lines = wrapped_sum(formulas)
