@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnose.library import TYPICAL
 from stepgauge.diagnose.search import Look
 from stepgauge.diagnose.select import Selector, Term
 
 Array = NDArray[np.float64]
 UNDECIDED = np.log(50.0)
 """Two laws that are likelier than each other by less than this factor are not told apart."""
-TYPICAL = 0.2
-"""What is usual of a size that occurs, over the largest that does."""
 MOST_IMPLAUSIBLE = UNDECIDED + 1.5
 """Where every law needs a size that does not occur, none is preferred for needing a little less."""
 SIZES = {"mrad", "touches"}

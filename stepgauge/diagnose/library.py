@@ -45,8 +45,10 @@ PRIOR_SIZE = 3.0
 
 Of a height in um it is that bound: how high a step or a wave may be does not depend on what was measured.
 """
+TYPICAL = 0.2
+"""What is usual of a size that occurs, over the largest that does."""
 RARITY = {
-    "block_defect": 1.0,
+    "block_defect": 1.8,
     "angular_error": 1.0,
     "scale_curvature": 0.5,
     "straightness": 1.5,
@@ -105,6 +107,13 @@ class Family:
     def rarity(self) -> float:
         """How much rarer the law is than the commonest ones, nats; none of a form."""
         return RARITY.get(self.kind, 0.0)
+
+    @property
+    def usual(self) -> float:
+        """What is usual of a linear parameter, infinite where nothing is known of it."""
+        law = self.law.parameters() if self.law else ()
+        bounds = [max(map(abs, p.sensible)) for p in law if p.role == "linear" and p.sensible]
+        return TYPICAL * max(bounds, default=np.inf)
 
     @cached_property
     def ranges(self) -> dict[str, tuple[float, float]]:

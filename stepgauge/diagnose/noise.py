@@ -20,9 +20,9 @@ OUTLIER_GROWING_P = 0.00005
 """The same where the scatter grows: how it grows is known roughly, and a row far out in it is less of a surprise."""
 UNSURPRISING_P = 0.05
 """The same where a model knows better: a row that is no farther off is none; its repeats were odd to the other side."""
-GROWTH_P = 0.0015
+GROWTH_P = 0.001
 """Chance of seeing growing scatter in the repeats of an undisturbed recording."""
-GROWTH_BESIDE_P = 0.003
+GROWTH_BESIDE_P = 0.0015
 """The same in all rows beside a model, which see more."""
 STILL_GROWING_P = 0.01
 """The same in all rows where the repeats have shown it."""

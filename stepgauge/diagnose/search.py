@@ -27,6 +27,8 @@ PERIODS = {"period_mm", "period_s", "frequency_hz"}
 """Parameters whose values stand in a family from the slowest to the fastest."""
 ALIAS_GAIN = 0.03
 """Share of the gain that a period may lose by lying between two of the grid."""
+SHOWS = 4.5
+"""Standard deviations from which a law is seen among all others."""
 FAR_OUT = 1e-217
 SMALLEST = 1e-150
 SURPRISING = -2.0
@@ -44,10 +46,15 @@ huge amplitude.
 
 @dataclass(frozen=True)
 class Curve:
-    """What the normalised signatures of a family draw: how many there are, and the length of the way along, rad."""
+    """What the normalised signatures of a family draw, and how rarely the family is there to be seen.
+
+    ``atoms``: how many there are; ``length`` of the way along them, rad; ``rarity``: how much rarer the family is, in a
+    size that shows in this recording, than the commonest law that always shows, nats.
+    """
 
     atoms: int
     length: float
+    rarity: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -55,7 +62,8 @@ class Look:
     """The best signature of a family: which one, what it gains, and how surprising that is.
 
     ``gain`` is in units of variance one; ``log_p``: logarithm of the family's p-value, all its looks counted, over how
-    common its law is; ``looks``: how many independent signatures the family amounts to, on its ``curve``.
+    common it is in a size that shows; ``looks``: how many independent signatures the family amounts to, on its
+    ``curve``.
     """
 
     family: Family
@@ -73,7 +81,7 @@ class Look:
     def price(self, rows: int, families: float) -> float:
         """What it takes to say which law with which values (Schwarz' criterion, and what was searched), in nats."""
         said = 0.5 * self.dimension * float(np.log(max(rows, 2)))
-        return said + float(np.log(self.looks * families)) + self.family.rarity
+        return said + float(np.log(self.looks * families)) + self.curve.rarity
 
 
 class Library:
@@ -94,9 +102,20 @@ class Library:
         self._place = {id(family): i for i, family in enumerate(self.families)}
 
     @property
+    def rarities(self) -> list[float]:
+        """How much rarer each family is, in a size that shows, than the commonest law that always shows, nats."""
+        of = {
+            id(family): curve.rarity
+            for stacks in self._stacks
+            for stack in stacks
+            for family, curve in zip(stack.families, stack.curves, strict=True)
+        }
+        return [of[id(family)] for family in self.families]
+
+    @property
     def breadth(self) -> float:
         """How many of the commonest laws the families amount to."""
-        return float(sum(np.exp(-family.rarity) for family in self.families))
+        return float(np.exp(-np.array(self.rarities)).sum())
 
     def judged_by(self, whitening: Whitening) -> Library:
         """The same families beside another scatter of the probings."""
@@ -155,7 +174,7 @@ class _Judge:
         scaled = gain / max(variance, 1e-12)
         looks = min(1.0 + curve.length * np.sqrt(scaled / (2.0 * np.pi)), float(curve.atoms))
         log_p = log_p_value(scaled, family.dimension, self.dof, looks)
-        return Look(family, atom, gain, min(log_p + family.rarity, 0.0), looks, curve)
+        return Look(family, atom, gain, min(log_p + curve.rarity, 0.0), looks, curve)
 
 
 def _stacks(patterns: Patterns, whitening: Whitening) -> Iterator[_Stack]:
@@ -187,7 +206,11 @@ class _Stack:
         price = np.repeat([family.prior**-2 for family in families], np.diff(self.first))
         self.stiff = price[:, None] / self.scale**2
         cross = beside / self.scale[:-1, :, None] / self.scale[1:, None, :]
-        self.curves = [Curve(len(self.gram[own]), _curve_length(self.gram[own], cross[own])) for own in self._rows()]
+        shown = np.sqrt(np.maximum(np.einsum("aii->ai", white), 0.0)).max(axis=1)
+        self.curves = [
+            Curve(len(self.gram[own]), _curve_length(self.gram[own], cross[own]), _rarity(family, shown[own].max()))
+            for family, own in zip(self.families, self._rows(), strict=True)
+        ]
 
     def _rows(self) -> Iterator[slice]:
         """Where the signatures of each family stand."""
@@ -234,6 +257,17 @@ class _Stack:
             gain[may] = _gain(gram[may], dot[may], self.stiff[may])
             bar = np.maximum.reduceat(gain, self.first[:-1]) * (1.0 - ALIAS_GAIN) * (1.0 - BOUND_ERROR)
         return gain
+
+
+def _rarity(family: Family, shown: float) -> float:
+    """How much rarer a family is in a size that shows; ``shown``: of a unit of it, in standard deviations.
+
+    Sizes have a heavy tail, 1 / (1 + size / usual)^2, of which 1 / (1 + size / usual) is beyond any size. A law that
+    could hardly show needs no share of the false alarms, and leaves it to those that can.
+    """
+    if not np.isfinite(family.usual):
+        return family.rarity
+    return family.rarity + float(np.log1p(SHOWS / max(family.usual * shown, SMALLEST)))
 
 
 def _best_atom(family: Family, gains: Array) -> int:
