@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.library import TYPICAL
 from stepgauge.diagnose.search import Look
 from stepgauge.diagnose.select import Selector, Term
 
@@ -16,8 +15,6 @@ UNDECIDED = np.log(50.0)
 """Two laws that are likelier than each other by less than this factor are not told apart."""
 MOST_IMPLAUSIBLE = UNDECIDED + 1.5
 """Where every law needs a size that does not occur, none is preferred for needing a little less."""
-SIZES = {"mrad", "touches"}
-"""Parameters that are a size as well, though the displacement is not linear in them."""
 MOST_COMPARED = 30
 """Laws that are fitted in one place at most."""
 MOST_FITTED = 2.0
@@ -53,12 +50,9 @@ def _implausible(look: Look, selector: Selector, terms: tuple[Term, ...], place:
 
     Without this an axis that hardly moves in the recording could explain everything, by a scale ten per cent too long.
     """
-    if look.family.law is None:
+    usual = look.family.usual
+    if not usual:
         return 0.0
     effect = selector.fit(selector.exchanged(terms, place, look)).solved[place].effect
-    usual = [
-        abs(getattr(effect, p.name)) / (TYPICAL * max(map(abs, p.sensible)))
-        for p in look.family.law.parameters()
-        if p.sensible and (p.role == "linear" or p.name in SIZES)
-    ]
-    return min(2.0 * float(np.log1p(usual).sum()), MOST_IMPLAUSIBLE)
+    sizes = [abs(getattr(effect, name)) / size for name, size in usual.items()]
+    return min(2.0 * float(np.log1p(sizes).sum()), MOST_IMPLAUSIBLE)

@@ -28,6 +28,8 @@ NOT_LAWS = {"axis_compensation", "empirical", "error_map", "outliers", "noise_gr
 NEEDS_TIME = {"time", "order"}
 GROWING = {"coordinate", "position", "time"}
 """Covariates with which a law grows, so that the size to be expected depends on their span."""
+SIZES = {"mrad", "touches"}
+"""Parameters that are a size as well, though the displacement is not linear in them."""
 SEEN_SHARE = 0.1
 """Smallest share of a direction along some gauge axis with which motion in it is looked for."""
 NEAR_AXIS = np.cos(np.radians(5.0))
@@ -47,6 +49,8 @@ Of a height in um it is that bound: how high a step or a wave may be does not de
 """
 TYPICAL = 0.2
 """What is usual of a size that occurs, over the largest that does."""
+SHORTEST_MM = 100.0
+"""Length of the shortest gauge that the vocabulary has in mind where it says what is sensible."""
 RARITY = {
     "block_defect": 1.8,
     "angular_error": 1.0,
@@ -72,7 +76,7 @@ class Family:
     parameters, along the approach or where ``shares (k, n)`` are given to be multiplied by each of these: families that
     differ only in the shares hold the same pattern. ``law``: the effect class, None for a form. ``directions (k, 3)``:
     unit vectors whose components make the direction of motion, where that is free. ``prior``: see :data:`PRIOR_SIZE`,
-    infinite for none.
+    infinite for none. ``magnified``: by how much sizes may be beyond what is sensible, over a gauge of micrometres.
     """
 
     kind: str
@@ -87,6 +91,7 @@ class Family:
     directions: Array | None = None
     prior: float = np.inf
     shares: Array | None = None
+    magnified: float = 1.0
 
     @property
     def dimension(self) -> int:
@@ -109,11 +114,13 @@ class Family:
         return RARITY.get(self.kind, 0.0)
 
     @property
-    def usual(self) -> float:
-        """What is usual of a linear parameter, infinite where nothing is known of it."""
-        law = self.law.parameters() if self.law else ()
-        bounds = [max(map(abs, p.sensible)) for p in law if p.role == "linear" and p.sensible]
-        return TYPICAL * max(bounds, default=np.inf)
+    def usual(self) -> dict[str, float]:
+        """What is usual of every size of which something is known."""
+        return {
+            p.name: TYPICAL * max(map(abs, p.sensible)) * (self.magnified if p.role == "linear" else 1.0)
+            for p in (self.law.parameters() if self.law else ())
+            if p.sensible and (p.role == "linear" or p.name in SIZES)
+        }
 
     @cached_property
     def ranges(self) -> dict[str, tuple[float, float]]:
@@ -150,8 +157,8 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
                 size = _sizes(columns, [np.ones((1, len(data)))])[0]
                 seen = columns if _has_phase(law) else _beside_origins(columns, data)
                 families = _family(law, choices, atoms, seen, size)
-            needed = _needed(law, columns, data)
-            yield from (replace(family, prior=max(family.prior, needed)) for family in families)
+            needed, magnified = _needed(law, columns, data), _magnified(law, data)
+            yield from (replace(one, prior=max(one.prior, needed), magnified=magnified) for one in families)
 
 
 def _beside_origins(columns: Array, data: Residuals) -> Array:
@@ -182,6 +189,12 @@ def _needed(law: type[Effect], columns: Array, data: Residuals) -> float:
         atom, which = np.unravel_index(squares.argmax(), squares.shape)
         moved = float(data.without_origins(columns[atom, which] * data.side).std())
     return float(data.um.std()) / max(moved, 1e-300)
+
+
+def _magnified(law: type[Effect], data: Residuals) -> float:
+    """By how much sizes of laws that grow with a length may be beyond what is sensible, where all lengths are tiny."""
+    grows = law.covariates[0] in GROWING - {"time"} and not _is_height(law)
+    return max(1.0, SHORTEST_MM / float(np.ptp(data.probings.certified_mm()))) if grows else 1.0
 
 
 def _is_height(law: type[Effect]) -> bool:
