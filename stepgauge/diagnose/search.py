@@ -11,7 +11,7 @@ Roeder and Wasserman, Biometrika 93, 2006).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -49,7 +49,7 @@ class Curve:
     """What the normalised signatures of a family draw, and how rarely the family is there to be seen.
 
     ``atoms``: how many there are; ``length`` of the way along them, rad; ``rarity``: how much rarer the family is, in a
-    size that shows in this recording, than the commonest law that shows best of its kind, nats.
+    size that shows in this recording, than the commonest law that always shows, nats.
     """
 
     atoms: int
@@ -100,11 +100,10 @@ class Library:
         self._patterns = list(grouped(self.families)) if patterns is None else patterns
         self._stacks = [list(_stacks(one, whitening)) for one in self._patterns]
         self._place = {id(family): i for i, family in enumerate(self.families)}
-        _among_their_kind([stack for stacks in self._stacks for stack in stacks])
 
     @property
     def rarities(self) -> list[float]:
-        """How much rarer each family is, in a size that shows, than the commonest law that shows best of its kind."""
+        """How much rarer each family is, in a size that shows, than the commonest law that always shows, nats."""
         of = {
             id(family): curve.rarity
             for stacks in self._stacks
@@ -207,9 +206,11 @@ class _Stack:
         price = np.repeat([family.prior**-2 for family in families], np.diff(self.first))
         self.stiff = price[:, None] / self.scale**2
         cross = beside / self.scale[:-1, :, None] / self.scale[1:, None, :]
-        self.curves = [Curve(len(self.gram[own]), _curve_length(self.gram[own], cross[own])) for own in self._rows()]
         shown = np.sqrt(np.maximum(np.einsum("aii->ai", white), 0.0)).max(axis=1)
-        self.hidden = [_hidden(one, shown[own].max()) for one, own in zip(self.families, self._rows(), strict=True)]
+        self.curves = [
+            Curve(len(self.gram[own]), _curve_length(self.gram[own], cross[own]), _rarity(family, shown[own].max()))
+            for family, own in zip(self.families, self._rows(), strict=True)
+        ]
 
     def _rows(self) -> Iterator[slice]:
         """Where the signatures of each family stand."""
@@ -258,28 +259,14 @@ class _Stack:
         return gain
 
 
-def _hidden(family: Family, shown: float) -> float:
+def _rarity(family: Family, shown: float) -> float:
     """How much rarer a family is in a size that shows; ``shown``: a unit of it, in standard deviations.
 
-    Sizes have a heavy tail, 1 / (1 + size / usual)^2, of which 1 / (1 + size / usual) is beyond any size.
+    Sizes have a heavy tail, 1 / (1 + size / usual)^2, of which 1 / (1 + size / usual) is beyond any size. A law that
+    could hardly show needs no share of the false alarms, and leaves it to those that can.
     """
     usual = max((size for name, size in family.usual.items() if name not in SIZES), default=np.inf)
-    return float(np.log1p(SHOWS / max(usual * shown if shown > 0.0 else 0.0, SMALLEST)))
-
-
-def _among_their_kind(stacks: Sequence[_Stack]) -> None:
-    """Counts how well families show against the one of their kind that shows best.
-
-    Along an axis that hardly moves a law could hardly show: it needs no share of the false alarms, and leaves it to
-    those that can. How large a kind is, is not judged here: what is usual for metres is nothing for micrometres.
-    """
-    pairs = [(stack, i, family) for stack in stacks for i, family in enumerate(stack.families)]
-    least: dict[str, float] = {}
-    for stack, i, family in pairs:
-        least[family.kind] = min(least.get(family.kind, np.inf), stack.hidden[i])
-    for stack, i, family in pairs:
-        rarity = family.rarity + stack.hidden[i] - least[family.kind]
-        stack.curves[i] = replace(stack.curves[i], rarity=rarity)
+    return family.rarity + float(np.log1p(SHOWS / max(usual * shown if shown > 0.0 else 0.0, SMALLEST)))
 
 
 def _best_atom(family: Family, gains: Array) -> int:
