@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING
 
 import click
@@ -41,9 +42,20 @@ def command(kinds: tuple[str, ...]) -> None:
 def _describe(effect: type[Effect]) -> str:
     lines = [f"{effect.kind}: {effect.title()}", f"  {effect.equation}", f"  source: {effect.source}", ""]
     lines += [_parameter(parameter) for parameter in effect.parameters()]
+    lines += _in_formulas() if effect.kind == "empirical" else []
     lines += ["", "  [[effect]]", f'  kind = "{effect.kind}"']
     lines += [f"  {p.name} = {_example(p)}" for p in effect.parameters() if p.required]
     return "\n".join(lines)
+
+
+def _in_formulas() -> list[str]:
+    from stepgauge.effects.empirical import DERIVED
+    from stepgauge.formula import CONSTANTS, FUNCTIONS
+
+    lines = ["", "  A formula knows the columns of the recording by name (x_mm, time_s, speed_mm_s, ...), besides"]
+    lines += [f"  {name:<16} {meaning}" for name, meaning in DERIVED.items()]
+    words = textwrap.wrap(f"and + - * / ** % < > ( ), {', '.join([*CONSTANTS, *FUNCTIONS])}", 100)
+    return [*lines, *(f"  {line}" for line in words)]
 
 
 def _parameter(parameter: Parameter) -> str:

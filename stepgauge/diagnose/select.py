@@ -20,7 +20,7 @@ from stepgauge.diagnose.solve import Fitted, solve
 from stepgauge.diagnose.whitening import Whitening, orthonormal
 
 Array = NDArray[np.float64]
-FALSE_ALARM = 0.016
+FALSE_ALARM = 0.018
 """Chance that any named effect enters where there is none."""
 FURTHER_FALSE_ALARM = 0.001
 """The same for every further effect: a second cause at the same time is rarer than a first."""

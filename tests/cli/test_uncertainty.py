@@ -12,24 +12,25 @@ import time
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
 from numpy.testing import assert_allclose
 
 from stepgauge.cli import cli
-from stepgauge.effects import effect_kinds, make_effects
+from stepgauge.effects import Probings, Setting, along_approach_um, effect_kinds, make_effects
 from stepgauge.effects.compensation import COLUMNS
 from stepgauge.errors import InputError
 from stepgauge.evaluate import evaluate
-from stepgauge.gauge import Gauge
+from stepgauge.gauge import Gauge, read_gauge
 from stepgauge.machine import probing_settings, run_program
 from stepgauge.machine_file import read_machine
 from stepgauge.placement import make_placement, write_placement
 from stepgauge.plan import PlanOptions, make_program
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
-from stepgauge.recording import read_recording, write_recording
+from stepgauge.recording import APPROACH, read_recording, write_recording
 from stepgauge.resources import find_data
 from tests.build import heed_interrupts
 
@@ -161,6 +162,18 @@ def test_effects_lists_the_vocabulary_and_explains_each_with_an_example_that_wor
         (tmp_path / "map.csv").write_text(tables.get(kind, ""))
         (made,) = make_effects(example, tmp_path / "machine.toml")
         assert made.kind == kind
+
+
+def test_what_a_formula_may_name_is_listed_and_understood() -> None:
+    said = run("effects", "empirical")
+    listed = re.findall(r"^  (\w+) {2,}\S", said[said.index("A formula knows") : said.index("and + -")], re.MULTILINE)
+    assert {"rest_s", "rested_N", "touches_N", "way"} <= set(listed)
+    frame = pd.DataFrame({"face": [1, 2, 1], "time_s": [0.0, 3.0, 9.0], "placement": 1, "cycle": 1})
+    frame[APPROACH] = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+    seen = Probings(frame, Setting.of(read_machine("bridge-cmm"), read_gauge("step-gauge-420")))
+    for name in listed:
+        (effect,) = make_effects([{"kind": "empirical", "formula": name.replace("_N", "_5")}], "machine.toml")
+        assert np.isfinite(along_approach_um(effect, seen)).all()
 
 
 def test_an_unknown_effect_is_an_error_with_the_known_ones() -> None:
