@@ -123,13 +123,24 @@ class Library:
 
     def gains(self, index: int, residual: Array, model: Array) -> Array:
         """Gains of all signatures of one family beside a model's orthonormal columns, shape ``(atoms,)``."""
-        family = self.families[index]
+        patterns, stack = self._stack_of(self.families[index])
         back = self.whitening.carried_back(np.column_stack([residual - model @ (model.T @ residual), model]))
-        for patterns, stacks in zip(self._patterns, self._stacks, strict=True):
-            for stack in stacks:
-                if any(one is family for one in stack.families):
-                    return stack.gains_of(family, patterns.dots(back))
-        raise AssertionError("every family stands in a stack")
+        return stack.gains_of(self.families[index], patterns.dots(back))
+
+    def look(self, index: int, residual: Array, model: Array, dof: int) -> Look:
+        """The best signature of one family beside a model's orthonormal columns ``(n, k)``."""
+        family = self.families[index]
+        gains = self.gains(index, residual, model)
+        judge, atom = _Judge(float(residual @ residual), dof), _best_atom(family, gains)
+        found = judge.look(family, atom, float(gains[atom]), self._stack_of(family)[1].curve_of(family))
+        if found.log_p >= SURPRISING:
+            return found
+        return next(self._sharpened([found], residual - model @ (model.T @ residual), model, judge))
+
+    def _stack_of(self, family: Family) -> tuple[Patterns, _Stack]:
+        """Where a family stands."""
+        every = ((p, stack) for p, stacks in zip(self._patterns, self._stacks, strict=True) for stack in stacks)
+        return next((p, stack) for p, stack in every if any(one is family for one in stack.families))
 
     def looks(self, residual: Array, model: Array, dof: int) -> list[Look]:
         """The best signature of every family beside a model's orthonormal columns ``(n, k)``, most surprising first."""
@@ -222,6 +233,10 @@ class _Stack:
         for family, own, curve in zip(self.families, self._rows(), self.curves, strict=True):
             atom = _best_atom(family, gains[own])
             yield judge.look(family, atom, float(gains[own][atom]), curve)
+
+    def curve_of(self, family: Family) -> Curve:
+        """What the signatures of one family draw."""
+        return next(curve for one, curve in zip(self.families, self.curves, strict=True) if one is family)
 
     def gains_of(self, family: Family, dots: Array) -> Array:
         """Gains of all signatures of one family."""

@@ -21,7 +21,7 @@ from stepgauge.diagnose.whitening import Whitening, orthonormal
 
 Array = NDArray[np.float64]
 FALSE_ALARM = 0.018
-"""Chance that any named effect enters where there is none."""
+"""Bound of the chance that any named effect enters where there is none; laws resemble each other, which leaves less."""
 FURTHER_FALSE_ALARM = 0.001
 """The same for every further effect: a second cause at the same time is rarer than a first."""
 SAME_IN_REPEATS = 0.05
@@ -217,8 +217,11 @@ class Selector:
 
     def look_at(self, index: int, others: tuple[Term, ...]) -> Look:
         """One family beside other terms."""
+        if others not in self._looks:
+            left, basis = self.residual(others)
+            return self.library.look(index, left, basis, self.dof - basis.shape[1])
         family = self.library.families[index]
-        return next(look for look in self.looks(others) if look.family is family)
+        return next(look for look in self._looks[others] if look.family is family)
 
 
 def _peaks(gains: Array) -> list[int]:
