@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,7 +101,7 @@ class Library:
         self._stacks = [list(_stacks(one, whitening)) for one in self._patterns]
         self._place = {id(family): i for i, family in enumerate(self.families)}
 
-    @property
+    @cached_property
     def rarities(self) -> list[float]:
         """How much rarer each family is, in a size that shows, than the commonest law that always shows, nats."""
         of = {
@@ -123,14 +123,14 @@ class Library:
 
     def gains(self, index: int, residual: Array, model: Array) -> Array:
         """Gains of all signatures of one family beside a model's orthonormal columns, shape ``(atoms,)``."""
+        left = residual - model @ (model.T @ residual)
         patterns, stack = self._stack_of(self.families[index])
-        back = self.whitening.carried_back(np.column_stack([residual - model @ (model.T @ residual), model]))
-        return stack.gains_of(self.families[index], patterns.dots(back))
+        dots = patterns.dots(self.whitening.carried_back(np.column_stack([left, model])))
+        return stack.gains_of(self.families[index], dots)
 
     def look(self, index: int, residual: Array, model: Array, dof: int) -> Look:
         """The best signature of one family beside a model's orthonormal columns ``(n, k)``."""
-        family = self.families[index]
-        gains = self.gains(index, residual, model)
+        family, gains = self.families[index], self.gains(index, residual, model)
         judge, atom = _Judge(float(residual @ residual), dof), _best_atom(family, gains)
         found = judge.look(family, atom, float(gains[atom]), self._stack_of(family)[1].curve_of(family))
         if found.log_p >= SURPRISING:

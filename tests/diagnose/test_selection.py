@@ -253,7 +253,7 @@ def test_a_bow_in_the_middle_of_the_travel_is_named_though_it_is_mostly_a_consta
     assert scaled_um == pytest.approx(50.0, rel=0.15)
 
 
-@pytest.mark.parametrize(("share", "verdict"), [(0.1, "effects"), (0.36, "unknown")])
+@pytest.mark.parametrize(("share", "verdict"), [(0.1, "effects"), (0.36, "unknown"), (0.45, "unknown")])
 def test_an_overtone_makes_another_wave_of_an_oscillation(share: float, verdict: str) -> None:
     """A tenth of the amplitude is within what an air conditioning does; more than a third of it is no sine."""
 
@@ -266,8 +266,8 @@ def test_an_overtone_makes_another_wave_of_an_oscillation(share: float, verdict:
         assert names(found) == ["temperature_cycle"]
     else:
         assert {one.covariate for one in found.unexplained} & {"time", "order"}
-        assert "temperature_cycle" in found.refuted[0]
-        assert "overtone of order 2" in found.refuted[0]
+    if share == 0.36:  # of a larger one a second cycle is made before anything could be refuted
+        assert "temperature_cycle_x has an overtone of order 2" in found.refuted[0]
 
 
 def test_a_slow_swing_is_no_quick_one_that_the_rhythm_of_the_touches_makes_slow() -> None:
