@@ -79,10 +79,11 @@ def behind_placements(
         return list(telling)
     white = forms.whitening
     beside = orthonormal(np.column_stack([basis, white(forms.columns(level)).T]))
-    within = white(forms.columns(first)).T
-    within -= beside @ (beside.T @ within)
-    gain = float(((orthonormal(within).T @ left) ** 2).sum())
-    if stats.chi2.sf(gain, within.shape[1]) < WITHIN_P:
+    # of columns that say nothing beside the levels rounding would be left, were these taken out of them
+    both = orthonormal(np.column_stack([beside, white(forms.columns(first)).T]))
+    gain = float(((both.T @ left) ** 2).sum() - ((beside.T @ left) ** 2).sum())
+    within = both.shape[1] - beside.shape[1]
+    if within and stats.chi2.sf(gain, within) < WITHIN_P:
         return list(telling)
     return [level, *(look for look in telling if look.family is not level.family)]
 

@@ -17,10 +17,11 @@ import numpy as np
 from scipy import stats
 
 from stepgauge.diagnose.forms import WANDERING, WAY, goes_both_ways
+from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.noise import Noise
 from stepgauge.diagnose.search import Look
-from stepgauge.diagnose.select import Selector, Term, share_within_repeats
-from stepgauge.diagnose.smooth import Forms
+from stepgauge.diagnose.select import SAME_FIT, Selector, Term, share_within_repeats
+from stepgauge.diagnose.smooth import Forms, SmoothLook
 
 MARGIN = 5.0
 """By how many nats a form must be a shorter description than a law: laws that are known are likelier beforehand."""
@@ -30,6 +31,11 @@ MARGIN_BESIDE = 3.0
 """The same for a form instead of one law among several."""
 PILE_MARGIN = 0.0
 """The same for a form instead of several laws at once, which are rarer: none of the two is likelier beforehand."""
+RETOLD_MARGIN = 2.5
+"""The same where a plain form tells the very story of a law whose shape was fitted, and as well.
+
+A period that all but fits into the pitch of the faces beats with them, and passes for any bow or twist.
+"""
 MISFIT_MARGIN = -8.0
 """The same where the laws do not fit as well as the scatter of the repeats would let them."""
 LOCKED_MARGIN = -3.0
@@ -67,7 +73,7 @@ def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: No
     if not terms:
         return None
     history = _instead_of_alternating(forms, selector, terms)
-    if history is not None:
+    if history is not None and not _twice(selector, history.kept):
         return history
     repeated = _twice(selector, terms)
     lowered = _lowered_margin(selector, terms, noise)
@@ -85,7 +91,7 @@ def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: No
 def _margin(selector: Selector, terms: tuple[Term, ...], kept: tuple[Term, ...]) -> float:
     """By how many nats a form must be the shorter description to stand for the laws that are not kept."""
     if len(terms) == 1:
-        return FLEXIBLE_MARGIN if len(selector.library.families[terms[0].index].atoms) > 1 else MARGIN
+        return FLEXIBLE_MARGIN if _fitted_shape(selector.library.families[terms[0].index]) else MARGIN
     return MARGIN_BESIDE if len(kept) == len(terms) - 1 else PILE_MARGIN
 
 
@@ -198,18 +204,41 @@ def _with_form(
     """By how much the best form beside the laws kept is shorter than the laws it replaces, and that description."""
     left, basis = selector.residual(kept)
     here, rows, count = float(left @ left), selector.dof, len(forms.families)
-    all_left, _ = selector.residual(terms)
-    named = here - float(all_left @ all_left)
+    named = here - selector.sum_of_squares(terms)
     price = sum(_price(selector, terms, term) for term in terms if term not in kept)
-    looks = forms.looks(left, basis, rows - basis.shape[1])
     known = set() if refuted else set(terms) - set(kept) - _twice(selector, terms)
     removed = [selector.look_at(term.index, kept) for term in terms if term in known]
-    looks = [look for look in looks if all(_another_story(look, law) for law in removed)]
+
+    def saved(look: Look) -> float:
+        return look.gain / 2.0 - look.price(rows, count) - (named / 2.0 - price)
+
+    def speaks(look: Look) -> bool:
+        return all(_another_story(look, law) for law in removed) or _retold(look, removed, named, saved(look))
+
+    looks = [look for look in forms.looks(left, basis, rows - basis.shape[1]) if speaks(look)]
     if not looks:
         return float("-inf"), None
-    best = max(looks, key=lambda look: look.gain / 2.0 - look.price(rows, count))
-    saved = best.gain / 2.0 - best.price(rows, count) - (named / 2.0 - price)
-    return saved, _described(kept, best, here - rows)
+    best = max(looks, key=saved)
+    return saved(best), _described(kept, best, here - rows)
+
+
+def _retold(look: Look, removed: Sequence[Look], named: float, saved: float) -> bool:
+    """Whether a plain form tells the story of one law with a fitted shape as well as it (``named``), in fewer words."""
+    if len(removed) != 1 or not _fitted_shape(removed[0].family) or not _is_plain(look):
+        return False
+    return look.gain >= named - SAME_FIT and saved >= RETOLD_MARGIN
+
+
+def _fitted_shape(family: Family) -> bool:
+    """Whether a law has more to fit than its size: a period, a place, a time constant."""
+    return len(family.atoms) > 1
+
+
+def _is_plain(look: Look) -> bool:
+    """Whether a form has nothing to fit but its sizes, or one size and where it begins; what wanders fits all."""
+    if isinstance(look, SmoothLook):
+        return look.family.covariate not in WANDERING
+    return not _fitted_shape(look.family) or look.family.dimension == 1
 
 
 def _described(kept: tuple[Term, ...], form: Look, structure: float) -> Simpler:

@@ -198,7 +198,7 @@ class _Law:
         return np.eye(count, len(self.names)) / self.family.prior
 
     def strays(self, parameters: Array) -> tuple[Array, Array]:
-        """How far parameters are beyond what was tried of them, in standard deviations, and the slopes of that.
+        """How far parameters are beyond what was tried of them, in standard deviations, and each one's slope.
 
         A period of many times the span is a bow, a decay over many times the touches a constant: other laws. By ratio
         where only positive values were tried.
@@ -210,7 +210,7 @@ class _Law:
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             beyond = np.where(by_ratio, np.log(positive / inside), (parameters - inside) / (high - low))
             slope = np.where(by_ratio, 1.0 / positive, 1.0 / (high - low))
-        return beyond / BEYOND, np.diag(np.where(parameters != inside, slope, 0.0) / BEYOND)
+        return beyond / BEYOND, np.where(parameters != inside, slope, 0.0) / BEYOND
 
     def scales(self, parameters: Array) -> Array:
         """How far a parameter is moved to see its effect."""
@@ -237,6 +237,7 @@ def _sine(coefficients: Array) -> tuple[Array, float]:
 def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Whitening, white: Array) -> Fitted:
     cuts = np.cumsum([len(law.names) for law in laws])[:-1]
     scale = np.concatenate([law.scales(part) for law, part in zip(laws, np.split(start, cuts), strict=True)])
+    size_slopes = block_diag(*(law.size_slopes() for law in laws))
 
     def left(moved: Array) -> Array:
         parts = np.split(start + moved * scale, cuts)
@@ -248,9 +249,8 @@ def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Whit
     def slopes(moved: Array) -> Array:
         parts, steps = np.split(start + moved * scale, cuts), np.split(_steps(moved) * scale, cuts)
         um = [law.slopes(part, step, data) for law, part, step in zip(laws, parts, steps, strict=True)]
-        sizes = block_diag(*(law.size_slopes() for law in laws))
-        strays = block_diag(*(law.strays(part)[1] for law, part in zip(laws, parts, strict=True)))
-        return np.vstack([-whitening(np.vstack(um)).T, sizes, strays]) * scale
+        strays = np.diag(np.concatenate([law.strays(part)[1] for law, part in zip(laws, parts, strict=True)]))
+        return np.vstack([-whitening(np.vstack(um)).T, size_slopes, strays]) * scale
 
     method = "lm" if len(white) > len(start) else "trf"
     found = least_squares(left, np.zeros(len(start)), slopes, method=method, max_nfev=60 * len(start))
