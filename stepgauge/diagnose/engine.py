@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnose.clock import clock_start_s, counted_from, told_by_clock
 from stepgauge.diagnose.confounded import Rivals, rivals
 from stepgauge.diagnose.explain import Explained, all_forms, displaced_um, explain
 from stepgauge.diagnose.forms import AXES, GROWING, ISOLATED
@@ -36,6 +37,8 @@ SURE = 4.0
 """Standard uncertainties by which all rows must see a law that was found in some."""
 SMALLEST_SIGMA_UM = 1e-5
 """Recordings that repeat better than this do so by construction, and give no scale to judge anything by."""
+GROWTH_UNITS = {"time": "um/h", "speed": "um/(mm/s)"}
+"""Units of what scatter grows by; of a length otherwise."""
 NO_SEPARATION = "the same in every placement and at every speed within this travel; log the temperatures"
 
 
@@ -59,14 +62,16 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine, without: Coll
             raise InputError(
                 "without", "no such kind of effect", found=kind, expected=", ".join(sorted(effect_kinds()))
             )
-    data = make_residuals(recording, gauge, machine)
-    some = _some(data, recording)
+    recorded = make_residuals(recording, gauge, machine)
+    start_s = clock_start_s(recorded)
+    data = counted_from(recorded, start_s)
+    some = counted_from(_some(recorded, recording), start_s)
     noise = estimate_noise(some)
     if noise.dof < FEWEST_DOF or noise.sigma_um < SMALLEST_SIGMA_UM:
         return _insufficient(some, noise)
     found = explain(some, noise, without)
     noise, whitening, fitted = found.noise, found.selector.whitening, found.selector.fit(found.terms)
-    if some is not data:
+    if len(some) < len(data):
         noise, whitening, fitted = _on_all_rows(fitted, data)
         sure = _confirmed(found.terms, fitted)
         if sure != found.terms:
@@ -81,7 +86,8 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine, without: Coll
     )
     findings += [one for one in scatter if one.kind not in without]
     fit = _fit(data, noise, whitening, findings, fitted)
-    return _diagnosis(found, findings, fit, noise, data, placements)
+    told = [told_by_clock(one, start_s) for one in findings]
+    return _diagnosis(found, told, fit, noise, recorded, placements)
 
 
 def _confirmed(terms: tuple[Term, ...], fitted: Fitted) -> tuple[Term, ...]:
@@ -189,7 +195,7 @@ def _scatter_findings(noise: Noise, data: Residuals) -> list[Finding]:
         choices: dict[str, object] = {"per": per}
         if per == "time":
             choices["start_s"] = float(data.probings.time_s.min())
-        parameters = {"rate": Estimate(rate, None, "um per m, mm/s or h")}
+        parameters = {"rate": Estimate(rate, None, GROWTH_UNITS.get(per, "um/m"))}
         found.append(Finding("noise_growth", f"noise_growth_{per}", None, choices, parameters, 1.0 - p, nothing))
     return found
 
@@ -266,8 +272,6 @@ def _diagnosis(
     verdict: Verdict = "unknown" if found.unexplained else "effects" if findings else "adequate"
     shares = np.sum([f.share_um for f in findings], axis=0) if findings else np.zeros(len(data))
     before, after = _centred(data, data.um), _centred(data, data.um - shares)
-    searched = len(found.selector.residuals)
-    some = f"searched in {searched} of {len(data)} rows, fitted to all of them"
     return Diagnosis(
         verdict,
         tuple(findings),
@@ -280,6 +284,15 @@ def _diagnosis(
         after,
         tuple(found.selector.trail),
         placements,
-        (some,) if searched < len(data) else (),
+        tuple(_remarks(found, data)),
         found.refuted,
     )
+
+
+def _remarks(found: Explained, data: Residuals) -> Iterator[str]:
+    """What has to be known of the search to read what it says."""
+    searched = len(found.selector.residuals)
+    if searched < len(data):
+        yield f"searched in {searched} of {len(data)} rows, fitted to all of them"
+    if start_s := clock_start_s(data):
+        yield f"where something lives in time is counted from the first touch, at which the clock read {start_s:.12g} s"

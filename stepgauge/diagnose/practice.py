@@ -267,7 +267,7 @@ def _vibration(v: Values, data: Residuals) -> str:
 
 
 def _growth(v: Values, data: Residuals) -> str:
-    unit = "mm/s of speed" if v["per"] == "speed" else f"metre of {v['per']}"
+    unit = {"speed": "mm/s of speed", "time": "hour"}.get(v["per"], f"metre of {v['per']}")
     return (
         f"The scatter grows with {v['per']}: {v['rate']:.2g} um per {unit} are added in quadrature. The points there"
         " count for less in the fit."

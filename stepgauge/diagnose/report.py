@@ -30,6 +30,8 @@ VERDICTS = {
     "insufficient": "The recording cannot tell whether the simulation is right.",
 }
 FEW_DOF = 20
+NO_CHOICE = ("start_s", "pause_s")
+"""What a law was computed with, and is not called by."""
 
 
 def report_text(said: Mapping[str, Any], figures: Sequence[str] = (), template: str | Path | None = None) -> str:
@@ -65,6 +67,7 @@ def environment() -> ImmutableSandboxedEnvironment:
     )
     found.filters["wrapped"] = wrapped_sum
     found.filters["without"] = without
+    found.filters["chosen"] = chosen
     return found
 
 
@@ -82,16 +85,18 @@ def summary(said: Mapping[str, Any]) -> str:
 
 def _named(effect: Mapping[str, Any]) -> str:
     """An effect with its choices, and what it may be instead."""
-    choices = [
-        str(p["value"])
-        for name, p in effect["parameters"].items()
-        if "unit" not in p and not isinstance(p["value"], list)
-    ]
+    choices = [str(value) for value in chosen(effect) if not isinstance(value, list)]
     name = " ".join([name_of(effect["kind"]), *(choices and [f"({', '.join(choices)})"])])
     others = [name_of(kind) for kind in effect["confounded_with"]] + [
         name_of(label) for label in effect["alternatives"]
     ]
     return f"{name}, or in its place {listed(others, 'or')}" if others else name
+
+
+def chosen(effect: Mapping[str, Any]) -> list[Any]:
+    """What tells an effect from others of its kind: axis, plane, face, direction, and no time."""
+    parameters = effect["parameters"].items()
+    return [p["value"] for name, p in parameters if "unit" not in p and name not in ("rows", *NO_CHOICE)]
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:

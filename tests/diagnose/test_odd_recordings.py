@@ -12,11 +12,11 @@ from stepgauge.diagnose.residuals import make_residuals
 from stepgauge.diagnose.solve import solve
 from stepgauge.diagnose.unknown_law import model_unknown
 from stepgauge.diagnose.whitening import make_whitening
-from stepgauge.effects import Probings, Setting
+from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.effects.empirical import formula_name
 from stepgauge.recording import Recording
-from tests.diagnose.made import gauge, machine, made
-from tests.diagnose.test_selection import NOISE_UM, bent, clean, names, side, told
+from tests.diagnose.made import ALONG_X, gauge, machine, made
+from tests.diagnose.test_selection import NOISE_UM, along, bent, clean, names, side, told
 
 
 def test_a_clock_that_starts_anew_in_every_placement_loses_no_history() -> None:
@@ -92,3 +92,34 @@ def test_a_law_keeps_its_name_beside_structure_without_one() -> None:
     )
     assert "temperature_cycle" in names(found)
     assert found.fit.rms_after_um < 0.2 * found.fit.rms_before_um
+
+
+MIDNIGHT_S, SINCE_1970_S = 41_230.0, 1.76e9
+
+
+@pytest.mark.parametrize("start_s", [-500.0, MIDNIGHT_S, SINCE_1970_S])
+def test_a_drift_is_a_drift_whatever_the_clock_read(start_s: float) -> None:
+    """From the clock's nought it would be all but a constant."""
+    drifting = bent(along(ALONG_X, lambda t: 9.0 * t / 3600.0))
+    found = [told(one) for one in (drifting, later(drifting, start_s))]
+    assert [names(one) for one in found] == [["thermal_drift"]] * 2
+    rates = [one.findings[0].parameters["rate_um_per_h"].value for one in found]
+    assert rates[1] == pytest.approx(rates[0], rel=0.02)  # a rate at the first touch, and one at nought
+    first_s = float(drifting.frame["time_s"].min())
+    assert found[1].findings[0].choices["start_s"] == pytest.approx(start_s + first_s)
+    assert "the clock read" in found[1].remarks[-1]
+
+
+@pytest.mark.parametrize("start_s", [MIDNIGHT_S, SINCE_1970_S])
+def test_a_swing_is_told_with_the_phase_that_the_clock_gives_it(start_s: float) -> None:
+    swinging = later(bent(along(ALONG_X, lambda t: 1.5 * np.sin(2.0 * np.pi * t / 217.0 + 0.4))), start_s)
+    (found,) = told(swinging).findings
+    assert found.kind == "temperature_cycle"
+    data = make_residuals(swinging, gauge(), machine(noise_um=NOISE_UM))
+    np.testing.assert_allclose(along_approach_um(found.effect, data.probings), found.share_um, atol=1e-4)
+    phase = found.parameters["phase_deg"]
+    assert phase.u is None or phase.u > 1.0  # the period carries its uncertainty through all turns since
+
+
+def later(recording: Recording, start_s: float) -> Recording:
+    return replace(recording, frame=recording.frame.assign(time_s=recording.frame["time_s"] + start_s))

@@ -1,0 +1,81 @@
+"""The clock of a recording that had run long before the first touch: since 1970, since midnight, since switching on.
+
+A drift from the clock's nought is all but a constant then, and the phase of a swing at that nought follows its period
+through thousands of turns. So the search counts the time from the first touch, and what it finds is told by the clock.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pandas as pd
+
+from stepgauge.diagnose.residuals import Residuals
+from stepgauge.diagnose.result import Finding
+from stepgauge.diagnose.solve import Estimate
+from stepgauge.effects import Effect, Probings
+
+LONG = 0.1
+"""Share of the time of the measurement that a clock may have run before it and still have begun with it."""
+TIMES = ("start_s", "time_s")
+"""Parameters that are readings of the clock."""
+UNTOLD_DEG = 360.0 / math.sqrt(12.0)
+"""Standard deviation of a phase of which nothing is known."""
+
+
+def clock_start_s(data: Residuals) -> float:
+    """What the clock read at the first touch, s; nought where it began with the measurement, or there is none."""
+    if not data.has_time:
+        return 0.0
+    time_s = data.frame["time_s"]
+    first, last = float(time_s.min()), float(time_s.max())
+    return 0.0 if 0.0 <= first <= LONG * (last - first) else first
+
+
+def counted_from(data: Residuals, start_s: float) -> Residuals:
+    """The same residuals with all times counted from a reading of the clock, s."""
+    if start_s == 0.0:
+        return data
+    time_s = data.frame["time_s"] - start_s
+    seen = pd.DataFrame({name: data.probings.column(name) for name in data.frame.columns}).assign(time_s=time_s)
+    return replace(data, frame=data.frame.assign(time_s=time_s), probings=Probings(seen, data.probings.setting))
+
+
+def told_by_clock(finding: Finding, start_s: float) -> Finding:
+    """A finding whose times were counted from a reading of the clock, s, as the clock tells it."""
+    effect = finding.effect
+    if start_s == 0.0:
+        return finding
+    choices = dict(finding.choices)
+    since = getattr(effect, "start_s", choices.get("start_s"))
+    if isinstance(since, float):
+        choices["start_s"] = since + start_s
+    if effect is None:
+        return replace(finding, choices=choices)
+    moved = {name: getattr(effect, name) + start_s for name in TIMES if hasattr(effect, name)}
+    parameters = dict(finding.parameters)
+    if "time_s" in parameters:
+        parameters["time_s"] = replace(parameters["time_s"], value=parameters["time_s"].value + start_s)
+    if "phase_deg" in parameters and _turns(effect, start_s):
+        parameters["phase_deg"] = _phase(effect, parameters, start_s)
+        moved["phase_deg"] = parameters["phase_deg"].value
+    return replace(finding, effect=effect.with_values(**moved), choices=choices, parameters=parameters)
+
+
+def _turns(effect: Effect, start_s: float) -> float:
+    """Turns of an oscillation in time since the clock's nought; none of one along the travel."""
+    if hasattr(effect, "period_s"):
+        return start_s / float(effect.period_s)
+    return start_s * float(getattr(effect, "frequency_hz", 0.0))
+
+
+def _phase(effect: Effect, parameters: dict[str, Estimate], start_s: float) -> Estimate:
+    """The phase at the clock's nought, without an uncertainty where the period leaves it open."""
+    phase, turns = parameters["phase_deg"], _turns(effect, start_s)
+    rate = next(parameters[name] for name in ("period_s", "frequency_hz") if name in parameters)
+    value = (phase.value - 360.0 * turns + 180.0) % 360.0 - 180.0
+    if phase.u is None or rate.u is None:
+        return replace(phase, value=value, u=None)
+    u = math.hypot(phase.u, 360.0 * turns * rate.u / rate.value)
+    return replace(phase, value=value, u=u if u < UNTOLD_DEG else None)
