@@ -21,6 +21,7 @@ from stepgauge.diagnose.noise import (
     growth_of,
     with_lone_rows,
 )
+from stepgauge.diagnose.plainer import merged, plainer
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Located
 from stepgauge.diagnose.search import Library, Look
@@ -92,21 +93,37 @@ def _held_against_forms(selector: Selector, terms: tuple[Term, ...], noise: Nois
     """The laws that stay where forms are tried in their place, beside them and on themselves."""
     forms = all_forms(data, selector.whitening)
     terms = _settle(selector, terms)
-    if (lit := without_shadows(selector, terms)) != terms:
-        terms = _settle(selector, lit)
+    for weeded in (plainer, merged, without_shadows):
+        if (fewer := weeded(selector, terms)) != terms:
+            terms = _settle(selector, fewer)
     instead, nameless = simpler(forms, selector, terms, noise), _Nameless()
     if instead is None:
-        fewer, (terms, nameless) = terms, _left_over(forms, selector, terms)
-        instead = simpler(forms, selector, terms, noise) if len(terms) > len(fewer) else None
+        named, (terms, nameless) = terms, _left_over(forms, selector, terms)
+        instead = simpler(forms, selector, terms, noise) if len(terms) > len(named) else None
     refuted: tuple[str, ...] = ()
     if instead is None and not nameless.looks:
         terms, instead, refuted = _departing(forms, selector, terms)
     if instead is not None:
         # a law that stood for a part beside those that went may have to stand for the whole
-        terms, nameless = _settle(selector, instead.kept), _Nameless((instead.form,), instead.share)
+        terms = _beside_form(forms, selector, _settle(selector, instead.kept), instead)
+        nameless = _Nameless((instead.form,), instead.share)
     if nameless.looks:
         nameless = _behind_placements(nameless, forms, selector, terms)
     return Explained(noise, selector, terms, most_telling(forms, selector.data), nameless.described, refuted)
+
+
+def _beside_form(forms: Forms, selector: Selector, terms: tuple[Term, ...], instead: Simpler) -> tuple[Term, ...]:
+    """The laws less those that came in settling without the form and are chance beside it: they bent to what it says."""
+    columns = selector.whitening(forms.columns(instead.form)).T
+    same = {term.index for term in instead.kept}
+    for place, term in enumerate(terms):
+        others = terms[:place] + terms[place + 1 :]
+        left, basis = selector.residual(others)
+        basis = orthonormal(np.column_stack([basis, columns]))
+        look = selector.library.look(term.index, left, basis, selector.dof - basis.shape[1])
+        if term.index not in same and look.log_p > selector.bar:
+            return _beside_form(forms, selector, others, instead)
+    return terms
 
 
 def _growing_beside_laws(found: Explained, data: Residuals) -> Noise | None:

@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 BINS = 8
 HARMONICS = 6
 ROUNDING = 1e-9
+SAME_PLACE = 1e-6
+"""Share of the gauge's length below which two coordinates are the same."""
 COLUMN = "column "
 FIXED = ("position", "machine x", "machine y", "machine z", "cycle", "time", "order", "side", "placement", "azimuth")
 """Covariates that a column of the same name is told from."""
@@ -31,6 +33,8 @@ FEWEST_BACK = 0.2
 WANDERING = ("time", "order")
 POWERS = np.geomspace(0.15, 3.0, 14)
 """Exponents of a decay with the number of touches that is no exponential."""
+GROWING_LENGTH = "growing length"
+"""The form of a length that grows in proportion to a covariate."""
 MEMORY = "memory"
 """The form of what rests leave and touches wear off."""
 FADING = np.array([1, 2, 3, 4, 6, 8, 12, 16])
@@ -73,7 +77,7 @@ def covariates(data: Residuals) -> list[Covariate]:
     order = np.empty(len(data))
     order[data.order] = np.arange(len(data))
     found = [Covariate("position", "mm", data.probings.certified_mm())]
-    found += [Covariate(f"machine {axis}", "mm", data.probings.coordinate_mm(axis)) for axis in "xyz"]
+    found += [Covariate(f"machine {axis}", "mm", _place_mm(data, axis)) for axis in "xyz"]
     found += [Covariate("cycle", "", frame["cycle"].to_numpy(float))]
     found += [Covariate("time", "s", frame["time_s"].to_numpy(float))] if data.has_time else []
     found += [Covariate("order", "", order)] if not data.has_time else []
@@ -86,6 +90,17 @@ def covariates(data: Residuals) -> list[Covariate]:
         if name in ("speed_mm_s", *OPTIONAL[3:]) or name not in (*REQUIRED, *OPTIONAL, *COUNTS):
             found.append(Covariate(_plain_name(name, found), "", frame[name].to_numpy(float), name != "speed_mm_s"))
     return [c for c in found if np.isfinite(c.values).all() and _varies(c.values)]
+
+
+def _place_mm(data: Residuals, axis: str) -> Array:
+    """A machine coordinate, to a millionth of the gauge's length.
+
+    Along an axis in which a placement does not move, what is left of a coordinate is its rounding and a trace of the
+    very residual that is to be explained: the gauge is never quite at right angles to it.
+    """
+    mm = data.probings.coordinate_mm(axis)
+    step = SAME_PLACE * float(np.ptp(data.probings.certified_mm()))
+    return mm.min() + step * np.rint((mm - mm.min()) / step)
 
 
 def _touches(data: Residuals) -> Iterator[Covariate]:
@@ -130,6 +145,7 @@ def form_families(data: Residuals) -> Iterator[Family]:
                 family = make_form(form, covariate.name, side, columns, data)
                 details = {**family.details, "atoms": values, "unit": covariate.unit}
                 yield replace(family, details=details, shares=sided)
+    yield from _length_forms(data)
     yield from _memory_forms(data)
     yield from _way_forms(data)
     yield from _side_forms(data)
@@ -221,6 +237,18 @@ def goes_both_ways(data: Residuals) -> bool:
     """Whether enough touches were made each way to tell the ways apart."""
     way = data.probings.way()
     return bool(min((way > 0).sum(), (way < 0).sum()) >= FEWEST_BACK * len(data))
+
+
+def _length_forms(data: Residuals) -> Iterator[Family]:
+    """Lengths along the gauge, or along machine axes, that grow with a speed, a temperature, any further column."""
+    for covariate in covariates(data):
+        if covariate.name != "speed" and not covariate.further:
+            continue
+        u = (covariate.values - covariate.values.mean()) / np.ptp(covariate.values)
+        for side in ("gauge", *axes_shown(data)):
+            length = data.probings.certified_mm() if side == "gauge" else data.probings.coordinate_mm(side)
+            columns = u * (length - length.mean()) / np.ptp(length) * mask(data, side)
+            yield make_form(GROWING_LENGTH, covariate.name, side, columns[None, None], data)
 
 
 def _memory_forms(data: Residuals) -> Iterator[Family]:

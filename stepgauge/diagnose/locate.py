@@ -122,6 +122,7 @@ def _words(family: Family, form: str, side: str, look: Look) -> str:
         "odd cycle": f"one cycle lies apart: cycle {_name(family, look)}",
         "odd length": f"one cycle has a length of its own: cycle {_name(family, look)}",
         "changing scale": "a length that changes with time",
+        "growing length": f"a length that grows with {covariate}",
         "trend": f"grows with {covariate}" if covariate != "position" else "grows along the gauge",
         "bow": f"a bow over {covariate}",
         "free shape": f"changes with {covariate} in no simple form",

@@ -17,8 +17,8 @@ import numpy as np
 from scipy import stats
 
 from stepgauge.diagnose.forms import WANDERING, WAY, goes_both_ways
-from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.noise import Noise
+from stepgauge.diagnose.plainer import fitted_shape
 from stepgauge.diagnose.search import Look
 from stepgauge.diagnose.select import SAME_FIT, Selector, Term, share_within_repeats
 from stepgauge.diagnose.smooth import Forms, SmoothLook
@@ -28,9 +28,9 @@ MARGIN = 5.0
 FLEXIBLE_MARGIN = 1.0
 """The same for a law whose shape was fitted (a period, a place, a time constant): it passes for much that is none."""
 MARGIN_BESIDE = 3.0
-"""The same for a form instead of one law among several."""
+"""The same for a form instead of one law among several, or of several that are all plain."""
 PILE_MARGIN = 0.0
-"""The same for a form instead of several laws at once, which are rarer: none of the two is likelier beforehand."""
+"""The same for a form instead of several laws at once, one of them with a fitted shape: none is likelier beforehand."""
 RETOLD_MARGIN = 2.5
 """The same where a plain form tells the very story of a law whose shape was fitted, and as well.
 
@@ -90,9 +90,12 @@ def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: No
 
 def _margin(selector: Selector, terms: tuple[Term, ...], kept: tuple[Term, ...]) -> float:
     """By how many nats a form must be the shorter description to stand for the laws that are not kept."""
+    bends = any(fitted_shape(selector.library.families[term.index]) for term in terms if term not in kept)
     if len(terms) == 1:
-        return FLEXIBLE_MARGIN if _fitted_shape(selector.library.families[terms[0].index]) else MARGIN
-    return MARGIN_BESIDE if len(kept) == len(terms) - 1 else PILE_MARGIN
+        return FLEXIBLE_MARGIN if bends else MARGIN
+    if len(kept) == len(terms) - 1:
+        return MARGIN_BESIDE
+    return PILE_MARGIN if bends else MARGIN_BESIDE
 
 
 def _lowered_margin(selector: Selector, terms: tuple[Term, ...], noise: Noise) -> float:
@@ -224,21 +227,16 @@ def _with_form(
 
 def _retold(look: Look, removed: Sequence[Look], named: float, saved: float) -> bool:
     """Whether a plain form tells the story of one law with a fitted shape as well as it (``named``), in fewer words."""
-    if len(removed) != 1 or not _fitted_shape(removed[0].family) or not _is_plain(look):
+    if len(removed) != 1 or not fitted_shape(removed[0].family) or not _is_plain(look):
         return False
     return look.gain >= named - SAME_FIT and saved >= RETOLD_MARGIN
-
-
-def _fitted_shape(family: Family) -> bool:
-    """Whether a law has more to fit than its size: a period, a place, a time constant."""
-    return len(family.atoms) > 1
 
 
 def _is_plain(look: Look) -> bool:
     """Whether a form has nothing to fit but its sizes, or one size and where it begins; what wanders fits all."""
     if isinstance(look, SmoothLook):
         return look.family.covariate not in WANDERING
-    return not _fitted_shape(look.family) or look.family.dimension == 1
+    return not fitted_shape(look.family) or look.family.dimension == 1
 
 
 def _described(kept: tuple[Term, ...], form: Look, structure: float) -> Simpler:

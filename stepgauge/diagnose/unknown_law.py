@@ -18,6 +18,7 @@ from stepgauge.diagnose.forms import (
     BINS,
     COLUMN,
     GROWING,
+    GROWING_LENGTH,
     HARMONICS,
     ISOLATED,
     MEMORY,
@@ -180,7 +181,7 @@ def _sides(located: Located, data: Residuals) -> list[str]:
     """Where a form may move the readings, as far as it was told."""
     if located.side != "both":
         return [located.side]
-    if located.form == "changing scale":
+    if located.form in ("changing scale", GROWING_LENGTH):
         return ["gauge", *axes_shown(data)]
     found = [one for one in covariates(data) if one.name == located.covariate]
     return ["approach", "gauge", *(axis for axis in axes_shown(data) if any(lives_on(one, axis) for one in found))]
@@ -229,6 +230,7 @@ def _of_covariate(
     place = _place(located, side, data, whitening, left_um)
     one_term = {
         "trend": centred,
+        GROWING_LENGTH: f"{centred} * {_length(side, data)}",
         "power": f"{mask}max({name}, 0.1)**{place:.12g}",
         "decay": f"{mask}(1 + {name})**(-{place:.12g})",
         "step": f"{mask}step({name} - {place:.12g})",

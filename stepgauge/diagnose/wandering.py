@@ -52,14 +52,25 @@ def smooth_forms(data: Residuals) -> Iterator[Smooth]:
 def _functions(covariate: Covariate, most: int) -> tuple[Array, Array]:
     """Columns ``(m, n)`` of functions by their values at knots, less their means, and roots of their covariances."""
     x = covariate.values
-    levels = np.unique(x)
-    knots = np.unique(np.quantile(levels, np.linspace(0.0, 1.0, min(most, len(levels)))))
+    knots = _knots(covariate, most)
     columns = np.array([np.interp(x, knots, one) for one in np.eye(len(knots))])
     at = (knots - knots[0]) / (knots[-1] - knots[0])
     wanders = covariate.name in WANDERING
     lengths, rough = (TIME_LENGTHS, ROUGH_TIME_LENGTHS) if wanders else (LENGTHS, ROUGH_LENGTHS)
     roots = np.concatenate([matern_roots(at, lengths), matern_roots(at, rough, rough=True)])
     return columns - columns.mean(axis=1, keepdims=True), roots
+
+
+def _knots(covariate: Covariate, most: int) -> Array:
+    """Values that occur, with as many others between each two; of a machine coordinate as many probings.
+
+    A placement across an axis has many values there, all but the same.
+    """
+    levels = np.unique(covariate.values)
+    shares = np.linspace(0.0, 1.0, min(most, len(levels)))
+    if covariate.name.startswith("machine "):
+        return np.unique(np.quantile(covariate.values, shares, method="nearest"))
+    return np.unique(np.quantile(levels, shares))
 
 
 def _changing_scales(data: Residuals) -> Iterator[Smooth]:

@@ -74,6 +74,7 @@ TITLES = {
     "odd cycle": "{run} lies apart",
     "odd length": "{run} has a length of its own",
     "changing scale": "a length that changes with time",
+    "growing length": "a length that grows with {covariate}",
     "trend": "grows with {covariate}",
     "bow": "a bow over {covariate}",
     "free shape": "changes with {covariate}",
@@ -86,7 +87,8 @@ STAIRS = ("free shape", "loop", "step", "levels", "odd cycle")
 """Forms that are fitted as levels with jumps between them."""
 MARKS = ("level", "harmonics")
 """Forms that tell placements or directions apart: nothing lies between them, and all of them matter."""
-STRETCHING = ("changing scale", "odd length")
+CHANGING_LENGTHS = ("changing scale", "growing length")
+STRETCHING = (*CHANGING_LENGTHS, "odd length")
 """Forms of lengths, which no origin of a placement can hide."""
 
 
@@ -242,7 +244,7 @@ def _panel_of_law(law: UnknownLaw, data: Residuals) -> Panel:
     label, x = _law_against(law, data)
     weight = mask(data, law.side if law.side in ("gauge", *AXES) else "approach")
     quantity = _along(law.side if law.side in ("gauge", *AXES) else "approach")
-    if form == "changing scale":
+    if form in CHANGING_LENGTHS:
         weight = weight * length_mm(law.side, data) * 1e-3
         quantity = f"change {_of_length(law.side)} / µm/m"
     groups, split = _law_groups(law, data)

@@ -1,0 +1,81 @@
+"""Other laws that say the same in fewer words: plain ones for one with a fitted shape, one law for two.
+
+A search adds one law at a time, the one that explains most by itself, and exchanges one at a time. A period that all
+but fits into the pitch of the faces beats with them: with the right phase it moves fronts and backs apart and lets both
+drift along the gauge, and so explains by itself what a wrong radius and a warm gauge do together. A warm gauge and a
+scale of y that is too long are at last one scale of x, beside a squareness that was found after them.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+from stepgauge.diagnose.library import Family
+from stepgauge.diagnose.search import Look
+from stepgauge.diagnose.select import MOST_TERMS, Selector, Term
+
+NEAR = 10.0
+"""By how many nats a description may be the longer before all its parameters are fitted."""
+MOST_PLAIN = 2
+"""Plain laws that may stand for one with a fitted shape."""
+
+
+def plainer(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
+    """The terms with plain laws, or none, in the place of one with a fitted shape if that is shorter.
+
+    So the information criterion has its say on a law besides the chance of it; what noise looks like is often a swing
+    or a period that is significant and yet not worth the words that it takes to tell it.
+    """
+    for place, term in enumerate(terms):
+        if not fitted_shape(selector.library.families[term.index]):
+            continue
+        instead = _with_plain(selector, terms[:place] + terms[place + 1 :])
+        if _length(selector, instead) < _length(selector, terms):
+            return plainer(selector, instead)
+    return terms
+
+
+def merged(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
+    """The terms with one law in the place of two, wherever that is the shorter description."""
+    length = _length(selector, terms) if len(terms) > 1 else 0.0
+    for two in combinations(terms, 2):
+        kept = tuple(term for term in terms if term not in two)
+        law = selector.looks(kept)[0]
+        instead = (*kept, selector.term_of(law))
+        alone = law.price(selector.dof, selector.library.breadth) + (selector.sum_of_squares(kept) - law.gain) / 2.0
+        if alone < length + NEAR and _length(selector, instead) < length:
+            return merged(selector, instead)
+    return terms
+
+
+def fitted_shape(family: Family) -> bool:
+    """Whether a law has more to fit than its size: a period, a place, a time constant."""
+    return len(family.atoms) > 1
+
+
+def _with_plain(selector: Selector, kept: tuple[Term, ...]) -> tuple[Term, ...]:
+    """The terms kept and the most telling plain laws beside them, each again in its place beside the other."""
+    terms = kept
+    while len(terms) < min(len(kept) + MOST_PLAIN, MOST_TERMS):
+        look = _most_telling(selector, terms)
+        if look is None or look.log_p > selector.bar:
+            return terms
+        terms = (*terms, selector.term_of(look))
+    for place in range(len(kept), len(terms)):
+        look = _most_telling(selector, terms[:place] + terms[place + 1 :])
+        terms = selector.exchanged(terms, place, look) if look else terms
+    return terms
+
+
+def _most_telling(selector: Selector, terms: tuple[Term, ...]) -> Look | None:
+    """The plain law that tells most beside the terms."""
+    return next((look for look in selector.looks(terms) if not fitted_shape(look.family)), None)
+
+
+def _length(selector: Selector, terms: tuple[Term, ...]) -> float:
+    """What it takes to say the laws with their values, and what they leave, nats."""
+    said = 0.0
+    for place, term in enumerate(terms):
+        look = selector.look_at(term.index, terms[:place] + terms[place + 1 :])
+        said += look.price(selector.dof, selector.library.breadth)
+    return said + selector.sum_of_squares(terms) / 2.0
