@@ -113,7 +113,7 @@ def _held_against_forms(selector: Selector, terms: tuple[Term, ...], noise: Nois
 
 
 def _beside_form(forms: Forms, selector: Selector, terms: tuple[Term, ...], instead: Simpler) -> tuple[Term, ...]:
-    """The laws less those that came in settling without the form and are chance beside it: they bent to what it says."""
+    """The laws less those that came in settling without the form and are chance beside it: they bent to it."""
     columns = selector.whitening(forms.columns(instead.form)).T
     same = {term.index for term in instead.kept}
     for place, term in enumerate(terms):
