@@ -29,8 +29,11 @@ def plainer(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
     for place, term in enumerate(terms):
         if not fitted_shape(selector.library.families[term.index]):
             continue
-        instead = _with_plain(selector, terms[:place] + terms[place + 1 :])
+        kept = terms[:place] + terms[place + 1 :]
+        instead = _with_plain(selector, kept)
         if _length(selector, instead) < _length(selector, terms):
+            action = "replaced by plainer laws" if len(instead) > len(kept) else "dropped: not worth its words"
+            selector.log(action, selector.look_at(term.index, kept))
             return plainer(selector, instead)
     return terms
 
@@ -44,6 +47,7 @@ def merged(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
         instead = (*kept, selector.term_of(law))
         alone = law.price(selector.dof, selector.library.breadth) + (selector.sum_of_squares(kept) - law.gain) / 2.0
         if alone < length + NEAR and _length(selector, instead) < length:
+            selector.log("in the place of two", law)
             return merged(selector, instead)
     return terms
 

@@ -127,7 +127,8 @@ class Selector:
         index = next(i for i, family in enumerate(self.library.families) if family is look.family)
         return Term(index, look.atom)
 
-    def _log(self, action: str, look: Look) -> None:
+    def log(self, action: str, look: Look) -> None:
+        """Note a decision for the evidence trail."""
         self.trail.append(Step(action, look.family.label, look.gain, look.log_p))
 
     def select(self) -> tuple[Term, ...]:
@@ -136,9 +137,9 @@ class Selector:
         while len(terms) < MOST_TERMS:
             best = self.looks(terms)[0]
             if best.log_p > (self.further_bar if terms else self.bar):
-                self._log("not added", best)
+                self.log("not added", best)
                 break
-            self._log("added", best)
+            self.log("added", best)
             terms = self.dealiased(self._exchange(self.dealiased((*terms, self.term_of(best)))))
         return self._repeated(self._drop(terms))
 
@@ -154,7 +155,7 @@ class Selector:
                 if term != terms[place] and self.sum_of_squares(swapped) < self.sum_of_squares(terms):
                     changed = changed or term.index != terms[place].index
                     if term.index != terms[place].index:
-                        self._log("exchanged for", best)
+                        self.log("exchanged for", best)
                     terms = swapped
             if not changed:
                 break
@@ -189,7 +190,7 @@ class Selector:
             others = terms[:place] + terms[place + 1 :]
             look = self.look_at(terms[place].index, others)
             if look.log_p > self.bar:
-                self._log("dropped", look)
+                self.log("dropped", look)
                 return self._drop(others)
         return terms
 
@@ -209,7 +210,7 @@ class Selector:
         if self._held_out_um(shares, folds[0]) <= without_um[worst]:
             return terms
         place = same[worst]
-        self._log("dropped: does not predict other cycles", self.look_at(terms[place].index, ()))
+        self.log("dropped: does not predict other cycles", self.look_at(terms[place].index, ()))
         return self._repeated(terms[:place] + terms[place + 1 :])
 
     def _held_out_um(self, shares: Sequence[Array], folds: Folds) -> float:

@@ -17,6 +17,7 @@ from tests.diagnose.test_retold import along_x, x_mm
 from tests.diagnose.test_selection import NOISE_UM, bent, clean, lies_on, names, side, told
 
 Array = NDArray[np.float64]
+ACTIONS = {"added", "not added", "exchanged for", "dropped", "replaced by plainer laws", "in the place of two"}
 DIAGONAL, ACROSS = (0.6, 0.8, 0.0), (0.8, -0.6, 0.0)
 
 
@@ -35,6 +36,7 @@ def test_a_radius_and_a_length_are_no_period_that_beats_with_the_pitch(
     found = told(bent(radius_and_length, recording))
     assert found.verdict == "effects"
     assert len(found.findings) == 2
+    assert {step.action for step in found.trail} <= ACTIONS
     told_of = [{one.kind, *one.confounded_with} for one in found.findings]
     assert any("effective_radius" in kinds for kinds in told_of)
     assert any("gauge_temperature" in kinds for kinds in told_of)
