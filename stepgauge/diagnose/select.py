@@ -20,10 +20,10 @@ from stepgauge.diagnose.solve import Fitted, solve
 from stepgauge.diagnose.whitening import Whitening, orthonormal
 
 Array = NDArray[np.float64]
-FALSE_ALARM = 0.035
+FALSE_ALARM = 0.018
 """Bound of the chance that any named effect enters where there is none.
 
-Laws resemble each other, and one with a fitted shape must be worth its words besides: that leaves about a fifth of it.
+Laws resemble each other, and one with a fitted shape must be worth its words besides: that leaves a fraction of it.
 """
 FURTHER_FALSE_ALARM = 0.001
 """The same for every further effect: a second cause at the same time is rarer than a first."""
