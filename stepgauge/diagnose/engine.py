@@ -65,10 +65,11 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine, without: Coll
     recorded = make_residuals(recording, gauge, machine)
     start_s = clock_start_s(recorded)
     data = counted_from(recorded, start_s)
-    some = counted_from(_some(recorded, recording), start_s)
+    searched = _some(recorded, recording)
+    some = counted_from(searched, start_s)
     noise = estimate_noise(some)
     if noise.dof < FEWEST_DOF or noise.sigma_um < SMALLEST_SIGMA_UM:
-        return _insufficient(some, noise)
+        return _insufficient(searched, noise)
     found = explain(some, noise, without)
     noise, whitening, fitted = found.noise, found.selector.whitening, found.selector.fit(found.terms)
     if len(some) < len(data):

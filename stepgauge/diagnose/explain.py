@@ -116,12 +116,12 @@ def _beside_form(forms: Forms, selector: Selector, terms: tuple[Term, ...], inst
     """The laws less those that came in settling without the form and are chance beside it: they bent to it."""
     columns = selector.whitening(forms.columns(instead.form)).T
     same = {term.index for term in instead.kept}
-    for place, term in enumerate(terms):
-        others = terms[:place] + terms[place + 1 :]
+    for term in (term for term in terms if term.index not in same):
+        others = tuple(other for other in terms if other != term)
         left, basis = selector.residual(others)
         basis = orthonormal(np.column_stack([basis, columns]))
         look = selector.library.look(term.index, left, basis, selector.dof - basis.shape[1])
-        if term.index not in same and look.log_p > selector.bar:
+        if look.log_p > selector.bar:
             return _beside_form(forms, selector, others, instead)
     return terms
 

@@ -35,6 +35,7 @@ POWERS = np.geomspace(0.15, 3.0, 14)
 """Exponents of a decay with the number of touches that is no exponential."""
 GROWING_LENGTH = "growing length"
 """The form of a length that grows in proportion to a covariate."""
+CHANGING_LENGTHS = ("changing scale", GROWING_LENGTH)
 MEMORY = "memory"
 """The form of what rests leave and touches wear off."""
 FADING = np.array([1, 2, 3, 4, 6, 8, 12, 16])
@@ -177,6 +178,17 @@ def mask(data: Residuals, side: str) -> Array:
     }[side]
 
 
+def length_mm(side: str, data: Residuals) -> Array:
+    """The coordinate along which a length on a side grows in proportion, from its middle, mm."""
+    values = along_mm(side, data)
+    return values - float(values.mean())
+
+
+def along_mm(side: str, data: Residuals) -> Array:
+    """The coordinate along a side: a machine axis, or the gauge, mm."""
+    return data.probings.coordinate_mm(side) if side in AXES else data.probings.certified_mm()
+
+
 def make_form(form: str, covariate: str, side: str, columns: Array, data: Residuals) -> Family:
     """A form on one side as a family without a law, from its signatures ``(atoms, d, n)``."""
     atoms = [{"atom": i} for i in range(len(columns))]
@@ -246,8 +258,8 @@ def _length_forms(data: Residuals) -> Iterator[Family]:
             continue
         u = (covariate.values - covariate.values.mean()) / np.ptp(covariate.values)
         for side in ("gauge", *axes_shown(data)):
-            length = data.probings.certified_mm() if side == "gauge" else data.probings.coordinate_mm(side)
-            columns = u * (length - length.mean()) / np.ptp(length) * mask(data, side)
+            length = length_mm(side, data)
+            columns = u * length / np.ptp(length) * mask(data, side)
             yield make_form(GROWING_LENGTH, covariate.name, side, columns[None, None], data)
 
 

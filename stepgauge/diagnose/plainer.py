@@ -57,6 +57,12 @@ def fitted_shape(family: Family) -> bool:
     return len(family.atoms) > 1
 
 
+def price_of(selector: Selector, terms: tuple[Term, ...], term: Term) -> float:
+    """What a law costs beside the others, nats."""
+    others = tuple(other for other in terms if other != term)
+    return selector.look_at(term.index, others).price(selector.dof, selector.library.breadth)
+
+
 def _with_plain(selector: Selector, kept: tuple[Term, ...]) -> tuple[Term, ...]:
     """The terms kept and the most telling plain laws beside them, each again in its place beside the other."""
     terms = kept
@@ -78,8 +84,4 @@ def _most_telling(selector: Selector, terms: tuple[Term, ...]) -> Look | None:
 
 def _length(selector: Selector, terms: tuple[Term, ...]) -> float:
     """What it takes to say the laws with their values, and what they leave, nats."""
-    said = 0.0
-    for place, term in enumerate(terms):
-        look = selector.look_at(term.index, terms[:place] + terms[place + 1 :])
-        said += look.price(selector.dof, selector.library.breadth)
-    return said + selector.sum_of_squares(terms) / 2.0
+    return sum(price_of(selector, terms, term) for term in terms) + selector.sum_of_squares(terms) / 2.0

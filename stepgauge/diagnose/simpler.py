@@ -18,7 +18,7 @@ from scipy import stats
 
 from stepgauge.diagnose.forms import WANDERING, WAY, goes_both_ways
 from stepgauge.diagnose.noise import Noise
-from stepgauge.diagnose.plainer import fitted_shape
+from stepgauge.diagnose.plainer import fitted_shape, price_of
 from stepgauge.diagnose.search import Look
 from stepgauge.diagnose.select import SAME_FIT, Selector, Term, share_within_repeats
 from stepgauge.diagnose.smooth import Forms, SmoothLook
@@ -208,7 +208,7 @@ def _with_form(
     left, basis = selector.residual(kept)
     here, rows, count = float(left @ left), selector.dof, len(forms.families)
     named = here - selector.sum_of_squares(terms)
-    price = sum(_price(selector, terms, term) for term in terms if term not in kept)
+    price = sum(price_of(selector, terms, term) for term in terms if term not in kept)
     known = set() if refuted else set(terms) - set(kept) - _twice(selector, terms)
     removed = [selector.look_at(term.index, kept) for term in terms if term in known]
 
@@ -258,9 +258,3 @@ def _another_story(look: Look, law: Look) -> bool:
 def _by_chance(look: Look) -> float:
     """About what the best of so many looks gains in mere scatter."""
     return look.dimension + 2.0 * float(np.log(look.looks))
-
-
-def _price(selector: Selector, terms: tuple[Term, ...], term: Term) -> float:
-    """What a law costs beside the others."""
-    others = tuple(other for other in terms if other != term)
-    return selector.look_at(term.index, others).price(selector.dof, selector.library.breadth)

@@ -16,6 +16,7 @@ from scipy import stats
 from stepgauge.diagnose.forms import (
     AXES,
     BINS,
+    CHANGING_LENGTHS,
     COLUMN,
     GROWING,
     GROWING_LENGTH,
@@ -25,6 +26,7 @@ from stepgauge.diagnose.forms import (
     TOUCHES,
     TURNING,
     WAY,
+    along_mm,
     axes_shown,
     covariates,
     form_families,
@@ -181,7 +183,7 @@ def _sides(located: Located, data: Residuals) -> list[str]:
     """Where a form may move the readings, as far as it was told."""
     if located.side != "both":
         return [located.side]
-    if located.form in ("changing scale", GROWING_LENGTH):
+    if located.form in CHANGING_LENGTHS:
         return ["gauge", *axes_shown(data)]
     found = [one for one in covariates(data) if one.name == located.covariate]
     return ["approach", "gauge", *(axis for axis in axes_shown(data) if any(lives_on(one, axis) for one in found))]
@@ -287,20 +289,10 @@ def _finer(period: float, x: Array) -> Array:
     return 1.0 / frequency[frequency > 0.1 * step]
 
 
-def length_mm(side: str, data: Residuals) -> Array:
-    """The coordinate along which a length on a side grows in proportion, from its middle, mm."""
-    values = _coordinate_mm(side, data)
-    return values - float(values.mean())
-
-
-def _coordinate_mm(side: str, data: Residuals) -> Array:
-    return data.probings.coordinate_mm(side) if side in AXES else data.probings.certified_mm()
-
-
 def _length(side: str, data: Residuals) -> str:
     """The same in a formula."""
     name = f"{side}_mm" if side in AXES else "position_mm"
-    return f"({name} - {float(_coordinate_mm(side, data).mean()):.12g})"
+    return f"({name} - {float(along_mm(side, data).mean()):.12g})"
 
 
 def _ramps(name: str, x: Array, knots: int) -> list[str]:

@@ -15,6 +15,7 @@ from stepgauge.diagnose.forms import (
     axes_shown,
     covariates,
     goes_both_ways,
+    length_mm,
     lives_on,
     make_form,
     mask,
@@ -77,8 +78,8 @@ def _changing_scales(data: Residuals) -> Iterator[Smooth]:
     """Lengths along the gauge, or along machine axes, that grow and shrink with time."""
     columns, roots = _functions(Covariate("time", "s", data.probings.time_s), KNOTS)
     for side in ("gauge", *axes_shown(data)):
-        length = data.probings.certified_mm() if side == "gauge" else data.probings.coordinate_mm(side)
-        growing = columns * ((length - length.mean()) / np.ptp(length) * 2.0) * mask(data, side)
+        length = length_mm(side, data)
+        growing = columns * (length / np.ptp(length) * 2.0) * mask(data, side)
         yield smooth(make_form("changing scale", "time", side, growing[None], data), roots)
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnose.forms import (
     AXES,
+    CHANGING_LENGTHS,
     MEMORY,
     REST,
     TOUCHES,
@@ -19,13 +20,14 @@ from stepgauge.diagnose.forms import (
     WANDERING,
     WAY,
     covariates,
+    length_mm,
     mask,
     pause_of,
     runs_of,
 )
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Diagnosis, Finding
-from stepgauge.diagnose.unknown_law import UnknownLaw, length_mm
+from stepgauge.diagnose.unknown_law import UnknownLaw
 from stepgauge.effects import Effect
 from stepgauge.effects.empirical import RESTED
 from stepgauge.figures.style import COLORS, CYCLE
@@ -87,7 +89,6 @@ STAIRS = ("free shape", "loop", "step", "levels", "odd cycle")
 """Forms that are fitted as levels with jumps between them."""
 MARKS = ("level", "harmonics")
 """Forms that tell placements or directions apart: nothing lies between them, and all of them matter."""
-CHANGING_LENGTHS = ("changing scale", "growing length")
 STRETCHING = (*CHANGING_LENGTHS, "odd length")
 """Forms of lengths, which no origin of a placement can hide."""
 
