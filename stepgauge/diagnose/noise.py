@@ -16,6 +16,8 @@ Growth = tuple[str, float, float]
 """Covariate with which the scatter grows, the rate of it, and the chance of as much in scatter that does not grow."""
 OUTLIER_P = 0.002
 """Chance of calling any row of an undisturbed recording an outlier."""
+LONE_P = 0.006
+"""Chance of calling rows of an undisturbed recording outliers beside a model: one by itself, or several together."""
 OUTLIER_GROWING_P = 0.00005
 """The same where the scatter grows: how it grows is known roughly, and a row far out in it is less of a surprise."""
 UNSURPRISING_P = 0.05
@@ -93,7 +95,7 @@ def with_lone_rows(noise: Noise, left_um: Array, data: Residuals, beside_outlier
     typical = np.where(np.isfinite(noise.by_row_um), noise.by_row_um, noise.sigma_um)
     off = np.abs(along - middle[data.placement]) / np.hypot(typical, data.gauge.u_um[data.face - 1])
     near = np.bincount(data.group, off < NEAR) > 0
-    lone = (off > _surprising(OUTLIER_P if noise.growth is None else OUTLIER_GROWING_P, noise)) & near[data.group]
+    lone = (off >= _far_out(off, LONE_P if noise.growth is None else OUTLIER_GROWING_P, noise)) & near[data.group]
     if beside_outliers:
         lone &= np.isin(data.group, data.group[noise.outliers])
     if lone.sum() > MOST_LONE * len(data):
@@ -104,6 +106,19 @@ def with_lone_rows(noise: Noise, left_um: Array, data: Residuals, beside_outlier
         good |= off < _surprising(UNSURPRISING_P, noise)
     good &= ~lone
     return replace(noise, by_row_um=np.where(good, typical, np.inf), outliers=np.flatnonzero(~good))
+
+
+def _far_out(off: Array, p: float, noise: Noise) -> float:
+    """Standard deviations from which rows are farther off than scatter is, with a chance of ``p``; infinite if none.
+
+    Two rows, neither of which would be a surprise by itself, may be one together: half of the chance is that of the
+    row that is farthest off, a quarter that of the next being as far as it is, and so on.
+    """
+    count = 1 + int(MOST_LONE * len(off))
+    ranked, rank = np.sort(off)[::-1][:count], np.arange(count)
+    together = stats.binom.sf(rank, len(off), 2.0 * stats.t.sf(ranked, max(noise.dof, 1)))
+    odd = np.flatnonzero(together <= p * 0.5 ** (rank + 1))
+    return float(ranked[odd[-1]]) if odd.size else np.inf
 
 
 def _surprising(p: float, noise: Noise) -> float:

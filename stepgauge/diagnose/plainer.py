@@ -53,8 +53,11 @@ def merged(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
 
 
 def fitted_shape(family: Family) -> bool:
-    """Whether a law has more to fit than its size: a period, a place, a time constant."""
-    return len(family.atoms) > 1
+    """Whether a law has more to fit than its size: a period, a place, a time constant.
+
+    A drift that has not begun to settle has none, and one that settles is a trend with a bend.
+    """
+    return len(family.atoms) > 1 and not any(None in atom.values() for atom in family.atoms)
 
 
 def price_of(selector: Selector, terms: tuple[Term, ...], term: Term) -> float:

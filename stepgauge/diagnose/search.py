@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from stepgauge.diagnose.extent import Extent, along_curve, over_surface
 from stepgauge.diagnose.library import SIZES, Family
 from stepgauge.diagnose.patterns import Patterns, grouped
 from stepgauge.diagnose.whitening import Whitening
@@ -34,8 +35,6 @@ SMALLEST = 1e-150
 SURPRISING = -2.0
 """Logarithm of the chance below which a gain is computed again in double precision."""
 BOUND_ERROR = 1e-3
-SINGULAR = 1e-7
-"""Eigenvalue of normalised products, over the largest, that single precision cannot tell from nought."""
 COLLINEAR = 1e-4
 """Share of a signature's square that must be left beside the nuisances and the terms already there.
 
@@ -45,25 +44,12 @@ huge amplitude.
 
 
 @dataclass(frozen=True)
-class Curve:
-    """What the normalised signatures of a family draw, and how rarely the family is there to be seen.
-
-    ``atoms``: how many there are; ``length`` of the way along them, rad; ``rarity``: how much rarer the family is, in a
-    size that shows in this recording, than the commonest law that always shows, nats.
-    """
-
-    atoms: int
-    length: float
-    rarity: float = 0.0
-
-
-@dataclass(frozen=True)
 class Look:
     """The best signature of a family: which one, what it gains, and how surprising that is.
 
     ``gain`` is in units of variance one; ``log_p``: logarithm of the family's p-value, all its looks counted, over how
     common it is in a size that shows; ``looks``: how many independent signatures the family amounts to, on its
-    ``curve``.
+    ``extent``.
     """
 
     family: Family
@@ -71,7 +57,7 @@ class Look:
     gain: float
     log_p: float
     looks: float
-    curve: Curve
+    extent: Extent
 
     @property
     def dimension(self) -> float:
@@ -81,7 +67,7 @@ class Look:
     def price(self, rows: int, families: float) -> float:
         """What it takes to say which law with which values (Schwarz' criterion, and what was searched), in nats."""
         said = 0.5 * self.dimension * float(np.log(max(rows, 2)))
-        return said + float(np.log(self.looks * families)) + self.curve.rarity
+        return said + float(np.log(self.looks * families)) + self.extent.rarity
 
 
 class Library:
@@ -105,10 +91,10 @@ class Library:
     def rarities(self) -> list[float]:
         """How much rarer each family is, in a size that shows, than the commonest law that always shows, nats."""
         of = {
-            id(family): curve.rarity
+            id(family): extent.rarity
             for stacks in self._stacks
             for stack in stacks
-            for family, curve in zip(stack.families, stack.curves, strict=True)
+            for family, extent in zip(stack.families, stack.extents, strict=True)
         }
         return [of[id(family)] for family in self.families]
 
@@ -132,7 +118,7 @@ class Library:
         """The best signature of one family beside a model's orthonormal columns ``(n, k)``."""
         family, gains = self.families[index], self.gains(index, residual, model)
         judge, atom = _Judge(float(residual @ residual), dof), _best_atom(family, gains)
-        found = judge.look(family, atom, float(gains[atom]), self._stack_of(family)[1].curve_of(family))
+        found = judge.look(family, atom, float(gains[atom]), self._stack_of(family)[1].extent_of(family))
         if found.log_p >= SURPRISING:
             return found
         return next(self._sharpened([found], residual - model @ (model.T @ residual), model, judge))
@@ -157,7 +143,7 @@ class Library:
 
     def gaining(self, look: Look, gain: float, residual: Array, dof: int) -> Look:
         """The same look with another gain."""
-        return _Judge(float(residual @ residual), dof).look(look.family, look.atom, gain, look.curve)
+        return _Judge(float(residual @ residual), dof).look(look.family, look.atom, gain, look.extent)
 
     def _rank(self, look: Look) -> tuple[float, int, int]:
         return look.log_p, look.family.dimension, self._place[id(look.family)]
@@ -169,7 +155,7 @@ class Library:
             columns = np.stack([look.family.signature(look.atom) for look in own])
             priors = np.array([look.family.prior for look in own])[:, None]
             for look, gain in zip(own, _precise_gains(columns, priors, left, model, self.whitening), strict=True):
-                yield judge.look(look.family, look.atom, float(gain), look.curve)
+                yield judge.look(look.family, look.atom, float(gain), look.extent)
 
 
 @dataclass(frozen=True)
@@ -179,19 +165,19 @@ class _Judge:
     total: float
     dof: int
 
-    def look(self, family: Family, atom: int, gain: float, curve: Curve) -> Look:
+    def look(self, family: Family, atom: int, gain: float, extent: Extent) -> Look:
         """A look at a signature with its gain."""
         variance = min(1.0, (self.total - gain) / max(self.dof - family.dimension, 1))
         scaled = gain / max(variance, 1e-12)
-        looks = min(1.0 + curve.length * np.sqrt(scaled / (2.0 * np.pi)), float(curve.atoms))
+        looks = extent.looks(scaled)
         log_p = log_p_value(scaled, family.dimension, self.dof, looks)
-        return Look(family, atom, gain, min(log_p + curve.rarity, 0.0), looks, curve)
+        return Look(family, atom, gain, min(log_p + extent.rarity, 0.0), looks, extent)
 
 
 def _stacks(patterns: Patterns, whitening: Whitening) -> Iterator[_Stack]:
     grams = patterns.grams(whitening)
     for families, mix in patterns.sets:
-        yield _Stack(families, mix, *(_mixed(gram, mix) for gram in grams))
+        yield _Stack(families, mix, whitening, [_mixed(gram, mix) for gram in grams])
 
 
 def _mixed(gram: Array, mix: Array) -> Array:
@@ -208,8 +194,9 @@ class _Stack:
     their sizes.
     """
 
-    def __init__(self, families: Sequence[Family], mix: Array, raw: Array, white: Array, beside: Array) -> None:
+    def __init__(self, families: Sequence[Family], mix: Array, whitening: Whitening, grams: Sequence[Array]) -> None:
         self.families, self.mix = list(families), mix
+        raw, white, beside = grams
         self.first = np.cumsum([0, *(len(family.pattern) for family in families)])
         square = np.einsum("aii->ai", raw)
         self.scale = np.where(square > 0.0, np.sqrt(np.maximum(square, 0.0)), np.inf)
@@ -218,10 +205,16 @@ class _Stack:
         self.stiff = price[:, None] / self.scale**2
         cross = beside / self.scale[:-1, :, None] / self.scale[1:, None, :]
         shown = np.sqrt(np.maximum(np.einsum("aii->ai", white), 0.0)).max(axis=1)
-        self.curves = [
-            Curve(len(self.gram[own]), _curve_length(self.gram[own], cross[own]), _rarity(family, shown[own].max()))
+        self.extents = [
+            self._extent(family, own, cross[own], _rarity(family, shown[own].max()), whitening)
             for family, own in zip(self.families, self._rows(), strict=True)
         ]
+
+    def _extent(self, family: Family, own: slice, cross: Array, rarity: float, whitening: Whitening) -> Extent:
+        """What the signatures of one family draw: a surface, or what stands one behind the other."""
+        surface = over_surface(family, self.scale[own, 0], whitening)
+        length, area = surface or (along_curve(self.gram[own], cross), 0.0)
+        return Extent(len(self.gram[own]), length, area, rarity)
 
     def _rows(self) -> Iterator[slice]:
         """Where the signatures of each family stand."""
@@ -230,13 +223,13 @@ class _Stack:
     def looks(self, dots: Array, judge: _Judge) -> Iterator[Look]:
         """The best signature of each family; ``dots``: see :meth:`Patterns.dots`, the residual's before the model's."""
         gains = self._gains(dots)
-        for family, own, curve in zip(self.families, self._rows(), self.curves, strict=True):
+        for family, own, extent in zip(self.families, self._rows(), self.extents, strict=True):
             atom = _best_atom(family, gains[own])
-            yield judge.look(family, atom, float(gains[own][atom]), curve)
+            yield judge.look(family, atom, float(gains[own][atom]), extent)
 
-    def curve_of(self, family: Family) -> Curve:
+    def extent_of(self, family: Family) -> Extent:
         """What the signatures of one family draw."""
-        return next(curve for one, curve in zip(self.families, self.curves, strict=True) if one is family)
+        return next(extent for one, extent in zip(self.families, self.extents, strict=True) if one is family)
 
     def gains_of(self, family: Family, dots: Array) -> Array:
         """Gains of all signatures of one family."""
@@ -322,20 +315,6 @@ def _precise_gains(columns: Array, prior: Array | float, left: Array, model: Arr
     beside = unit @ model
     gram = unit @ np.swapaxes(unit, 1, 2) - beside @ np.swapaxes(beside, 1, 2)
     return _gain(gram, unit @ left, (prior * scale) ** -2)
-
-
-def _curve_length(gram: Array, cross: Array) -> float:
-    """Length of the curve of the normalised signatures, rad; of subspaces by their larger principal angle.
-
-    ``cross``: products of each with the next, of which the last is not used.
-    """
-    if len(gram) < 2:
-        return 0.0
-    cross = cross[: len(gram) - 1]
-    shrink = np.linalg.pinv(gram, rcond=SINGULAR, hermitian=True)
-    overlap = shrink[:-1] @ cross @ shrink[1:] @ np.swapaxes(cross, 1, 2)
-    smallest = np.linalg.eigvals(overlap).real.min(axis=1)
-    return float(np.arccos(np.sqrt(np.clip(smallest, 0.0, 1.0))).sum())
 
 
 @lru_cache(maxsize=100_000)

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from stepgauge.diagnose.extent import Extent
 from stepgauge.diagnose.library import Family
-from stepgauge.diagnose.search import Curve, Library, Look
+from stepgauge.diagnose.search import Library, Look
 from stepgauge.diagnose.whitening import Whitening
 
 Array = NDArray[np.float64]
@@ -111,7 +112,7 @@ class _Whitened:
             float((per_direction[length, 0] * softened).sum()),
             _log_p(float(ratio.max()), tests),
             float(tests),
-            Curve(tests, 0.0),
+            Extent(tests, 0.0),
             float(evidence[length, size]),
             float(softened.sum()),
             float(SIZES[size] / max(strength[length].sum(), 1e-300)),

@@ -116,4 +116,4 @@ def test_one_family_alone_is_looked_at_as_among_all() -> None:
         alone, there = library.look(index, white, model, whitening.dof - 1), among[id(family)]
         assert alone.gain == pytest.approx(there.gain, rel=1e-3, abs=1e-3)
         assert alone.log_p == pytest.approx(there.log_p, rel=1e-3, abs=2e-3)
-        assert alone.curve == there.curve
+        assert alone.extent == there.extent
