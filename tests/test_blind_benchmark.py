@@ -338,6 +338,7 @@ def cause_of(kind: str, where: str = "", parameters: dict[str, float] | None = N
         "kind": kind,
         "where": where,
         "parameters": parameters or {},
+        "size": 1.0,
         "own_form_chi2": 0.0,
         "leftover_chi2": {**own, **chi2},
         "best_known": None,
@@ -384,6 +385,17 @@ STRETCH = cause_of("scale_error", "x", scale_temperature__x=0.0, gauge_temperatu
 )
 def test_a_name_is_right(cause: dict[str, Any], effect: dict[str, Any], right: bool) -> None:
     assert explains(effect, cause) is right
+
+
+@pytest.mark.parametrize(
+    ("size", "own_form_chi2", "right"), [(1.0, 35.0, False), (1.0, 37.0, True), (0.3, 8.0, False), (0.3, 10.0, True)]
+)
+def test_a_cause_in_another_form_than_its_kind_may_be_unknown(size: float, own_form_chi2: float, right: bool) -> None:
+    """Of 200 probings at 0.3 of the noise there are 18 in all: half of it is another form, little as it is."""
+    lobing = cause_of("probe_lobing") | {"size": size, "own_form_chi2": own_form_chi2}
+    truth = truth_of("single", lobing, rows=200, covariates=["placement"])
+    assert score_case(truth, verdict("unknown", located="placement"))["right"] is right
+    assert score_case(truth, verdict("unknown", located="time"))["right"] is False
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,8 @@ SAME_CHI2 = 1.0
 """A name that leaves less than this of the concealed effect cannot be told from the true one by anybody."""
 NEAR_CHI2 = 36.0
 """A name that leaves less than this may be listed as confounded; one that leaves more is simply not the cause."""
+STRANGE_SHARE = 0.5
+"""A cause of which the vocabulary's own form leaves this share has another form, however little there is to see."""
 DECIDABLE_CHI2 = 9.0
 """An outsider of which the best known name leaves less than this is not scored."""
 Z95 = 1.959964
@@ -179,14 +181,18 @@ def _right_names(
     chosen: list[int] | None,
 ) -> bool:
     """Every cause named, nothing else named, and the verdict says that this is all."""
-    strange_form = any(cause["own_form_chi2"] > NEAR_CHI2 for cause in truth["causes"])
-    if strange_form and diagnosis["verdict"] == "unknown":
+    if any(_strange_form(cause, truth["rows"]) for cause in truth["causes"]) and diagnosis["verdict"] == "unknown":
         return chosen is not None or _located(truth, diagnosis)
     verdicts = {"effects", "adequate"} if truth["causes"][0]["kind"] == "outliers" else {"effects"}
     if chosen is None or diagnosis["verdict"] not in verdicts:
         return False
     extra = [effect for k, effect in enumerate(effects) if k not in chosen]
     return all(effect.get("kind") in truth["forgiven"] for effect in extra)
+
+
+def _strange_form(cause: Mapping[str, Any], rows: int) -> bool:
+    """Whether the vocabulary's form of the true kind is not what is there: clearly, or for the most part."""
+    return bool(cause["own_form_chi2"] > min(NEAR_CHI2, STRANGE_SHARE * cause["size"] ** 2 * rows))
 
 
 def _right_unknown(

@@ -11,7 +11,7 @@ from stepgauge.diagnose.search import Look
 from stepgauge.diagnose.select import Selector, Term
 
 Array = NDArray[np.float64]
-UNDECIDED = np.log(50.0)
+UNDECIDED = np.log(100.0)
 """Two laws that are likelier than each other by less than this factor are not told apart."""
 MOST_IMPLAUSIBLE = UNDECIDED + 1.5
 """Where every law needs a size that does not occur, none is preferred for needing a little less."""

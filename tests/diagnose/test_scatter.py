@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy import stats
 
-from stepgauge.diagnose.noise import Noise, estimate_noise, with_lone_rows
+from stepgauge.diagnose.noise import LONE_P, Noise, estimate_noise, with_lone_rows
 from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.recording import Recording
 from tests.diagnose.made import gauge, machine
@@ -53,3 +54,31 @@ def test_growth_that_repeats_show_and_all_rows_do_not_is_none() -> None:
     recording = bent(lambda r: scatter_um - residuals(r).um, clean())
     assert estimate_noise(residuals(recording)).growth is not None
     assert names(told(recording)) == []
+
+
+def far_off(rows: list[int], by: float) -> list[int]:
+    """The outliers beside a model that leaves nothing but some rows, ``by`` standard deviations off."""
+    data = residuals(clean())
+    noise = estimate_noise(data)
+    deviation_um = by * np.hypot(noise.sigma_um, data.gauge.u_um[data.face - 1])
+    left_um = np.where(np.isin(np.arange(len(data)), rows), deviation_um, 0.0)
+    return with_lone_rows(noise, left_um, data).outliers.tolist()
+
+
+def test_rows_that_are_no_surprise_alone_are_one_together() -> None:
+    """Of some two hundred rows one is four standard deviations off in every eightieth recording, two in hardly any."""
+    assert 100 < len(clean()) < 400
+    assert far_off([20], 4.0) == []
+    assert far_off([20, 57], 4.0) == [20, 57]
+    assert far_off([20, 57], 3.2) == []
+    assert far_off([20], 5.0) == [20]
+
+
+def test_calling_rows_outliers_is_as_rare_as_stated() -> None:
+    """Of 2000 draws of scatter for every row at most so many as a binomial allows once in a thousand."""
+    data = residuals(clean())
+    noise, random = estimate_noise(data), np.random.default_rng(11)
+    deviation_um = np.hypot(noise.sigma_um, data.gauge.u_um[data.face - 1])
+    drawn = random.normal(size=(2000, len(data))) * deviation_um
+    called = sum(with_lone_rows(noise, left_um, data).outliers.size > 0 for left_um in drawn)
+    assert called <= stats.binom.ppf(0.999, 2000, LONE_P)
