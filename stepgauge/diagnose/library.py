@@ -52,6 +52,7 @@ TYPICAL = 0.2
 SHORTEST_MM = 100.0
 """Length of the shortest gauge that the vocabulary has in mind where it says what is sensible."""
 RARITY = {
+    "block_defect": 1.8,
     "angular_error": 1.0,
     "scale_curvature": 0.5,
     "straightness": 1.5,
@@ -63,10 +64,7 @@ RARITY = {
     "local_scale_defect": 0.5,
     "scale_temperature": 0.5,
 }
-"""Logarithm of how much rarer a law of a kind is than one of the commonest kinds.
-
-One of the faces may be defective: each has its share of what one law has.
-"""
+"""Logarithm of how much rarer a law of a kind is than one of the commonest kinds."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +77,6 @@ class Family:
     differ only in the shares hold the same pattern. ``law``: the effect class, None for a form. ``directions (k, 3)``:
     unit vectors whose components make the direction of motion, where that is free. ``prior``: see :data:`PRIOR_SIZE`,
     infinite for none. ``magnified``: by how much sizes may be beyond what is sensible, over a gauge of micrometres.
-    ``one_of``: how many families there are of which one at most is expected, as each face has one.
     """
 
     kind: str
@@ -95,7 +92,6 @@ class Family:
     prior: float = np.inf
     shares: Array | None = None
     magnified: float = 1.0
-    one_of: int = 1
 
     @property
     def dimension(self) -> int:
@@ -115,7 +111,7 @@ class Family:
     @property
     def rarity(self) -> float:
         """How much rarer the law is than the commonest ones, nats; none of a form."""
-        return RARITY.get(self.kind, 0.0) + float(np.log(self.one_of))
+        return RARITY.get(self.kind, 0.0)
 
     @property
     def usual(self) -> dict[str, float]:
@@ -162,10 +158,7 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
                 seen = columns if _has_phase(law) else _beside_origins(columns, data)
                 families = _family(law, choices, atoms, seen, size)
             needed, magnified = _needed(law, columns, data), _magnified(law, data)
-            one_of = len(np.unique(data.face)) if "face" in choices else 1
-            yield from (
-                replace(one, prior=max(one.prior, needed), magnified=magnified, one_of=one_of) for one in families
-            )
+            yield from (replace(one, prior=max(one.prior, needed), magnified=magnified) for one in families)
 
 
 def _beside_origins(columns: Array, data: Residuals) -> Array:

@@ -53,6 +53,9 @@ LOCKED = 0.25
 """Share of an oscillation's square within the repeats of a probing below which it keeps step with the cycles."""
 APART = 0.5
 """The same above which repeats on both ways differ."""
+IN_STEP = 0.06
+"""The same below which a single one does so too closely for a chance, in as many cycles as :data:`FEWEST_IN_STEP`."""
+FEWEST_IN_STEP = 4
 WAY_P = 1e-4
 """Chance of what the way there says, below which it is believed where an oscillation keeps step with it."""
 MAY_REPEAT = {"block_defect", "step_change"}
@@ -176,16 +179,22 @@ def _instead_of_alternating(forms: Forms, selector: Selector, terms: tuple[Term,
 
 
 def _alternating(selector: Selector, terms: tuple[Term, ...]) -> list[Term]:
-    """Oscillations that read the same in all repeats on one way, and not in those on the other."""
+    """Oscillations in time that are a matter of the way by what they read in repeats.
+
+    The same on one way and something else on the other; or, of a single law, the same in all cycles: its period is that
+    of the cycles, and so it swings once on the way there and back, as a loop does.
+    """
     data = selector.residuals
     if not goes_both_ways(data):
         return []
+    in_step = IN_STEP if len(terms) == 1 and data.frame["cycle"].nunique() >= FEWEST_IN_STEP else 0.0
     ways = np.unique(np.column_stack([data.group, data.probings.way()]), axis=0, return_inverse=True)[1].ravel()
     found = []
     for term, solved in zip(terms, selector.fit(terms).solved, strict=True):
         along_um = solved.displacement_um(data) * data.side
-        apart = share_within_repeats(along_um, data.group) > APART
-        if solved.family.kind in OSCILLATIONS and apart and share_within_repeats(along_um, ways) < LOCKED:
+        shared = share_within_repeats(along_um, data.group)
+        apart = shared > APART and share_within_repeats(along_um, ways) < LOCKED
+        if solved.family.kind in OSCILLATIONS and (apart or shared < in_step):
             found.append(term)
     return found
 

@@ -53,8 +53,8 @@ class SmoothLook(Look):
         return self.freedom
 
     def price(self, rows: int, families: float) -> float:
-        """What is not gained by the best of the functions but paid for its bends, nats."""
-        return self.gain / 2.0 - self.evidence + float(np.log(families))
+        """What is not gained by the best of the functions but paid for its bends, and what was searched, nats."""
+        return self.gain / 2.0 - self.evidence + float(np.log(self.looks * families))
 
 
 class Forms:
