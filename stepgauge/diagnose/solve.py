@@ -99,6 +99,8 @@ class _Law:
         self.sized = self.free or len(self.linear)
         ranges = [self.family.ranges.get(name, (-UNBOUNDED, UNBOUNDED)) for name in self.names]
         self.range = np.array([(low, high) if low < high else (-UNBOUNDED, UNBOUNDED) for low, high in ranges]).T
+        # a step of the search may end where a time would run backwards, which no law can compute
+        self.least = np.where(self.range[0] > 0.0, SMALLEST_SHARE * self.range[0], -UNBOUNDED)
         self._shapes: dict[bytes, Array] = {}
 
     @property
@@ -146,7 +148,7 @@ class _Law:
 
         Shape ``(m, k, n)``; the only one is the displacement itself where the law has no size to be scaled by.
         """
-        sets = np.atleast_2d(parameters)[:, self.sized :]
+        sets = np.maximum(np.atleast_2d(parameters), self.least)[:, self.sized :]
         key = sets.tobytes()
         if key not in self._shapes:
             self._shapes = {key: self._shape(sets, data)}
