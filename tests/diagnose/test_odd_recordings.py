@@ -84,6 +84,21 @@ def test_a_parameter_at_its_bound_has_no_uncertainty() -> None:
     assert constant.u is None
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_no_step_of_a_fit_lets_time_run_backwards(seed: int) -> None:
+    """Scatter says nothing of a time constant: the search wanders, and a warning of an overflow would be an error."""
+    random = np.random.default_rng(seed)
+    scatter = bent(lambda r: random.normal(0.0, 5.0 * NOISE_UM, len(r.frame)), clean(pause_s=35.0))
+    data = make_residuals(scatter, gauge(), machine(noise_um=NOISE_UM))
+    whitening = make_whitening(data, np.full(len(data), NOISE_UM))
+    laws = {one.label: one for one in effect_families(data) if one.kind in ("thermal_drift", "approach_memory")}
+    for law in laws.values():
+        (name,) = law.atoms[-1]
+        for atom in (1, len(law.atoms) - 1):
+            (solved,) = solve([law], [atom], data, whitening).solved
+            assert solved.parameters[name].value > 0.0
+
+
 def test_a_law_keeps_its_name_beside_structure_without_one() -> None:
     recording: Recording = made("scale")[0]
     wander = np.cumsum(np.random.default_rng(4).normal(0.0, 0.15, len(recording.frame)))

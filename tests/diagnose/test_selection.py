@@ -489,3 +489,28 @@ def test_long_recordings_are_fitted_to_all_rows_and_alias_nothing(monkeypatch: p
     assert cycle.parameters["period_s"].value == pytest.approx(143.0 * 2.0 * np.pi, rel=0.01)
     assert len(kinds) == 2
     assert any(f"of {len(frame)} rows" in remark for remark in found.remarks)
+
+
+def fronts_there_backs_back(recording: Recording) -> Recording:
+    """Every cycle probes all fronts from the first block to the last, and then all backs from the last to the first."""
+    frame = recording.frame.copy()
+    for _, cycle in frame.groupby(["placement", "cycle"]):
+        face, times = cycle["face"].to_numpy(), np.sort(cycle["time_s"].to_numpy())
+        turn = np.where(face % 2 == 1, face, 2 * face.max() - face)
+        frame.loc[cycle.index[np.argsort(turn)], "time_s"] = times
+    return replace(recording, frame=frame.sort_values("time_s").reset_index(drop=True))
+
+
+@pytest.mark.parametrize(("ways_long", "cause"), [(1.0, []), (1.24, ["temperature_cycle"])])
+def test_a_swing_as_long_as_the_way_there_is_a_matter_of_the_way(ways_long: float, cause: list[str]) -> None:
+    """It reads the same in all repeats, and another on the way back: a thermostat does that by a rare chance only."""
+    recording = fronts_there_backs_back(record(machine(noise_um=NOISE_UM), (ALONG_X,), seed=21, cycles=6))
+    frame = recording.frame.assign(time_s=recording.frame["time_s"] * 4.0)
+    begins_s = frame.groupby("cycle")["time_s"].min().to_numpy()
+    period_s = ways_long * np.diff(begins_s).mean() / 2.0
+    swing = 0.5 * np.sin(2.0 * np.pi * frame["time_s"].to_numpy() / period_s + 0.8)
+    found = told(bent(lambda r: swing * side(r), replace(recording, frame=frame)))
+    assert names(found) == cause
+    if not cause:
+        assert found.verdict == "unknown"
+        assert found.unexplained[0].covariate == "direction of travel"
