@@ -106,7 +106,7 @@ def _held_against_forms(selector: Selector, terms: tuple[Term, ...], noise: Nois
     if instead is not None:
         # a law that stood for a part beside those that went may have to stand for the whole
         terms = _beside_form(forms, selector, _settle(selector, instead.kept), instead)
-        nameless = _Nameless((instead.form,), instead.share)
+        nameless, refuted = _Nameless((instead.form,), instead.share), (*refuted, *instead.refuted)
     if nameless.looks:
         nameless = _behind_placements(nameless, forms, selector, terms)
     return Explained(noise, selector, terms, most_telling(forms, selector.data), nameless.described, refuted)

@@ -2,8 +2,8 @@
 
 The gain of a signature is what it takes off the whitened sum of squares, less the price of a size beyond what occurs (a
 normal prior, wide as against the sensible range: it bears on what is badly determined, and hardly on anything else).
-Its significance counts every look: within a family by the length of the curve that its whitened signatures draw on the
-unit sphere (Hotelling's tube: the chance that pure noise comes as near to any point of the curve), between families by
+Its significance counts every look: within a family by the extent of what its whitened signatures draw on the unit
+sphere (the chance that pure noise comes as near to any point of the curve or the surface), between families by
 their number, each weighted by how common its law is (Bonferroni, with the chances divided by weights as in Genovese,
 Roeder and Wasserman, Biometrika 93, 2006).
 """

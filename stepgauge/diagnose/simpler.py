@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -64,11 +64,15 @@ MAY_REPEAT = {"block_defect", "step_change"}
 
 @dataclass(frozen=True)
 class Simpler:
-    """The laws that stay, and the form that stands for the others; ``share`` of the structure that it explains."""
+    """The laws that stay, and the form that stands for the others; ``share`` of the structure that it explains.
+
+    ``refuted``: what speaks against laws that would explain it as well.
+    """
 
     kept: tuple[Term, ...]
     form: Look
     share: float
+    refuted: tuple[str, ...] = ()
 
 
 def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: Noise) -> Simpler | None:
@@ -175,7 +179,9 @@ def _instead_of_alternating(forms: Forms, selector: Selector, terms: tuple[Term,
     ways = [look for look in looks if look.family.covariate == WAY and look.log_p <= np.log(WAY_P)]
     if not ways:
         return None
-    return _described(kept, ways[0], float(left @ left) - selector.dof)
+    labels = [selector.library.families[term.index].label for term in alternating]
+    against = tuple(f"{label} would have to keep step with the measuring cycles by chance" for label in labels)
+    return replace(_described(kept, ways[0], float(left @ left) - selector.dof), refuted=against)
 
 
 def _alternating(selector: Selector, terms: tuple[Term, ...]) -> list[Term]:

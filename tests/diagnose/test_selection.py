@@ -514,3 +514,4 @@ def test_a_swing_as_long_as_the_way_there_is_a_matter_of_the_way(ways_long: floa
     if not cause:
         assert found.verdict == "unknown"
         assert found.unexplained[0].covariate == "direction of travel"
+        assert found.refuted == ("temperature_cycle_x would have to keep step with the measuring cycles by chance",)
