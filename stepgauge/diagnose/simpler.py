@@ -58,6 +58,8 @@ IN_STEP = 0.06
 FEWEST_IN_STEP = 4
 WAY_P = 1e-4
 """Chance of what the way there says, below which it is believed where an oscillation keeps step with it."""
+WAY_EXPLAINED = 0.5
+"""Share of what the oscillation explains that the way must explain: a sine that it hardly tells is one by itself."""
 MAY_REPEAT = {"block_defect", "step_change"}
 """Kinds of which two at once are nothing odd, even with the same choices."""
 
@@ -176,7 +178,9 @@ def _instead_of_alternating(forms: Forms, selector: Selector, terms: tuple[Term,
     kept = tuple(term for term in terms if term not in alternating)
     left, basis = selector.residual(kept)
     looks = forms.looks(left, basis, selector.dof - basis.shape[1])
+    least = WAY_EXPLAINED * (float(left @ left) - selector.sum_of_squares(terms))
     ways = [look for look in looks if look.family.covariate == WAY and look.log_p <= np.log(WAY_P)]
+    ways = [look for look in ways if look.gain >= least]
     if not ways:
         return None
     labels = [selector.library.families[term.index].label for term in alternating]
