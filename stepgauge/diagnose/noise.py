@@ -16,7 +16,7 @@ Growth = tuple[str, float, float]
 """Covariate with which the scatter grows, the rate of it, and the chance of as much in scatter that does not grow."""
 OUTLIER_P = 0.002
 """Chance of calling any row of an undisturbed recording an outlier."""
-LONE_P = 0.004
+LONE_P = 0.002
 """Chance of calling rows of an undisturbed recording outliers beside a model: one by itself, or several together."""
 OUTLIER_GROWING_P = 0.00005
 """The same where the scatter grows: how it grows is known roughly, and a row far out in it is less of a surprise."""
