@@ -92,12 +92,9 @@ def over_surface(family: Family, size: Array, whitening: Whitening) -> tuple[flo
 
 def _lattice(atoms: Sequence[Mapping[str, Any]]) -> NDArray[np.intp] | None:
     """Where on a lattice of their two parameters the signatures stand, -1 where there is none."""
-    try:
-        values = np.array([np.hstack(list(atom.values())) for atom in atoms], float)
-    except (TypeError, ValueError):
+    if sum(np.size(value) for value in atoms[0].values()) != 2:
         return None
-    if values.ndim != 2 or values.shape[1] != 2:
-        return None
+    values = np.array([np.hstack(list(atom.values())) for atom in atoms], float)
     places = [np.unique(column, return_inverse=True)[1] for column in values.T]
     lattice = np.full([int(place.max()) + 1 for place in places], -1)
     lattice[places[0], places[1]] = np.arange(len(atoms))

@@ -15,9 +15,7 @@ Array = NDArray[np.float64]
 Growth = tuple[str, float, float]
 """Covariate with which the scatter grows, the rate of it, and the chance of as much in scatter that does not grow."""
 OUTLIER_P = 0.002
-"""Chance of calling any row of an undisturbed recording an outlier."""
-LONE_P = 0.002
-"""Chance of calling rows of an undisturbed recording outliers beside a model: one by itself, or several together."""
+"""Chance of calling any row of an undisturbed recording an outlier, beside a model any one or several together."""
 OUTLIER_GROWING_P = 0.00005
 """The same where the scatter grows: how it grows is known roughly, and a row far out in it is less of a surprise."""
 UNSURPRISING_P = 0.05
@@ -95,7 +93,7 @@ def with_lone_rows(noise: Noise, left_um: Array, data: Residuals, beside_outlier
     typical = np.where(np.isfinite(noise.by_row_um), noise.by_row_um, noise.sigma_um)
     off = np.abs(along - middle[data.placement]) / np.hypot(typical, data.gauge.u_um[data.face - 1])
     near = np.bincount(data.group, off < NEAR) > 0
-    lone = (off >= _far_out(off, LONE_P if noise.growth is None else OUTLIER_GROWING_P, noise)) & near[data.group]
+    lone = (off >= _far_out(off, OUTLIER_P if noise.growth is None else OUTLIER_GROWING_P, noise)) & near[data.group]
     if beside_outliers:
         lone &= np.isin(data.group, data.group[noise.outliers])
     if lone.sum() > MOST_LONE * len(data):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
-from stepgauge.diagnose.noise import LONE_P, Noise, estimate_noise, with_lone_rows
+from stepgauge.diagnose.noise import OUTLIER_P, Noise, estimate_noise, with_lone_rows
 from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.recording import Recording
 from tests.diagnose.made import gauge, machine
@@ -81,4 +81,4 @@ def test_calling_rows_outliers_is_as_rare_as_stated() -> None:
     deviation_um = np.hypot(noise.sigma_um, data.gauge.u_um[data.face - 1])
     drawn = random.normal(size=(2000, len(data))) * deviation_um
     called = sum(with_lone_rows(noise, left_um, data).outliers.size > 0 for left_um in drawn)
-    assert called <= stats.binom.ppf(0.999, 2000, LONE_P)
+    assert called <= stats.binom.ppf(0.999, 2000, OUTLIER_P)
