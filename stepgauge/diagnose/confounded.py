@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.search import Look
+from stepgauge.diagnose.search import SMALLEST, Look, log_p_value
 from stepgauge.diagnose.select import Selector, Term
 
 Array = NDArray[np.float64]
@@ -31,18 +31,55 @@ class Rivals:
 
 def rivals(selector: Selector, terms: tuple[Term, ...], place: int) -> Rivals:
     """All families that explain nearly as much as the best one in one place, the other terms staying."""
-    looks = selector.looks_in_place(terms, place)
-    near: list[tuple[float, Look]] = []
-    for look in looks[:MOST_COMPARED]:
-        if look.log_p > min((rank for rank, _ in near), default=0.0) + UNDECIDED + MOST_FITTED:
-            break
+    looks = selector.looks_in_place(terms, place)[:MOST_COMPARED]
+    left = _Left.of(selector, terms, place, max(look.gain for look in looks))
+    near: list[tuple[Look, float]] = []
+    for look in looks:
+        best = min((left.unlikely(other) + far for other, far in near), default=0.0)
+        if left.unlikely(look) > best + UNDECIDED + MOST_FITTED:
+            continue
         fitted = selector.fitted(look, terms, place)
-        near.append((fitted.log_p + _implausible(fitted, selector, terms, place), fitted))
+        left = left.beside(fitted.gain)
+        near.append((fitted, _implausible(fitted, selector, terms, place)))
     # what might be chance by itself may be what there is, and does not stand for it
-    near.sort(key=lambda one: (one[1].log_p > max(selector.bar, looks[0].log_p), one[0]))
-    near = [one for one in near if one[0] <= near[0][0] + UNDECIDED]
-    weight = np.exp([near[0][0] - rank for rank, _ in near])
-    return Rivals(tuple(look for _, look in near), tuple(float(w) for w in weight / weight.sum()))
+    chance = max(selector.bar, looks[0].log_p)
+    ranked = sorted(((left.unlikely(look) + far, look) for look, far in near), key=lambda one: one[0])
+    ranked.sort(key=lambda one: one[1].log_p > chance)
+    ranked = [one for one in ranked if one[0] <= ranked[0][0] + UNDECIDED]
+    weight = np.exp([ranked[0][0] - rank for rank, _ in ranked])
+    return Rivals(tuple(look for _, look in ranked), tuple(float(w) for w in weight / weight.sum()))
+
+
+@dataclass(frozen=True)
+class _Left:
+    """What laws in one place are compared by: the sum of squares ``total`` without any, and its degrees of freedom.
+
+    ``most``: the largest gain of any. What that leaves beyond the scatter is the work of none of them.
+    """
+
+    total: float
+    dof: int
+    most: float
+
+    @classmethod
+    def of(cls, selector: Selector, terms: tuple[Term, ...], place: int, most: float) -> _Left:
+        left, others = selector.residual_in_place(terms, place)
+        return cls(float(left @ left), selector.dof - others.shape[1], most)
+
+    def beside(self, gain: float) -> _Left:
+        """The same with another gain."""
+        return replace(self, most=max(self.most, gain))
+
+    def unlikely(self, look: Look) -> float:
+        """Logarithm of a law's chance with what it leaves itself as the scatter, so that laws compare by that.
+
+        The chance by which a law enters takes the scatter to be known: far above the bar it tells two laws of many rows
+        apart by less than the ratio of their likelihoods does.
+        """
+        scatter = min(self.total, self.dof + self.most) - look.gain
+        dof = max(self.dof - look.family.dimension, 1)
+        gain = look.gain * dof / max(scatter, SMALLEST)
+        return log_p_value(gain, look.family.dimension, self.dof, look.looks) + look.extent.rarity
 
 
 def _implausible(look: Look, selector: Selector, terms: tuple[Term, ...], place: int) -> float:

@@ -69,9 +69,7 @@ def explain(data: Residuals, noise: Noise, without: Collection[str]) -> Explaine
     terms = selector.select()
     # what looked like scatter, outliers among it, may have been the effect, and the other way round
     again = _judged_again(noise, selector, terms, data)
-    if not terms and again is not noise and _clearest(again, data) is not None:
-        again = noise  # what stands alone in structure without a law is no outlier
-    if not _same(noise, again):
+    if not _same(noise, again) and not _structured(noise, again, selector, terms, data):
         noise = again
         selector = _beside(noise, selector, data)
         terms = selector.select()
@@ -124,6 +122,14 @@ def _beside_form(forms: Forms, selector: Selector, terms: tuple[Term, ...], inst
         if look.log_p > selector.bar:
             return _beside_form(forms, selector, others, instead)
     return terms
+
+
+def _structured(noise: Noise, again: Noise, selector: Selector, terms: tuple[Term, ...], data: Residuals) -> bool:
+    """Whether rows stand alone beside the laws in structure that has none: they are no outliers then."""
+    if again.outliers.size <= noise.outliers.size:
+        return False
+    left_um = data.um - displaced_um(selector.fit(terms).solved, data)
+    return _clearest(again, replace(data, um=left_um)) is not None
 
 
 def _growing_beside_laws(found: Explained, data: Residuals) -> Noise | None:

@@ -93,12 +93,12 @@ class Family:
     shares: Array | None = None
     magnified: float = 1.0
 
-    @property
+    @cached_property
     def dimension(self) -> int:
         """Number ``d`` of linear parameters."""
         return int(self.pattern.shape[1]) * len(self.share_rows)
 
-    @property
+    @cached_property
     def share_rows(self) -> Array:
         """The shares, ones where none are given."""
         return np.ones((1, self.pattern.shape[2])) if self.shares is None else self.shares
@@ -113,7 +113,7 @@ class Family:
         """How much rarer the law is than the commonest ones, nats; none of a form."""
         return RARITY.get(self.kind, 0.0)
 
-    @property
+    @cached_property
     def usual(self) -> dict[str, float]:
         """What is usual of every size of which something is known."""
         return {
@@ -121,6 +121,14 @@ class Family:
             for p in (self.law.parameters() if self.law else ())
             if p.sensible and (p.role == "linear" or p.name in SIZES)
         }
+
+    @cached_property
+    def fitted_shape(self) -> bool:
+        """Whether a law has more to fit than its size: a period, a place, a time constant.
+
+        A drift that has not begun to settle has none, and one that settles is a trend with a bend.
+        """
+        return len(self.atoms) > 1 and not any(None in atom.values() for atom in self.atoms)
 
     @cached_property
     def ranges(self) -> dict[str, tuple[float, float]]:

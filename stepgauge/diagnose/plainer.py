@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.search import Look
 from stepgauge.diagnose.select import MOST_TERMS, Selector, Term
 
@@ -27,7 +26,7 @@ def plainer(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
     or a period that is significant and yet not worth the words that it takes to tell it.
     """
     for place, term in enumerate(terms):
-        if not fitted_shape(selector.library.families[term.index]):
+        if not selector.library.families[term.index].fitted_shape:
             continue
         kept = terms[:place] + terms[place + 1 :]
         instead = _with_plain(selector, kept)
@@ -52,14 +51,6 @@ def merged(selector: Selector, terms: tuple[Term, ...]) -> tuple[Term, ...]:
     return terms
 
 
-def fitted_shape(family: Family) -> bool:
-    """Whether a law has more to fit than its size: a period, a place, a time constant.
-
-    A drift that has not begun to settle has none, and one that settles is a trend with a bend.
-    """
-    return len(family.atoms) > 1 and not any(None in atom.values() for atom in family.atoms)
-
-
 def price_of(selector: Selector, terms: tuple[Term, ...], term: Term) -> float:
     """What a law costs beside the others, nats."""
     others = tuple(other for other in terms if other != term)
@@ -82,7 +73,7 @@ def _with_plain(selector: Selector, kept: tuple[Term, ...]) -> tuple[Term, ...]:
 
 def _most_telling(selector: Selector, terms: tuple[Term, ...]) -> Look | None:
     """The plain law that tells most beside the terms."""
-    return next((look for look in selector.looks(terms) if not fitted_shape(look.family)), None)
+    return next((look for look in selector.looks(terms) if not look.family.fitted_shape), None)
 
 
 def _length(selector: Selector, terms: tuple[Term, ...]) -> float:

@@ -20,7 +20,7 @@ from stepgauge.diagnose.solve import Fitted, solve
 from stepgauge.diagnose.whitening import Whitening, orthonormal
 
 Array = NDArray[np.float64]
-FALSE_ALARM = 0.018
+FALSE_ALARM = 0.015
 """Bound of the chance that any named effect enters where there is none.
 
 Laws resemble each other, and one with a fitted shape must be worth its words besides: that leaves a fraction of it.
@@ -69,6 +69,7 @@ class Selector:
         self._fits: dict[tuple[Term, ...], Fitted] = {}
         self._looks: dict[tuple[Term, ...], list[Look]] = {}
         self._in_place: dict[tuple[tuple[Term, ...], int], tuple[Array, Array]] = {}
+        self._looks_in_place: dict[tuple[tuple[Term, ...], int], list[Look]] = {}
 
     def fit(self, terms: tuple[Term, ...]) -> Fitted:
         """All parameters of the terms fitted together, the non-linear ones from where the signatures stand."""
@@ -100,8 +101,10 @@ class Selector:
         """All families in the place of one of the terms, most surprising first."""
         if len(terms) == 1:
             return self.looks(())
-        left, others = self.residual_in_place(terms, place)
-        return self.library.looks(left, others, self.dof - others.shape[1])
+        if (terms, place) not in self._looks_in_place:
+            left, others = self.residual_in_place(terms, place)
+            self._looks_in_place[terms, place] = self.library.looks(left, others, self.dof - others.shape[1])
+        return self._looks_in_place[terms, place]
 
     def looks(self, terms: tuple[Term, ...]) -> list[Look]:
         """All families beside the terms, most surprising first."""

@@ -18,7 +18,7 @@ from scipy import stats
 
 from stepgauge.diagnose.forms import WANDERING, WAY, goes_both_ways
 from stepgauge.diagnose.noise import Noise
-from stepgauge.diagnose.plainer import fitted_shape, price_of
+from stepgauge.diagnose.plainer import price_of
 from stepgauge.diagnose.search import Look
 from stepgauge.diagnose.select import SAME_FIT, Selector, Term, share_within_repeats
 from stepgauge.diagnose.smooth import Forms, SmoothLook
@@ -99,7 +99,7 @@ def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: No
 
 def _margin(selector: Selector, terms: tuple[Term, ...], kept: tuple[Term, ...]) -> float:
     """By how many nats a form must be the shorter description to stand for the laws that are not kept."""
-    bends = any(fitted_shape(selector.library.families[term.index]) for term in terms if term not in kept)
+    bends = any(selector.library.families[term.index].fitted_shape for term in terms if term not in kept)
     if len(terms) == 1:
         return FLEXIBLE_MARGIN if bends else MARGIN
     if len(kept) == len(terms) - 1:
@@ -246,7 +246,7 @@ def _with_form(
 
 def _retold(look: Look, removed: Sequence[Look], named: float, saved: float) -> bool:
     """Whether a plain form tells the story of one law with a fitted shape as well as it (``named``), in fewer words."""
-    if len(removed) != 1 or not fitted_shape(removed[0].family) or not _is_plain(look):
+    if len(removed) != 1 or not removed[0].family.fitted_shape or not _is_plain(look):
         return False
     return look.gain >= named - SAME_FIT and saved >= RETOLD_MARGIN
 
@@ -255,7 +255,7 @@ def _is_plain(look: Look) -> bool:
     """Whether a form has nothing to fit but its sizes, or one size and where it begins; what wanders fits all."""
     if isinstance(look, SmoothLook):
         return look.family.covariate not in WANDERING
-    return not fitted_shape(look.family) or look.family.dimension == 1
+    return not look.family.fitted_shape or look.family.dimension == 1
 
 
 def _described(kept: tuple[Term, ...], form: Look, structure: float) -> Simpler:

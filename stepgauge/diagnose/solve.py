@@ -22,6 +22,8 @@ BEYOND = 0.02
 """Standard deviation by which a non-linear parameter may lie beyond what was tried of it, as a share of that."""
 SMALLEST_SHARE = 0.01
 """Share of the least value tried below which all values are alike: a logarithm needs a positive one."""
+SAME_COST = 1e-7
+"""Share of the sum of squares that a step must still save: of a thousand rows a ten-thousandth in chi-square."""
 FROZEN = {"time_s"}
 """Parameters in which the displacement has no slope: as fine as the grid."""
 
@@ -206,6 +208,8 @@ class _Law:
         where only positive values were tried.
         """
         low, high = self.range
+        if ((parameters >= low) & (parameters <= high)).all():
+            return np.zeros(len(parameters)), np.zeros(len(parameters))
         by_ratio = low > 0.0
         inside = np.clip(parameters, low, high)
         positive = np.maximum(parameters, SMALLEST_SHARE * np.abs(low) + 1e-300)
@@ -255,7 +259,7 @@ def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Whit
         return np.vstack([-whitening(np.vstack(um)).T, size_slopes, strays]) * scale
 
     method = "lm" if len(white) > len(start) else "trf"
-    found = least_squares(left, np.zeros(len(start)), slopes, method=method, max_nfev=60 * len(start))
+    found = least_squares(left, np.zeros(len(start)), slopes, method=method, ftol=SAME_COST, max_nfev=60 * len(start))
     moved = found.x if found.cost <= 0.5 * float((left(np.zeros(len(start))) ** 2).sum()) else np.zeros(len(start))
     values = start + moved * scale
     covariance = _covariance(found.jac[: len(found.jac) - len(start)], scale)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnose.forms import covariates
 from stepgauge.diagnose.library import effect_families
-from stepgauge.diagnose.plainer import fitted_shape
 from stepgauge.diagnose.residuals import make_residuals
 from stepgauge.diagnose.unknown_law import model_unknown, rest_rms_um
 from stepgauge.recording import Recording
@@ -103,5 +102,5 @@ def test_a_drift_that_has_not_begun_to_settle_is_no_trend_without_a_law(um_per_h
     """A trend in time is shorter to tell than a drift with a time constant, which is one as long as it grows."""
     found = told(bent(lambda r: um_per_h * r.frame["time_s"].to_numpy() / 3600.0 * side(r)))
     assert names(found) == ["thermal_drift"]
-    assert not fitted_shape(next(f for f in effect_families(found.data) if f.kind == "thermal_drift"))
-    assert fitted_shape(next(f for f in effect_families(found.data) if f.kind == "temperature_cycle"))
+    assert not next(f for f in effect_families(found.data) if f.kind == "thermal_drift").fitted_shape
+    assert next(f for f in effect_families(found.data) if f.kind == "temperature_cycle").fitted_shape

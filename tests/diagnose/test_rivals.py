@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stepgauge.diagnose.confounded import rivals
 from stepgauge.diagnose.engine import diagnose
 from stepgauge.diagnose.library import effect_families
 from stepgauge.diagnose.noise import estimate_noise
 from stepgauge.diagnose.residuals import make_residuals
-from stepgauge.diagnose.search import Library
+from stepgauge.diagnose.search import Library, Look
 from stepgauge.diagnose.select import FALSE_ALARM, Selector
 from stepgauge.diagnose.whitening import make_whitening
 from stepgauge.effects import effect_kinds
@@ -31,11 +32,16 @@ def stretched(ppm: float, axis: tuple[float, float, float]) -> set[str]:
     return {name for one in found.findings for name in (one.kind, *one.confounded_with)}
 
 
+def candidates(recording: Recording, times: float = 1.0) -> Selector:
+    """All laws beside the scatter of a recording, or so many times it."""
+    data = make_residuals(recording, gauge(), machine(noise_um=NOISE_UM))
+    whitening = make_whitening(data, times * estimate_noise(data).by_row_um)
+    return Selector(Library(list(effect_families(data)), whitening), whitening, data)
+
+
 def allowed(recording: Recording) -> dict[str, float]:
     """Chance of a false alarm that every law may take."""
-    data = make_residuals(recording, gauge(), machine(noise_um=NOISE_UM))
-    whitening = make_whitening(data, estimate_noise(data).by_row_um)
-    selector = Selector(Library(list(effect_families(data)), whitening), whitening, data)
+    selector = candidates(recording)
     chances = np.exp(selector.bar - np.array(selector.library.rarities))
     assert chances.sum() == pytest.approx(FALSE_ALARM)
     families = selector.library.families
@@ -103,10 +109,41 @@ def test_where_the_laws_leave_something_is_where_the_disagreement_lives() -> Non
     assert "speed" in {one.covariate for one in found.located}
 
 
+@pytest.mark.parametrize("ppm", [12.0, 20.0])
+@pytest.mark.parametrize("times", [0.8, 1.2])
+def test_laws_compare_by_what_they_leave_however_much_they_explain(ppm: float, times: float) -> None:
+    """A warm gauge along x and 10 degrees off it is nearly an axis that is too long: by the cosine, 1.5 %.
+
+    Student's likelihoods with the scatter unknown, written out; what all laws leave beyond the stated scatter is no
+    scatter, and speaks for none of them.
+    """
+    recording = clean((ALONG_X, (1.0, float(np.tan(np.radians(10.0))), 0.0)))
+    toward = recording.frame["approach_i"].to_numpy()
+    selector = candidates(bent(lambda r: ppm * 1e-3 * (r.frame["x_mm"].to_numpy() - 350.0) * toward, recording), times)
+    terms = tuple(selector.term_of(look) for look in selector.looks(()) if look.family.kind == "gauge_temperature")
+    found = rivals(selector, terms, 0)
+    weights = {look.family.label: weight for look, weight in zip(found.looks, found.weights, strict=True)}
+    squares = np.array([selector.sum_of_squares((selector.term_of(look),)) for look in found.looks])
+    scatter = squares - max(squares.min() - selector.dof, 0.0)
+    odd = np.array([_log_oddity(selector, look) for look in found.looks])
+    likely = dict(zip(weights, -(selector.dof - 1) / 2.0 * np.log(scatter) - odd, strict=True))
+    first, *others = weights
+    assert others
+    for name in others:
+        ratio = np.log(weights[first] / weights[name])
+        assert ratio == pytest.approx(likely[first] - likely[name], abs=0.1)
+
+
+def _log_oddity(selector: Selector, look: Look) -> float:
+    """How much rarer a law of this kind and size is than the commonest."""
+    (solved,) = selector.fit((selector.term_of(look),)).solved
+    sizes = [abs(getattr(solved.effect, name)) / usual for name, usual in look.family.usual.items()]
+    return look.extent.rarity + 2.0 * float(np.log1p(sizes).sum())
+
+
 def test_one_family_alone_is_looked_at_as_among_all() -> None:
-    data = make_residuals(
-        bent(lambda r: 0.4 * side(r) * (r.frame["cycle"].to_numpy() > 2)), gauge(), machine(noise_um=NOISE_UM)
-    )
+    recording = bent(lambda r: 0.4 * side(r) * (r.frame["cycle"].to_numpy() > 2))
+    data = make_residuals(recording, gauge(), machine(noise_um=NOISE_UM))
     whitening = make_whitening(data, estimate_noise(data).by_row_um)
     library, white = Library(list(effect_families(data)), whitening), whitening(data.um)
     model = white[:, None] * (data.side > 0.0)[:, None]
