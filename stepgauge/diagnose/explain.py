@@ -66,19 +66,19 @@ def explain(data: Residuals, noise: Noise, without: Collection[str]) -> Explaine
     whitening = make_whitening(data, noise.by_row_um)
     families = list(effect_families(data, without))
     selector = Selector(Library(families, whitening), whitening, data)
-    terms = selector.select()
+    terms, forms = selector.select(), all_forms(data, whitening)
     # what looked like scatter, outliers among it, may have been the effect, and the other way round
     again = _judged_again(noise, selector, terms, data)
-    if not _same(noise, again) and not _structured(noise, again, selector, terms, data):
+    if not _same(noise, again) and not _structured(forms, selector, terms, again):
         noise = again
         selector = _beside(noise, selector, data)
-        terms = selector.select()
-    found = _held_against_forms(selector, terms, noise, data)
+        terms, forms = selector.select(), all_forms(data, selector.whitening)
+    found = _held_against_forms(forms, selector, terms, noise)
     grown = _growing_beside_laws(found, data)
     if grown is None:
         return found
     selector = _beside(grown, selector, data)
-    return _held_against_forms(selector, selector.select(), grown, data)
+    return _held_against_forms(all_forms(data, selector.whitening), selector, selector.select(), grown)
 
 
 def _beside(noise: Noise, selector: Selector, data: Residuals) -> Selector:
@@ -87,9 +87,8 @@ def _beside(noise: Noise, selector: Selector, data: Residuals) -> Selector:
     return Selector(selector.library.judged_by(whitening), whitening, data, selector.trail)
 
 
-def _held_against_forms(selector: Selector, terms: tuple[Term, ...], noise: Noise, data: Residuals) -> Explained:
+def _held_against_forms(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: Noise) -> Explained:
     """The laws that stay where forms are tried in their place, beside them and on themselves."""
-    forms = all_forms(data, selector.whitening)
     terms = _settle(selector, terms)
     for weeded in (plainer, merged, without_shadows):
         if (fewer := weeded(selector, terms)) != terms:
@@ -124,12 +123,17 @@ def _beside_form(forms: Forms, selector: Selector, terms: tuple[Term, ...], inst
     return terms
 
 
-def _structured(noise: Noise, again: Noise, selector: Selector, terms: tuple[Term, ...], data: Residuals) -> bool:
-    """Whether rows stand alone beside the laws in structure that has none: they are no outliers then."""
-    if again.outliers.size <= noise.outliers.size:
+def _structured(forms: Forms, selector: Selector, terms: tuple[Term, ...], again: Noise) -> bool:
+    """Whether rows that are outliers now stand alone in structure without a law, and are none."""
+    alone = ~np.isfinite(again.by_row_um) & (selector.whitening.inverse_sigma > 0.0)
+    if not alone.any():
         return False
-    left_um = data.um - displaced_um(selector.fit(terms).solved, data)
-    return _clearest(again, replace(data, um=left_um)) is not None
+    # a row with a column of its own is as good as left out
+    left, basis = selector.residual(terms)
+    basis = orthonormal(np.column_stack([basis, selector.whitening(np.eye(len(left))[alone]).T]))
+    left = left - basis @ (basis.T @ left)
+    look = forms.looks(left, basis, selector.dof - basis.shape[1])[0]
+    return look.log_p <= np.log(UNKNOWN_FALSE_ALARM / len(forms.families))
 
 
 def _growing_beside_laws(found: Explained, data: Residuals) -> Noise | None:

@@ -301,9 +301,12 @@ def _bound(gram: Array, dot: Array) -> Array:
 
 def _gain(gram: Array, dot: Array, stiff: Array) -> Array:
     """Gains ``(atoms,)`` from the products ``(atoms, d, d)`` of what is left of the signatures."""
-    value, vector = np.linalg.eigh(gram)
-    share = np.einsum("aij,ai->aj", vector, dot)
-    against = np.einsum("aij,ai->aj", vector**2, stiff)
+    if gram.shape[1] == 1:  # nearly all laws; there is nothing to turn
+        value, share, against = gram[:, 0], dot, stiff
+    else:
+        value, vector = np.linalg.eigh(gram)
+        share = np.einsum("aij,ai->aj", vector, dot)
+        against = np.einsum("aij,ai->aj", vector**2, stiff)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(value > COLLINEAR, share**2 / (value + against), 0.0).sum(axis=1)
 
