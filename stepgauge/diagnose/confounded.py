@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,55 +31,39 @@ class Rivals:
 
 def rivals(selector: Selector, terms: tuple[Term, ...], place: int) -> Rivals:
     """All families that explain nearly as much as the best one in one place, the other terms staying."""
-    looks = selector.looks_in_place(terms, place)[:MOST_COMPARED]
-    left = _Left.of(selector, terms, place, max(look.gain for look in looks))
-    near: list[tuple[Look, float]] = []
-    for look in looks:
-        best = min((left.unlikely(other) + far for other, far in near), default=0.0)
-        if left.unlikely(look) > best + UNDECIDED + MOST_FITTED:
+    near = _ranked(selector, terms, place)
+    near = [one for one in near if one[0] <= near[0][0] + UNDECIDED]
+    weight = np.exp([near[0][0] - rank for rank, _ in near])
+    return Rivals(tuple(look for _, look in near), tuple(float(w) for w in weight / weight.sum()))
+
+
+def _ranked(selector: Selector, terms: tuple[Term, ...], place: int) -> list[tuple[float, Look]]:
+    """Fitted laws that may be rivals in one place, each with the logarithm of its chance, the likeliest first.
+
+    What might be chance by itself comes last: it may be what there is, and does not stand for it.
+    """
+    looks = selector.looks_in_place(terms, place)
+    left, others = selector.residual_in_place(terms, place)
+    total, dof = float(left @ left), selector.dof - others.shape[1]
+    near: list[tuple[float, Look]] = []
+    for look in looks[:MOST_COMPARED]:
+        if _unlikely(look, total, dof) > min((rank for rank, _ in near), default=0.0) + UNDECIDED + MOST_FITTED:
             continue
         fitted = selector.fitted(look, terms, place)
-        left = left.beside(fitted.gain)
-        near.append((fitted, _implausible(fitted, selector, terms, place)))
-    # what might be chance by itself may be what there is, and does not stand for it
+        near.append((_unlikely(fitted, total, dof) + _implausible(fitted, selector, terms, place), fitted))
     chance = max(selector.bar, looks[0].log_p)
-    ranked = sorted(((left.unlikely(look) + far, look) for look, far in near), key=lambda one: one[0])
-    ranked.sort(key=lambda one: one[1].log_p > chance)
-    ranked = [one for one in ranked if one[0] <= ranked[0][0] + UNDECIDED]
-    weight = np.exp([ranked[0][0] - rank for rank, _ in ranked])
-    return Rivals(tuple(look for _, look in ranked), tuple(float(w) for w in weight / weight.sum()))
+    return sorted(near, key=lambda one: (one[1].log_p > chance, one[0]))
 
 
-@dataclass(frozen=True)
-class _Left:
-    """What laws in one place are compared by: the sum of squares ``total`` without any, and its degrees of freedom.
+def _unlikely(look: Look, total: float, dof: int) -> float:
+    """Logarithm of a law's chance with all that it leaves of the sum of squares ``total`` as the scatter.
 
-    ``most``: the largest gain of any. What that leaves beyond the scatter is the work of none of them.
+    So laws compare by the ratio of their likelihoods, the scatter being unknown (Student). The chance by which a law
+    enters takes the scatter to be known: far above the bar it tells laws apart by less than that ratio does.
     """
-
-    total: float
-    dof: int
-    most: float
-
-    @classmethod
-    def of(cls, selector: Selector, terms: tuple[Term, ...], place: int, most: float) -> _Left:
-        left, others = selector.residual_in_place(terms, place)
-        return cls(float(left @ left), selector.dof - others.shape[1], most)
-
-    def beside(self, gain: float) -> _Left:
-        """The same with another gain."""
-        return replace(self, most=max(self.most, gain))
-
-    def unlikely(self, look: Look) -> float:
-        """Logarithm of a law's chance with what it leaves itself as the scatter, so that laws compare by that.
-
-        The chance by which a law enters takes the scatter to be known: far above the bar it tells two laws of many rows
-        apart by less than the ratio of their likelihoods does.
-        """
-        scatter = min(self.total, self.dof + self.most) - look.gain
-        dof = max(self.dof - look.family.dimension, 1)
-        gain = look.gain * dof / max(scatter, SMALLEST)
-        return log_p_value(gain, look.family.dimension, self.dof, look.looks) + look.extent.rarity
+    dimension = look.family.dimension
+    gain = look.gain * max(dof - dimension, 1) / max(total - look.gain, SMALLEST)
+    return log_p_value(gain, dimension, dof, look.looks) + look.extent.rarity
 
 
 def _implausible(look: Look, selector: Selector, terms: tuple[Term, ...], place: int) -> float:
