@@ -5,13 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 
 from stepgauge.diagnose.noise import OUTLIER_P, Noise, estimate_noise, with_lone_rows
 from stepgauge.diagnose.residuals import Residuals, make_residuals
-from stepgauge.recording import Recording
+from stepgauge.recording import APPROACH, Recording
 from tests.diagnose.made import gauge, machine
 from tests.diagnose.test_selection import NOISE_UM, bent, clean, names, told
+
+Array = NDArray[np.float64]
 
 
 def two_cycles() -> Recording:
@@ -46,6 +49,29 @@ def test_a_row_that_a_model_expects_is_no_outlier_whatever_its_repeats_say() -> 
     assert with_lone_rows(taken, 4.0 * left_um, data).outliers.tolist() == [row]
     # before there is a model, nothing speaks against the repeats
     assert with_lone_rows(taken, left_um, data, beside_outliers=True).outliers.tolist() == [row]
+
+
+def long_scale(recording: Recording) -> Array:
+    return 8e-3 * (recording.frame["x_mm"].to_numpy() - 350.0) * recording.frame[APPROACH].to_numpy().sum(axis=1)
+
+
+def test_rows_that_stand_alone_in_structure_beside_a_law_are_no_outliers() -> None:
+    """Pulses every 173 s, seven standard deviations high: few rows see one at its height."""
+
+    def pulses(recording: Recording) -> Array:
+        swing = np.sin(2.0 * np.pi * recording.frame["time_s"].to_numpy() / 173.0)
+        return 2.0 * np.exp(10.0 * (swing - 1.0)) + long_scale(recording)
+
+    found = told(bent(pulses))
+    assert found.verdict == "unknown"
+    assert "outliers" not in names(found)
+    assert found.noise.outliers.size == 0
+
+
+def test_a_row_that_stands_alone_beside_a_law_is_an_outlier() -> None:
+    found = told(bent(lambda r: long_scale(r) + np.where(np.arange(len(r)) == 33, 14.0 * NOISE_UM, 0.0)))
+    assert names(found) == ["scale_error", "outliers"]
+    assert found.noise.outliers.tolist() == [33]
 
 
 def test_growth_that_repeats_show_and_all_rows_do_not_is_none() -> None:
