@@ -22,7 +22,7 @@ from stepgauge.diagnose.waves import overtones
 from stepgauge.effects import along_approach_um
 
 Array = NDArray[np.float64]
-FALSE_ALARM = 0.002
+FALSE_ALARM = 0.008
 """Chance that a law that is there is taken for departing from itself in its size, and as much for its shape."""
 SIZE, SHAPE = "form:size", "form:shape"
 SMALLEST_SHARE = 0.15
