@@ -33,7 +33,7 @@ from stepgauge.diagnose.wandering import smooth_forms
 from stepgauge.diagnose.whitening import Whitening, make_whitening, orthonormal
 
 Array = NDArray[np.float64]
-UNKNOWN_FALSE_ALARM = 0.006
+UNKNOWN_FALSE_ALARM = 0.004
 """Chance that structure without a law is seen where there is none."""
 SETTLING_ROUNDS = 3
 MOST_NAMELESS, MOST_COMPARED = 3, 30
