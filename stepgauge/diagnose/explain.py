@@ -133,7 +133,7 @@ def _structured(forms: Forms, selector: Selector, terms: tuple[Term, ...], again
     basis = orthonormal(np.column_stack([basis, selector.whitening(np.eye(len(left))[alone]).T]))
     left = left - basis @ (basis.T @ left)
     look = forms.looks(left, basis, selector.dof - basis.shape[1])[0]
-    return look.log_p <= np.log(UNKNOWN_FALSE_ALARM / len(forms.families))
+    return look.log_p <= _bar(forms)
 
 
 def _growing_beside_laws(found: Explained, data: Residuals) -> Noise | None:
@@ -202,7 +202,7 @@ def _clearest(noise: Noise, data: Residuals) -> Array | None:
     whitening = make_whitening(data, noise.by_row_um)
     forms = all_forms(data, whitening)
     look = forms.looks(whitening(data.um), np.zeros((len(data), 0)), whitening.dof)[0]
-    if look.log_p > np.log(UNKNOWN_FALSE_ALARM / len(forms.families)):
+    if look.log_p > _bar(forms):
         return None
     return orthonormal(whitening(forms.columns(look)).T)
 
@@ -210,6 +210,11 @@ def _clearest(noise: Noise, data: Residuals) -> Array | None:
 def all_forms(data: Residuals, whitening: Whitening) -> Forms:
     """Formulas and random functions that structure without a law is described by."""
     return Forms(list(form_families(data)), list(smooth_forms(data)), whitening)
+
+
+def _bar(forms: Forms) -> float:
+    """Logarithm of the chance below which a form is structure and no scatter, every form having its share."""
+    return float(np.log(UNKNOWN_FALSE_ALARM / max(len(forms.families), 1)))
 
 
 def _judged_again(noise: Noise, selector: Selector, terms: tuple[Term, ...], data: Residuals) -> Noise:
@@ -278,8 +283,7 @@ def _left_over(forms: Forms, selector: Selector, terms: tuple[Term, ...]) -> tup
     """
     left, basis = selector.residual(terms)
     looks = forms.looks(left, basis, selector.dof - basis.shape[1])
-    bar = np.log(UNKNOWN_FALSE_ALARM / max(len(forms.families), 1))
-    found = [look for look in looks if look.log_p <= bar]
+    found = [look for look in looks if look.log_p <= _bar(forms)]
     if not found:
         return terms, _Nameless()
     explained = float(selector.data @ selector.data - left @ left)

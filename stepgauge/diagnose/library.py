@@ -98,7 +98,7 @@ class Family:
         """Number ``d`` of linear parameters."""
         return int(self.pattern.shape[1]) * len(self.share_rows)
 
-    @cached_property
+    @property
     def share_rows(self) -> Array:
         """The shares, ones where none are given."""
         return np.ones((1, self.pattern.shape[2])) if self.shares is None else self.shares

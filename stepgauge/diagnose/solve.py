@@ -212,7 +212,7 @@ class _Law:
             return np.zeros(len(parameters)), np.zeros(len(parameters))
         by_ratio = low > 0.0
         inside = np.clip(parameters, low, high)
-        positive = np.maximum(parameters, SMALLEST_SHARE * np.abs(low) + 1e-300)
+        positive = np.maximum(parameters, self.least)
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             beyond = np.where(by_ratio, np.log(positive / inside), (parameters - inside) / (high - low))
             slope = np.where(by_ratio, 1.0 / positive, 1.0 / (high - low))

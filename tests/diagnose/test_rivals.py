@@ -140,15 +140,13 @@ def _log_oddity(selector: Selector, look: Look) -> float:
 
 
 def test_one_family_alone_is_looked_at_as_among_all() -> None:
-    recording = bent(lambda r: 0.4 * side(r) * (r.frame["cycle"].to_numpy() > 2))
-    data = make_residuals(recording, gauge(), machine(noise_um=NOISE_UM))
-    whitening = make_whitening(data, estimate_noise(data).by_row_um)
-    library, white = Library(list(effect_families(data)), whitening), whitening(data.um)
-    model = white[:, None] * (data.side > 0.0)[:, None]
+    selector = candidates(bent(lambda r: 0.4 * side(r) * (r.frame["cycle"].to_numpy() > 2)))
+    library, white, dof = selector.library, selector.data, selector.dof
+    model = white[:, None] * (selector.residuals.side > 0.0)[:, None]
     model /= np.linalg.norm(model)
-    among = {id(look.family): look for look in library.looks(white, model, whitening.dof - 1)}
+    among = {id(look.family): look for look in library.looks(white, model, dof - 1)}
     for index, family in enumerate(library.families):
-        alone, there = library.look(index, white, model, whitening.dof - 1), among[id(family)]
+        alone, there = library.look(index, white, model, dof - 1), among[id(family)]
         assert alone.gain == pytest.approx(there.gain, rel=1e-3, abs=1e-3)
         assert alone.log_p == pytest.approx(there.log_p, rel=1e-3, abs=2e-3)
         assert alone.extent == there.extent

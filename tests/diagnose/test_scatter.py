@@ -10,9 +10,9 @@ from scipy import stats
 
 from stepgauge.diagnose.noise import OUTLIER_P, Noise, estimate_noise, with_lone_rows
 from stepgauge.diagnose.residuals import Residuals, make_residuals
-from stepgauge.recording import APPROACH, Recording
+from stepgauge.recording import Recording
 from tests.diagnose.made import gauge, machine
-from tests.diagnose.test_selection import NOISE_UM, bent, clean, names, told
+from tests.diagnose.test_selection import NOISE_UM, bent, clean, names, side, told
 
 Array = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ def test_a_row_that_a_model_expects_is_no_outlier_whatever_its_repeats_say() -> 
 
 
 def long_scale(recording: Recording) -> Array:
-    return 8e-3 * (recording.frame["x_mm"].to_numpy() - 350.0) * recording.frame[APPROACH].to_numpy().sum(axis=1)
+    return 8e-3 * (recording.frame["x_mm"].to_numpy() - 350.0) * side(recording)
 
 
 def test_rows_that_stand_alone_in_structure_beside_a_law_are_no_outliers() -> None:
