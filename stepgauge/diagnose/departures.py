@@ -18,8 +18,6 @@ from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.search import PERIODS, Library, Look
 from stepgauge.diagnose.select import Selector, Term
 from stepgauge.diagnose.solve import Solved
-from stepgauge.diagnose.waves import overtones
-from stepgauge.effects import along_approach_um
 
 Array = NDArray[np.float64]
 FALSE_ALARM = 0.008
@@ -29,6 +27,8 @@ SMALLEST_SHARE = 0.15
 """Share of what a law and its departure explain below which the law is there, in a shape a little off its ideal."""
 SMALLEST_OVERTONE = 0.09
 """The same for an overtone: three tenths of an oscillation's amplitude are another shape of wave."""
+OVERTONES = (2.0, 3.0, 5.0)
+"""Orders looked for by themselves; waves with corners, that have them all, are looked for in the place of a law."""
 TIMES = {"time_constant_h": "time constant", "touches": "decay", "width_mm": "width"}
 """Parameters that give a law its shape, and what a second value of them means."""
 FACTOR = 4.0
@@ -89,16 +89,15 @@ def _family(kind: str, words: str, covariate: str, columns: Array, least: float)
 
 def _shapes(solved: Solved, selector: Selector) -> Iterator[tuple[str, Array, float]]:
     """The same law with other values of what gives it its shape: words, signatures, the share they must make up."""
-    effect, data = solved.effect, selector.residuals
-
-    def column(**changed: float) -> Array:
-        moved = along_approach_um(effect.model_copy(update=changed), data.probings)
-        return np.broadcast_to(moved, (len(data),)).astype(float)
-
+    data = selector.residuals
     for name in solved.family.atoms[0]:
-        value = getattr(effect, name)
+        value = getattr(solved.effect, name)
         if name in PERIODS:
-            yield from ((words, columns, SMALLEST_OVERTONE) for words, columns in overtones(effect, name, data))
+            for order in OVERTONES:
+                quicker = value * order if name == "frequency_hz" else value / order
+                phases = [solved.displacement_um(data, **{name: quicker, "phase_deg": phase}) for phase in (0.0, 90.0)]
+                yield f"an overtone of order {order:.0f}", np.array([phases]), SMALLEST_OVERTONE
         elif isinstance(value, float) and value > 0.0 and name in TIMES:
             for factor in (1.0 / FACTOR, FACTOR):
-                yield f"a second {TIMES[name]}", column(**{name: value * factor})[None, None], SMALLEST_SHARE
+                second = solved.displacement_um(data, **{name: value * factor})
+                yield f"a second {TIMES[name]}", second[None, None], SMALLEST_SHARE

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnose.confounded import rivals
+from stepgauge.diagnose.corners import corners
 from stepgauge.diagnose.departures import departure
 from stepgauge.diagnose.forms import form_families
 from stepgauge.diagnose.library import effect_families
@@ -33,7 +34,7 @@ from stepgauge.diagnose.wandering import smooth_forms
 from stepgauge.diagnose.whitening import Whitening, make_whitening, orthonormal
 
 Array = NDArray[np.float64]
-UNKNOWN_FALSE_ALARM = 0.004
+UNKNOWN_FALSE_ALARM = 0.003
 """Chance that structure without a law is seen where there is none."""
 SETTLING_ROUNDS = 3
 MOST_NAMELESS, MOST_COMPARED = 3, 30
@@ -208,8 +209,9 @@ def _clearest(noise: Noise, data: Residuals) -> Array | None:
 
 
 def all_forms(data: Residuals, whitening: Whitening) -> Forms:
-    """Formulas and random functions that structure without a law is described by."""
-    return Forms(list(form_families(data)), list(smooth_forms(data)), whitening)
+    """Formulas, random functions and waves that structure without a law is described by."""
+    formulas = list(form_families(data))
+    return Forms(formulas, list(smooth_forms(data)), whitening, list(corners(formulas, data)))
 
 
 def _bar(forms: Forms) -> float:

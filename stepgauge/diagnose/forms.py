@@ -218,7 +218,7 @@ def _shapes(covariate: Covariate) -> Iterator[tuple[str, Array, Array | None]]:
         places = _places(x)
         yield "step", (x >= places[:, None]).astype(float)[:, None], places
         if covariate.name in REPEATING:
-            yield "period", *_periods(x)
+            yield "period", *sines(x)
 
 
 def _bins(x: Array) -> Array:
@@ -238,7 +238,8 @@ def _places(x: Array) -> Array:
     return between[np.unique(np.linspace(0, len(between) - 1, min(len(between), 120)).astype(int))]
 
 
-def _periods(x: Array) -> tuple[Array, Array]:
+def sines(x: Array) -> tuple[Array, Array]:
+    """Sine and cosine of every period that a covariate may show, ``(periods, 2, n)``, and the periods."""
     span = float(np.ptp(x))
     frequency = np.arange(1.0, min(len(np.unique(x)) / 2.0, MOST_PERIODS / 3.0), 1.0 / 3.0) / span
     angle = 2.0 * np.pi * frequency[:, None] * (x - x.min())

@@ -52,7 +52,7 @@ TYPICAL = 0.2
 SHORTEST_MM = 100.0
 """Length of the shortest gauge that the vocabulary has in mind where it says what is sensible."""
 RARITY = {
-    "block_defect": 1.8,
+    "block_defect": 2.8,
     "angular_error": 1.0,
     "scale_curvature": 0.5,
     "straightness": 1.5,

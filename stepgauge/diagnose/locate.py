@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from stepgauge.diagnose.corners import SAWTOOTH, SQUARE, WaveLook
 from stepgauge.diagnose.forms import AXES, MEMORY
 from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.result import Located
@@ -128,6 +129,8 @@ def _words(family: Family, form: str, side: str, look: Look) -> str:
         "free shape": f"changes with {covariate} in no simple form",
         "step": f"a step in {covariate} {_at(family, look)}",
         "period": f"repeats with {covariate} {_at(family, look)}",
+        SAWTOOTH: f"repeats with {covariate} in a sawtooth {_at(family, look)}",
+        SQUARE: f"repeats with {covariate} in a square wave {_at(family, look)}",
         "level": "the level differs between placements",
         "harmonics": "depends on the direction of approach",
     }[form]
@@ -142,9 +145,12 @@ def _name(family: Family, look: Look) -> str:
 
 
 def _at(family: Family, look: Look) -> str:
-    values = family.details.get("atoms")
-    if values is None:
-        return ""
+    value = look.period if isinstance(look, WaveLook) else _value(family, look)
     unit = family.details.get("unit", "")
     word = {"step": "after", MEMORY: "over"}.get(family.details["form"], "with period")
-    return f"{word} {values[look.atom]:.4g} {unit}".rstrip()
+    return f"{word} {value:.4g} {unit}".rstrip() if value is not None else ""
+
+
+def _value(family: Family, look: Look) -> float | None:
+    values = family.details.get("atoms")
+    return None if values is None else float(values[look.atom])

@@ -117,7 +117,7 @@ class Library:
     def look(self, index: int, residual: Array, model: Array, dof: int) -> Look:
         """The best signature of one family beside a model's orthonormal columns ``(n, k)``."""
         family, gains = self.families[index], self.gains(index, residual, model)
-        judge, atom = _Judge(float(residual @ residual), dof), _best_atom(family, gains)
+        judge, atom = Judge(float(residual @ residual), dof), _best_atom(family, gains)
         found = judge.look(family, atom, float(gains[atom]), self._stack_of(family)[1].extent_of(family))
         if found.log_p >= SURPRISING:
             return found
@@ -132,7 +132,7 @@ class Library:
         """The best signature of every family beside a model's orthonormal columns ``(n, k)``, most surprising first."""
         left = residual - model @ (model.T @ residual)
         back = self.whitening.carried_back(np.column_stack([left, model]))
-        judge = _Judge(float(residual @ residual), dof)
+        judge = Judge(float(residual @ residual), dof)
         found: list[Look] = []
         for patterns, stacks in zip(self._patterns, self._stacks, strict=True):
             dots = patterns.dots(back)
@@ -143,12 +143,12 @@ class Library:
 
     def gaining(self, look: Look, gain: float, residual: Array, dof: int) -> Look:
         """The same look with another gain."""
-        return _Judge(float(residual @ residual), dof).look(look.family, look.atom, gain, look.extent)
+        return Judge(float(residual @ residual), dof).look(look.family, look.atom, gain, look.extent)
 
     def _rank(self, look: Look) -> tuple[float, int, int]:
         return look.log_p, look.family.dimension, self._place[id(look.family)]
 
-    def _sharpened(self, found: Sequence[Look], left: Array, model: Array, judge: _Judge) -> Iterator[Look]:
+    def _sharpened(self, found: Sequence[Look], left: Array, model: Array, judge: Judge) -> Iterator[Look]:
         """The same looks with gains in double precision."""
         for dimension in {look.family.dimension for look in found}:
             own = [look for look in found if look.family.dimension == dimension]
@@ -159,15 +159,20 @@ class Library:
 
 
 @dataclass(frozen=True)
-class _Judge:
-    """What a gain is measured by: the residual's sum of squares ``total`` and its degrees of freedom."""
+class Judge:
+    """What a gain is measured by: the residual's sum of squares ``total`` and its degrees of freedom.
+
+    The scatter is what a signature leaves, as in an F test, and at most one standard deviation of chance above what was
+    stated: more than that is structure still to be found.
+    """
 
     total: float
     dof: int
 
     def look(self, family: Family, atom: int, gain: float, extent: Extent) -> Look:
         """A look at a signature with its gain."""
-        variance = min(1.0, (self.total - gain) / max(self.dof - family.dimension, 1))
+        most = 1.0 + np.sqrt(2.0 / max(self.dof, 1))
+        variance = min(most, (self.total - gain) / max(self.dof - family.dimension, 1))
         scaled = gain / max(variance, 1e-12)
         looks = extent.looks(scaled)
         log_p = log_p_value(scaled, family.dimension, self.dof, looks)
@@ -220,7 +225,7 @@ class _Stack:
         """Where the signatures of each family stand."""
         return (slice(int(a), int(b)) for a, b in zip(self.first[:-1], self.first[1:], strict=True))
 
-    def looks(self, dots: Array, judge: _Judge) -> Iterator[Look]:
+    def looks(self, dots: Array, judge: Judge) -> Iterator[Look]:
         """The best signature of each family; ``dots``: see :meth:`Patterns.dots`, the residual's before the model's."""
         gains = self._gains(dots)
         for family, own, extent in zip(self.families, self._rows(), self.extents, strict=True):

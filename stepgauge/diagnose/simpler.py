@@ -16,12 +16,14 @@ from itertools import combinations
 import numpy as np
 from scipy import stats
 
+from stepgauge.diagnose.corners import FINE_STEPS, WaveLook, corners_of, period_of
 from stepgauge.diagnose.forms import WANDERING, WAY, goes_both_ways
 from stepgauge.diagnose.noise import Noise
 from stepgauge.diagnose.plainer import price_of
-from stepgauge.diagnose.search import Look
+from stepgauge.diagnose.search import Judge, Look
 from stepgauge.diagnose.select import SAME_FIT, Selector, Term, share_within_repeats
 from stepgauge.diagnose.smooth import Forms, SmoothLook
+from stepgauge.diagnose.solve import Solved
 
 MARGIN = 5.0
 """By how many nats a form must be a shorter description than a law: laws that are known are likelier beforehand."""
@@ -31,11 +33,13 @@ MARGIN_BESIDE = 3.0
 """The same for a form instead of one law among several, or of several that are all plain."""
 PILE_MARGIN = 0.0
 """The same for a form instead of several laws at once, one of them with a fitted shape: none is likelier beforehand."""
-RETOLD_MARGIN = 2.5
+RETOLD_MARGIN = 2.2
 """The same where a plain form tells the very story of a law whose shape was fitted, and as well.
 
 A period that all but fits into the pitch of the faces beats with them, and passes for any bow or twist.
 """
+CORNER_MARGIN = 3.0
+"""By how many nats a wave with corners must be likelier than an oscillation of the vocabulary."""
 MISFIT_MARGIN = -8.0
 """The same where the laws do not fit as well as the scatter of the repeats would let them."""
 LOCKED_MARGIN = -3.0
@@ -56,7 +60,7 @@ APART = 0.5
 IN_STEP = 0.06
 """The same below which a single one does so too closely for a chance, in as many cycles as :data:`FEWEST_IN_STEP`."""
 FEWEST_IN_STEP = 4
-WAY_P = 1e-4
+WAY_P = 3e-4
 """Chance of what the way there says, below which it is believed where an oscillation keeps step with it."""
 WAY_EXPLAINED = 0.5
 """Share of what the oscillation explains that the way must explain: a sine that it hardly tells is one by itself."""
@@ -84,6 +88,9 @@ def simpler(forms: Forms, selector: Selector, terms: tuple[Term, ...], noise: No
     history = _instead_of_alternating(forms, selector, terms)
     if history is not None and not _twice(selector, history.kept):
         return history
+    cornered = _instead_of_sine(selector, terms)
+    if cornered is not None:
+        return cornered
     repeated = _twice(selector, terms)
     lowered = _lowered_margin(selector, terms, noise)
     fewer = [kept for kept in _subsets(terms) if len(repeated & set(kept)) <= 1]
@@ -209,6 +216,40 @@ def _alternating(selector: Selector, terms: tuple[Term, ...]) -> list[Term]:
     return found
 
 
+def _instead_of_sine(selector: Selector, terms: tuple[Term, ...]) -> Simpler | None:
+    """A wave with corners in the place of an oscillation that is only the fundamental of it; None where none is.
+
+    Either has a size, a phase and a period: the likelier of them is the one that explains more. Further oscillations of
+    the kind, which may be its overtones, go with it, and what they cost is saved.
+    """
+    families = [selector.library.families[term.index] for term in terms]
+    for term, solved in zip(terms, selector.fit(terms).solved, strict=True):
+        kind = solved.family.kind
+        kept = tuple(other for other, family in zip(terms, families, strict=True) if family.kind != kind)
+        best = _best_wave(selector, solved, selector.look_at(term.index, kept), kept)
+        if best is None:
+            continue
+        here = selector.sum_of_squares(kept)
+        named = here - selector.sum_of_squares(terms)
+        saved = sum(price_of(selector, terms, other) for other in set(terms) - {*kept, term})
+        if (best.gain - named) / 2.0 + saved >= CORNER_MARGIN:
+            against = f"a {best.family.label}, takes {best.gain:.0f} off chi-square, a sine {named:.0f}"
+            return replace(_described(kept, best, here - selector.dof), refuted=(f"{solved.family.label}: {against}",))
+    return None
+
+
+def _best_wave(selector: Selector, solved: Solved, sine: Look, kept: tuple[Term, ...]) -> Look | None:
+    """The wave with corners, about the period of an oscillation and moving what it moves, that explains most."""
+    left, basis = selector.residual(kept)
+    judge = Judge(float(left @ left), selector.dof - basis.shape[1])
+    looks = [
+        wave.look(periods, sine.extent, left, basis, judge, selector.whitening)
+        for wave in corners_of(solved, selector.residuals)
+        if len(periods := wave.periods_near(period_of(solved), FINE_STEPS))
+    ]
+    return max(looks, key=lambda look: look.gain, default=None)
+
+
 def _misfit(selector: Selector, terms: tuple[Term, ...], noise: Noise, chance: float, share: float) -> bool:
     """Whether the laws leave more between the sets of repeats than within them, and not just a little of it all."""
     left, basis = selector.residual(terms)
@@ -255,6 +296,8 @@ def _is_plain(look: Look) -> bool:
     """Whether a form has nothing to fit but its sizes, or one size and where it begins; what wanders fits all."""
     if isinstance(look, SmoothLook):
         return look.family.covariate not in WANDERING
+    if isinstance(look, WaveLook):
+        return False
     return not look.family.fitted_shape or look.family.dimension == 1
 
 

@@ -8,16 +8,17 @@ do not need, so that a wandering may be held against laws with a few parameters 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from stepgauge.diagnose.corners import LEAST_SINE, STEPS, Corners, WaveLook
 from stepgauge.diagnose.extent import Extent
 from stepgauge.diagnose.library import Family
-from stepgauge.diagnose.search import Library, Look
+from stepgauge.diagnose.search import Judge, Library, Look
 from stepgauge.diagnose.whitening import Whitening
 
 Array = NDArray[np.float64]
@@ -58,23 +59,44 @@ class SmoothLook(Look):
 
 
 class Forms:
-    """Formulas and random functions together, to be looked through as one library."""
+    """Formulas, random functions and waves with corners together, to be looked through as one library."""
 
-    def __init__(self, families: Sequence[Family], smooths: Sequence[Smooth], whitening: Whitening) -> None:
+    def __init__(
+        self,
+        families: Sequence[Family],
+        smooths: Sequence[Smooth],
+        whitening: Whitening,
+        waves: Sequence[Corners] = (),
+    ) -> None:
         self.library = Library(families, whitening)
         self.whitening = whitening
-        self.families = [*self.library.families, *(one.family for one in smooths)]
+        self.families = [*self.library.families, *(one.family for one in smooths), *(one.family for one in waves)]
         self._smooths = [_Whitened.of(one, whitening) for one in smooths]
+        self.waves = list(waves)
 
     def looks(self, residual: Array, model: Array, dof: int) -> list[Look]:
         """The best of every form beside a model's orthonormal columns ``(n, k)``, most surprising first."""
         left = residual - model @ (model.T @ residual)
         total = float(left @ left)
-        found = [one.look(left, model, total, dof) for one in self._smooths]
-        return sorted([*self.library.looks(residual, model, dof), *found], key=lambda look: look.log_p)
+        found = self.library.looks(residual, model, dof)
+        wandering = [one.look(left, model, total, dof) for one in self._smooths]
+        jumping = self._cornered(found, left, model, Judge(float(residual @ residual), dof))
+        return sorted([*found, *wandering, *jumping], key=lambda look: look.log_p)
+
+    def _cornered(self, found: Sequence[Look], left: Array, model: Array, judge: Judge) -> Iterator[Look]:
+        """Waves with corners near the sines that are strong enough to be the fundamental of one."""
+        strong = {id(look.family): look for look in found if look.gain >= LEAST_SINE}
+        for one in self.waves:
+            if (sine := strong.get(id(one.sines))) is None:
+                continue
+            periods = one.periods_near(float(one.sines.details["atoms"][sine.atom]), STEPS)
+            if len(periods):
+                yield one.look(periods, sine.extent, left, model, judge, self.whitening)
 
     def columns(self, look: Look) -> Array:
         """Columns ``(d, n)`` that a look is free to move, um along the approach."""
+        if isinstance(look, WaveLook):
+            return look.column[None]
         index = next(i for i, family in enumerate(self.families) if family is look.family)
         count = len(self.library.families)
         if isinstance(look, SmoothLook):

@@ -45,9 +45,10 @@ class Solved:
     effect: Effect
     parameters: dict[str, Estimate]
 
-    def displacement_um(self, data: Residuals) -> Array:
-        """Along the approach, shape ``(n,)``."""
-        return np.broadcast_to(along_approach_um(self.effect, data.probings), (len(data),)).astype(float)
+    def displacement_um(self, data: Residuals, **changed: float) -> Array:
+        """Along the approach, shape ``(n,)``, maybe with some parameters changed."""
+        effect = self.effect.model_copy(update=changed) if changed else self.effect
+        return np.broadcast_to(along_approach_um(effect, data.probings), (len(data),)).astype(float)
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from stepgauge.diagnose.corners import SHAPES, Corners, formula
 from stepgauge.diagnose.forms import (
     AXES,
     BINS,
@@ -31,8 +32,11 @@ from stepgauge.diagnose.forms import (
     covariates,
     form_families,
     lives_on,
+    make_form,
+    mask,
     pause_of,
     runs_of,
+    sines,
 )
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Diagnosis, Located
@@ -56,8 +60,8 @@ NAMES = {
     "rest before the touch": "rest_s",
 }
 """Name of a covariate in a formula, where it differs."""
-PLACED = ("power", "decay", "decay to a level", "step", "period", MEMORY)
-"""Forms that stand at a place, or have a period or a power."""
+PLACED = ("power", "decay", "decay to a level", "step", MEMORY)
+"""Forms that stand at a place, or have a power."""
 MASK = {"approach": "", "gauge": "side * ", "front": "step(side) * ", "back": "step(-side) * "}
 MASK |= {axis: f"{column} * " for axis, column in zip(AXES, APPROACH, strict=True)}
 TERMS_PER_FORMULA = 6
@@ -185,6 +189,8 @@ def _sides(located: Located, data: Residuals) -> list[str]:
         return [located.side]
     if located.form in CHANGING_LENGTHS:
         return ["gauge", *axes_shown(data)]
+    if located.form in SHAPES:  # what swings in time may move one axis alone
+        return ["approach", "gauge", *axes_shown(data)]
     found = [one for one in covariates(data) if one.name == located.covariate]
     return ["approach", "gauge", *(axis for axis in axes_shown(data) if any(lives_on(one, axis) for one in found))]
 
@@ -250,10 +256,8 @@ def _of_covariate(
     elif located.form in ("wander", "changing scale"):
         times = f"{mask}{_length(side, data)} * " if located.form == "changing scale" else mask
         yield from (([times + ramp for ramp in _ramps(name, x, knots)], None) for knots in KNOTS)
-    elif located.form == "period":
-        for period in _finer(place, x):
-            angle = f"(2 * pi * {name} / {period:.12g})"
-            yield [f"{mask}sin{angle}", f"{mask}cos{angle}"], period
+    elif located.form in ("period", *SHAPES):
+        yield from _repeating(located, side, name, x, data, whitening, left_um)
     else:
         yield [mask + term for term in _stairs(name, x)], None
 
@@ -266,7 +270,7 @@ def _column_name(covariate: str) -> str | None:
 
 
 def _place(located: Located, side: str, data: Residuals, whitening: Whitening, left_um: Array) -> float:
-    """Where a step is, the period, the power, as far as the grid of the forms knows; NaN for a form without one."""
+    """Where a step is, or the power, as far as the grid of the forms knows; NaN for a form without one."""
     target = whitening(left_um)
     for family in form_families(data):
         atoms = family.details.get("atoms")
@@ -280,6 +284,23 @@ def _place(located: Located, side: str, data: Residuals, whitening: Whitening, l
 def _gain(white: Array, target: Array) -> float:
     rest = target - white.T @ np.linalg.lstsq(white.T, target, rcond=1e-9)[0]
     return float(target @ target - rest @ rest)
+
+
+def _repeating(
+    located: Located, side: str, name: str, x: Array, data: Residuals, whitening: Whitening, left_um: Array
+) -> Iterator[tuple[list[str], float]]:
+    """Terms for what repeats in a covariate ``x (n,)``, which has a ``name`` in formulas, and the period."""
+    share, target = mask(data, side), whitening(left_um)
+    columns, periods = sines(x)
+    period = float(periods[np.argmax([_gain(whitening(pair * share), target) for pair in columns])])
+    if located.form == "period":
+        for finer in _finer(period, x):
+            angle = f"(2 * pi * {name} / {finer:.12g})"
+            yield [f"{MASK[side]}sin{angle}", f"{MASK[side]}cos{angle}"], finer
+    else:
+        family = make_form(located.form, located.covariate, side, share[None, None], data)
+        for finer, ahead in Corners(family, family, x, share).about(period, target, whitening):
+            yield [MASK[side] + formula(located.form, name, finer, ahead)], finer
 
 
 def _finer(period: float, x: Array) -> Array:

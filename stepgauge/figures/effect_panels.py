@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnose.corners import SAWTOOTH, SQUARE
 from stepgauge.diagnose.forms import (
     AXES,
     CHANGING_LENGTHS,
@@ -82,10 +83,12 @@ TITLES = {
     "free shape": "changes with {covariate}",
     "step": "a step in {covariate}",
     "period": "repeats with {covariate}",
+    SAWTOOTH: "repeats with {covariate} in a sawtooth",
+    SQUARE: "repeats with {covariate} in a square wave",
     "level": "the level differs between placements",
     "harmonics": "depends on the direction of approach",
 }
-STAIRS = ("free shape", "loop", "step", "levels", "odd cycle")
+STAIRS = ("free shape", "loop", "step", "levels", "odd cycle", SQUARE)
 """Forms that are fitted as levels with jumps between them."""
 MARKS = ("level", "harmonics")
 """Forms that tell placements or directions apart: nothing lies between them, and all of them matter."""
