@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -36,7 +37,7 @@ TURNS = {SAWTOOTH: 1.0, SQUARE: 0.5}
 """Phases, turns, after which a wave is itself again but for its sign."""
 BINS = 48
 """Of the phase: a jump is placed to half of one."""
-STEPS = np.linspace(-1.0, 1.0, 9) / 3.0
+STEPS = np.linspace(-1.0, 1.0, 7) / 3.0
 """Frequencies about that of the best sine, cycles over the span of the covariate."""
 FINE_STEPS, FINER = np.linspace(-1.0, 1.0, 21) / 3.0, np.linspace(-0.5, 0.5, 5)
 """The same where the wave is fitted, and bins of the phase about the best."""
@@ -46,6 +47,8 @@ FEWEST_IN_PERIOD = 6.0
 """Values of the covariate in a period below which its corners are not seen, and any alternation is such a wave."""
 LEAST_SINE = 15.0
 """Gain of the best sine below which no wave could be told from scatter."""
+SINES_SHARE, CHEAPEST = 0.6, 80.0
+"""Share of a sawtooth that a sine explains, and gain by which other forms may be the dearer description."""
 SIDES = ("approach", "gauge", "x", "y", "z")
 """Where waves are looked for; those of one side's faces only are described by their sines."""
 
@@ -65,53 +68,49 @@ class WaveLook(Look):
 
 @dataclass(frozen=True)
 class Corners:
-    """Waves of one shape over a covariate ``values (n,)`` that show in every row by a ``share (n,)``.
+    """Waves over a covariate ``values (n,)`` that show in every row by a ``share (n,)``.
 
-    ``sines``: the family of what is their fundamental.
+    ``families``: one for each shape; ``sines``: the family of what is their fundamental.
     """
 
-    family: Family
+    families: Sequence[Family]
     sines: Family
     values: Array
     share: Array
 
-    @property
-    def form(self) -> str:
-        """The shape of the wave."""
-        return str(self.family.details["form"])
-
-    @property
-    def side(self) -> str:
-        """On which side of the gauge, or along which axis, it moves the readings."""
-        return str(self.family.details["side"])
-
-    def look(
+    def looks(
         self, periods: Array, sines: Extent, left: Array, model: Array, judge: Judge, whitening: Whitening
-    ) -> WaveLook:
-        """The best wave with one of some periods, found near one of the sines of an extent.
+    ) -> Iterator[WaveLook]:
+        """The best wave of every shape with one of some periods, found near one of the sines of an extent.
 
         It is looked for beside a model's orthonormal columns ``(n, k)``; ``left`` is free of these.
         """
-        gain, period, ahead = self.best(periods, left, model, whitening)
-        found = judge.look(self.family, 0, gain, self._extent(sines))
-        column = wave(self.form, self.values / period + ahead) * self.share
-        return WaveLook(**vars(found), period=period, ahead=ahead, column=column)
+        for family, (gain, period, ahead) in zip(
+            self.families, self.best(periods, left, model, whitening), strict=True
+        ):
+            form = str(family.details["form"])
+            found = judge.look(family, 0, gain, _extent(form, sines))
+            column = wave(form, self.values / period + ahead) * self.share
+            yield WaveLook(**vars(found), period=period, ahead=ahead, column=column)
 
-    def about(self, period: float, left: Array, whitening: Whitening) -> Iterator[tuple[float, float]]:
+    def about(self, form: str, period: float, left: Array, whitening: Whitening) -> Iterator[tuple[float, float]]:
         """Periods and shares of one ahead on a finer grid about those of the best wave near the best sine."""
         periods = self.periods_near(period, FINE_STEPS)
         if not len(periods):
             return
-        _, period, ahead = self.best(periods, left, np.zeros((len(left), 0)), whitening)
+        none = np.zeros((len(left), 0))
+        _, period, ahead = self.best(periods, left, none, whitening)[SHAPES.index(form)]
         near = self.periods_near(period, FINE_STEPS / len(FINE_STEPS))
         yield from product(map(float, near), ahead + FINER / BINS)
 
-    def best(self, periods: Array, left: Array, model: Array, whitening: Whitening) -> tuple[float, float, float]:
-        """Gain, period and share of a period ahead of the best wave with one of some periods."""
-        back = whitening.carried_back(np.column_stack([left, model]))
-        gains = np.array([self._gains(period, back, whitening) for period in periods])
-        near, phase = np.unravel_index(int(gains.argmax()), gains.shape)
-        return float(gains[near, phase]), float(periods[near]), float(phase / BINS)
+    def best(self, periods: Array, left: Array, model: Array, whitening: Whitening) -> list[tuple[float, float, float]]:
+        """Gain, period and share of a period ahead of the best wave of every shape with one of some periods."""
+        columns, known = self._columns(left, model, whitening), 1 + model.shape[1]
+        gains = np.stack([self._gains(period, columns, known, whitening) for period in periods], axis=1)
+        best = [np.unravel_index(int(own.argmax()), own.shape) for own in gains]
+        return [
+            (float(own[at]), float(periods[at[0]]), float(at[1] / BINS)) for own, at in zip(gains, best, strict=True)
+        ]
 
     def periods_near(self, period: float, steps: Array) -> Array:
         """Periods about another, in ``steps`` of their number in the span; none where corners could not be seen."""
@@ -119,18 +118,20 @@ class Corners:
         cycles = span / period + steps
         return span / cycles[(cycles > FEWEST_CYCLES) & (cycles < most)]
 
-    def _gains(self, period: float, back: Array, whitening: Whitening) -> Array:
-        """Gains of waves of all phases, ``(BINS,)``; ``back``: see :meth:`Whitening.carried_back`."""
+    def _columns(self, left: Array, model: Array, whitening: Whitening) -> Array:
+        """What sums over bins are made of, ``(n, q)``: for the products with the residual, the model, the nuisances."""
         scaled = self.share * whitening.inverse_sigma
-        take, middle = whitening.squared
-        columns = np.column_stack([back * self.share[:, None], take * scaled[:, None], scaled**2])
-        by_bin = self._bins(period) @ columns
-        waves = band_limited(self.form)
-        dots, square = waves @ by_bin[:, :-1], waves**2 @ by_bin[:, -1]
-        dot, beside, taken = np.split(dots, [1, back.shape[1]], axis=1)
-        seen = square - ((taken @ middle) * taken).sum(axis=1) - (beside**2).sum(axis=1)
-        stiff = self.family.prior**-2
-        return np.where(seen > COLLINEAR * square, dot[:, 0] ** 2 / (np.maximum(seen, 0.0) + stiff), 0.0)
+        back = whitening.carried_back(np.column_stack([left, model]))
+        return np.column_stack([back * self.share[:, None], whitening.squared[0] * scaled[:, None], scaled**2])
+
+    def _gains(self, period: float, columns: Array, known: int, whitening: Whitening) -> Array:
+        """Gains of all shapes and phases, ``(shapes, BINS)``; ``known``: columns of the residual and the model."""
+        by_bin, shapes = self._bins(period) @ columns, band_limited()
+        dots, square = shapes @ by_bin[:, :-1], shapes**2 @ by_bin[:, -1]
+        dot, beside, taken = np.split(dots, [1, known], axis=-1)
+        seen = square - ((taken @ whitening.squared[1]) * taken).sum(axis=-1) - (beside**2).sum(axis=-1)
+        stiff = self.sines.prior**-2
+        return np.where(seen > COLLINEAR * square, dot[..., 0] ** 2 / (np.maximum(seen, 0.0) + stiff), 0.0)
 
     def _bins(self, period: float) -> sparse.csr_array:
         """Which rows fall in which bin of the phase, ``(BINS, n)``."""
@@ -138,10 +139,12 @@ class Corners:
         rows = np.arange(len(bins))
         return sparse.csr_array((np.ones(len(bins)), (bins, rows)), shape=(BINS, len(bins)))
 
-    def _extent(self, sines: Extent) -> Extent:
-        longer, turn = steeper(self.form), 2.0 * np.pi * TURNS[self.form]
-        atoms = sines.atoms * len(STEPS) * BINS
-        return Extent(atoms, turn * np.sqrt(longer), turn * sines.length * longer)
+
+def _extent(form: str, sines: Extent) -> Extent:
+    """What waves of all phases and of the periods of some sines draw."""
+    longer, turn = steeper(form), 2.0 * np.pi * TURNS[form]
+    atoms = sines.atoms * len(STEPS) * BINS
+    return Extent(atoms, turn * np.sqrt(longer), turn * sines.length * longer)
 
 
 def corners(families: Sequence[Family], data: Residuals) -> Iterator[Corners]:
@@ -150,14 +153,14 @@ def corners(families: Sequence[Family], data: Residuals) -> Iterator[Corners]:
     for sines in families:
         if sines.details.get("form") == "period" and sines.details["side"] in SIDES:
             side, unit = sines.details["side"], sines.details["unit"]
-            yield from waves(sines, values[sines.covariate], mask(data, side), side, unit, data)
+            yield waves(sines, values[sines.covariate], mask(data, side), side, unit, data)
 
 
-def corners_of(solved: Solved, data: Residuals) -> list[Corners]:
-    """Waves whose fundamental an oscillation of the vocabulary may be, moving what it moves; none for another law."""
+def corners_of(solved: Solved, data: Residuals) -> Corners | None:
+    """Waves whose fundamental an oscillation of the vocabulary may be, moving what it moves; None for another law."""
     name = next((name for name in solved.family.atoms[0] if name in PERIODS), None)
     if name is None:
-        return []
+        return None
     over_mm = name == "period_mm"
     values = data.probings.coordinate_mm(str(solved.family.choices["axis"])) if over_mm else data.probings.time_s
     angle = 2.0 * np.pi * values / period_of(solved)
@@ -166,7 +169,7 @@ def corners_of(solved: Solved, data: Residuals) -> list[Corners]:
     share = share / max(float(np.abs(share).max()), 1e-300)
     sides = {side: mask(data, side) for side in ("approach", "gauge", *axes_shown(data))}
     alike = max(sides, key=lambda side: abs(float(share @ sides[side])) / float(np.linalg.norm(sides[side])))
-    return list(waves(solved.family, values, share, alike, "mm" if over_mm else "s", data))
+    return waves(solved.family, values, share, alike, "mm" if over_mm else "s", data)
 
 
 def period_of(solved: Solved) -> float:
@@ -176,12 +179,11 @@ def period_of(solved: Solved) -> float:
     return 1.0 / value if name == "frequency_hz" else value
 
 
-def waves(sines: Family, values: Array, share: Array, side: str, unit: str, data: Residuals) -> Iterator[Corners]:
-    """A wave of every shape over a covariate's values, with a share in every row, told as on the side it is like."""
-    for form in SHAPES:
-        family = make_form(form, sines.covariate, side, share[None, None], data)
-        family = replace(family, details=family.details | {"unit": unit})
-        yield Corners(family, sines, values, share)
+def waves(sines: Family, values: Array, share: Array, side: str, unit: str, data: Residuals) -> Corners:
+    """Waves of every shape over a covariate's values, with a share in every row, told as on the side it is like."""
+    families = [make_form(form, sines.covariate, side, share[None, None], data) for form in SHAPES]
+    told = [replace(family, details=family.details | {"unit": unit}) for family in families]
+    return Corners(told, sines, values, share)
 
 
 def wave(form: str, turns: Array) -> Array:
@@ -196,10 +198,12 @@ def formula(form: str, name: str, period: float, ahead: float) -> str:
     return f"(1 - 2 * ({part}))" if form == SAWTOOTH else f"(1 - 2 * step({part} - 0.5))"
 
 
-def band_limited(form: str) -> Array:
-    """The same as far as the orders go, for every phase ``(BINS, BINS)`` in the middles of the bins."""
+@cache
+def band_limited() -> Array:
+    """Waves as far as the orders go, in the middles of the bins, for every shape and phase ``(shapes, BINS, BINS)``."""
     ahead = np.arange(BINS)[:, None] + np.arange(BINS) + 0.5
-    return np.tensordot(AMPLITUDES[form], np.sin(ORDERS[:, None, None] * 2.0 * np.pi * ahead / BINS), 1)
+    sines = np.sin(ORDERS[:, None, None] * 2.0 * np.pi * ahead / BINS)
+    return np.array([np.tensordot(AMPLITUDES[form], sines, 1) for form in SHAPES])
 
 
 def steeper(form: str) -> float:

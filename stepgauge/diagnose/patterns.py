@@ -41,12 +41,12 @@ class Patterns:
             for key, rows in shares.items()
         ]
 
-    def dots(self, vectors: Array) -> Array:
-        """Products with vectors ``(n, q)`` for every row of the basis, shape ``(r, atoms, depth, q)``."""
+    def dots(self, vectors: Array, rows: slice = slice(None)) -> Array:
+        """Products of some atoms with vectors ``(n, q)`` for every row of the basis, ``(r, atoms, depth, q)``."""
         r, q = len(self.basis), vectors.shape[1]
         weighted = (self.basis.T[:, :, None] * vectors[:, None]).reshape(self.n, r * q).astype(np.float32)
-        products = self.values.reshape(-1, self.n) @ weighted
-        return products.reshape(self.atoms, self.depth, r, q).transpose(2, 0, 1, 3).astype(float)
+        products = self.values[rows].reshape(-1, self.n) @ weighted
+        return products.reshape(-1, self.depth, r, q).transpose(2, 0, 1, 3).astype(float)
 
     def grams(self, whitening: Whitening) -> tuple[Array, Array, Array]:
         """Products of each atom with itself, not whitened and whitened, and with the next atom, whitened.

@@ -111,8 +111,9 @@ class Library:
         """Gains of all signatures of one family beside a model's orthonormal columns, shape ``(atoms,)``."""
         left = residual - model @ (model.T @ residual)
         patterns, stack = self._stack_of(self.families[index])
-        dots = patterns.dots(self.whitening.carried_back(np.column_stack([left, model])))
-        return stack.gains_of(self.families[index], dots)
+        own = stack.rows_of(self.families[index])
+        dots = patterns.dots(self.whitening.carried_back(np.column_stack([left, model])), own)
+        return stack.gains_of(self.families[index], dots, own)
 
     def look(self, index: int, residual: Array, model: Array, dof: int) -> Look:
         """The best signature of one family beside a model's orthonormal columns ``(n, k)``."""
@@ -236,19 +237,23 @@ class _Stack:
         """What the signatures of one family draw."""
         return next(extent for one, extent in zip(self.families, self.extents, strict=True) if one is family)
 
-    def gains_of(self, family: Family, dots: Array) -> Array:
-        """Gains of all signatures of one family."""
-        own = next(rows for one, rows in zip(self.families, self._rows(), strict=True) if one is family)
-        gram, dot = self._beside(dots)
-        gain = _gain(gram[own], dot[own], self.stiff[own])
-        return np.where(dot[own, 0] > 0.0, gain, 0.0) if family.positive else gain
+    def rows_of(self, family: Family) -> slice:
+        """Where the signatures of one family stand."""
+        return next(rows for one, rows in zip(self.families, self._rows(), strict=True) if one is family)
 
-    def _beside(self, dots: Array) -> tuple[Array, Array]:
+    def gains_of(self, family: Family, dots: Array, own: slice) -> Array:
+        """Gains of all signatures of one family, from the products of its own rows."""
+        gram, dot = self._beside(dots, own)
+        gain = _gain(gram, dot, self.stiff[own])
+        return np.where(dot[:, 0] > 0.0, gain, 0.0) if family.positive else gain
+
+    def _beside(self, dots: Array, rows: slice = slice(None)) -> tuple[Array, Array]:
         """Products of the signatures with each other and with the residual, what the model takes left out."""
+        scale = self.scale[rows]
         mixed = np.tensordot(self.mix, dots, 1).transpose(1, 0, 2, 3)
-        products = mixed.reshape(*self.scale.shape, -1) / self.scale[..., None]
+        products = mixed.reshape(*scale.shape, -1) / scale[..., None]
         dot, beside = products[..., 0], products[..., 1:]
-        return self.gram - beside @ np.swapaxes(beside, 1, 2), dot
+        return self.gram[rows] - beside @ np.swapaxes(beside, 1, 2), dot
 
     def _gains(self, dots: Array) -> Array:
         """Gain of every signature, shape ``(atoms,)``; of those that cannot be the best of their family maybe none."""

@@ -240,14 +240,14 @@ def _instead_of_sine(selector: Selector, terms: tuple[Term, ...]) -> Simpler | N
 
 def _best_wave(selector: Selector, solved: Solved, sine: Look, kept: tuple[Term, ...]) -> Look | None:
     """The wave with corners, about the period of an oscillation and moving what it moves, that explains most."""
+    waves = corners_of(solved, selector.residuals)
+    periods = waves.periods_near(period_of(solved), FINE_STEPS) if waves is not None else np.zeros(0)
+    if waves is None or not len(periods):
+        return None
     left, basis = selector.residual(kept)
     judge = Judge(float(left @ left), selector.dof - basis.shape[1])
-    looks = [
-        wave.look(periods, sine.extent, left, basis, judge, selector.whitening)
-        for wave in corners_of(solved, selector.residuals)
-        if len(periods := wave.periods_near(period_of(solved), FINE_STEPS))
-    ]
-    return max(looks, key=lambda look: look.gain, default=None)
+    looks = waves.looks(periods, sine.extent, left, basis, judge, selector.whitening)
+    return max(looks, key=lambda look: look.gain)
 
 
 def _misfit(selector: Selector, terms: tuple[Term, ...], noise: Noise, chance: float, share: float) -> bool:

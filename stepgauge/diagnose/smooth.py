@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
-from stepgauge.diagnose.corners import LEAST_SINE, STEPS, Corners, WaveLook
+from stepgauge.diagnose.corners import CHEAPEST, LEAST_SINE, SINES_SHARE, STEPS, Corners, WaveLook
 from stepgauge.diagnose.extent import Extent
 from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.search import Judge, Library, Look
@@ -70,12 +70,23 @@ class Forms:
     ) -> None:
         self.library = Library(families, whitening)
         self.whitening = whitening
-        self.families = [*self.library.families, *(one.family for one in smooths), *(one.family for one in waves)]
+        self.families = [
+            *self.library.families,
+            *(one.family for one in smooths),
+            *(family for one in waves for family in one.families),
+        ]
         self._smooths = [_Whitened.of(one, whitening) for one in smooths]
         self.waves = list(waves)
+        self._known: dict[tuple[int, int], list[Look]] = {}
 
     def looks(self, residual: Array, model: Array, dof: int) -> list[Look]:
         """The best of every form beside a model's orthonormal columns ``(n, k)``, most surprising first."""
+        asked = hash(residual.tobytes()), hash(model.tobytes())
+        if asked not in self._known:
+            self._known[asked] = self._looks(residual, model, dof)
+        return self._known[asked]
+
+    def _looks(self, residual: Array, model: Array, dof: int) -> list[Look]:
         left = residual - model @ (model.T @ residual)
         total = float(left @ left)
         found = self.library.looks(residual, model, dof)
@@ -85,13 +96,16 @@ class Forms:
 
     def _cornered(self, found: Sequence[Look], left: Array, model: Array, judge: Judge) -> Iterator[Look]:
         """Waves with corners near the sines that are strong enough to be the fundamental of one."""
-        strong = {id(look.family): look for look in found if look.gain >= LEAST_SINE}
+        sines = {id(look.family): look for look in found if look.family.details["form"] == "period"}
+        best = max((sine.gain for sine in sines.values()), default=0.0)
+        most = max((look.gain for look in found), default=0.0)
+        least = max(LEAST_SINE, SINES_SHARE * best, SINES_SHARE * (most - CHEAPEST))
         for one in self.waves:
-            if (sine := strong.get(id(one.sines))) is None:
+            if (sine := sines[id(one.sines)]).gain < least:
                 continue
             periods = one.periods_near(float(one.sines.details["atoms"][sine.atom]), STEPS)
             if len(periods):
-                yield one.look(periods, sine.extent, left, model, judge, self.whitening)
+                yield from one.looks(periods, sine.extent, left, model, judge, self.whitening)
 
     def columns(self, look: Look) -> Array:
         """Columns ``(d, n)`` that a look is free to move, um along the approach."""
@@ -171,7 +185,8 @@ def _log_p(ratio: float, tests: int) -> float:
     """Chance of a likelihood ratio for a variance that is at its lower bound, nought (Self and Liang 1987)."""
     if ratio <= 0.0:
         return 0.0
-    return min(float(np.log(0.5) + stats.chi2.logsf(ratio, 1) + np.log(tests)), 0.0)
+    # half the tail of chi-square with one degree of freedom is that of a normal number beyond its root
+    return min(float(special.log_ndtr(-np.sqrt(ratio)) + np.log(tests)), 0.0)
 
 
 def matern_roots(knots: Array, lengths: Sequence[float], rough: bool = False) -> Array:

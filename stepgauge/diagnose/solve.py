@@ -22,8 +22,8 @@ BEYOND = 0.02
 """Standard deviation by which a non-linear parameter may lie beyond what was tried of it, as a share of that."""
 SMALLEST_SHARE = 0.01
 """Share of the least value tried below which all values are alike: a logarithm needs a positive one."""
-SAME_COST = 1e-7
-"""Share of the sum of squares that a step must still save: of a thousand rows a ten-thousandth in chi-square."""
+SAME_COST = 1e-6
+"""Share of the sum of squares that a step must still save: of a thousand rows a thousandth in chi-square."""
 FROZEN = {"time_s"}
 """Parameters in which the displacement has no slope: as fine as the grid."""
 

@@ -299,7 +299,7 @@ def _repeating(
             yield [f"{MASK[side]}sin{angle}", f"{MASK[side]}cos{angle}"], finer
     else:
         family = make_form(located.form, located.covariate, side, share[None, None], data)
-        for finer, ahead in Corners(family, family, x, share).about(period, target, whitening):
+        for finer, ahead in Corners([family], family, x, share).about(located.form, period, target, whitening):
             yield [MASK[side] + formula(located.form, name, finer, ahead)], finer
 
 

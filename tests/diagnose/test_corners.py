@@ -13,7 +13,6 @@ from stepgauge.diagnose.corners import (
     SAWTOOTH,
     SHAPES,
     SQUARE,
-    Corners,
     WaveLook,
     band_limited,
     formula,
@@ -54,10 +53,7 @@ def waves_of(um: Array, model: Array | None = None) -> list[WaveLook]:
 
 
 def in_time(look: WaveLook, form: str) -> bool:
-    return look.family.covariate == "time" and look.family.details == look.family.details | {
-        "form": form,
-        "side": "approach",
-    }
+    return look.family.label == f"{form} in time, approach"
 
 
 def test_waves_have_the_corners_and_the_fourier_series_that_they_are_named_for() -> None:
@@ -65,7 +61,7 @@ def test_waves_have_the_corners_and_the_fourier_series_that_they_are_named_for()
     for form in SHAPES:
         exact = wave(form, turns)
         assert np.ptp(exact) == pytest.approx(2.0, abs=1e-2)
-        limited = np.interp(turns, (np.arange(BINS) + 0.5) / BINS, band_limited(form)[0])
+        limited = np.interp(turns, (np.arange(BINS) + 0.5) / BINS, band_limited()[SHAPES.index(form)][0])
         assert np.corrcoef(exact, limited)[0, 1] > 0.96
         assert np.corrcoef(exact, np.sin(2.0 * np.pi * turns))[0, 1] < 0.91
     assert np.abs(np.diff(wave(SAWTOOTH, turns))).max() < 0.01, "the jump of a sawtooth is at whole turns"
@@ -75,8 +71,8 @@ def test_waves_have_the_corners_and_the_fourier_series_that_they_are_named_for()
 def test_a_band_limited_wave_is_steeper_than_a_sine_by_its_slope() -> None:
     """Numerically, from the slope of the waves of all phases at one place."""
     for form in SHAPES:
-        fine = np.interp(np.linspace(0.0, BINS - 1, 4001), np.arange(BINS), band_limited(form)[:, 0])
-        slope = np.gradient(band_limited(form)[:, 0], 2.0 * np.pi / BINS)
+        fine = np.interp(np.linspace(0.0, BINS - 1, 4001), np.arange(BINS), band_limited()[SHAPES.index(form)][:, 0])
+        slope = np.gradient(band_limited()[SHAPES.index(form)][:, 0], 2.0 * np.pi / BINS)
         assert (slope**2).mean() / (fine**2).mean() == pytest.approx(steeper(form), rel=0.3)
 
 
@@ -106,21 +102,18 @@ def test_the_shape_that_is_there_gains_most() -> None:
 def test_scatter_looks_like_a_wave_no_oftener_than_is_said() -> None:
     """Two hundred draws of mere scatter: the chance of the best wave in time is not below what it says."""
     forms = all_forms(data(), whitening())
-    (own,) = [one for one in forms.waves if one.form == SAWTOOTH and one.side == "approach" and is_time(one)]
+    families = [family for one in forms.waves for family in one.families]
+    (own,) = [family for family in families if family.label == "sawtooth in time, approach"]
     random = np.random.default_rng(11)
     none = np.zeros((len(data()), 0))
     found = []
     for _ in range(200):
         left = whitening()(random.normal(0.0, NOISE_UM, len(data())))
-        looks = [look for look in forms.looks(left, none, whitening().dof) if look.family is own.family]
+        looks = [look for look in forms.looks(left, none, whitening().dof) if look.family is own]
         found.append(float(np.exp(looks[0].log_p)) if looks else 1.0)
     chances = np.array(found)
     for said in (0.02, 0.1):
         assert (chances <= said).mean() <= said + 3.0 * np.sqrt(said * (1.0 - said) / len(chances))
-
-
-def is_time(one: Corners) -> bool:
-    return one.family.covariate == "time"
 
 
 @pytest.mark.parametrize("form", SHAPES)
