@@ -79,9 +79,9 @@ class Corners:
     share: Array
 
     def looks(
-        self, periods: Array, sines: Extent, left: Array, model: Array, judge: Judge, whitening: Whitening
+        self, periods: Array, extent: Extent, left: Array, model: Array, judge: Judge, whitening: Whitening
     ) -> Iterator[WaveLook]:
-        """The best wave of every shape with one of some periods, found near one of the sines of an extent.
+        """The best wave of every shape with one of some periods, found near one of the sines of an ``extent``.
 
         It is looked for beside a model's orthonormal columns ``(n, k)``; ``left`` is free of these.
         """
@@ -89,19 +89,18 @@ class Corners:
             self.families, self.best(periods, left, model, whitening), strict=True
         ):
             form = str(family.details["form"])
-            found = judge.look(family, 0, gain, _extent(form, sines))
+            found = judge.look(family, 0, gain, _extent(form, extent))
             column = wave(form, self.values / period + ahead) * self.share
             yield WaveLook(**vars(found), period=period, ahead=ahead, column=column)
 
     def about(self, form: str, period: float, left: Array, whitening: Whitening) -> Iterator[tuple[float, float]]:
-        """Periods and shares of one ahead on a finer grid about those of the best wave near the best sine."""
-        periods = self.periods_near(period, FINE_STEPS)
+        """Periods and shares of one ahead on a finer grid about the best wave with about a period."""
+        periods = self.periods_near(period, FINE_STEPS / 4.0)
         if not len(periods):
             return
         none = np.zeros((len(left), 0))
-        _, period, ahead = self.best(periods, left, none, whitening)[SHAPES.index(form)]
-        near = self.periods_near(period, FINE_STEPS / len(FINE_STEPS))
-        yield from product(map(float, near), ahead + FINER / BINS)
+        _, best, ahead = self.best(periods, left, none, whitening)[SHAPES.index(form)]
+        yield from product(map(float, self.periods_near(best, FINE_STEPS / 20.0)), ahead + FINER / BINS)
 
     def best(self, periods: Array, left: Array, model: Array, whitening: Whitening) -> list[tuple[float, float, float]]:
         """Gain, period and share of a period ahead of the best wave of every shape with one of some periods."""

@@ -104,6 +104,7 @@ def describe(look: Look, share: float) -> Located:
         _words(family, form, side, look),
         round(float(share), 4),
         float(np.exp(look.log_p)),
+        look.period if isinstance(look, WaveLook) else None,
     )
 
 

@@ -42,7 +42,10 @@ class Finding:
 
 @dataclass(frozen=True)
 class Located:
-    """Where disagreement lives: covariate, side, form in words, share of the structure, significance."""
+    """Where disagreement lives: covariate, side, form in words, share of the structure, significance.
+
+    ``period``: of a wave with corners, in the covariate's unit.
+    """
 
     covariate: str
     side: str
@@ -50,6 +53,7 @@ class Located:
     where: str
     share: float
     p_value: float
+    period: float | None = None
 
 
 @dataclass(frozen=True)

@@ -291,16 +291,17 @@ def _repeating(
 ) -> Iterator[tuple[list[str], float]]:
     """Terms for what repeats in a covariate ``x (n,)``, which has a ``name`` in formulas, and the period."""
     share, target = mask(data, side), whitening(left_um)
-    columns, periods = sines(x)
-    period = float(periods[np.argmax([_gain(whitening(pair * share), target) for pair in columns])])
-    if located.form == "period":
-        for finer in _finer(period, x):
-            angle = f"(2 * pi * {name} / {finer:.12g})"
-            yield [f"{MASK[side]}sin{angle}", f"{MASK[side]}cos{angle}"], finer
-    else:
+    if located.period is not None:
         family = make_form(located.form, located.covariate, side, share[None, None], data)
-        for finer, ahead in Corners([family], family, x, share).about(located.form, period, target, whitening):
-            yield [MASK[side] + formula(located.form, name, finer, ahead)], finer
+        waves = Corners([family], family, x, share)
+        for period, ahead in waves.about(located.form, located.period, target, whitening):
+            yield [MASK[side] + formula(located.form, name, period, ahead)], period
+        return
+    columns, periods = sines(x)
+    strongest = float(periods[np.argmax([_gain(whitening(pair * share), target) for pair in columns])])
+    for period in _finer(strongest, x):
+        angle = f"(2 * pi * {name} / {period:.12g})"
+        yield [f"{MASK[side]}sin{angle}", f"{MASK[side]}cos{angle}"], period
 
 
 def _finer(period: float, x: Array) -> Array:
