@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from stepgauge.diagnose.extent import Extent
-from stepgauge.diagnose.forms import axes_shown, covariates, make_form, mask
+from stepgauge.diagnose.forms import Covariate, axes_shown, covariates, make_form, mask
 from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.search import COLLINEAR, PERIODS, Judge, Look
@@ -41,7 +41,7 @@ STEPS = np.linspace(-1.0, 1.0, 7) / 3.0
 """Frequencies about that of the best sine, cycles over the span of the covariate."""
 FINE_STEPS, FINER = np.linspace(-1.0, 1.0, 21) / 3.0, np.linspace(-0.5, 0.5, 5)
 """The same where the wave is fitted, and bins of the phase about the best."""
-FEWEST_CYCLES = 0.5
+FEWEST_CYCLES = 1.0
 """In the span of the covariate, below which nothing repeats."""
 FEWEST_IN_PERIOD = 6.0
 """Values of the covariate in a period below which its corners are not seen, and any alternation is such a wave."""
@@ -148,11 +148,11 @@ def _extent(form: str, sines: Extent) -> Extent:
 
 def corners(families: Sequence[Family], data: Residuals) -> Iterator[Corners]:
     """Waves near the forms of sines among some."""
-    values = {one.name: one.values for one in covariates(data)}
+    over = {one.name: one for one in covariates(data)}
     for sines in families:
         if sines.details.get("form") == "period" and sines.details["side"] in SIDES:
-            side, unit = sines.details["side"], sines.details["unit"]
-            yield waves(sines, values[sines.covariate], mask(data, side), side, unit, data)
+            side = sines.details["side"]
+            yield waves(sines, over[sines.covariate], mask(data, side), side, data)
 
 
 def corners_of(solved: Solved, data: Residuals) -> Corners | None:
@@ -160,15 +160,17 @@ def corners_of(solved: Solved, data: Residuals) -> Corners | None:
     name = next((name for name in solved.family.atoms[0] if name in PERIODS), None)
     if name is None:
         return None
-    over_mm = name == "period_mm"
-    values = data.probings.coordinate_mm(str(solved.family.choices["axis"])) if over_mm else data.probings.time_s
-    angle = 2.0 * np.pi * values / period_of(solved)
+    axis = str(solved.family.choices.get("axis", ""))
+    over = Covariate("time", "s", data.probings.time_s)
+    if name == "period_mm":
+        over = Covariate(f"machine {axis}", "mm", data.probings.coordinate_mm(axis))
+    angle = 2.0 * np.pi * over.values / period_of(solved)
     sine, cosine = (solved.displacement_um(data, phase_deg=phase) for phase in (0.0, 90.0))
     share = sine * np.sin(angle) + cosine * np.cos(angle)
     share = share / max(float(np.abs(share).max()), 1e-300)
     sides = {side: mask(data, side) for side in ("approach", "gauge", *axes_shown(data))}
     alike = max(sides, key=lambda side: abs(float(share @ sides[side])) / float(np.linalg.norm(sides[side])))
-    return waves(solved.family, values, share, alike, "mm" if over_mm else "s", data)
+    return waves(solved.family, over, share, alike, data)
 
 
 def period_of(solved: Solved) -> float:
@@ -178,11 +180,11 @@ def period_of(solved: Solved) -> float:
     return 1.0 / value if name == "frequency_hz" else value
 
 
-def waves(sines: Family, values: Array, share: Array, side: str, unit: str, data: Residuals) -> Corners:
-    """Waves of every shape over a covariate's values, with a share in every row, told as on the side it is like."""
-    families = [make_form(form, sines.covariate, side, share[None, None], data) for form in SHAPES]
-    told = [replace(family, details=family.details | {"unit": unit}) for family in families]
-    return Corners(told, sines, values, share)
+def waves(sines: Family, over: Covariate, share: Array, side: str, data: Residuals) -> Corners:
+    """Waves of every shape over a covariate, with a share in every row, told as on the side it is like."""
+    families = [make_form(form, over.name, side, share[None, None], data) for form in SHAPES]
+    told = [replace(family, details=family.details | {"unit": over.unit}) for family in families]
+    return Corners(told, sines, over.values, share)
 
 
 def wave(form: str, turns: Array) -> Array:

@@ -20,7 +20,7 @@ from stepgauge.diagnose.select import Selector, Term
 from stepgauge.diagnose.solve import Solved
 
 Array = NDArray[np.float64]
-FALSE_ALARM = 0.008
+FALSE_ALARM = 0.005
 """Chance that a law that is there is taken for departing from itself in its size, and as much for its shape."""
 SIZE, SHAPE = "form:size", "form:shape"
 SMALLEST_SHARE = 0.15

@@ -20,7 +20,7 @@ from stepgauge.diagnose.solve import Fitted, solve
 from stepgauge.diagnose.whitening import Whitening, orthonormal
 
 Array = NDArray[np.float64]
-FALSE_ALARM = 0.0175
+FALSE_ALARM = 0.02
 """Bound of the chance that any named effect enters where there is none.
 
 Laws resemble each other, and one with a fitted shape must be worth its words besides: that leaves a fraction of it.

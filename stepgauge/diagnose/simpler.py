@@ -17,7 +17,7 @@ import numpy as np
 from scipy import stats
 
 from stepgauge.diagnose.corners import FINE_STEPS, WaveLook, corners_of, period_of
-from stepgauge.diagnose.forms import WANDERING, WAY, goes_both_ways
+from stepgauge.diagnose.forms import TOUCHES, WANDERING, WAY, goes_both_ways
 from stepgauge.diagnose.noise import Noise
 from stepgauge.diagnose.plainer import price_of
 from stepgauge.diagnose.search import Judge, Look
@@ -309,12 +309,13 @@ def _described(kept: tuple[Term, ...], form: Look, structure: float) -> Simpler:
 def _another_story(look: Look, law: Look) -> bool:
     """Whether a form says more than a law that it would replace, or something else.
 
-    It may make an oscillation in time a matter of the way, the cycle, the touches: fast enough oscillations alias into
-    anything that alternates.
+    It may make an oscillation in time a matter of the way or the cycle: fast enough oscillations alias into anything
+    that alternates. Touches since a long pause but count the time.
     """
     if law.gain - _by_chance(law) < EXPLAINED * (look.gain - _by_chance(look)):
         return True
-    return law.family.kind in OSCILLATIONS and look.family.covariate not in WANDERING
+    in_time = look.family.covariate in WANDERING or look.family.covariate.startswith(TOUCHES)
+    return law.family.kind in OSCILLATIONS and not in_time
 
 
 def _by_chance(look: Look) -> float:
