@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -26,6 +27,7 @@ from stepgauge.diagnose.unknown_law import model_unknown
 from stepgauge.diagnose.whitening import Whitening, make_whitening, orthonormal
 from stepgauge.effects import along_approach_um
 from stepgauge.effects.empirical import Empirical
+from stepgauge.recording import Recording
 from tests.diagnose.made import ALONG_X, gauge, machine
 from tests.diagnose.test_selection import BETWEEN, NOISE_UM, along, bent, clean, names, told
 
@@ -152,3 +154,23 @@ def test_a_sine_stays_an_oscillation(period_s: float) -> None:
     found = told(bent(along(ALONG_X, lambda t: 0.8 * np.sin(2.0 * np.pi * t / period_s + 0.4))))
     assert found.verdict == "effects"
     assert "temperature_cycle" in {kind for one in found.findings for kind in (one.kind, *one.confounded_with)}
+
+
+@pytest.mark.parametrize("form", ["sine", SAWTOOTH])
+def test_a_wave_along_the_travel_is_told_without_times(form: str) -> None:
+    """Sines along a scale are a law's, sawtooths nobody's; nothing asks for a time that was not recorded."""
+
+    def along_x(recording: Recording) -> Array:
+        turns = recording.frame["x_mm"].to_numpy() / 97.0
+        um = 0.5 * (np.sin(2.0 * np.pi * turns) if form == "sine" else wave(form, turns))
+        return um * recording.frame["approach_i"].to_numpy()
+
+    recording = bent(along_x)
+    found = told(replace(recording, frame=recording.frame.drop(columns=["time_s"])))
+    if form == "sine":
+        assert names(found) == ["periodic_scale_error"]
+        return
+    assert found.verdict == "unknown"
+    (first, *_) = found.unexplained
+    assert (first.covariate, first.form) == ("machine x", form)
+    assert model_unknown(found)[0].period == pytest.approx(97.0, rel=0.05)
