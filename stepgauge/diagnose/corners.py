@@ -158,9 +158,11 @@ def corners(families: Sequence[Family], data: Residuals) -> Iterator[Corners]:
 def corners_of(solved: Solved, data: Residuals) -> Corners | None:
     """Waves whose fundamental an oscillation of the vocabulary may be, moving what it moves; None for another law."""
     name = next((name for name in solved.family.atoms[0] if name in PERIODS), None)
-    place = f"machine {solved.family.choices.get('axis')}" if name == "period_mm" else "time"
+    if name is None:
+        return None
+    place = f"machine {solved.family.choices['axis']}" if name == "period_mm" else "time"
     over = next((one for one in covariates(data) if one.name == place), None)
-    if name is None or over is None:
+    if over is None:
         return None
     angle = 2.0 * np.pi * over.values / period_of(solved)
     sine, cosine = (solved.displacement_um(data, phase_deg=phase) for phase in (0.0, 90.0))

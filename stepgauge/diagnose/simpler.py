@@ -241,8 +241,10 @@ def _instead_of_sine(selector: Selector, terms: tuple[Term, ...]) -> Simpler | N
 def _best_wave(selector: Selector, solved: Solved, sine: Look, kept: tuple[Term, ...]) -> Look | None:
     """The wave with corners, about the period of an oscillation and moving what it moves, that explains most."""
     waves = corners_of(solved, selector.residuals)
-    periods = waves.periods_near(period_of(solved), FINE_STEPS) if waves is not None else np.zeros(0)
-    if waves is None or not len(periods):
+    if waves is None:
+        return None
+    periods = waves.periods_near(period_of(solved), FINE_STEPS)
+    if not len(periods):
         return None
     left, basis = selector.residual(kept)
     judge = Judge(float(left @ left), selector.dof - basis.shape[1])

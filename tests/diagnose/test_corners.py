@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -22,29 +21,19 @@ from stepgauge.diagnose.corners import (
     wave,
 )
 from stepgauge.diagnose.explain import all_forms
-from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.unknown_law import model_unknown
-from stepgauge.diagnose.whitening import Whitening, make_whitening, orthonormal
+from stepgauge.diagnose.whitening import orthonormal
 from stepgauge.effects import along_approach_um
 from stepgauge.effects.empirical import Empirical
 from stepgauge.recording import Recording
-from tests.diagnose.made import ALONG_X, gauge, machine
-from tests.diagnose.test_selection import BETWEEN, NOISE_UM, along, bent, clean, names, told
+from tests.diagnose.made import ALONG_X
+from tests.diagnose.test_selection import BETWEEN, NOISE_UM, along, bent, names, told
+from tests.diagnose.test_smooth import data, whitening
 
 Array = NDArray[np.float64]
 PERIOD_S = 83.0
 HEIGHT_UM = {SAWTOOTH: 0.45, SQUARE: 0.3}
 """Of waves that are told from sines and from a wandering: more, and any function of time would do."""
-
-
-@lru_cache
-def data() -> Residuals:
-    return make_residuals(clean(), gauge(), machine(noise_um=NOISE_UM))
-
-
-@lru_cache
-def whitening() -> Whitening:
-    return make_whitening(data(), np.full(len(data()), NOISE_UM))
 
 
 def waves_of(um: Array, model: Array | None = None) -> list[WaveLook]:
