@@ -1,27 +1,31 @@
-"""From a recording to a diagnosis: noise, locate, propose, select, prove."""
+"""From a recording to a diagnosis: residuals, a problem, the posterior, what is said of it."""
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnose.checks import predictive_checks, widening
 from stepgauge.diagnose.clock import clock_start_s, counted_from, told_by_clock
-from stepgauge.diagnose.confounded import Rivals, rivals
-from stepgauge.diagnose.explain import Explained, all_forms, displaced_um, explain
-from stepgauge.diagnose.forms import AXES, GROWING, ISOLATED
 from stepgauge.diagnose.holdout import holdout_rms, make_folds
 from stepgauge.diagnose.library import carried
-from stepgauge.diagnose.locate import most_telling
-from stepgauge.diagnose.noise import Noise, estimate_noise
+from stepgauge.diagnose.located import CORRELATED, GROWING, located
+from stepgauge.diagnose.posterior.answer import Answer
+from stepgauge.diagnose.posterior.metric import Metric
+from stepgauge.diagnose.posterior.priors import Priors, shipped_priors
+from stepgauge.diagnose.posterior.scatter import OUTLYING, Scatter, Scatters
+from stepgauge.diagnose.posterior.search import Search
+from stepgauge.diagnose.problem import bare_problem, make_problem
 from stepgauge.diagnose.residuals import Residuals, make_residuals
-from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Verdict
-from stepgauge.diagnose.select import Term
-from stepgauge.diagnose.separate import lengthened, separate
-from stepgauge.diagnose.solve import Estimate, Fitted, Solved, solve
-from stepgauge.diagnose.whitening import Whitening, make_whitening
+from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Noise, Verdict
+from stepgauge.diagnose.separate import with_separations
+from stepgauge.diagnose.solve import Estimate, Solved, solve
+from stepgauge.diagnose.verdict import Model, findings, make_model, nearest_laws, unexplained
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge
@@ -33,16 +37,32 @@ FEWEST_DOF = 8
 MOST_SEARCHED = 3000
 """Rows that are searched; the laws found are fitted to all."""
 FEWEST_RUNS = 6
-SURE = 4.0
-"""Standard uncertainties by which all rows must see a law that was found in some."""
 SMALLEST_SIGMA_UM = 1e-5
 """Recordings that repeat better than this do so by construction, and give no scale to judge anything by."""
 GROWTH_UNITS = {"time": "um/h", "speed": "um/(mm/s)"}
 """Units of what scatter grows by; of a length otherwise."""
-NO_SEPARATION = "the same in every placement and at every speed within this travel; log the temperatures"
+SURE_OUTLIER = 0.5
+"""Probability from which a row is listed as an outlier."""
+MOST_LOCATED = 4
 
 
-def diagnose(recording: Recording, gauge: Gauge, machine: Machine, without: Collection[str] = ()) -> Diagnosis:
+@dataclass(frozen=True)
+class _Searched:
+    """A search with its answer, and the residuals that it searched in."""
+
+    data: Residuals
+    search: Search
+    answer: Answer
+    model: Model
+
+
+def diagnose(
+    recording: Recording,
+    gauge: Gauge,
+    machine: Machine,
+    without: Collection[str] = (),
+    priors: Priors | None = None,
+) -> Diagnosis:
     """Find where recording and simulation disagree, and the physics that explains it.
 
     Parameters
@@ -51,55 +71,31 @@ def diagnose(recording: Recording, gauge: Gauge, machine: Machine, without: Coll
     gauge : the certificate
     machine : the model to be judged, with the effects it already knows
     without : kinds of effects that are no candidates, because they are known not to be there
+    priors : what is usual, the shipped priors by default
 
     Raises
     ------
     InputError
         recordings that are not this gauge's, or too small to say anything about; kinds that do not exist
     """
-    for kind in without:
-        if kind not in effect_kinds():
-            raise InputError(
-                "without", "no such kind of effect", found=kind, expected=", ".join(sorted(effect_kinds()))
-            )
+    _check_kinds(without)
     recorded = make_residuals(recording, gauge, machine)
     start_s = clock_start_s(recorded)
-    data = counted_from(recorded, start_s)
     searched = _some(recorded, recording)
     some = counted_from(searched, start_s)
-    noise = estimate_noise(some)
-    if noise.dof < FEWEST_DOF or noise.sigma_um < SMALLEST_SIGMA_UM:
-        return _insufficient(searched, noise)
-    found = explain(some, noise, without)
-    noise, whitening, fitted = found.noise, found.selector.whitening, found.selector.fit(found.terms)
-    if len(some) < len(data):
-        noise, whitening, fitted = _on_all_rows(fitted, data)
-        sure = _confirmed(found.terms, fitted)
-        if sure != found.terms:
-            found = replace(found, terms=sure)
-            noise, whitening, fitted = _on_all_rows(found.selector.fit(sure), data)
-    ranked = [rivals(found.selector, found.terms, place) for place in range(len(found.terms))]
-    findings = [_finding(s, r, data) for s, r in zip(fitted.solved, ranked, strict=True)]
-    findings, placements = _with_separations(findings, found.selector.fit(found.terms).solved, ranked, some, noise)
-    scatter = _scatter_findings(noise, data)
-    found = replace(
-        found, unexplained=(*found.unexplained, *(_nameless(one) for one in scatter if one.kind in without))
-    )
-    findings += [one for one in scatter if one.kind not in without]
-    fit = _fit(data, noise, whitening, findings, fitted)
-    told = [told_by_clock(one, start_s) for one in findings]
-    return _diagnosis(found, told, fit, noise, recorded, placements)
+    if _degrees(some) < FEWEST_DOF or bare_problem(some).within_um < SMALLEST_SIGMA_UM:
+        return _insufficient(searched)
+    found = _search(some, priors or shipped_priors(), without)
+    data = some if len(some) == len(recorded) else counted_from(recorded, start_s)
+    return _told(found, data, recorded, start_s, priors or shipped_priors(), without)
 
 
-def _confirmed(terms: tuple[Term, ...], fitted: Fitted) -> tuple[Term, ...]:
-    """The laws that all rows confirm, of those found in some of them."""
-
-    def sure(one: Solved) -> bool:
-        sizes = [p.name for p in type(one.effect).parameters() if p.role == "linear"]
-        known = [one.parameters[name] for name in sizes if name in one.parameters]
-        return all(p.u is None or abs(p.value) > SURE * p.u for p in known)
-
-    return tuple(term for term, one in zip(terms, fitted.solved, strict=True) if sure(one))
+def _check_kinds(without: Collection[str]) -> None:
+    for kind in without:
+        if kind not in effect_kinds():
+            near = difflib.get_close_matches(kind, effect_kinds(), 1)
+            expected = f"{near[0]}?" if near else ", ".join(sorted(effect_kinds()))
+            raise InputError("without", "no such kind of effect", found=kind, expected=expected)
 
 
 def _some(data: Residuals, recording: Recording) -> Residuals:
@@ -117,105 +113,189 @@ def _some(data: Residuals, recording: Recording) -> Residuals:
     )
 
 
-def _on_all_rows(found: Fitted, data: Residuals) -> tuple[Noise, Whitening, Fitted]:
-    """The scatter and the laws' parameters from all rows of a recording of which some were searched."""
-    noise = estimate_noise(replace(data, um=data.um - displaced_um(found.solved, data)))
-    whitening = make_whitening(data, noise.by_row_um)
-    families = [carried(one.family, one.effect, data) for one in found.solved]
-    return noise, whitening, solve(families, [0] * len(families), data, whitening)
+def _degrees(data: Residuals) -> int:
+    """Degrees of freedom that rows have beyond their origins, or, of repeats, beyond their means."""
+    count = np.bincount(data.group)
+    within = int((np.maximum(count, 1) - 1).sum())
+    return within if _repeated(data) else len(data) - int(data.placement.max()) - 3
 
 
-def _finding(solved: Solved, rival: Rivals, data: Residuals) -> Finding:
-    family = solved.family
-    kinds = [look.family.kind for look in rival.looks]
-    others = tuple(dict.fromkeys(kind for kind in kinds if kind != family.kind))
-    labels = [look.family.label for look in rival.looks[1:] if look.family.kind == family.kind]
-    same = tuple(label for label in labels if label != family.label)
-    probability = sum(w for kind, w in zip(kinds, rival.weights, strict=True) if kind == family.kind)
-    return Finding(
-        family.kind,
-        family.label,
-        solved.effect,
-        _choices(solved),
-        solved.parameters,
-        min(probability, 1.0 - np.exp(rival.looks[0].log_p)),
-        solved.displacement_um(data),
-        others,
-        same,
+def _repeated(data: Residuals) -> bool:
+    """Whether faces were probed repeatedly."""
+    count = np.bincount(data.group)
+    return bool((count[data.group] > 1).mean() > 0.5)
+
+
+def _search(data: Residuals, priors: Priors, without: Collection[str]) -> _Searched:
+    search = Search(make_problem(data, priors, without), priors)
+    answer = Answer(search, search.run())
+    return _Searched(data, search, answer, make_model(search, answer, data, priors))
+
+
+def _told(
+    found: _Searched,
+    data: Residuals,
+    recorded: Residuals,
+    start_s: float,
+    priors: Priors,
+    without: Collection[str],
+) -> Diagnosis:
+    search, answer, model = found.search, found.answer, found.model
+    plain = Metric(search.problem, model.state.scatter, search.scatters, model.state.sigma_um)
+    checks = predictive_checks(search.problem, model.state, plain)
+    wider = widening(checks, search.problem, model.state, plain)
+    told = list(findings(model, answer, data, priors, wider))
+    left = list(unexplained(model, answer, found.data))
+    if len(found.data) < len(data):
+        told = _on_all_rows(told, model, data)
+    told, placements = with_separations(told, model, found.data)
+    noise = _noise(model, found.data, data)
+    named, nameless = _of_scatter(answer, model, noise, data, priors, without)
+    told += named
+    left += nameless
+    told = [told_by_clock(one, start_s) for one in told]
+    shares = np.sum([one.share_um for one in told], axis=0) if told else np.zeros(len(data))
+    verdict: Verdict = "unknown" if left else "effects" if told else "adequate"
+    return Diagnosis(
+        verdict,
+        tuple(told),
+        tuple(_where(search, left)),
+        tuple(left),
+        _fit(data, noise, told),
+        noise,
+        recorded,
+        _centred(recorded, recorded.um),
+        _centred(recorded, recorded.um - shares),
+        tuple(search.trail),
+        placements,
+        tuple(_remarks(found, data, start_s)),
+        tuple(nearest_laws(model)),
+        odds(answer, told, left),
+        checks,
     )
 
 
-def _choices(solved: Solved) -> dict[str, object]:
-    """Axis, face, ... of an effect, and the direction that was found for it."""
-    if solved.family.directions is None:
-        return dict(solved.family.choices)
-    return {**solved.family.choices, "direction": getattr(solved.effect, "direction", None)}
+def odds(answer: Answer, told: Sequence[Finding], left: Sequence[Located]) -> dict[str, Any]:
+    """Probabilities of the statements: nothing there, each law by itself and with its set, each form."""
+    said: list[dict[str, Any]] = []
+    for one in told:
+        choices = {name: {"value": value} for name, value in one.choices.items()}
+        about = {"kind": one.kind, "parameters": choices}
+        said.append({**about, "probability": one.own, "includes_set": False})
+        more = {"confounded_with": list(one.confounded_with)}
+        said.append({**about, **more, "probability": one.probability, "includes_set": True})
+    said += [{"form": one.form, "covariate": one.covariate, "probability": one.probability} for one in left]
+    names = ("growth", "correlation", "certificate", OUTLYING, "heavy")
+    scatter = {name: answer.probability_of_scatter(name) for name in names}
+    return {"adequate": answer.adequate, "scatter": scatter, "statements": said}
 
 
-def _with_separations(
-    findings: Sequence[Finding], solved: Sequence[Solved], ranked: Sequence[Rivals], data: Residuals, noise: Noise
-) -> tuple[list[Finding], dict[str, str]]:
-    """The findings with the reason of their sets and the measurement that would separate them."""
-    told: list[Finding] = []
-    placements: dict[str, str] = {}
-    sets = any(finding.confounded_with or finding.alternatives for finding in findings)
-    possible = lengthened(data, noise.sigma_um) if sets else []
-    for place, finding in enumerate(findings):
-        if not finding.confounded_with and not finding.alternatives:
-            told.append(finding)
+def _where(search: Search, left: Sequence[Located]) -> Iterator[Located]:
+    """Where the residuals are systematic before anything is named, and where forms are left; one to a covariate."""
+    yield from left
+    told = {one.covariate for one in left}
+    start = search.start
+    total = max(float(np.var(search.problem.um)) - start.sigma_um**2, 1e-300)
+    looks = [look for look in search.beside(start) if not look.candidate.named and look.gain > 0.0]
+    for look in looks:
+        if len(told) >= MOST_LOCATED or look.candidate.kind in told:
             continue
-        best = separate(place, solved, ranked[place], possible)
-        name = f"separate-{len(placements) + 1}"
-        by = NO_SEPARATION
-        if best is not None:
-            placements[f"{name}.toml"] = best.placement_text()
-            command = best.command(name, data.gauge.path, data.machine.path)
-            rest = f"; {', '.join(best.untold)}: {NO_SEPARATION}" if best.untold else ""
-            by = f"{best.run.words}, which tells it from {', '.join(best.told)}: {command}{rest}"
-        told.append(replace(finding, reason=_reason(finding, data), separate_by=by))
-    return told, placements
+        told.add(look.candidate.kind)
+        probability = float(1.0 / (1.0 + np.exp(-look.gain)))
+        beside = search.added(start, look)
+        share = float(np.clip((start.sigma_um**2 - beside.sigma_um**2) / total, 0.0, 1.0))
+        yield located(look.candidate, look.atom, probability, share)
 
 
-def _reason(finding: Finding, data: Residuals) -> str:
-    """Why the set cannot be told apart, in words."""
-    others = ", ".join([*finding.confounded_with, *finding.alternatives])
-    count = int(data.placement.max()) + 1
-    where = "the one placement" if count == 1 else f"the {count} placements"
-    return f"in {where} of this recording {finding.label} and {others} displace the readings in the same pattern"
+def _on_all_rows(told: Sequence[Finding], model: Model, data: Residuals) -> list[Finding]:
+    """The laws that were found in some rows, fitted to all of them; those that these do not confirm are dropped."""
+    problem = bare_problem(data)
+    scatters = Scatters(problem, shipped_priors())
+    metric = Metric(problem, scatters.plain(), scatters, model.state.sigma_um)
+    families = [carried(one.family, one.effect, data) for one in model.fitted.solved]
+    solved = solve(families, [0] * len(families), data, metric).solved
+    return [
+        replace(one, effect=s.effect, parameters=s.parameters, share_um=s.displacement_um(data))
+        for one, s in zip(told, solved, strict=True)
+        if _confirmed(s)
+    ]
 
 
-def _scatter_findings(noise: Noise, data: Residuals) -> list[Finding]:
-    found = []
-    nothing = np.zeros(len(data))
-    if noise.outliers.size:
+def _confirmed(solved: Solved) -> bool:
+    sizes = [p.name for p in type(solved.effect).parameters() if p.role == "linear"]
+    known = [solved.parameters[name] for name in sizes if name in solved.parameters]
+    return all(one.u is None or abs(one.value) > 4.0 * one.u for one in known)
+
+
+def _noise(model: Model, searched: Residuals, data: Residuals) -> Noise:
+    """The scatter of every row by the model that is told."""
+    state, scatter = model.state, model.state.scatter
+    relative = np.sqrt(model.metric.rows.scale**-2.0 * scatter.weight)
+    by_row = state.sigma_um * relative
+    outliers = np.flatnonzero(scatter.outlying > SURE_OUTLIER) if scatter.outlying is not None else np.zeros(0, int)
+    by_row[outliers] = np.inf
+    if len(searched) < len(data):
+        by_row, outliers = np.full(len(data), state.sigma_um), np.zeros(0, int)
+    return Noise(state.sigma_um, by_row, max(_degrees(data), 1), outliers, _repeated(data))
+
+
+def _of_scatter(
+    answer: Answer, model: Model, noise: Noise, data: Residuals, priors: Priors, without: Collection[str]
+) -> tuple[list[Finding], list[Located]]:
+    """Outliers and growing scatter as findings, correlated scatter as a form; what is no candidate, as a form, too."""
+    stated, scatter = priors.decision.stated, model.state.scatter
+    named: list[Finding] = []
+    left: list[Located] = []
+    p = answer.probability_of_scatter(OUTLYING)
+    if p >= stated and noise.outliers.size:
         rows = tuple(int(row) + 1 for row in noise.outliers)
         estimate = {"rows": Estimate(float(len(rows)), None, "count")}
-        found.append(Finding("outliers", "outliers", None, {"rows": rows}, estimate, 0.998, nothing))
-    if noise.growth is not None:
-        per, rate, p = noise.growth
-        choices: dict[str, object] = {"per": per}
-        if per == "time":
-            choices["start_s"] = float(data.probings.time_s.min())
-        parameters = {"rate": Estimate(rate, None, GROWTH_UNITS.get(per, "um/m"))}
-        found.append(Finding("noise_growth", f"noise_growth_{per}", None, choices, parameters, 1.0 - p, nothing))
-    return found
+        named.append(Finding("outliers", "outliers", None, {"rows": rows}, estimate, p, np.zeros(len(data)), own=p))
+    p = answer.probability_of_scatter("growth")
+    if p >= stated and scatter.growth is not None:
+        named.append(_growing(scatter, model.state.sigma_um, p, data))
+    p = answer.probability_of_scatter("correlation")
+    if p >= stated and scatter.correlation:
+        words = f"the scatter is correlated from touch to touch, by {scatter.correlation:g} to the next one"
+        name = "time" if data.has_time else "order"
+        left.append(Located(name, "both", CORRELATED, words, 0.0, p))
+    for one in [one for one in named if one.kind in without]:
+        covariate = "order" if one.kind == "outliers" else str(one.choices["per"])
+        left.append(Located(covariate, "both", GROWING, f"{one.kind} with {covariate}", 0.0, one.probability))
+    return [one for one in named if one.kind not in without], left
 
 
-def _nameless(finding: Finding) -> Located:
-    """What disturbs the scatter, where its kind is no candidate."""
-    if finding.kind == "outliers":
-        return Located(
-            "order", "both", ISOLATED, "single probings lie far outside the scatter", 0.0, 1.0 - finding.probability
-        )
-    per = str(finding.choices["per"])
-    covariate = f"machine {per}" if per in AXES else per
-    return Located(covariate, "both", GROWING, f"the scatter grows with {covariate}", 0.0, 1.0 - finding.probability)
+def _growing(scatter: Scatter, sigma_um: float, p: float, data: Residuals) -> Finding:
+    """Growing scatter as the vocabulary has it: a rate per metre, hour or mm/s."""
+    assert scatter.growth is not None
+    name, rate = scatter.growth
+    per = name.removeprefix("machine ")
+    choices: dict[str, object] = {"per": per}
+    span = _span(per, data)
+    if per == "time":
+        choices["start_s"] = float(data.probings.time_s.min())
+    estimate = {"rate": Estimate(rate * sigma_um / span, None, GROWTH_UNITS.get(per, "um/m"))}
+    return Finding("noise_growth", f"noise_growth_{per}", None, choices, estimate, p, np.zeros(len(data)), own=p)
 
 
-def _fit(data: Residuals, noise: Noise, whitening: Whitening, findings: Sequence[Finding], fitted: Fitted) -> Fit:
-    left, basis = fitted.left, fitted.basis
-    before = whitening(data.um)
-    columns = [f.share_um for f in findings if f.share_um.any()]
+def _span(per: str, data: Residuals) -> float:
+    """Span of what scatter grows with, in the unit of the vocabulary."""
+    if per == "time":
+        return float(np.ptp(data.probings.time_s)) / 3600.0
+    if per == "speed":
+        return float(np.ptp(data.probings.speed_mm_s))
+    values = data.probings.certified_mm() if per == "position" else data.probings.coordinate_mm(per)
+    return float(np.ptp(values)) * 1e-3
+
+
+def _fit(data: Residuals, noise: Noise, told: Sequence[Finding]) -> Fit:
+    """Agreement before and after; chi-square by the scatter within repeats, which no model enters."""
+    problem = bare_problem(data)
+    sigma_um = problem.within_um if noise.repeats else noise.sigma_um
+    scatters = Scatters(problem, shipped_priors())
+    metric = Metric(problem, scatters.plain(), scatters, sigma_um)
+    used = np.isfinite(noise.by_row_um)
+    columns = [one.share_um for one in told if one.share_um.any()]
     design = np.array(columns).T if columns else np.zeros((len(data), 0))
     none = np.zeros((len(data), 0))
     holdout = {
@@ -225,15 +305,17 @@ def _fit(data: Residuals, noise: Noise, whitening: Whitening, findings: Sequence
         )
         for folds in make_folds(data)
     }
-    used = np.isfinite(noise.by_row_um)
+    before, after = metric(data.um * used), metric((data.um - design.sum(axis=1)) * used)
+    free = sum(len(one.parameters) for one in told if one.share_um.any())
+    dof = max(int(used.sum()) - len(problem.free), 1)
     return Fit(
         noise.sigma_um,
         noise.dof,
         _rms(_centred(data, data.um)[used]),
         _rms(_centred(data, data.um - design.sum(axis=1))[used]),
         holdout,
-        float(before @ before) / max(whitening.dof, 1),
-        float(left @ left) / max(whitening.dof - basis.shape[1], 1),
+        float(before @ before) / dof,
+        float(after @ after) / max(dof - free, 1),
     )
 
 
@@ -249,51 +331,24 @@ def _centred(data: Residuals, um: Array) -> Array:
     return um - data.side * mean[data.placement]
 
 
-def _insufficient(data: Residuals, noise: Noise) -> Diagnosis:
-    whitening = make_whitening(data, noise.by_row_um)
-    located = most_telling(all_forms(data, whitening), whitening(data.um))
-    fit = _fit(data, noise, whitening, [], solve([], [], data, whitening))
-    return Diagnosis("insufficient", (), located, (), fit, noise, data, data.um, data.um, ())
+def _insufficient(data: Residuals) -> Diagnosis:
+    problem = bare_problem(data)
+    sigma = problem.within_um
+    noise = Noise(sigma, np.full(len(data), sigma), max(_degrees(data), 0), np.zeros(0, np.intp), _repeated(data))
+    fit = _fit(data, noise, [])
+    return Diagnosis("insufficient", (), (), (), fit, noise, data, data.um, data.um, ())
 
 
-def _where(found: Explained) -> tuple[Located, ...]:
-    """Where the disagreement lives: in what tells most, and in what the laws leave where that is something else."""
-    told = {one.covariate for one in found.located}
-    return (*found.located, *(one for one in found.unexplained if one.covariate not in told))
-
-
-def _diagnosis(
-    found: Explained,
-    findings: Sequence[Finding],
-    fit: Fit,
-    noise: Noise,
-    data: Residuals,
-    placements: dict[str, str],
-) -> Diagnosis:
-    verdict: Verdict = "unknown" if found.unexplained else "effects" if findings else "adequate"
-    shares = np.sum([f.share_um for f in findings], axis=0) if findings else np.zeros(len(data))
-    before, after = _centred(data, data.um), _centred(data, data.um - shares)
-    return Diagnosis(
-        verdict,
-        tuple(findings),
-        _where(found),
-        found.unexplained,
-        fit,
-        noise,
-        data,
-        before,
-        after,
-        tuple(found.selector.trail),
-        placements,
-        tuple(_remarks(found, data)),
-        found.refuted,
-    )
-
-
-def _remarks(found: Explained, data: Residuals) -> Iterator[str]:
+def _remarks(found: _Searched, data: Residuals, start_s: float) -> Iterator[str]:
     """What has to be known of the search to read what it says."""
-    searched = len(found.selector.residuals)
-    if searched < len(data):
-        yield f"searched in {searched} of {len(data)} rows, fitted to all of them"
-    if start_s := clock_start_s(data):
+    scatter = found.model.state.scatter
+    if len(found.data) < len(data):
+        yield f"searched in {len(found.data)} of {len(data)} rows, fitted to all of them"
+    if start_s:
         yield f"where something lives in time is counted from the first touch, at which the clock read {start_s:.12g} s"
+    if scatter.certificate > 1.0:
+        yield f"faces are off their certified positions {scatter.certificate:g} times as far as their uncertainty says"
+    if scatter.tails == "heavy":
+        yield "single readings scatter with heavier tails than a normal distribution: they were weighed accordingly"
+    if scatter.rounded:
+        yield f"readings stand on steps of {found.search.problem.step_um:g} um, which show beside the scatter"

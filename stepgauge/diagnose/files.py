@@ -21,7 +21,8 @@ from stepgauge import __version__
 from stepgauge.diagnose.holdout import holdout_rms, make_folds
 from stepgauge.diagnose.machine_text import effect_table, machine_text
 from stepgauge.diagnose.practice import in_practice
-from stepgauge.diagnose.result import Diagnosis, Finding, Located
+from stepgauge.diagnose.residuals import Residuals
+from stepgauge.diagnose.result import Diagnosis, Finding, Located, Member
 from stepgauge.diagnose.solve import Estimate
 from stepgauge.diagnose.unknown_law import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.errors import InputError
@@ -106,8 +107,11 @@ def diagnosis_to_dict(
         "stepgauge": __version__,
         "verdict": diagnosis.verdict,
         "effects": [_finding(finding, diagnosis, inputs, Path(folder)) for finding in diagnosis.findings],
-        "located": [_located(one) for one in diagnosis.located],
-        "unexplained": [_located(one) for one in diagnosis.unexplained],
+        "located": [
+            {**_located(one), **({"probability": one.probability} if one in diagnosis.unexplained else {})}
+            for one in diagnosis.located
+        ],
+        "unexplained": [{**_located(one), "probability": one.probability} for one in diagnosis.unexplained],
         "empirical": [_law(law, diagnosis) for law in laws],
         "fit": _fit(diagnosis, laws),
         "noise": _noise(diagnosis),
@@ -116,12 +120,16 @@ def diagnosis_to_dict(
             {
                 "action": step.action,
                 "effect": step.label,
-                "chi2_gain": step.gain,
-                "log10_p": step.log_p / math.log(10.0),
+                "log10_odds": step.gain / math.log(10.0),
             }
             for step in diagnosis.trail
         ],
         "refuted": list(diagnosis.refuted),
+        "odds": diagnosis.odds,
+        "checks": [
+            {"check": one.name, "deviation": one.deviation, "passed": one.passed, "words": one.words}
+            for one in diagnosis.checks
+        ],
         "remarks": list(diagnosis.remarks),
         "inputs": _inputs(diagnosis, inputs),
     }
@@ -136,8 +144,12 @@ def _finding(finding: Finding, diagnosis: Diagnosis, inputs: Inputs, folder: Pat
         "label": finding.label,
         "parameters": _parameters(finding),
         "probability": float(np.clip(finding.probability, 0.0, 1.0)),
+        "own_probability": float(np.clip(finding.own, 0.0, 1.0)),
         "confounded_with": list(finding.confounded_with),
         "alternatives": list(finding.alternatives),
+        "set": [_member(one, diagnosis.data) for one in finding.members],
+        "several": [{"labels": list(labels), "odds": odds} for labels, odds in finding.several],
+        "where": finding.where,
         "reason": finding.reason,
         "separate_by": separate_by,
         "commands": re.findall(r"stepgauge plan .+?\.dmi", separate_by),
@@ -148,6 +160,19 @@ def _finding(finding: Finding, diagnosis: Diagnosis, inputs: Inputs, folder: Pat
     if finding.kind == "outliers":
         said["rows"] = [_outlier(int(row), diagnosis, inputs) for row in _choice_rows(finding)]
     return said
+
+
+def _member(member: Member, data: Residuals) -> dict[str, Any]:
+    """One law of a set with its own values and what it means at the machine."""
+    parameters: dict[str, Any] = {name: {"value": _json(value)} for name, value in member.choices.items()}
+    parameters |= {name: _estimate(one) for name, one in member.parameters.items() if name not in parameters}
+    return {
+        "kind": member.kind,
+        "label": member.label,
+        "share": member.share,
+        "parameters": parameters,
+        "in_practice": in_practice(member, data),
+    }
 
 
 def _choice_rows(finding: Finding) -> Sequence[int]:
@@ -202,7 +227,7 @@ def _located(one: Located) -> dict[str, Any]:
         "side": one.side,
         "where": one.where,
         "share": one.share,
-        "p_value": one.p_value,
+        "p_value": 1.0 - one.probability,
         "form": one.form,
     }
 

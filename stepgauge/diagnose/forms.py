@@ -1,340 +1,296 @@
-"""Forms without a law: what any structure looks like that depends on one covariate.
+"""Forms without a law: random functions of whatever the disagreement may depend on.
 
-They serve twice: they say where a disagreement lives, and they catch what no named effect explains.
+A random function is a normal process; its features are columns whose sum with independent amplitudes of one standard
+deviation has the process' covariance (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, sec. 4.2).
+One candidate holds the kernels that say the same in words: smooth with several correlation lengths, or rough.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.library import SEEN_SHARE, Family, pauses_s
+from stepgauge.diagnose.covariates import (
+    WAY,
+    Covariate,
+    along_mm,
+    axes_shown,
+    covariates,
+    goes_both_ways,
+    lives_on,
+    mask,
+    runs_of,
+)
+from stepgauge.diagnose.posterior.priors import Priors
+from stepgauge.diagnose.posterior.problem import Candidate, Law, Smooth
 from stepgauge.diagnose.residuals import Residuals
-from stepgauge.recording import COUNTS, OPTIONAL, REQUIRED
+from stepgauge.effects.probings import followed
 
 Array = NDArray[np.float64]
-BINS = 8
-HARMONICS = 6
-ROUNDING = 1e-9
-SAME_PLACE = 1e-6
-"""Share of the gauge's length below which two coordinates are the same."""
-COLUMN = "column "
-FIXED = ("position", "machine x", "machine y", "machine z", "cycle", "time", "order", "side", "placement", "azimuth")
-"""Covariates that a column of the same name is told from."""
-TOUCHES = "touches since a pause"
-TURNING = "way since turning round"
-REST = "rest before the touch"
-WAY = "direction of travel"
-FEWEST_BACK = 0.2
-"""Share of the touches each way from which a difference between the ways can be told from single touches."""
-WANDERING = ("time", "order")
-POWERS = np.geomspace(0.15, 3.0, 14)
-"""Exponents of a decay with the number of touches that is no exponential."""
-GROWING_LENGTH = "growing length"
-"""The form of a length that grows in proportion to a covariate."""
-CHANGING_LENGTHS = ("changing scale", GROWING_LENGTH)
-MEMORY = "memory"
-"""The form of what rests leave and touches wear off."""
-FADING = np.array([1, 2, 3, 4, 6, 8, 12, 16])
-"""Numbers of touches over which it fades to 1/e."""
-GROWING, ISOLATED = "growing scatter", "isolated rows"
-"""Forms of the scatter, which no formula of the mean describes."""
-REPEATING = ("position", "machine x", "machine y", "machine z", *WANDERING)
-"""Covariates in which things repeat; in others a period is but one more shape that fits by chance."""
-MOST_PERIODS = 400
-FEWEST_IN_CYCLE = 8
+Shape = Sequence[Array] | Array
+"""Features of each kernel, ``(m, n)`` each, or signatures of each period, ``(atoms, d, n)``."""
+TREND, SMOOTH, ROUGH, LAGGED, WAVE = "trend", "smooth", "rough", "lagged", "wave"
+LENGTH, LEVELS, LOOP, HARMONICS, BEAT = "changing length", "levels", "loop", "harmonics", "beat"
+ROUGH_LENGTHS = (0.015, 0.1)
+KNOTS, ROUGH_KNOTS = 40, 120
+OVERTONES = 5
+"""Of a wave that is no sine; the k-th has the k-th part of the first's standard deviation."""
+FEWEST_IN_CYCLE = 6
 """Rows of a cycle from which it can be told from the others."""
-PRIOR_SIZE = 3.0
-"""Standard deviation of what is expected of a form's coefficients, over that of the residuals."""
-SIDES = ("approach", "gauge", "front", "back")
-"""Along every approach; along the gauge axis; on front faces only; on back faces only."""
-AXES = ("x", "y", "z")
-"""Sides, too: along a machine axis, whatever the gauge."""
+PERIODS_PER_SPAN = 4.0
+MOST_PERIODS = 40.0
+FEWEST_DIRECTIONS = 8
+WANDERING = ("time", "order")
+REPEATING = ("position", "machine x", "machine y", "machine z", *WANDERING)
+SAME = 1.0 - 1e-10
+"""Correlation from which two covariates say the same."""
 
 
 @dataclass(frozen=True)
-class Covariate:
-    """Something the disagreement may depend on: a name, a unit and a value per row.
+class Form:
+    """What a candidate without a name is: ``shape``, the side that it moves, what it depends on and how.
 
-    ``further``: a column of the recording beyond those that every recording has.
+    ``kernels``: what each of its shapes is: ``trend`` or ``smooth`` or ``rough``, a lag in s, a period.
     """
 
-    name: str
+    covariate: str
     unit: str
-    values: Array
-    further: bool = False
-
-    @property
-    def steps(self) -> int:
-        return len(np.unique(self.values))
+    shape: str
+    side: str
+    kernels: tuple[object, ...]
+    beside: str = ""
 
 
-def covariates(data: Residuals) -> list[Covariate]:
-    """All covariates of a recording that vary."""
-    frame = data.frame
-    order = np.empty(len(data))
-    order[data.order] = np.arange(len(data))
-    found = [Covariate("position", "mm", data.probings.certified_mm())]
-    found += [Covariate(f"machine {axis}", "mm", _place_mm(data, axis)) for axis in "xyz"]
-    found += [Covariate("cycle", "", frame["cycle"].to_numpy(float))]
-    found += [Covariate("time", "s", frame["time_s"].to_numpy(float))] if data.has_time else []
-    found += [Covariate("order", "", order)] if not data.has_time else []
-    found += [Covariate(TURNING, "mm", data.probings.since_turning_mm())]
-    found += list(_touches(data)) if data.has_time else []
-    found += [Covariate(REST, "s", data.probings.rest_s())] if data.has_time else []
-    for name in frame.columns:
-        if name.startswith("share_"):
-            continue  # the truth of a simulation is no covariate
-        if name in ("speed_mm_s", *OPTIONAL[3:]) or name not in (*REQUIRED, *OPTIONAL, *COUNTS):
-            found.append(Covariate(_plain_name(name, found), "", frame[name].to_numpy(float), name != "speed_mm_s"))
-    return [c for c in found if np.isfinite(c.values).all() and _varies(c.values)]
+@dataclass(frozen=True)
+class _Said:
+    """A form before it is given a side."""
+
+    covariate: str
+    unit: str
+    shape: str
+    features: Shape
+    kernels: tuple[object, ...]
+    sides: tuple[str, ...]
+    share: float = 1.0
+    beside: str = ""
 
 
-def _place_mm(data: Residuals, axis: str) -> Array:
-    """A machine coordinate, to a millionth of the gauge's length.
+def form_candidates(data: Residuals, priors: Priors) -> list[Candidate]:
+    """All forms that a recording may show, each on every side on which it may live."""
+    said = [one for one in _said(data, priors) if len(one.features) and one.sides]
+    total = sum(one.share for one in said)
+    sides = {side: mask(data, side) for one in said for side in one.sides}
+    sizes = priors.forms.about(data.machine.table.repeatability_um)
+    found: list[Candidate] = []
+    for one in said:
+        odds = float(np.log(priors.forms.odds * one.share / total / len(one.sides)))
+        for side in one.sides:
+            form = Form(one.covariate, one.unit, one.shape, side, one.kernels, one.beside)
+            label = f"{one.shape} {one.covariate} {one.beside} {side}"
+            if isinstance(one.features, np.ndarray):
+                flat = np.full(len(one.features), -np.log(len(one.features)))
+                share = sides[side][None]
+                found.append(
+                    Law(
+                        one.covariate,
+                        label,
+                        False,
+                        odds,
+                        sizes,
+                        form,
+                        pattern=one.features,
+                        shares=share,
+                        log_weight=flat,
+                    )
+                )
+            else:
+                features = tuple(_shown(columns * sides[side]) for columns in one.features)
+                if all(len(columns) for columns in features):
+                    found.append(Smooth(one.covariate, label, False, odds, sizes, form, features))
+    return found
 
-    Along an axis in which a placement does not move, what is left of a coordinate is its rounding and a trace of the
-    very residual that is to be explained: the gauge is never quite at right angles to it.
+
+def _shown(columns: Array) -> Array:
+    """Features that show on some row."""
+    return columns[np.abs(columns).max(axis=1) > 1e-9]
+
+
+def _said(data: Residuals, priors: Priors) -> Iterator[_Said]:
+    told = _different(covariates(data))
+    slow = next((one for one in told if one.name in WANDERING), None)
+    position = told[0]
+    for one in told:
+        yield _of_one(one, data, priors)
+        if one.name in REPEATING:
+            yield _waves(one, data, priors)
+    yield from _lagged(told, position, data, priors)
+    yield from _products(position, slow, data, priors)
+    yield from _of_ways(position, data, priors)
+    yield from _levels(data)
+
+
+def _different(found: Sequence[Covariate]) -> list[Covariate]:
+    """Covariates less those that say the same as one before them, up to a factor and a constant."""
+    kept: list[tuple[Covariate, Array]] = []
+    for one in found:
+        unit = standard(one.values)
+        if all(abs(float(unit @ other)) < SAME * len(unit) for _, other in kept):
+            kept.append((one, unit))
+    return [one for one, _ in kept]
+
+
+def standard(values: Array) -> Array:
+    """Values about their mean in standard deviations."""
+    return np.asarray((values - values.mean()) / max(float(values.std()), 1e-300))
+
+
+def _sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
+    axes = [axis for axis in axes_shown(data) if lives_on(one, axis)]
+    return ("approach", "gauge", *axes)
+
+
+def _of_one(one: Covariate, data: Residuals, priors: Priors) -> _Said:
+    """A trend, smooth functions of several lengths, and rough ones of what wanders."""
+    smooth = [matern(one.values, length) for length in priors.forms.lengths]
+    rough = [matern(one.values, length, rough=True) for length in ROUGH_LENGTHS] if one.name in WANDERING else []
+    kernels = (TREND, *[SMOOTH] * len(smooth), *[ROUGH] * len(rough))
+    features = [standard(one.values)[None], *smooth, *rough]
+    share = priors.forms.own_column if one.further else 1.0
+    return _Said(one.name, one.unit, SMOOTH, features, kernels, _sides(one, data), share)
+
+
+def matern(x: Array, length: float, rough: bool = False) -> Array:
+    """Features ``(m, n)`` of a random function of ``x (n,)`` with a correlation length over the span of ``x``.
+
+    Twice differentiable (Matern 5/2), or rough as the path of a random walk (Ornstein and Uhlenbeck).
     """
-    mm = data.probings.coordinate_mm(axis)
-    step = SAME_PLACE * float(np.ptp(data.probings.certified_mm()))
-    return mm.min() + step * np.rint((mm - mm.min()) / step)
+    u = (x - x.min()) / np.ptp(x)
+    levels, most = np.unique(u), ROUGH_KNOTS if rough else KNOTS
+    knots = levels if len(levels) <= most else np.linspace(0.0, 1.0, most)
+    r = np.abs(knots[:, None] - knots) / length
+    root5 = np.sqrt(5.0)
+    covariance = np.exp(-r) if rough else (1.0 + root5 * r + 5.0 * r**2 / 3.0) * np.exp(-root5 * r)
+    value, vector = np.linalg.eigh(covariance)
+    seen = value > 1e-9 * value[-1]
+    return np.asarray((_between(u, knots) @ (vector[:, seen] * np.sqrt(value[seen]))).T[::-1])
 
 
-def _touches(data: Residuals) -> Iterator[Covariate]:
-    """Touches since a pause, for every length that may count as one in this recording; without any they only count."""
-    told: list[Array] = []
-    for pause_s in (round(pause) for pause in pauses_s(data)):
-        touches = data.probings.touches_since_pause(pause_s)
-        paused = bool((np.diff(touches[data.order]) <= 0.0).any())
-        if paused and not any(np.array_equal(touches, other) for other in told):
-            told.append(touches)
-            yield Covariate(f"{TOUCHES} of {pause_s} s", "", touches)
+def _between(u: Array, knots: Array) -> Array:
+    """Matrix ``(n, m)`` that interpolates values at knots."""
+    i = np.clip(np.searchsorted(knots, u, side="right") - 1, 0, len(knots) - 2)
+    share = (u - knots[i]) / (knots[i + 1] - knots[i])
+    weight = np.zeros((len(u), len(knots)))
+    weight[np.arange(len(u)), i] = 1.0 - share
+    weight[np.arange(len(u)), i + 1] += share
+    return weight
 
 
-def pause_of(covariate: str) -> int:
-    """The length of a pause, s, in the name of the touches since one."""
-    return int(covariate.removeprefix(TOUCHES).split()[1])
+def _waves(one: Covariate, data: Residuals, priors: Priors) -> _Said:
+    """Waves of any shape: a period and its overtones."""
+    span, most = float(np.ptp(one.values)), min(one.steps / 4.0, MOST_PERIODS)
+    turns = np.arange(2.0, most, 1.0 / PERIODS_PER_SPAN)
+    overtone = np.arange(1, OVERTONES + 1)[:, None]
+    angle = 2.0 * np.pi * turns[:, None, None] * overtone * ((one.values - one.values.min()) / span)
+    waves = np.concatenate([np.sin(angle) / overtone, np.cos(angle) / overtone], axis=1)
+    return _Said(one.name, one.unit, WAVE, waves, tuple(span / turns), _wave_sides(one, data), priors.forms.wave)
 
 
-def _plain_name(name: str, others: Sequence[Covariate]) -> str:
-    """A column's name, told from covariates that every recording has."""
-    if name == "speed_mm_s":
-        return "speed"
-    return COLUMN + name if name in FIXED or name in {one.name for one in others} else name
+def _wave_sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
+    """A wave over a machine axis moves along it; one in time may move anything."""
+    if one.name.startswith("machine "):
+        own = one.name[-1]
+        return (own,) if own in axes_shown(data) else ()
+    return ("gauge",) if one.name == "position" else ("approach", "gauge", *axes_shown(data))
 
 
-def _varies(values: Array) -> bool:
-    """Whether values differ by more than their rounding: a time may count from 1970."""
-    return float(np.ptp(values)) > ROUNDING * max(float(np.abs(values).max()), 1e-9)
-
-
-def form_families(data: Residuals) -> Iterator[Family]:
-    """Trend, bow, steps and free shapes in every covariate, on every side; periods; the approach's azimuth."""
-    shapes = [(covariate, list(_shapes(covariate))) for covariate in covariates(data)]
-    for side in (*SIDES, *axes_shown(data)):
-        sided = mask(data, side)[None]
-        if side in ("approach", "front"):
-            yield make_form("offset", "side", side, sided[None], data)
-        for covariate, forms in shapes:
-            if not lives_on(covariate, side):
-                continue
-            for form, columns, values in forms:
-                family = make_form(form, covariate.name, side, columns, data)
-                details = {**family.details, "atoms": values, "unit": covariate.unit}
-                yield replace(family, details=details, shares=sided)
-    yield from _length_forms(data)
-    yield from _memory_forms(data)
-    yield from _way_forms(data)
-    yield from _side_forms(data)
-    yield from _cycle_forms(data)
-    yield from _placement_forms(data)
-    yield from _azimuth_forms(data)
-
-
-def axes_shown(data: Residuals) -> list[str]:
-    """Machine axes along which a motion differs from one along the gauge: those that placements lie along in part."""
-    shares = np.abs(np.array(list(data.probings.setting.axis.values())))
-    return [axis for i, axis in enumerate("xyz") if np.ptp(shares[:, i]) > SEEN_SHARE]
-
-
-def lives_on(covariate: Covariate, side: str) -> bool:
-    """Whether a covariate is one that may move the readings along a machine axis, if the side is one."""
-    return side in SIDES or covariate.name.startswith("machine ") or covariate.further
-
-
-def mask(data: Residuals, side: str) -> Array:
-    """Share of a form in every row by the side on which it lives."""
-    if side in AXES:
-        return data.probings.approach(side)
-    return {
-        "approach": np.ones(len(data)),
-        "gauge": data.side,
-        "front": (data.side > 0).astype(float),
-        "back": (data.side < 0).astype(float),
-    }[side]
-
-
-def length_mm(side: str, data: Residuals) -> Array:
-    """The coordinate along which a length on a side grows in proportion, from its middle, mm."""
-    values = along_mm(side, data)
-    return values - float(values.mean())
-
-
-def along_mm(side: str, data: Residuals) -> Array:
-    """The coordinate along a side: a machine axis, or the gauge, mm."""
-    return data.probings.coordinate_mm(side) if side in AXES else data.probings.certified_mm()
-
-
-def make_form(form: str, covariate: str, side: str, columns: Array, data: Residuals) -> Family:
-    """A form on one side as a family without a law, from its signatures ``(atoms, d, n)``."""
-    atoms = [{"atom": i} for i in range(len(columns))]
-    details = {"form": form, "side": side}
-    label = f"{form} in {covariate}, {side}"
-    # a form describes residuals: one that is all but an origin shift must not grow beyond them to show
-    prior = PRIOR_SIZE * max(float(data.um.std()), 1e-9)
-    return Family(f"form:{form}", label, {}, atoms, columns, None, covariate, details=details, prior=prior)
-
-
-def _shapes(covariate: Covariate) -> Iterator[tuple[str, Array, Array | None]]:
-    """Named forms as ``(atoms, d, n)``, and what each atom stands for (the place of a step, a period)."""
-    x = covariate.values
-    u = (x - x.mean()) / np.ptp(x) * 2.0
-    yield "trend", u[None, None], None
-    if covariate.steps > 2:
-        yield "bow", np.stack([u, u**2 - (u**2).mean()])[None], None
-    if covariate.steps > 3:
-        yield "free shape", _bins(x)[None], None
-    if covariate.name.startswith(TOUCHES):
-        decays = (1.0 + x) ** -POWERS[:, None, None]
-        yield "decay", decays, POWERS
-        yield "decay to a level", np.concatenate([decays, np.ones_like(decays)], axis=1), POWERS
-    if covariate.name == REST:
-        yield "power", np.maximum(x, 0.1) ** POWERS[:, None, None] / x.max() ** POWERS[:, None, None], POWERS
-    if covariate.steps > 12:
-        places = _places(x)
-        yield "step", (x >= places[:, None]).astype(float)[:, None], places
-        if covariate.name in REPEATING:
-            yield "period", *sines(x)
-
-
-def _bins(x: Array) -> Array:
-    """Indicator functions of intervals with about as many rows each, less their mean."""
-    levels = np.unique(x)
-    count = min(BINS, len(levels))
-    edges = np.quantile(levels, np.linspace(0, 1, count + 1)[1:-1])
-    index = np.searchsorted(edges, x, side="right")
-    columns = (index == np.arange(count)[:, None]).astype(float)
-    return (columns - columns.mean(axis=1, keepdims=True))[:-1]
-
-
-def _places(x: Array) -> Array:
-    """Places for a step, between the values that occur."""
-    levels = np.unique(x)
-    between = (levels[1:] + levels[:-1]) / 2.0
-    return between[np.unique(np.linspace(0, len(between) - 1, min(len(between), 120)).astype(int))]
-
-
-def sines(x: Array) -> tuple[Array, Array]:
-    """Sine and cosine of every period that a covariate may show, ``(periods, 2, n)``, and the periods."""
-    span = float(np.ptp(x))
-    frequency = np.arange(1.0, min(len(np.unique(x)) / 2.0, MOST_PERIODS / 3.0), 1.0 / 3.0) / span
-    angle = 2.0 * np.pi * frequency[:, None] * (x - x.min())
-    return np.stack([np.sin(angle), np.cos(angle)], axis=1), 1.0 / frequency
-
-
-def goes_both_ways(data: Residuals) -> bool:
-    """Whether enough touches were made each way to tell the ways apart."""
-    way = data.probings.way()
-    return bool(min((way > 0).sum(), (way < 0).sum()) >= FEWEST_BACK * len(data))
-
-
-def _length_forms(data: Residuals) -> Iterator[Family]:
-    """Lengths along the gauge, or along machine axes, that grow with a speed, a temperature, any further column."""
-    for covariate in covariates(data):
-        if covariate.name != "speed" and not covariate.further:
+def _lagged(told: Sequence[Covariate], position: Covariate, data: Residuals, priors: Priors) -> Iterator[_Said]:
+    """Recorded columns that act with a lag, and lengths that grow with them."""
+    length = standard(position.values)
+    for one in told:
+        if one.name == "speed":
+            grown = [(length * standard(one.values))[None]]
+            yield _Said(one.name, one.unit, LENGTH, grown, (0.0,), ("gauge",), priors.forms.product, "position")
+        if not one.further:
             continue
-        u = (covariate.values - covariate.values.mean()) / np.ptp(covariate.values)
-        for side in ("gauge", *axes_shown(data)):
-            length = length_mm(side, data)
-            columns = u * length / np.ptp(length) * mask(data, side)
-            yield make_form(GROWING_LENGTH, covariate.name, side, columns[None, None], data)
+        lags = tuple(float(lag * _duration_s(data)) for lag in priors.forms.lags) if data.has_time else ()
+        late = [standard(value)[None] for value in (followed(data.probings.time_s, one.values, lags) if lags else ())]
+        if late:
+            yield _Said(one.name, one.unit, LAGGED, late, lags, _sides(one, data), priors.forms.lag)
+        grown = [value * length for value in [standard(one.values)[None], *late]]
+        sides = ("gauge", *axes_shown(data))
+        yield _Said(one.name, one.unit, LENGTH, grown, (0.0, *lags), sides, priors.forms.product, "position")
 
 
-def _memory_forms(data: Residuals) -> Iterator[Family]:
-    """What every rest adds and every touch wears off a part of, to a level that is a constant along the approach."""
-    if not data.has_time:
+def _duration_s(data: Residuals) -> float:
+    return float(np.ptp(data.frame["time_s"].to_numpy(float)))
+
+
+def _products(position: Covariate, slow: Covariate | None, data: Residuals, priors: Priors) -> Iterator[_Said]:
+    """Lengths and waves along the gauge that change with time or order."""
+    if slow is None:
         return
-    rested = np.array([data.probings.rested(touches) for touches in FADING])[:, None]
-    for side, columns in (("approach", np.concatenate([rested, np.ones_like(rested)], axis=1)), ("gauge", rested)):
-        form = make_form(MEMORY, REST, side, columns * mask(data, side), data)
-        yield replace(form, details=form.details | {"atoms": FADING, "unit": "touches"})
+    both, share = ("approach", "gauge"), priors.forms.product
+    length = standard(position.values)
+    changing = [matern(slow.values, at) * (length - zero) for at in priors.forms.lengths[1:3] for zero in
+                (0.0, length.min(), length.max())]  # fmt: skip
+    yield _Said(slow.name, slow.unit, LENGTH, changing, (SMOOTH,) * len(changing), both, share, "position")
+    surface = [_product(matern(position.values, a), matern(slow.values, b)) for a, b in ((0.15, 0.08), (0.3, 0.25))]
+    yield _Said(slow.name, slow.unit, SMOOTH, surface, (SMOOTH, SMOOTH), both, share, "position")
+    turns = [(f, g) for f in np.arange(1.0, 6.1, 0.5) for g in np.arange(1.0, 8.1, 0.5)]
+    beats = np.array([_beat(position.values, slow.values, f, g) for f, g in turns])
+    periods = tuple((float(np.ptp(position.values) / f), float(np.ptp(slow.values) / g)) for f, g in turns)
+    yield _Said(slow.name, slow.unit, BEAT, beats, periods, both, share, "position")
 
 
-def _way_forms(data: Residuals) -> Iterator[Family]:
-    """What differs between the ways there and back: by a constant, or by another shape along the gauge each way."""
+def _product(one: Array, other: Array, most: int = 200) -> Array:
+    """Products of features, those that matter."""
+    both = (one[:, None] * other[None]).reshape(-1, one.shape[1])
+    return both[np.argsort(-(both**2).sum(axis=1))[:most]]
+
+
+def _beat(x: Array, y: Array, f: float, g: float) -> Array:
+    """Products of sines and cosines in two covariates, ``(4, n)``."""
+    waves = []
+    for values, turns in ((x, f), (y, g)):
+        angle = 2.0 * np.pi * turns * (values - values.min()) / np.ptp(values)
+        waves.append(np.array([np.sin(angle), np.cos(angle)]))
+    return np.asarray((waves[0][:, None] * waves[1]).reshape(4, -1))
+
+
+def _of_ways(position: Covariate, data: Residuals, priors: Priors) -> Iterator[_Said]:
+    """What differs between the ways there and back: a constant, or another shape along the gauge each way."""
     if not goes_both_ways(data):
         return
     way = data.probings.way()
-    shape = _bins(data.probings.certified_mm())
-    for side in ("approach", "gauge"):
-        sided = mask(data, side)
-        yield make_form("offset", WAY, side, (way * sided)[None, None], data)
-        yield make_form("loop", WAY, side, (np.vstack([shape, way, way * shape]) * sided)[None], data)
+    loops = [way[None], *(way * matern(position.values, length) for length in priors.forms.lengths)]
+    kernels = (TREND, *[SMOOTH] * len(priors.forms.lengths))
+    yield _Said(WAY, "", LOOP, loops, kernels, ("approach", "gauge"))
 
 
-def _side_forms(data: Residuals) -> Iterator[Family]:
-    """Fronts and backs each with a curve of their own along the gauge."""
-    x = data.probings.certified_mm()
-    u = (x - x.mean()) / max(float(np.ptp(x)), 1e-9) * 2.0
-    curve = np.array([u, u**2, u**3])
-    columns = np.vstack([curve * (data.side > 0), curve * (data.side < 0), data.side > 0])
-    yield make_form("two curves", "position", "approach", columns[None].astype(float), data)
-
-
-def runs_of(data: Residuals) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
-    """Placement and cycle of every run along the gauge, ``(r, 2)``, and the run of every row."""
-    numbers, run = np.unique(data.frame[["placement", "cycle"]].to_numpy(), axis=0, return_inverse=True)
-    return numbers, run.ravel()
-
-
-def _cycle_forms(data: Residuals) -> Iterator[Family]:
-    """A level of its own for every cycle of every placement; one cycle with a level or a length of its own."""
-    numbers, run = runs_of(data)
-    count = len(numbers)
-    if not 2 < count < len(data) / FEWEST_IN_CYCLE:
-        return
-    columns = (run == np.arange(count)[:, None]).astype(float)
-    position = data.probings.certified_mm()
-    length = (position - position.mean()) / np.ptp(position)
-    places = {"atoms": np.arange(count), "names": [f"{cycle} of placement {placing}" for placing, cycle in numbers]}
-    for side in ("approach", "gauge"):
-        if data.placement.max() > 0:
-            free = columns[:-1] if side == "gauge" else columns  # origins of the placements lie along the gauge
-            yield make_form("levels", "cycle", side, (free * mask(data, side))[None], data)
-        odd = make_form("odd cycle", "cycle", side, (columns * mask(data, side))[:, None], data)
-        yield replace(odd, details=odd.details | places)
-    odd = make_form("odd length", "cycle", "gauge", (columns * length * data.side)[:, None], data)
-    yield replace(odd, details=odd.details | places)
-
-
-def _placement_forms(data: Residuals) -> Iterator[Family]:
-    """Differences between placements that are no matter of their origins: in the mean along the approach."""
-    count = int(data.placement.max()) + 1
-    if count > 1:
-        columns = (data.placement == np.arange(count)[:, None]).astype(float)
-        yield make_form("level", "placement", "approach", columns[None], data)
-
-
-def _azimuth_forms(data: Residuals) -> Iterator[Family]:
-    """Harmonics of the approach's azimuth about the stylus."""
+def _levels(data: Residuals) -> Iterator[_Said]:
+    """Levels of their own for cycles, faces, placements; harmonics of the approach's azimuth about the stylus."""
+    both = ("approach", "gauge")
+    run = runs_of(data)[1]
+    if 1 < run.max() < len(data) / FEWEST_IN_CYCLE:
+        yield _Said("cycle", "", LEVELS, [_indicators(run)], (LEVELS,), both)
+    if data.group.max() < len(data) / 2:
+        yield _Said("face", "", LEVELS, [_indicators(data.group)], (LEVELS,), both)
+    if data.placement.max() > 0:
+        yield _Said("placement", "", LEVELS, [_indicators(data.placement)], (LEVELS,), ("approach",))
     c, s = data.probings.lateral_share()
     azimuth = np.arctan2(s, c)
-    directions = len(np.unique(np.round(azimuth, 3)))
-    if directions > 2:
-        orders = np.arange(1, min(HARMONICS, directions // 2) + 1)[:, None]
-        columns = np.concatenate([np.cos(orders * azimuth), np.sin(orders * azimuth)])
-        yield make_form("harmonics", "azimuth", "approach", columns[None], data)
+    if len(np.unique(azimuth.round(3))) >= FEWEST_DIRECTIONS:
+        orders = [np.array([np.cos(k * azimuth), np.sin(k * azimuth)]) for k in range(2, 7)]
+        yield _Said("azimuth", "rad", HARMONICS, [*orders, np.vstack(orders) / 2.0], tuple(range(2, 8)), ("approach",))
+
+
+def _indicators(index: NDArray[np.intp]) -> Array:
+    return (index == np.arange(index.max() + 1)[:, None]).astype(float)
+
+
+def length_um(side: str, data: Residuals) -> Array:
+    """The coordinate along a side about its mean in its standard deviations: a unit of a changing length."""
+    return standard(along_mm(side, data))

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 FEWEST_PERIODS = 2.0
 """Periods within the travel or the time of the measurement from which something repeats: less of one is a bow."""
 MOST_PERIODS = 4000
-MOST_FREQUENCIES = 5000
+MOST_FREQUENCIES = 2500
 RHYTHM = np.linspace(0.0, 1.0, 41)
 """Quantiles of the times between touches that stand for all of them."""
 GRADUAL = 0.1

@@ -10,7 +10,7 @@ import numpy as np
 
 from stepgauge.diagnose.machine_text import effect_table
 from stepgauge.diagnose.residuals import Residuals
-from stepgauge.diagnose.result import Finding
+from stepgauge.diagnose.result import Finding, Member
 from stepgauge.effects import effect_kinds
 from stepgauge.recording import APPROACH
 
@@ -18,7 +18,7 @@ Values = Mapping[str, Any]
 Sentence = Callable[[Values, Residuals], str]
 
 
-def in_practice(finding: Finding, data: Residuals) -> str:
+def in_practice(finding: Finding | Member, data: Residuals) -> str:
     """What a finding means, for the person at the machine."""
     values = _values(finding)
     sentence = _SENTENCES.get(finding.kind)
@@ -39,8 +39,8 @@ def counted(names: Iterable[str]) -> list[str]:
     return [f"{said.get(times, f'{times} times ')}{name}" for name, times in Counter(names).items()]
 
 
-def _values(finding: Finding) -> Values:
-    if finding.effect is not None:
+def _values(finding: Finding | Member) -> Values:
+    if isinstance(finding, Finding) and finding.effect is not None:
         return effect_table(finding.effect)
     return {**finding.choices, **{k: e.value for k, e in finding.parameters.items() if k not in finding.choices}}
 

@@ -15,7 +15,7 @@ from typing import Any
 import jinja2
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-from stepgauge.diagnose.forms import GROWING, ISOLATED
+from stepgauge.diagnose.located import SCATTER
 from stepgauge.diagnose.practice import counted, line, name_of
 from stepgauge.files import read_text
 from stepgauge.report.numbers import clean
@@ -51,7 +51,7 @@ def report_text(said: Mapping[str, Any], figures: Sequence[str] = (), template: 
         "limits": limits(said),
         "lacking": lacking(said),
         "remaining": remaining(said["unexplained"]),
-        "scatter": (GROWING, ISOLATED),
+        "scatter": SCATTER,
         "coverage": COVERAGE,
     }
     return environment().from_string(read_text(source)).render(context)

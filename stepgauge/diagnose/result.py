@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.noise import Noise
+from stepgauge.diagnose.posterior.search import Step
 from stepgauge.diagnose.residuals import Residuals
-from stepgauge.diagnose.select import Step
 from stepgauge.diagnose.solve import Estimate
 from stepgauge.effects import Effect
 
@@ -19,12 +18,40 @@ Verdict = Literal["adequate", "effects", "unknown", "insufficient"]
 
 
 @dataclass(frozen=True)
+class Noise:
+    """Scatter of a single probing.
+
+    ``sigma_um``: standard deviation of an ordinary row; ``by_row_um (n,)``: of each row, infinite for outliers;
+    ``dof``: degrees of freedom behind it; ``outliers``: indices of rows; ``repeats``: whether faces were probed repeatedly.
+    """
+
+    sigma_um: float
+    by_row_um: Array
+    dof: int
+    outliers: NDArray[np.intp]
+    repeats: bool
+
+
+@dataclass(frozen=True)
+class Member:
+    """One law of a set: its label, share of the set's probability, and its own values."""
+
+    kind: str
+    label: str
+    share: float
+    choices: dict[str, object]
+    parameters: dict[str, Estimate]
+
+
+@dataclass(frozen=True)
 class Finding:
     """A named effect.
 
-    ``effect``: ready for a machine file; ``choices``: axis, plane, face, ... ; ``confounded_with``: other kinds that
-    this recording cannot tell from it; ``alternatives``: other choices of the same kind; ``reason``: why, in words;
-    ``share_um (n,)``: its displacement along the approach.
+    ``effect``: ready for a machine file; ``choices``: axis, plane, face, ... ; ``probability``: of the set; ``own``: of
+    this member of it; ``confounded_with``: other kinds that this recording cannot tell from it; ``alternatives``: other
+    choices of the same kind; ``members``: all of the set with values of their own; ``several``: sets of several laws
+    that may stand in place of it, each as labels with its odds; ``where``: the part of the record that it acts in,
+    empty for all of it; ``reason``: why the set cannot be told apart; ``share_um (n,)``: its displacement along the approach.
     """
 
     kind: str
@@ -34,17 +61,21 @@ class Finding:
     parameters: dict[str, Estimate]
     probability: float
     share_um: Array
+    own: float = 1.0
     confounded_with: tuple[str, ...] = ()
     alternatives: tuple[str, ...] = ()
+    members: tuple[Member, ...] = ()
+    several: tuple[tuple[tuple[str, ...], float], ...] = ()
+    where: str = ""
     reason: str = ""
     separate_by: str = ""
 
 
 @dataclass(frozen=True)
 class Located:
-    """Where disagreement lives: covariate, side, form in words, share of the structure, significance.
+    """Where residuals are systematic: covariate, side, form, in words, share of the structure, probability.
 
-    ``period``: of a wave with corners, in the covariate's unit.
+    ``beside``: a second covariate that the form depends on; ``numbers``: what the form is told with: a period, a lag.
     """
 
     covariate: str
@@ -52,8 +83,9 @@ class Located:
     form: str
     where: str
     share: float
-    p_value: float
-    period: float | None = None
+    probability: float
+    beside: str = ""
+    numbers: Any = None
 
 
 @dataclass(frozen=True)
@@ -70,11 +102,22 @@ class Fit:
 
 
 @dataclass(frozen=True)
+class Check:
+    """One part of the posterior predictive check: what was compared, its deviation in standard deviations."""
+
+    name: str
+    deviation: float
+    passed: bool
+    words: str
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The whole answer; ``before_um`` and ``after_um`` are the residuals, origins taken out.
 
     ``placements``: texts of placement files for the runs that ``separate_by`` of the findings proposes, by file name;
-    ``refuted``: what speaks against the law that comes nearest to what is unexplained.
+    ``refuted``: what speaks against the law that comes nearest to what is unexplained; ``odds``: probabilities of all
+    statements; ``checks``: the posterior predictive check.
     """
 
     verdict: Verdict
@@ -90,3 +133,5 @@ class Diagnosis:
     placements: dict[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = field(default_factory=tuple)
     refuted: tuple[str, ...] = field(default_factory=tuple)
+    odds: dict[str, Any] = field(default_factory=dict)
+    checks: tuple[Check, ...] = ()

@@ -8,17 +8,22 @@ fitted anew, cannot imitate.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.confounded import Rivals
 from stepgauge.diagnose.library import family_signatures
+from stepgauge.diagnose.posterior.metric import Metric
+from stepgauge.diagnose.posterior.priors import shipped_priors
+from stepgauge.diagnose.posterior.problem import Candidate
+from stepgauge.diagnose.posterior.scatter import Scatters
+from stepgauge.diagnose.problem import bare_problem
 from stepgauge.diagnose.residuals import Residuals, unchecked_residuals
-from stepgauge.diagnose.solve import Solved
-from stepgauge.diagnose.whitening import Whitening, make_whitening, orthonormal
+from stepgauge.diagnose.result import Finding
+from stepgauge.diagnose.solve import Solved, orthonormal
+from stepgauge.diagnose.verdict import Model
 from stepgauge.effects import along_approach_um
 from stepgauge.errors import InputError
 from stepgauge.placement import STANDING_COS, Placement, format_placement, make_placement
@@ -30,6 +35,7 @@ MARGIN_MM = np.array([40.0, 40.0, 60.0])
 """Room to leave to the travel limits for stand-off, clearance and lift, on x, y and z."""
 TELLING = 9.0
 """Gain of chi-square from which an extra run is worth proposing."""
+NO_SEPARATION = "the same in every placement and at every speed within this travel; log the temperatures"
 SPEED_FACTOR = 3.0
 PAUSE_S = 120.0
 
@@ -68,7 +74,7 @@ class Lengthened:
 
     run: ExtraRun
     data: Residuals
-    whitening: Whitening
+    metric: Metric
 
 
 def lengthened(data: Residuals, sigma_um: float) -> list[Lengthened]:
@@ -79,18 +85,68 @@ def lengthened(data: Residuals, sigma_um: float) -> list[Lengthened]:
             more = _with_run(run, data)
         except InputError:
             continue
-        found.append(Lengthened(run, more, make_whitening(more, np.full(len(more), sigma_um))))
+        found.append(Lengthened(run, more, _metric(more, sigma_um)))
     return found
 
 
-def separate(place: int, solved: Sequence[Solved], rivals: Rivals, possible: Sequence[Lengthened]) -> Separation | None:
+def _metric(data: Residuals, sigma_um: float) -> Metric:
+    problem = bare_problem(data)
+    scatters = Scatters(problem, shipped_priors())
+    return Metric(problem, scatters.plain(), scatters, sigma_um)
+
+
+def with_separations(
+    findings: Sequence[Finding], model: Model, data: Residuals
+) -> tuple[list[Finding], dict[str, str]]:
+    """The findings with the reason of their sets and the measurement that would separate them; placements by file."""
+    told: list[Finding] = []
+    placements: dict[str, str] = {}
+    sets = any(one.confounded_with or one.alternatives for one in findings)
+    possible = lengthened(data, model.state.sigma_um) if sets else []
+    for place, finding in enumerate(findings):
+        if not finding.confounded_with and not finding.alternatives:
+            told.append(finding)
+            continue
+        rivals = [(one.candidate, one.look.atom) for one in model.laws[place].place.rivals if one.candidate.named]
+        lead = model.laws[place].lead.candidate
+        listed = {finding.label, *finding.alternatives}
+        rivals = [
+            (c, atom)
+            for c, atom in rivals
+            if c is not lead and (c.kind in finding.confounded_with or c.source.label in listed)
+        ]
+        best = separate(place, model.fitted.solved, rivals, possible)
+        name, by = f"separate-{len(placements) + 1}", NO_SEPARATION
+        if best is not None:
+            placements[f"{name}.toml"] = best.placement_text()
+            command = best.command(name, data.gauge.path, data.machine.path)
+            rest = f"; {', '.join(best.untold)}: {NO_SEPARATION}" if best.untold else ""
+            by = f"{best.run.words}, which tells it from {', '.join(best.told)}: {command}{rest}"
+        told.append(replace(finding, reason=_reason(finding, data), separate_by=by))
+    return told, placements
+
+
+def _reason(finding: Finding, data: Residuals) -> str:
+    """Why the set cannot be told apart, in words."""
+    others = ", ".join([*finding.confounded_with, *finding.alternatives])
+    count = int(data.placement.max()) + 1
+    where = "the one placement" if count == 1 else f"the {count} placements"
+    return f"in {where} of this recording {finding.label} and {others} displace the readings in the same pattern"
+
+
+def separate(
+    place: int,
+    solved: Sequence[Solved],
+    rivals: Sequence[tuple[Candidate, int]],
+    possible: Sequence[Lengthened],
+) -> Separation | None:
     """The extra run that best tells one finding from its rivals; None where no feasible run does.
 
     Parameters
     ----------
     place : which of ``solved`` the rivals belong to
     solved : the fitted effects
-    rivals : the laws that could stand in that place
+    rivals : the other laws that could stand in that place, each with the number of its shape
     possible : what :func:`lengthened` gives
     """
     found = []
@@ -182,17 +238,20 @@ def _shifts(data: Residuals, middle: Array, axis: Array, length: float) -> Itera
             yield target
 
 
-def _left_over(one: Lengthened, place: int, solved: Sequence[Solved], rivals: Rivals) -> dict[str, float]:
+def _left_over(
+    one: Lengthened, place: int, solved: Sequence[Solved], rivals: Sequence[tuple[Candidate, int]]
+) -> dict[str, float]:
     """The chi-square of the effect that each rival leaves over, with the extra run added."""
-    more, whitening = one.data, one.whitening
-    effect = whitening(np.asarray(along_approach_um(solved[place].effect, more.probings)))
-    others = [whitening(along_approach_um(s.effect, more.probings)) for i, s in enumerate(solved) if i != place]
+    more, metric = one.data, one.metric
+    effect = metric(np.asarray(along_approach_um(solved[place].effect, more.probings)))
+    others = [metric(along_approach_um(s.effect, more.probings)) for i, s in enumerate(solved) if i != place]
     left_over = {}
-    for look in rivals.looks[1:]:
-        columns = whitening(family_signatures(look.family, look.family.atoms[look.atom], more))
+    for candidate, atom in rivals:
+        family = candidate.source
+        columns = metric(family_signatures(family, family.atoms[atom], more))
         basis = orthonormal(np.vstack([*others, *columns]).T)
         left = effect - basis @ (basis.T @ effect)
-        left_over[look.family.label] = float(left @ left)
+        left_over[family.label] = float(left @ left)
     return left_over
 
 

@@ -12,8 +12,8 @@ from scipy.linalg import block_diag
 from scipy.optimize import least_squares
 
 from stepgauge.diagnose.library import Family, fixed_values
+from stepgauge.diagnose.posterior.metric import Metric
 from stepgauge.diagnose.residuals import Residuals
-from stepgauge.diagnose.whitening import Whitening, orthonormal
 from stepgauge.effects import Effect, along_approach_um
 
 Array = NDArray[np.float64]
@@ -65,7 +65,7 @@ class Fitted:
     tangents: tuple[Array, ...] = ()
 
 
-def solve(families: Sequence[Family], atoms: Sequence[int], data: Residuals, whitening: Whitening) -> Fitted:
+def solve(families: Sequence[Family], atoms: Sequence[int], data: Residuals, whitening: Metric) -> Fitted:
     """Fit all parameters of the families together, starting from the signatures chosen."""
     laws = [_Law(family, atom) for family, atom in zip(families, atoms, strict=True)]
     white = whitening(data.um)
@@ -241,7 +241,7 @@ def _sine(coefficients: Array) -> tuple[Array, float]:
     return coefficients @ first, float(np.arctan2(first[1], first[0]))
 
 
-def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Whitening, white: Array) -> Fitted:
+def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Metric, white: Array) -> Fitted:
     cuts = np.cumsum([len(law.names) for law in laws])[:-1]
     scale = np.concatenate([law.scales(part) for law, part in zip(laws, np.split(start, cuts), strict=True)])
     size_slopes = block_diag(*(law.size_slopes() for law in laws))
@@ -338,3 +338,13 @@ def _point_forward(values: dict[str, Any], law: _Law) -> None:
         else:
             values[law.linear[0]] *= -1.0
     values["direction"] = tuple(float(share) for share in direction)
+
+
+def orthonormal(columns: Array) -> Array:
+    """Orthonormal basis ``(n, k)`` of the span of columns ``(n, m)``; columns that add nothing are dropped."""
+    if columns.shape[1] == 0:
+        return columns
+    size = np.linalg.norm(columns, axis=0)
+    keep = size > 1e-9 * max(float(size.max()), 1e-300)
+    u, s, _ = np.linalg.svd(columns[:, keep] / size[keep], full_matrices=False)
+    return np.asarray(u[:, s > 1e-7])

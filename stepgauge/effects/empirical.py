@@ -27,6 +27,7 @@ DERIVED = {
     "turning_mm": "way along the gauge between touches since it last turned round, mm",
     "rest_s": "time since the touch before, s",
     f"{RESTED}_N": "roots of this rest and of those before earlier touches, s^0.5, fading to 1/e over N touches",
+    "COLUMN_lag_N": "a recorded column as a body with a time constant of N seconds follows it",
     "way": "+1 where the touch before was nearer to face 1, -1 where it was farther from it",
     "azimuth_rad": "azimuth of the approach about the stylus, from machine +x",
 }
@@ -96,6 +97,9 @@ def formula_name(column: str) -> str | None:
 def _covariate(probings: Probings, name: str) -> Array:
     if name in _NAMED:
         return _NAMED[name](probings)
+    column, lag, seconds = name.rpartition("_lag_")
+    if lag and seconds.isdecimal():
+        return probings.lagged(column, float(seconds))
     prefix, _, number = name.rpartition("_")
     if prefix in _NUMBERED and number.isdecimal():
         return _NUMBERED[prefix](probings, float(number))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -175,6 +175,13 @@ class Probings:
             self._made[key] = _rested(self, touches)
         return self._made[key]
 
+    def lagged(self, name: str, lag_s: float) -> Array:
+        """A recorded column as a body with a time constant of ``lag_s`` seconds follows it."""
+        key = ("lagged", name, lag_s)
+        if key not in self._made:
+            self._made[key] = followed(self.time_s, self.column(name).astype(float), [lag_s])[0]
+        return self._made[key]
+
     def way(self) -> Array:
         """+1 where the touch before, in order of time, was nearer to face 1 (or there was none), else -1."""
         if "way" not in self._made:
@@ -231,11 +238,29 @@ class _Slice(Probings):
     def rested(self, touches: float) -> Array:
         return self.whole.rested(touches)[self.rows]
 
+    def lagged(self, name: str, lag_s: float) -> Array:
+        return self.whole.lagged(name, lag_s)[self.rows]
+
     def way(self) -> Array:
         return self.whole.way()[self.rows]
 
     def since_turning_mm(self) -> Array:
         return self.whole.since_turning_mm()[self.rows]
+
+
+def followed(time_s: Array, values: Array, lags_s: Sequence[float]) -> Array:
+    """Values ``(n,)`` as bodies of some time constants follow them, ``(lags, n)``: first-order lags.
+
+    Between readings a column stands at its newest value; before the first a body is at rest with it.
+    """
+    order = np.argsort(time_s, kind="stable")
+    share = 1.0 - np.exp(-np.diff(time_s[order], prepend=time_s[order[0]])[:, None] / np.array(lags_s))
+    late = np.empty((len(values), len(lags_s)))
+    now = np.full(len(lags_s), values[order[0]])
+    for row, part in zip(order, share, strict=True):
+        now = now + part * (values[row] - now)
+        late[row] = now
+    return late.T
 
 
 def _in_order(probings: Probings) -> tuple[Rows, Array]:

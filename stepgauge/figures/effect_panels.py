@@ -10,15 +10,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.corners import SAWTOOTH, SQUARE
-from stepgauge.diagnose.forms import (
+from stepgauge.diagnose.covariates import (
     AXES,
-    CHANGING_LENGTHS,
-    MEMORY,
     REST,
     TOUCHES,
     TURNING,
-    WANDERING,
     WAY,
     covariates,
     length_mm,
@@ -26,12 +22,12 @@ from stepgauge.diagnose.forms import (
     pause_of,
     runs_of,
 )
+from stepgauge.diagnose.forms import BEAT, HARMONICS, LAGGED, LENGTH, LEVELS, LOOP, SMOOTH, TREND, WANDERING, WAVE
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Diagnosis, Finding
 from stepgauge.diagnose.unknown_law import UnknownLaw
 from stepgauge.effects import Effect
-from stepgauge.effects.empirical import RESTED
-from stepgauge.figures.style import COLORS, CYCLE
+from stepgauge.figures.style import CYCLE
 
 Array = NDArray[np.float64]
 Drawn = Literal["line", "stairs", "marks"]
@@ -65,35 +61,20 @@ UNITS |= {unit: unit for unit in ("K", "mm", "m", "s", "min", "h", "N", "Pa", "h
 """Units as they end the name of a column, as they are printed."""
 OF_COVARIATE = {"position": "position", "time": "time", "speed": "speed", "face": "face", "azimuth": "azimuth"}
 TITLES = {
-    "offset": "a constant",
-    "wander": "wanders with {covariate}",
-    "decay": "decays with {covariate}",
-    "decay to a level": "decays with {covariate} to a level",
-    "memory": "a memory of rests",
-    "power": "grows with a power of the {covariate}",
-    "two curves": "another curve on fronts than on backs",
-    "levels": "jumps from cycle to cycle",
-    "loop": "another shape on the way back",
-    "odd cycle": "{run} lies apart",
-    "odd length": "{run} has a length of its own",
-    "changing scale": "a length that changes with time",
-    "growing length": "a length that grows with {covariate}",
-    "trend": "grows with {covariate}",
-    "bow": "a bow over {covariate}",
-    "free shape": "changes with {covariate}",
-    "step": "a step in {covariate}",
-    "period": "repeats with {covariate}",
-    SAWTOOTH: "repeats with {covariate} in a sawtooth",
-    SQUARE: "repeats with {covariate} in a square wave",
-    "level": "the level differs between placements",
-    "harmonics": "depends on the direction of approach",
+    TREND: "in proportion to {covariate}",
+    SMOOTH: "a smooth function of {covariate}",
+    LAGGED: "follows {covariate} with a lag",
+    WAVE: "a periodic function of {covariate}",
+    LENGTH: "a length that changes with {covariate}",
+    BEAT: "a wave along the gauge that changes with {covariate}",
+    LEVELS: "another level for every {covariate}",
+    LOOP: "another curve on the way back",
+    HARMONICS: "depends on the direction of approach",
 }
-STAIRS = ("free shape", "loop", "step", "levels", "odd cycle", SQUARE)
+STAIRS = (LEVELS,)
 """Forms that are fitted as levels with jumps between them."""
-MARKS = ("level", "harmonics")
-"""Forms that tell placements or directions apart: nothing lies between them, and all of them matter."""
-STRETCHING = (*CHANGING_LENGTHS, "odd length")
-"""Forms of lengths, which no origin of a placement can hide."""
+MARKS = (HARMONICS,)
+"""Forms that tell directions apart: nothing lies between them, and all of them matter."""
 
 
 @dataclass(frozen=True)
@@ -248,29 +229,27 @@ def _panel_of_law(law: UnknownLaw, data: Residuals) -> Panel:
     label, x = _law_against(law, data)
     weight = mask(data, law.side if law.side in ("gauge", *AXES) else "approach")
     quantity = _along(law.side if law.side in ("gauge", *AXES) else "approach")
-    if form in CHANGING_LENGTHS:
+    if form == LENGTH:
         weight = weight * length_mm(law.side, data) * 1e-3
         quantity = f"change {_of_length(law.side)} / µm/m"
     groups, split = _law_groups(law, data)
     drawn: Drawn = "stairs" if form in STAIRS else "marks" if form in MARKS else "line"
-    panel = Panel(_title(law, data), label, x, law.share_um, quantity, weight, groups, split, drawn, not _apart(law))
-    return panel if law.side not in ("gauge", *AXES) or form in STRETCHING else _centred(panel, law, data)
+    panel = Panel(_title(law), label, x, law.share_um, quantity, weight, groups, split, drawn, not _apart(law))
+    return panel if law.side not in ("gauge", *AXES) or form == LENGTH else _centred(panel, law, data)
 
 
 def _apart(law: UnknownLaw) -> bool:
     """Whether placements follow one another on the axis instead of lying over each other."""
-    return law.located.form == "levels" or (law.located.covariate in WANDERING and law.period is None)
+    return law.located.form == LEVELS or (law.located.covariate in WANDERING and law.period is None)
 
 
 def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
     """What a form without a law is drawn against."""
     form, name = law.located.form, law.located.covariate
-    if form == "levels" and len(np.unique(data.placement)) > 1:
+    if form == LEVELS and name == "cycle" and len(np.unique(data.placement)) > 1:
         return RUNS, runs_of(data)[1].astype(float) + 1.0
-    if name in ("side", WAY) or form == "odd length":
+    if name in ("side", WAY):
         name = "position"
-    if form == MEMORY:
-        return _rested(law, data)
     x = covariate_values(name, data)
     if law.period is None:
         return label_of(name), x
@@ -281,14 +260,6 @@ def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
     return f"{within} {unit} / {unit}" if unit else within, np.asarray(x % law.period, float)
 
 
-def _rested(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
-    """What rests have left, by the one memory of them that the formula names."""
-    name = next(name for name in law.effects[0].parsed.names if name.startswith(RESTED))
-    touches = name.removeprefix(f"{RESTED}_")
-    label = f"roots of the rests before, fading over {touches} touches / $\\sqrt{{\\mathrm{{s}}}}$"
-    return label, data.probings.rested(float(touches))
-
-
 def _law_groups(law: UnknownLaw, data: Residuals) -> tuple[tuple[Group, ...], bool]:
     """The groups that a form tells apart, and whether its law differs between them."""
     fronts, backs = sides(data)
@@ -296,13 +267,9 @@ def _law_groups(law: UnknownLaw, data: Residuals) -> tuple[tuple[Group, ...], bo
         way = data.probings.way()
         there = Group(way > 0, CYCLE[2], ">", "on the way there", "-", "fitted law there")
         return (there, Group(way < 0, CYCLE[3], "<", "on the way back", "--", "fitted law back")), True
-    if law.located.form == "odd length":
-        odd = law.share_um != 0.0
-        others = Group(~odd, COLORS["grey"], "o", "other cycles", "--", "fitted law, other cycles")
-        return (Group(odd, CYCLE[1], "D", "odd cycle"), others), True
     if law.side in ("front", "back"):
         return (fronts if law.side == "front" else backs,), True
-    return (fronts, backs), law.located.form in ("two curves", "offset")
+    return (fronts, backs), False
 
 
 def _centred(panel: Panel, law: UnknownLaw, data: Residuals) -> Panel:
@@ -315,19 +282,9 @@ def _centred(panel: Panel, law: UnknownLaw, data: Residuals) -> Panel:
     return replace(panel, share_um=panel.share_um - middle[group] * panel.weight)
 
 
-def _title(law: UnknownLaw, data: Residuals) -> str:
+def _title(law: UnknownLaw) -> str:
     covariate = in_words(law.located.covariate)
-    words = TITLES[law.located.form].format(covariate=covariate, run=_odd_run(law, data))
-    by = f" by {covariate}" if law.located.form == "offset" and covariate != "side" else ""
-    only = {"front": ", on fronts only", "back": ", on backs only"}.get(law.side, "")
-    return f"no known law: {words}{by}{only}"
-
-
-def _odd_run(law: UnknownLaw, data: Residuals) -> str:
-    """The cycle in which a form lives, with its placement where there are several."""
-    row = data.frame.iloc[int(np.abs(law.share_um).argmax())]
-    placed = f" of placement {row['placement']:g}" if data.placement.max() > 0 else ""
-    return f"cycle {row['cycle']:g}{placed}"
+    return f"no known law: {TITLES[law.located.form].format(covariate=covariate)}"
 
 
 def _along(side: str) -> str:

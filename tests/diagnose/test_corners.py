@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-
 from stepgauge.diagnose.corners import (
     BINS,
     SAWTOOTH,
@@ -21,8 +20,9 @@ from stepgauge.diagnose.corners import (
     wave,
 )
 from stepgauge.diagnose.explain import all_forms
-from stepgauge.diagnose.unknown_law import model_unknown
 from stepgauge.diagnose.whitening import orthonormal
+
+from stepgauge.diagnose.unknown_law import model_unknown
 from stepgauge.effects import along_approach_um
 from stepgauge.effects.empirical import Empirical
 from stepgauge.recording import Recording

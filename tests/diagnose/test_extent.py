@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy import stats
-
 from stepgauge.diagnose.extent import Extent, along_curve, over_surface
-from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.search import log_p_value
 from stepgauge.diagnose.whitening import Whitening
+
+from stepgauge.diagnose.library import Family
 
 Array = NDArray[np.float64]
 ROWS = 12

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stepgauge.diagnose.whitening import make_whitening
 
 from stepgauge.diagnose.library import effect_families
 from stepgauge.diagnose.residuals import make_residuals
 from stepgauge.diagnose.solve import solve
 from stepgauge.diagnose.unknown_law import model_unknown
-from stepgauge.diagnose.whitening import make_whitening
 from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.effects.empirical import formula_name
 from stepgauge.recording import Recording

@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from stepgauge.diagnose.confounded import rivals
-from stepgauge.diagnose.engine import diagnose
-from stepgauge.diagnose.library import effect_families
 from stepgauge.diagnose.noise import estimate_noise
-from stepgauge.diagnose.residuals import make_residuals
 from stepgauge.diagnose.search import Library, Look
 from stepgauge.diagnose.select import FALSE_ALARM, Selector
 from stepgauge.diagnose.whitening import make_whitening
+
+from stepgauge.diagnose.engine import diagnose
+from stepgauge.diagnose.library import effect_families
+from stepgauge.diagnose.residuals import make_residuals
 from stepgauge.effects import effect_kinds
 from stepgauge.recording import Recording
 from tests.diagnose.made import ALONG_X, gauge, machine

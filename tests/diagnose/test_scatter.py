@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
-
 from stepgauge.diagnose.noise import OUTLIER_P, Noise, estimate_noise, with_lone_rows
+
 from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.recording import Recording
 from tests.diagnose.made import gauge, machine

@@ -11,16 +11,16 @@ import numpy as np
 import pandas as pd
 import pytest
 from numpy.typing import NDArray
+from stepgauge.diagnose.noise import estimate_noise
+from stepgauge.diagnose.search import log_p_value
+from stepgauge.diagnose.whitening import make_whitening
 
 from stepgauge.diagnose import engine
 from stepgauge.diagnose.engine import diagnose
 from stepgauge.diagnose.library import visible_directions
-from stepgauge.diagnose.noise import estimate_noise
 from stepgauge.diagnose.residuals import make_residuals
 from stepgauge.diagnose.result import Diagnosis
-from stepgauge.diagnose.search import log_p_value
 from stepgauge.diagnose.unknown_law import model_unknown, rest_rms_um
-from stepgauge.diagnose.whitening import make_whitening
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import InputError
 from stepgauge.recording import APPROACH, POSITION, Recording

@@ -10,19 +10,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
-
 from stepgauge.diagnose.departures import departure
-from stepgauge.diagnose.engine import diagnose
 from stepgauge.diagnose.explain import explain
-from stepgauge.diagnose.forms import make_form
-from stepgauge.diagnose.library import effect_families
 from stepgauge.diagnose.noise import estimate_noise
-from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.search import Library
 from stepgauge.diagnose.select import Selector, Term
 from stepgauge.diagnose.smooth import SIZES, Forms, SmoothLook, matern_roots, smooth
-from stepgauge.diagnose.unknown_law import model_unknown
 from stepgauge.diagnose.whitening import Whitening, make_whitening, orthonormal
+
+from stepgauge.diagnose.engine import diagnose
+from stepgauge.diagnose.forms import make_form
+from stepgauge.diagnose.library import effect_families
+from stepgauge.diagnose.residuals import Residuals, make_residuals
+from stepgauge.diagnose.unknown_law import model_unknown
 from stepgauge.effects import Probings, Setting
 from stepgauge.recording import Recording
 from tests.diagnose.made import ALONG_X, ALONG_Y, gauge, machine, record

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-
 from stepgauge.diagnose.explain import explain
 from stepgauge.diagnose.noise import estimate_noise
-from stepgauge.diagnose.residuals import make_residuals
 from stepgauge.diagnose.select import Selector, Term
 from stepgauge.diagnose.simpler import without_shadows
+
+from stepgauge.diagnose.residuals import make_residuals
 from stepgauge.recording import APPROACH, Recording
 from tests.diagnose.made import gauge, machine
 from tests.diagnose.test_selection import NOISE_UM, bent, lies_on, names, side, told

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnose.maps.candidates import Candidate
+from stepgauge.diagnose.maps.chance import log_p_value
 from stepgauge.diagnose.maps.empirical import empirical
 from stepgauge.diagnose.maps.fit import Fitted, Fitter
 from stepgauge.diagnose.maps.locate import DIRECTION, IRREGULAR, Found, Locator, Shape, lack_of_fit
 from stepgauge.diagnose.maps.model import MapModel, Term, Terms
 from stepgauge.diagnose.maps.noise import CLEARLY, MapNoise
 from stepgauge.diagnose.maps.select import SMALLEST_SHARE, MapSelector, Selection, Step
-from stepgauge.diagnose.search import log_p_value
 
 Array = NDArray[np.float64]
 IDLE_LOG_P = float(np.log(1e-3))

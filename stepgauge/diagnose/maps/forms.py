@@ -33,6 +33,18 @@ _LOBES = ("one lobe", "two lobes", "three lobes", "four lobes", "five lobes", "s
 
 
 @dataclass(frozen=True)
+class Located:
+    """Where disagreement lives: covariate, side, form in words, share of the structure, significance."""
+
+    covariate: str
+    side: str
+    form: str
+    where: str
+    share: float
+    p_value: float
+
+
+@dataclass(frozen=True)
 class Shape:
     """One shape over the directions: its words and the terms of its formula."""
 

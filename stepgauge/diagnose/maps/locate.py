@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from stepgauge.diagnose.maps.chance import log_p_value
 from stepgauge.diagnose.maps.data import MapData
 from stepgauge.diagnose.maps.fit import Fitted, between_directions
-from stepgauge.diagnose.maps.forms import Family, Shape, families
+from stepgauge.diagnose.maps.forms import Family, Located, Shape, families
 from stepgauge.diagnose.maps.noise import MapNoise
-from stepgauge.diagnose.result import Located
-from stepgauge.diagnose.search import log_p_value
-from stepgauge.diagnose.whitening import orthonormal
+from stepgauge.diagnose.solve import orthonormal
 
 Array = NDArray[np.float64]
 FALSE_ALARM = 0.006

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnose.maps.data import MapData
+from stepgauge.diagnose.maps.forms import Located
 from stepgauge.diagnose.maps.model import Terms
 from stepgauge.diagnose.maps.noise import MapNoise
 from stepgauge.diagnose.maps.select import Step
-from stepgauge.diagnose.result import Located, Verdict
+from stepgauge.diagnose.result import Verdict
 from stepgauge.diagnose.solve import Estimate
 
 Array = NDArray[np.float64]

@@ -12,9 +12,9 @@ import numpy as np
 from stepgauge import __version__
 from stepgauge.diagnose.files import FORMAT, checksum
 from stepgauge.diagnose.maps.data import MapData
+from stepgauge.diagnose.maps.forms import Located
 from stepgauge.diagnose.maps.practice import in_practice
 from stepgauge.diagnose.maps.result import OUTLIERS, Law, MapDiagnosis, MapFinding, QuantityFit, rms
-from stepgauge.diagnose.result import Located
 from stepgauge.diagnose.solve import Estimate
 
 _FLAT = ("noise", "rms_before", "rms_after", "holdout_rms_before", "holdout_rms_after")

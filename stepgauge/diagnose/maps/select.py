@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnose.maps.candidates import Candidate
+from stepgauge.diagnose.maps.chance import log_p_value
 from stepgauge.diagnose.maps.fit import Fitted, Fitter
 from stepgauge.diagnose.maps.holdout import Holdout, held_out
 from stepgauge.diagnose.maps.model import Terms
-from stepgauge.diagnose.search import log_p_value
 
 Array = NDArray[np.float64]
 FALSE_ALARM = 0.005

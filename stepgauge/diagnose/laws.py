@@ -1,0 +1,106 @@
+"""The laws of the vocabulary as candidates: their signatures in this recording, with their priors."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnose.library import Family, effect_families, family_signatures
+from stepgauge.diagnose.posterior.metric import Metric
+from stepgauge.diagnose.posterior.priors import Priors
+from stepgauge.diagnose.posterior.problem import Law, Refined, Sizes
+from stepgauge.diagnose.residuals import Residuals
+from stepgauge.diagnose.solve import solve
+
+Array = NDArray[np.float64]
+BEYOND = 1.1
+"""How far beyond the values that were tried a fitted shape may lie, as a factor."""
+
+
+def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Collection[str] = ()) -> list[Law]:
+    """Candidates for all named laws that could show; ``metric``: what their shapes are fitted by between the grid's."""
+    families = list(effect_families(data, without))
+    count, labels = Counter(one.kind for one in families), Counter[str]()
+    found = []
+    for family in families:
+        labels[family.label] += 1
+        label = family.label if labels[family.label] == 1 else f"{family.label} #{labels[family.label]}"
+        prior = priors.laws.of(family.kind)
+        found.append(
+            Law(
+                family.kind,
+                label,
+                True,
+                float(np.log(priors.laws.odds * prior.odds / count[family.kind])),
+                sizes_of(family, priors, data),
+                family,
+                pattern=family.pattern,
+                shares=family.share_rows,
+                log_weight=shape_weights(family, priors, data),
+                positive=family.positive,
+                refine=partial(_refined, family, data, metric) if _has_shape(family) else None,
+            )
+        )
+    return found
+
+
+def sizes_of(family: Family, priors: Priors, data: Residuals) -> Sizes:
+    """Prior of a law's amplitudes, in the unit of its linear parameter.
+
+    A misalignment is linear in its square; a law without an amplitude is there as it is.
+    """
+    assert family.law is not None
+    prior = priors.laws.of(family.kind)
+    usual = prior.usual * (float(data.gauge.position_mm[-1]) * 1e-3) ** prior.power
+    if family.positive:
+        wide = priors.sizes.about(usual)
+        return Sizes(wide.sd**2, wide.log_weight)
+    if not any(p.role == "linear" for p in family.law.parameters()):
+        return Sizes(np.ones(1), np.zeros(1))
+    return priors.sizes.about(usual)
+
+
+def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
+    """Logarithms of the prior of each shape ``(atoms,)``.
+
+    Of a period or a frequency: as likely in every decade of what is physically possible, so that each point of the grid
+    has the share of its step. All other shapes are equally likely.
+    """
+    count = len(family.atoms)
+    for name, (low, high) in priors.shapes.items():
+        if name not in family.atoms[0] or count < 2:
+            continue
+        values = np.array([float(atom[name]) for atom in family.atoms])
+        rate = values if name.endswith("_hz") else 1.0 / values
+        if name == "period_s" and data.has_time:
+            high = max(high, float(np.ptp(data.frame["time_s"])) / 2.0)
+        share = np.minimum(np.abs(np.median(np.diff(rate))) / rate, 1.0)
+        return np.asarray(np.log(share / np.log(high / low)))
+    return np.full(count, -np.log(count))
+
+
+def _has_shape(family: Family) -> bool:
+    return len(family.atoms) > 1 and any(isinstance(v, float | tuple) for v in family.atoms[-1].values())
+
+
+def _refined(family: Family, data: Residuals, metric: Metric, atom: int, left_um: Array) -> Refined | None:
+    """The law with its shape fitted, starting from a shape of the grid; None where it leaves what was tried."""
+    if not any(isinstance(v, float | tuple) for v in family.atoms[atom].values()):
+        return None
+    try:
+        effect = solve([family], [atom], replace(data, um=left_um), metric).solved[0].effect
+    except (ValueError, FloatingPointError, np.linalg.LinAlgError):
+        return None
+    shape = {name: getattr(effect, name) for name in family.atoms[0]}
+    for name, (low, high) in family.ranges.items():
+        value = shape[name]
+        if isinstance(value, float) and not (
+            min(low / BEYOND, low * BEYOND) <= value <= max(high / BEYOND, high * BEYOND)
+        ):
+            return None
+    return Refined(family_signatures(family, shape, data), shape)

@@ -1,0 +1,80 @@
+"""Forms without a law, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnose.covariates import AXES
+from stepgauge.diagnose.forms import BEAT, HARMONICS, LAGGED, LENGTH, LEVELS, LOOP, TREND, WAVE, Form
+from stepgauge.diagnose.posterior.problem import Candidate
+from stepgauge.diagnose.result import Located
+
+Array = NDArray[np.float64]
+CORRELATED, GROWING, UNDETERMINED = "correlated scatter", "growing scatter", "undetermined"
+SCATTER = (CORRELATED, GROWING)
+"""Forms of the scatter, which no formula of the mean describes."""
+
+
+def located(candidate: Candidate, atom: int, probability: float, share: float = 1.0) -> Located:
+    """A form with one of its shapes, in words a technician uses."""
+    form: Form = candidate.source
+    shape = TREND if form.kernels[atom] == TREND and form.shape != LOOP else form.shape
+    number = form.kernels[atom]
+    words = _words(form, shape, number) + _moved(form.side)
+    side = "both" if form.side in ("approach", "gauge") else form.side
+    told = number if isinstance(number, float | tuple) else None
+    return Located(form.covariate, side, shape, words, round(share, 4), probability, form.beside, told)
+
+
+def _moved(side: str) -> str:
+    if side == "gauge":
+        return ", with the same sign on front and back faces (along the gauge)"
+    return f", along machine {side}" if side in AXES else ", along the approach"
+
+
+def _words(form: Form, shape: str, number: object) -> str:
+    name, unit = form.covariate, f" {form.unit}".rstrip()
+    if shape == TREND:
+        return f"in proportion to {name}"
+    if shape == WAVE:
+        return f"a periodic function of {name}, period {number:.4g}{unit}"
+    if shape == LAGGED:
+        return f"follows {name} with a time constant of {number:.3g} s"
+    if shape == LENGTH:
+        late = f" with a time constant of {number:.3g} s" if isinstance(number, float) and number > 0.0 else ""
+        return f"a length that changes with {name}{late}"
+    if shape == BEAT and isinstance(number, tuple):
+        return f"a wave along the gauge, period {number[0]:.4g} mm, whose size turns with {name}, {number[1]:.4g}{unit}"
+    if shape == LEVELS:
+        return f"another level for every {name}"
+    if shape == LOOP:
+        return "another curve along the gauge in each direction of travel"
+    if shape == HARMONICS:
+        return "depends on the direction of approach about the stylus"
+    beside = f" and {form.beside}" if form.beside else ""
+    return f"a smooth function of {name}{beside}"
+
+
+def regime(x: Array, curve: Array, spread: Array, unit: str) -> str:
+    """Where along a covariate a curve differs from what it is elsewhere, empty where that is everywhere.
+
+    ``x``, ``curve``, ``spread (n,)``: the covariate, a form's posterior mean and its standard deviation.
+    """
+    order = np.argsort(x, kind="stable")
+    x, curve, spread = x[order], curve[order], spread[order]
+    flat = _flat_share(curve, spread)
+    back = _flat_share(curve[::-1], spread[::-1])
+    if max(flat, back) < 0.3:
+        return ""
+    if flat >= back:
+        return f"only above {x[int(flat * len(x)) - 1]:.4g}{unit}"
+    return f"only below {x[len(x) - int(back * len(x))]:.4g}{unit}"
+
+
+def _flat_share(curve: Array, spread: Array) -> float:
+    """Share of the rows from the beginning over which a curve stays what it was there, within two sigma."""
+    first = max(len(curve) // 10, 3)
+    level = float(np.average(curve[:first], weights=1.0 / np.maximum(spread[:first], 1e-12) ** 2))
+    off = np.abs(curve - level) > 2.0 * spread
+    return float(np.argmax(off)) / len(curve) if off.any() else 1.0

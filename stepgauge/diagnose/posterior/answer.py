@@ -1,0 +1,220 @@
+"""What is said: probabilities averaged over the hypotheses that were visited.
+
+Hypotheses are told apart by what they say (labels of the terms, kind of the scatter), not by the shapes and sizes in
+them, whose volume is in each one's number already: of those that say the same the likeliest counts. Alternatives in one
+place of the best hypothesis that only a look has seen count with that look, brought to the scale of the exact numbers.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from stepgauge.diagnose.posterior.evidence import State
+from stepgauge.diagnose.posterior.looks import Look
+from stepgauge.diagnose.posterior.problem import Candidate
+from stepgauge.diagnose.posterior.scatter import Scatter
+from stepgauge.diagnose.posterior.search import Search
+
+Array = NDArray[np.float64]
+NEAR = 9.0
+"""Rivals of a term that are less likely by more are not asked for, nats."""
+COMPUTED = 6
+"""Rivals of a term that are computed exactly."""
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """What a hypothesis says, and its log posterior."""
+
+    candidates: tuple[Candidate, ...]
+    scatter: Scatter
+    log_posterior: float
+
+    @property
+    def labels(self) -> frozenset[str]:
+        """Labels of the candidates."""
+        return frozenset(one.label for one in self.candidates)
+
+
+@dataclass(frozen=True)
+class Rival:
+    """What may stand in a place instead: a candidate, its share of the place's probability, and the state or look."""
+
+    candidate: Candidate
+    share: float
+    look: Look
+    state: State | None = None
+
+
+@dataclass(frozen=True)
+class Place:
+    """One term of the best hypothesis with its rivals.
+
+    ``rivals``: the term's own candidate first; ``nothing``: share of nothing being there.
+    """
+
+    term: int
+    rivals: tuple[Rival, ...]
+    nothing: float
+
+    @property
+    def named(self) -> float:
+        """Share of all laws."""
+        return sum(one.share for one in self.rivals if one.candidate.named)
+
+    @property
+    def nameless(self) -> float:
+        """Share of all forms."""
+        return sum(one.share for one in self.rivals if not one.candidate.named)
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """A hypothesis that says something else than the best: what goes, what comes, and its odds against the best."""
+
+    gone: tuple[str, ...]
+    come: tuple[Candidate, ...]
+    odds: float
+    state: State
+
+
+class Answer:
+    """Probabilities over everything that a search has visited."""
+
+    def __init__(self, search: Search, best: State) -> None:
+        self.search, self.best = search, best
+        self.places = tuple(self._place(place) for place in range(len(best.terms)))
+
+    @cached_property
+    def hypotheses(self) -> list[Hypothesis]:
+        """All that was visited, each thing that is said once."""
+        found: dict[tuple[object, ...], Hypothesis] = {}
+        for state in self.search.evidence.visited.values():
+            candidates = tuple(term.candidate for term in state.terms)
+            one = Hypothesis(candidates, state.scatter, state.log_posterior)
+            key = (one.labels, state.scatter.kind)
+            if key not in found or found[key].log_posterior < one.log_posterior:
+                found[key] = one
+        return [*found.values(), *self._seen()]
+
+    def _seen(self) -> list[Hypothesis]:
+        """Rivals that only a look has seen."""
+        seen = []
+        for place in self.places:
+            others = tuple(term.candidate for i, term in enumerate(self.best.terms) if i != place.term)
+            own = place.rivals[0].share
+            for rival in place.rivals:
+                if rival.state is None and rival.share > 0.0:
+                    worth = self.best.log_posterior + float(np.log(rival.share / own))
+                    seen.append(Hypothesis((*others, rival.candidate), self.best.scatter, worth))
+        return seen
+
+    @cached_property
+    def weights(self) -> Array:
+        """Posterior probability of each hypothesis, all that was visited being all there is."""
+        return np.asarray(special.softmax([one.log_posterior for one in self.hypotheses]))
+
+    def probability(self, labels: Sequence[str]) -> float:
+        """Of any candidate with one of these labels being there."""
+        wanted = set(labels)
+        return float(sum(w for w, one in zip(self.weights, self.hypotheses, strict=True) if wanted & one.labels))
+
+    def probability_of_kind(self, kind: str) -> float:
+        """Of any law of a kind being there."""
+        has = [any(c.kind == kind and c.named for c in one.candidates) for one in self.hypotheses]
+        return float(self.weights[has].sum())
+
+    def probability_of_scatter(self, has: str) -> float:
+        """Of the scatter having something: ``growth``, ``correlation``, ``certificate``, ``outlying``, ``heavy``."""
+        found = [_has(one.scatter, has) for one in self.hypotheses]
+        return float(self.weights[found].sum())
+
+    @cached_property
+    def adequate(self) -> float:
+        """Of nothing being there beyond a scatter of which nothing need be told."""
+        found = [not one.candidates and one.scatter.plain for one in self.hypotheses]
+        return float(self.weights[found].sum())
+
+    def _place(self, place: int) -> Place:
+        search, best = self.search, self.best
+        base = search.without(best, place)
+        looks = search.beside(base)
+        own = next(look for look in looks if look.candidate is best.terms[place].candidate)
+        exact = best.log_posterior - base.log_posterior
+        worth: list[tuple[Look, float, State | None]] = [(own, exact, best)]
+        computed = 0
+        for look in looks:
+            if look is own or look.gain < own.gain - NEAR:
+                continue
+            if computed < COMPUTED:
+                state = search.added(base, look)
+                worth.append((look, state.log_posterior - base.log_posterior, state))
+                computed += 1
+            else:
+                worth.append((look, look.gain + exact - own.gain, None))
+        share = special.softmax([0.0, *(value for _, value, _ in worth)])
+        rivals = [
+            Rival(look.candidate, float(s), look, state) for (look, _, state), s in zip(worth, share[1:], strict=True)
+        ]
+        return Place(place, (rivals[0], *sorted(rivals[1:], key=lambda one: -one.share)), float(share[0]))
+
+    def alternatives(self, least_odds: float) -> list[Alternative]:
+        """Hypotheses of several other terms than the best's that are not less likely than by ``least_odds``."""
+        found: dict[frozenset[str], Alternative] = {}
+        mine = {term.candidate.label: term.candidate for term in self.best.terms}
+        for state in self.search.evidence.visited.values():
+            odds = float(np.exp(state.log_posterior - self.best.log_posterior))
+            theirs = {term.candidate.label: term.candidate for term in state.terms}
+            gone = tuple(label for label in mine if label not in theirs)
+            come = tuple(c for label, c in theirs.items() if label not in mine)
+            if odds < least_odds or not come or not gone or len(gone) == len(come) == 1:
+                continue
+            key = frozenset(theirs)
+            if key not in found or found[key].odds < odds:
+                found[key] = Alternative(gone, come, odds, state)
+        return sorted(found.values(), key=lambda one: -one.odds)
+
+    def spread(self, label: str) -> tuple[Array, Array] | None:
+        """Posterior mean ``(d,)`` and covariance of a term's amplitudes over all hypotheses that hold it.
+
+        None where it is not in the best one, or where their signatures are not of one shape.
+        """
+        held = []
+        for state in self.search.evidence.visited.values():
+            for place, term in enumerate(state.terms):
+                if term.candidate.label == label:
+                    held.append((state, place))
+        shape = next((t.key[:2] for t in self.best.terms if t.candidate.label == label), None)
+        held = [(s, i) for s, i in held if s.terms[i].key[:2] == shape]
+        if not held:
+            return None
+        weight = special.softmax([state.log_posterior for state, _ in held])
+        means, covariances = zip(*(state.amplitudes(place) for state, place in held), strict=True)
+        mean = np.einsum("h,hd->d", weight, means)
+        off = np.array(means) - mean
+        return mean, np.einsum("h,hde->de", weight, covariances) + np.einsum("h,hd,he->de", weight, off, off)
+
+
+def _has(scatter: Scatter, has: str) -> bool:
+    return {
+        "growth": scatter.growth is not None,
+        "correlation": scatter.correlation > 0.0,
+        "certificate": scatter.certificate > 1.0,
+        "outlying": scatter.tails == "outlying",
+        "heavy": scatter.tails == "heavy",
+    }[has]
+
+
+def totals(shares: Sequence[tuple[str, float]]) -> dict[str, float]:
+    """Shares added up by name, the largest first."""
+    found: dict[str, float] = defaultdict(float)
+    for name, share in shares:
+        found[name] += share
+    return dict(sorted(found.items(), key=lambda one: -one[1]))

@@ -1,0 +1,332 @@
+"""Every candidate beside a hypothesis in one pass: what it would add to the log posterior.
+
+The scatter is integrated as in a Student distribution with the degrees of freedom left, shapes are summed over their
+grids and sizes over their mixtures. A look proposes; what is proposed is computed by :mod:`evidence`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+from scipy.linalg import cholesky, solve_triangular
+
+from stepgauge.diagnose.posterior.evidence import State
+from stepgauge.diagnose.posterior.metric import Metric
+from stepgauge.diagnose.posterior.patterns import Patterns, grouped, mixed
+from stepgauge.diagnose.posterior.problem import Candidate, Law, Problem, Smooth, Term
+from stepgauge.diagnose.posterior.scatter import Scatters
+
+Array = NDArray[np.float64]
+UNSEEN = 3e-6
+"""Share of a signature that single precision cannot tell from nought."""
+WORTH_A_SIZE = 15.0
+"""Shapes whose evidence lies this far below the best one's are given no further sizes, nats."""
+MOST_FEATURES, SEEN_FEATURES = 90, 0.99
+"""Features of a random function that a look sees, and the share of its variance from which it sees enough."""
+FULL = 0.9999
+MOST_EXACT = 16
+"""Kernels that are looked at beside the terms of a hypothesis; of others these are taken to be independent."""
+LIKE_SIGMA = 0.5
+"""Difference of log sigma within which looks share a metric."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """A candidate beside a hypothesis.
+
+    ``gain``: what it adds to the log posterior, prior included; ``volume``: what the shapes and sizes together have
+    over the evidence of the best one, their prior included (negative as a rule); ``atom``, ``sd``: that shape and size.
+    """
+
+    candidate: Candidate
+    gain: float
+    volume: float
+    atom: int
+    sd: float
+
+    def term(self) -> Term:
+        """The candidate with the shape and size that looked best."""
+        columns = self.candidate.columns(self.atom)
+        return Term(self.candidate, self.atom, columns, self.sd, self.candidate.log_odds + self.volume)
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """What a hypothesis leaves: the mapped residual, its terms' columns as a low-rank loss, and their products."""
+
+    left: Array
+    lost: Array
+    total: float
+    dof: float
+
+    @property
+    def scatter(self) -> float:
+        return self.total / self.dof
+
+    def student(self, gain: Array) -> Array:
+        """Log evidence of gains in the sum of squares, the scatter integrated."""
+        return np.asarray(-0.5 * self.dof * np.log1p(-np.clip(gain, 0.0, FULL * self.total) / self.total))
+
+
+class Looker:
+    """Looks with one metric."""
+
+    def __init__(self, problem: Problem, metric: Metric, patterns: Sequence[Patterns]) -> None:
+        self.metric, self.patterns = metric, patterns
+        self.white = metric(problem.um)
+        self.tables = _tables(patterns, metric)
+        self.smooth = _Features([one for one in problem.candidates if isinstance(one, Smooth)], metric)
+
+    def looks(self, state: State) -> list[Look]:
+        """All candidates beside a hypothesis, the best first."""
+        beside = self._beside(state)
+        vectors = self.metric.adjoint(np.column_stack([beside.left, beside.lost]))
+        dots = [one.dots(vectors) for one in self.patterns]
+        found = [look for table in self.tables for look in table.looks(dots, beside)]
+        return sorted([*found, *self.smooth.looks(beside)], key=lambda look: -look.gain)
+
+    def _beside(self, state: State) -> _Beside:
+        left, lost = self.white, np.zeros((len(self.white), 0))
+        if state.terms:
+            white = self.metric(np.vstack([term.columns for term in state.terms]))
+            sd = np.concatenate([np.full(len(term.columns), term.sd) for term in state.terms])
+            factor = cholesky(white @ white.T + np.diag(sd**-2.0), lower=True)
+            lost = solve_triangular(factor, white, lower=True).T
+            left = left - lost @ (lost.T @ left)
+        return _Beside(left, lost, float(self.white @ left), float(self.metric.dof))
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Laws with the same number of amplitudes, all shapes of all of them in one row after the other.
+
+    ``sets``: which pattern and which mixture of shares the rows come from; ``gram (rows, d, d)``; ``unseen (rows, d)``:
+    what rounding may be taken for; ``sizes (t, rows)`` and ``weight (t, rows)``: priors of size and shape together;
+    ``first``: where each law begins; ``owner``: the law of each row.
+    """
+
+    sets: list[tuple[int, Array]]
+    laws: list[Law]
+    gram: Array
+    unseen: Array
+    sizes: Array
+    weight: Array
+    positive: NDArray[np.bool_]
+    first: NDArray[np.intp]
+    owner: NDArray[np.intp]
+
+    def looks(self, dots: Sequence[Array], beside: _Beside) -> Iterator[Look]:
+        """Evidence of every shape and size; what is hopeless with the largest size is so with smaller ones."""
+        d = self.gram.shape[1]
+        products = [_mixed_dots(dots[place], mix, d) for place, mix in self.sets]
+        product = np.concatenate(products)
+        dot, lost = product[..., 0], product[..., 1:]
+        own = self.gram - lost @ np.swapaxes(lost, 1, 2) if lost.shape[2] else self.gram.copy()
+        diagonal = np.arange(d)
+        own[:, diagonal, diagonal] = np.maximum(own[:, diagonal, diagonal], 0.0) + self.unseen
+        found = np.full(self.sizes.shape, -np.inf)
+        keep = np.arange(len(own))
+        for k in range(len(self.sizes) - 1, -1, -1):
+            found[k, keep], most = _sized(own[keep], dot[keep], self.sizes[k, keep], self.positive[keep], beside)
+            if len(keep) == len(own):
+                best = np.maximum.reduceat(most, self.first)
+                keep = np.flatnonzero(most > best[self.owner] - WORTH_A_SIZE)
+        yield from self._summed(found + self.weight)
+
+    def _summed(self, evidence: Array) -> Iterator[Look]:
+        """The looks of all laws from log evidences ``(t, rows)``, priors included."""
+        by_row = np.logaddexp.reduce(evidence, axis=0)
+        highest = np.maximum.reduceat(by_row, self.first)
+        total = highest + np.log(np.add.reduceat(np.exp(by_row - highest[self.owner]), self.first))
+        ends = np.r_[self.first[1:], len(by_row)]
+        for law, first, end, sum_ in zip(self.laws, self.first, ends, total, strict=True):
+            k, atom = np.unravel_index(evidence[:, first:end].argmax(), (len(evidence), end - first))
+            row = first + atom
+            volume = float(sum_ - evidence[k, row] + self.weight[k, row])
+            yield Look(law, float(sum_) + law.log_odds, volume, int(atom), float(self.sizes[k, row]))
+
+
+def _tables(patterns: Sequence[Patterns], metric: Metric) -> list[_Table]:
+    rows: dict[int, list[tuple[int, Array, list[Law], Array, Array]]] = {}
+    for place, one in enumerate(patterns):
+        raw, white = one.grams(metric)
+        for laws, mix in one.sets:
+            gram = mixed(white, mix)
+            unseen = UNSEEN * np.maximum(np.einsum("aii->ai", mixed(raw, mix)), 0.0)
+            rows.setdefault(gram.shape[1], []).append((place, mix, laws, gram, unseen))
+    return [_table(parts) for parts in rows.values()]
+
+
+def _table(parts: Sequence[tuple[int, Array, list[Law], Array, Array]]) -> _Table:
+    laws = [law for _, _, own, _, _ in parts for law in own]
+    most = max(len(law.sizes.sd) for law in laws)
+    count = np.array([law.atoms for law in laws])
+    sizes = np.concatenate([np.tile(_padded(law.sizes.sd, most)[:, None], law.atoms) for law in laws], axis=1)
+    weight = np.concatenate(
+        [_padded(law.sizes.log_weight, most, -np.inf)[:, None] + law.log_weight for law in laws], axis=1
+    )
+    return _Table(
+        [(place, mix) for place, mix, _, _, _ in parts],
+        laws,
+        np.concatenate([gram for _, _, _, gram, _ in parts]),
+        np.concatenate([unseen for _, _, _, _, unseen in parts]),
+        sizes,
+        weight,
+        np.repeat([law.positive for law in laws], count),
+        np.r_[0, np.cumsum(count)[:-1]],
+        np.repeat(np.arange(len(laws)), count),
+    )
+
+
+def _padded(values: Array, most: int, filler: float | None = None) -> Array:
+    """Values with fillers before them: the largest sizes stay last."""
+    before = np.full(most - len(values), values[0] if filler is None else filler)
+    return np.concatenate([before, values])
+
+
+def _mixed_dots(dots: Array, mix: Array, d: int) -> Array:
+    """Products ``(rows, d, q)`` of signatures from those of basis rows ``(r, rows, depth, q)``."""
+    if len(mix) == 1 and mix.shape[1] == 1 and mix[0, 0] == 1.0:
+        return dots[0]
+    products = np.tensordot(mix, dots, 1).transpose(1, 0, 2, 3)
+    return np.asarray(products.reshape(products.shape[0], d, -1))
+
+
+def _sized(gram: Array, dot: Array, sd: Array, positive: NDArray[np.bool_], beside: _Beside) -> tuple[Array, Array]:
+    """Log evidence ``(rows,)`` for one size of each, and without the price of the size."""
+    d, s2 = gram.shape[1], beside.scatter
+    ridge = s2 / sd**2
+    solved, log_det = _solve(gram, ridge, dot)
+    most = beside.student((dot * solved).sum(axis=1))
+    price = 0.5 * (np.maximum(log_det, d * np.log(ridge)) - d * np.log(ridge))
+    if positive.any():
+        z = dot[:, 0] / np.sqrt((gram[:, 0, 0] + ridge) * s2)
+        most = np.where(positive, most + special.log_ndtr(z) + np.log(2.0), most)
+    return most - price, most
+
+
+def _solve(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
+    """Solutions ``(rows, d)`` and log determinants with a ridge; written out for one and two amplitudes."""
+    if gram.shape[1] == 1:
+        a = gram[:, 0, 0] + ridge
+        return dot / a[:, None], np.log(a)
+    if gram.shape[1] == 2:
+        a, b, c = gram[:, 0, 0] + ridge, gram[:, 0, 1], gram[:, 1, 1] + ridge
+        det = np.maximum(a * c - b**2, ridge**2)
+        x, y = (c * dot[:, 0] - b * dot[:, 1]) / det, (a * dot[:, 1] - b * dot[:, 0]) / det
+        return np.stack([x, y], axis=1), np.log(det)
+    return _cholesky(gram, ridge, dot)
+
+
+def _cholesky(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
+    """The same by a factorisation of all rows at once: there are thousands of small matrices."""
+    d = gram.shape[1]
+    a = np.ascontiguousarray(gram.transpose(1, 2, 0))
+    x = np.ascontiguousarray(dot.T)
+    log_det = np.zeros(len(gram))
+    for j in range(d):
+        pivot = np.sqrt(np.maximum(a[j, j] + ridge - (a[j, :j] ** 2).sum(axis=0), ridge))
+        log_det += 2.0 * np.log(pivot)
+        a[j, j] = pivot
+        x[j] = (x[j] - (a[j, :j] * x[:j]).sum(axis=0)) / pivot
+        for i in range(j + 1, d):
+            a[i, j] = (a[i, j] - (a[i, :j] * a[j, :j]).sum(axis=0)) / pivot
+    for j in range(d - 1, -1, -1):
+        x[j] = (x[j] - (a[j + 1 :, j] * x[j + 1 :]).sum(axis=0)) / a[j, j]
+    return x.T, log_det
+
+
+class _Features:
+    """All random functions' features with one metric, those of a kernel turned to be independent of one another.
+
+    ``value``, ``white (m, n)``: squared lengths and mapped features, kernel after kernel; ``first``: where each kernel
+    begins; ``owner``: the kernel of each feature.
+    """
+
+    def __init__(self, smooth: Sequence[Smooth], metric: Metric) -> None:
+        self.smooth = smooth
+        turned = [_turned(features, metric) for one in smooth for features in one.features]
+        self.value = np.concatenate([value for value, _ in turned]) if turned else np.zeros(0)
+        self.white = np.concatenate([white for _, white in turned]) if turned else np.zeros((0, 0))
+        count = np.array([len(value) for value, _ in turned], dtype=np.intp)
+        self.first = np.r_[0, np.cumsum(count)[:-1]].astype(np.intp)
+        self.slices = [slice(a, a + c) for a, c in zip(self.first, count, strict=False)]
+
+    def looks(self, beside: _Beside) -> Iterator[Look]:
+        """The random functions beside a hypothesis, over all kernels and sizes."""
+        if not self.smooth:
+            return
+        sizes, weight = self.smooth[0].sizes.sd, self.smooth[0].sizes.log_weight
+        variance = sizes[:, None] ** 2 / beside.scatter
+        dot, lost = self.white @ beside.left, self.white @ beside.lost
+        shrunk = variance / (1.0 + variance * self.value)
+        price = 0.5 * np.add.reduceat(np.log1p(variance * self.value), self.first, axis=1)
+        gain = np.add.reduceat(shrunk * dot**2, self.first, axis=1)
+        evidence = beside.student(gain) - price
+        if lost.shape[1]:
+            for kernel in np.argsort(-evidence.max(axis=0))[:MOST_EXACT]:
+                own = self.slices[kernel]
+                more, dearer = _beside_terms(shrunk[:, own], dot[own], lost[own])
+                evidence[:, kernel] = beside.student(gain[:, kernel] + more) - price[:, kernel] - dearer
+        yield from self._summed(evidence.T + weight, sizes)
+
+    def _summed(self, evidence: Array, sizes: Array) -> Iterator[Look]:
+        first = 0
+        for one in self.smooth:
+            own = evidence[first : first + one.atoms] - np.log(one.atoms)
+            total = float(np.logaddexp.reduce(own, axis=None))
+            atom, k = np.unravel_index(own.argmax(), own.shape)
+            volume = total - float(own[atom, k]) + one.sizes.log_weight[k] - float(np.log(one.atoms))
+            yield Look(one, total + one.log_odds, volume, int(atom), float(sizes[k]))
+            first += one.atoms
+
+
+def _turned(features: Array, metric: Metric) -> tuple[Array, Array]:
+    """Squared lengths ``(m,)`` and mapped features ``(m, n)`` turned to be orthogonal; those that matter."""
+    size = (features**2).sum(axis=1)
+    most = np.argsort(-size)
+    seen = np.searchsorted(np.cumsum(size[most]) / size.sum(), SEEN_FEATURES)
+    if size.min() < 0.1 * size.max():
+        most = most[: min(MOST_FEATURES, 1 + int(seen))]
+    white = metric(features[most])
+    value, vector = np.linalg.eigh(white @ white.T)
+    keep = value > max(1e-4 * value[-1], 1e-12)
+    keep[-1] = True
+    return np.maximum(value[keep], 0.0), vector[:, keep].T @ white
+
+
+def _beside_terms(shrunk: Array, dot: Array, lost: Array) -> tuple[Array, Array]:
+    """What the terms of a hypothesis change of a kernel's gain and price, ``(t,)`` each."""
+    together = shrunk @ (lost * dot[:, None])
+    middle = np.eye(lost.shape[1]) - (shrunk[:, None, :] * lost.T) @ lost
+    more = (together * np.linalg.solve(middle, together[:, :, None])[:, :, 0]).sum(axis=1)
+    return more, 0.5 * np.linalg.slogdet(middle)[1]
+
+
+class Looks:
+    """Looks at all candidates, with a metric for every model of the scatter that hypotheses have."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self.patterns = list(grouped([one for one in problem.candidates if isinstance(one, Law)]))
+        self._lookers: dict[tuple[object, ...], Looker] = {}
+        self._looks: dict[tuple[object, ...], list[Look]] = {}
+
+    def __call__(self, state: State, scatters: Scatters) -> list[Look]:
+        """All candidates beside a hypothesis, the best first; computed once."""
+        key = (frozenset(term.key for term in state.terms), state.scatter.key)
+        if key not in self._looks:
+            self._looks[key] = self._looker(state, scatters).looks(state)
+        return self._looks[key]
+
+    def _looker(self, state: State, scatters: Scatters) -> Looker:
+        sigma_um = state.sigma_um if state.scatter.correlation else min(state.sigma_um, self.problem.within_um)
+        key = (state.scatter.key, round(float(np.log(sigma_um)) / LIKE_SIGMA))
+        if key not in self._lookers:
+            metric = Metric(self.problem, state.scatter, scatters, sigma_um)
+            self._lookers[key] = Looker(self.problem, metric, self.patterns)
+        return self._lookers[key]

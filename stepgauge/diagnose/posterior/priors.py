@@ -1,0 +1,132 @@
+"""The priors of a diagnosis: one table, with reasons, that a user may print and replace."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from stepgauge.config import Table, check_table, read_toml
+from stepgauge.diagnose.posterior.problem import Sizes
+
+Array = NDArray[np.float64]
+FILE = "priors.toml"
+
+
+class Decision(Table):
+    """From which probabilities something is said."""
+
+    stated: float = Field(gt=0.5, lt=1.0)
+    in_set: float = Field(gt=0.0, lt=0.5)
+    determined: float = Field(gt=0.0)
+
+
+class SizePriors(Table):
+    """How amplitudes spread about what is usual."""
+
+    spread: float = Field(gt=1.0)
+    steps: list[float] = Field(min_length=1)
+
+    def about(self, usual: float) -> Sizes:
+        """The mixture about a usual size."""
+        steps = np.array(self.steps)
+        weight = -0.5 * (np.log(steps) / np.log(self.spread)) ** 2
+        return Sizes(usual * steps, weight - np.logaddexp.reduce(weight))
+
+
+class ScatterPriors(Table):
+    """Models of the scatter."""
+
+    sigma_factor: float = Field(gt=1.0)
+    outliers: float = Field(gt=0.0)
+    outlier_share: float = Field(gt=0.0, lt=0.5)
+    outlier_sizes: list[float] = Field(min_length=1)
+    heavy: float = Field(gt=0.0)
+    heavy_freedoms: list[float] = Field(min_length=1)
+    growth: float = Field(gt=0.0)
+    growth_rates: list[float] = Field(min_length=1)
+    correlation: float = Field(gt=0.0)
+    correlations: list[float] = Field(min_length=1)
+    certificate: float = Field(gt=0.0)
+    certificate_factors: list[float] = Field(min_length=1)
+    rounded: float = Field(gt=0.0)
+
+
+class FormPriors(Table):
+    """Structure without a law."""
+
+    odds: float = Field(gt=0.0)
+    lag: float = Field(gt=0.0)
+    own_column: float = Field(gt=0.0)
+    product: float = Field(gt=0.0)
+    wave: float = Field(gt=0.0)
+    sizes: list[float] = Field(min_length=1)
+    size_weights: list[float] = Field(min_length=1)
+    lengths: list[float] = Field(min_length=1)
+    lags: list[float] = Field(min_length=1)
+    regime: float = Field(gt=0.0)
+
+    def about(self, scale_um: float) -> Sizes:
+        """The mixture over the stated repeatability."""
+        return Sizes(np.array(self.sizes) * scale_um, np.log(np.array(self.size_weights) / sum(self.size_weights)))
+
+
+class KindPrior(Table):
+    """What is usual of one kind of law."""
+
+    odds: float = Field(gt=0.0)
+    usual: float = Field(gt=0.0)
+    power: float = 0.0
+
+
+class LawPriors(Table):
+    """All kinds of laws."""
+
+    odds: float = Field(gt=0.0)
+    kinds: dict[str, KindPrior]
+
+    def of(self, kind: str) -> KindPrior:
+        """Those of one kind; of a kind that the file does not know, a common one of one unit."""
+        return self.kinds.get(kind, KindPrior(odds=1.0, usual=1.0))
+
+
+class Priors(Table):
+    """Everything that is set by hand, see ``priors.toml``."""
+
+    decision: Decision
+    sizes: SizePriors
+    scatter: ScatterPriors
+    forms: FormPriors
+    shapes: dict[str, list[float]]
+    laws: LawPriors
+
+
+def priors_text() -> str:
+    """The shipped file with its reasons."""
+    return (files("stepgauge.diagnose") / FILE).read_text("utf-8")
+
+
+@cache
+def shipped_priors() -> Priors:
+    """The priors of the shipped file."""
+    return check_table(Priors, tomllib.loads(priors_text()), FILE)
+
+
+def read_priors(path: str | Path) -> Priors:
+    """The shipped priors with what a file says in their place (:class:`InputError` where it is not one)."""
+    return check_table(Priors, _over(tomllib.loads(priors_text()), read_toml(path)), path)
+
+
+def _over(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
+    """Tables with some keys replaced, all the way down."""
+    merged = dict(base)
+    for key, value in own.items():
+        old = base.get(key)
+        merged[key] = _over(old, value) if isinstance(old, dict) and isinstance(value, dict) else value
+    return merged

@@ -1,0 +1,176 @@
+"""What is to be explained, and by what: residuals, nuisances, and candidates with their priors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Prior of an amplitude: a mixture of normal distributions about nought.
+
+    ``sd (t,)``: their standard deviations, um for a unit of the signature; ``log_weight (t,)``: logarithms of their
+    shares, which sum to one.
+    """
+
+    sd: Array
+    log_weight: Array
+
+
+@dataclass(frozen=True)
+class Refined:
+    """A signature between the points of a grid: ``columns (d, n)`` and whatever tells its shape."""
+
+    columns: Array
+    shape: Any
+
+
+Refine = Callable[[int, Array], Refined | None]
+"""From an atom's number and residuals ``(n,)`` in um to the signature that fits them best near that atom."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """Alternatives under one prior: a law with its choices made, or a form over one covariate.
+
+    ``kind``: a law's name, or the covariate of a form; ``label``: what tells it from all others; ``named``: whether it
+    is a law; ``log_odds``: prior odds of it being there; ``sizes``: prior of its amplitudes; ``source``: for whoever
+    made the candidate.
+    """
+
+    kind: str
+    label: str
+    named: bool
+    log_odds: float
+    sizes: Sizes
+    source: Any = None
+
+    @property
+    def atoms(self) -> int:
+        """Number of shapes that the candidate may have."""
+        raise NotImplementedError
+
+    def columns(self, atom: int) -> Array:
+        """Signature of one shape, um for a unit of each amplitude, ``(d, n)``."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, eq=False)
+class Law(Candidate):
+    """Few amplitudes, many shapes: a period, a place, a time constant on a grid.
+
+    ``pattern (atoms, depth, n)`` times each of ``shares (k, n)``; candidates that differ in the shares alone hold the
+    same pattern. ``log_weight (atoms,)``: prior of the shapes; ``positive``: amplitudes are; ``refine``: see
+    :data:`Refine`.
+    """
+
+    pattern: Array = field(default_factory=lambda: np.zeros((0, 1, 0)))
+    shares: Array = field(default_factory=lambda: np.zeros((1, 0)))
+    log_weight: Array = field(default_factory=lambda: np.zeros(0))
+    positive: bool = False
+    refine: Refine | None = None
+
+    @property
+    def atoms(self) -> int:
+        return len(self.pattern)
+
+    @property
+    def dimension(self) -> int:
+        """Number of amplitudes."""
+        return int(self.pattern.shape[1]) * len(self.shares)
+
+    def columns(self, atom: int) -> Array:
+        return np.concatenate([self.pattern[atom] * share for share in self.shares])
+
+
+@dataclass(frozen=True, eq=False)
+class Smooth(Candidate):
+    """Many amplitudes, few shapes: random functions of one covariate, one set of ``features (d, n)`` per kernel."""
+
+    features: tuple[Array, ...] = ()
+
+    @property
+    def atoms(self) -> int:
+        return len(self.features)
+
+    def columns(self, atom: int) -> Array:
+        return self.features[atom]
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """A candidate with its shape and size chosen; ``log_prior``: its odds and the volume of what was not chosen.
+
+    ``columns (d, n)``: um for a unit of each amplitude; ``sd``: prior standard deviation of the amplitudes.
+    """
+
+    candidate: Candidate
+    atom: int
+    columns: Array
+    sd: float
+    log_prior: float
+    shape: Any = None
+
+    @cached_property
+    def key(self) -> tuple[str, int, float, float, float]:
+        """What makes two terms the same."""
+        size = float(np.abs(self.columns).sum())
+        return self.candidate.label, self.atom, self.sd, round(self.log_prior, 6), size
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Residuals with all that may be behind them.
+
+    Parameters
+    ----------
+    um : residuals ``(n,)``
+    scale_um : stated standard deviation of one reading
+    certified, certified_u : nuisance columns ``(f, n)`` and the standard uncertainty stated of each, um
+    free : nuisance columns ``(p, n)`` of which nothing is known beforehand
+    order : rows in the order of reading
+    gap : time between neighbours in that order over the typical one ``(n - 1,)``, infinite across a break
+    growing : covariates from nought to one with which the scatter may grow
+    step_um : step of the display that the readings are rounded to, nought for none
+    group : set of repeats that a row belongs to
+    candidates : laws and forms
+    """
+
+    um: Array
+    scale_um: float
+    certified: Array
+    certified_u: Array
+    free: Array
+    order: NDArray[np.intp]
+    gap: Array
+    growing: Mapping[str, Array]
+    step_um: float
+    group: NDArray[np.intp]
+    candidates: Sequence[Candidate]
+
+    def __len__(self) -> int:
+        return len(self.um)
+
+    @cached_property
+    def grouped(self) -> Array:
+        """Columns ``(g, n)`` of the sets of repeats."""
+        return (self.group == np.arange(self.group.max() + 1)[:, None]).astype(float)
+
+    @cached_property
+    def within_um(self) -> float:
+        """Standard deviation within the sets of repeats; that of all rows where there are too few of these."""
+        count = np.bincount(self.group)
+        mean = np.bincount(self.group, self.um) / np.maximum(count, 1)
+        dof = int((np.maximum(count, 1) - 1).sum())
+        centred = self.um - mean[self.group]
+        if dof < 8:
+            return max(float(self.um.std()), 1e-9)
+        return max(float(np.sqrt((centred**2).sum() / dof)), 1e-9)

@@ -1,0 +1,283 @@
+"""Hypotheses worth having: forward with a beam, models of the scatter, exchanges until nothing visited improves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations, islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnose.posterior.evidence import Evidence, State
+from stepgauge.diagnose.posterior.looks import Look, Looks
+from stepgauge.diagnose.posterior.priors import Priors
+from stepgauge.diagnose.posterior.problem import Law, Problem, Term
+from stepgauge.diagnose.posterior.scatter import HEAVY, NORMAL, OUTLYING, Scatter
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of the search: what was done with what, and by how much the log posterior rose."""
+
+    action: str
+    label: str
+    gain: float
+
+
+BEAM = 2
+MOST_TERMS = 6
+PROPOSED, PROPOSED_FORMS = 4, 2
+"""Laws and forms that are tried beside a hypothesis."""
+HOPELESS = -6.0
+"""Gain of a look below which a candidate is not tried, nats."""
+FARTHER = 4.0
+"""How far below the best hypothesis a beam may be and still go on, nats."""
+ROUNDS = 4
+SETTLED = 0.1
+WEIGHING = 3
+"""Rounds in which rows are weighed anew by what they leave."""
+
+
+class Search:
+    """The search of one problem; ``evidence.visited`` holds every hypothesis that it computed."""
+
+    def __init__(self, problem: Problem, priors: Priors) -> None:
+        self.problem, self.priors = problem, priors
+        self.evidence, self.looks = Evidence(problem, priors), Looks(problem)
+        self.scatters = self.evidence.scatters
+        self.start = self.evidence((), self.scatters.plain())
+        self.trail: list[Step] = []
+
+    def run(self) -> State:
+        """The best hypothesis found."""
+        best = beam = self.reshaped(self.start)
+        heads = [self.start] if beam is self.start else [self.start, beam]
+        for depth in range(MOST_TERMS):
+            heads = self._forward(heads)
+            if not heads or heads[0].log_posterior < best.log_posterior - (FARTHER if depth < 2 else 0.0):
+                break
+            best = self._better(best, heads[0])
+        return self._exchanged(best)
+
+    def _better(self, best: State, other: State) -> State:
+        """The likelier one; what changes is noted."""
+        if other.log_posterior <= best.log_posterior:
+            return best
+        gain = other.log_posterior - best.log_posterior
+        come, gone = other.labels - best.labels, best.labels - other.labels
+        words = "exchanged" if come and gone else "added" if come else "dropped" if gone else "scatter"
+        what = ", ".join(sorted(come)) or ", ".join(sorted(gone)) or "model of the scatter or shapes"
+        self.trail.append(Step(words, f"{', '.join(sorted(gone))} for {what}" if come and gone else what, gain))
+        return other
+
+    def beside(self, state: State) -> list[Look]:
+        """Looks at all candidates beside a hypothesis that are not in it, the best first."""
+        return [look for look in self.looks(state, self.scatters) if look.candidate.label not in state.labels]
+
+    def added(self, state: State, look: Look) -> State:
+        """The hypothesis with one term more; of a shape on the grid or near it, whichever is likelier."""
+        term = look.term()
+        best = self._with(state, term)
+        candidate = look.candidate
+        if isinstance(candidate, Law) and candidate.refine is not None:
+            refined = candidate.refine(look.atom, state.left_um)
+            if refined is not None:
+                again = Term(candidate, look.atom, refined.columns, term.sd, term.log_prior, refined.shape)
+                best = max(best, self._narrowed(state, again, best), key=_worth)
+        return best
+
+    def _narrowed(self, state: State, term: Term, grid: State) -> State:
+        """The hypothesis with a fitted shape, whose peak may be narrower than the grid's step.
+
+        Of a peak that is higher by d at a distance x from the nearest point, the standard deviation is x / sqrt(2 d);
+        on average x is a quarter of a step.
+        """
+        found = self._with(state, term)
+        higher = found.log_posterior - grid.log_posterior
+        narrow = 0.5 * float(np.log(2.0 * max(higher, 1e-9))) - float(np.log(0.25 * np.sqrt(2.0 * np.pi)))
+        return self._with(state, replace(term, log_prior=term.log_prior - narrow)) if narrow > 0.0 else found
+
+    def _with(self, state: State, term: Term) -> State:
+        return self.evidence((*state.terms, term), state.scatter, state.sigma_um)
+
+    def _forward(self, heads: list[State]) -> list[State]:
+        """The likeliest hypotheses with one term more: of laws alone, and of all."""
+        found: dict[int, State] = {}
+        for head in heads:
+            for look in self._proposed(head):
+                state = self._weeded(self.added(head, look))
+                found[id(state)] = state
+        ranked = sorted(found.values(), key=_worth, reverse=True)
+        laws = [state for state in ranked if state.named][:BEAM]
+        chosen = laws + [state for state in ranked[:1] if state not in laws]
+        shaped = {id(state): state for state in map(self.reshaped, chosen)}
+        return sorted(shaped.values(), key=_worth, reverse=True)
+
+    def _proposed(self, state: State, most: int = PROPOSED) -> Iterator[Look]:
+        """Looks worth trying: the best laws, at most two of a kind, and the best forms."""
+        looks = [look for look in self.beside(state) if look.gain > HOPELESS]
+        yield from islice(_two_of_a_kind(look for look in looks if look.candidate.named), most)
+        yield from islice(_two_of_a_kind(look for look in looks if not look.candidate.named), PROPOSED_FORMS)
+
+    def _weeded(self, state: State) -> State:
+        """Without the terms that it is likelier without; the newest stays."""
+        for place in range(len(state.terms) - 1):
+            fewer = self.without(state, place)
+            if fewer.log_posterior > state.log_posterior:
+                return self._weeded(fewer)
+        return state
+
+    def without(self, state: State, *places: int) -> State:
+        """The hypothesis without the terms in some places."""
+        terms = tuple(term for i, term in enumerate(state.terms) if i not in places)
+        return self.evidence(terms, state.scatter, state.sigma_um)
+
+    # -- the scatter ---------------------------------------------------------------------------------------------
+
+    def reshaped(self, state: State) -> State:
+        """The likeliest model of the scatter beside the same terms, one facet changed after the other."""
+        for _ in range(ROUNDS):
+            best = max(self._facets(state), key=_worth, default=state)
+            if best.log_posterior <= state.log_posterior + SETTLED:
+                return max(state, best, key=_worth)
+            state = best
+        return state
+
+    def _facets(self, state: State) -> Iterator[State]:
+        prior, scatter, change = self.priors.scatter, state.scatter, self.scatters.changed
+
+        def tried(other: Scatter) -> State:
+            return self.evidence(state.terms, other, state.sigma_um)
+
+        if scatter.growth is not None:
+            yield tried(change(scatter, growth=None))
+        else:
+            yield tried(change(scatter, growth=self._likeliest_growth(state)))
+        yield from self._correlated(state, tried)
+        yield from (tried(change(scatter, certificate=f)) for f in (1.0, *prior.certificate_factors))
+        if self.problem.step_um > 0.0:
+            yield tried(change(scatter, rounded=not scatter.rounded))
+        yield from self._tails(state, tried)
+
+    def _likeliest_growth(self, state: State) -> tuple[str, float]:
+        """The covariate and rate that the squares of what is left grow with, by their likelihood."""
+        square = self.evidence.squares(state)
+        n = len(square)
+
+        def gain(name: str, rate: float) -> float:
+            grown = 1.0 + (rate * self.problem.growing[name]) ** 2
+            return -0.5 * float(np.log(grown).sum() + n * np.log((square / grown).mean()))
+
+        every = [(name, rate) for name in self.problem.growing for rate in self.priors.scatter.growth_rates]
+        return max(every, key=lambda one: gain(*one))
+
+    def _correlated(self, state: State, tried: Callable[[Scatter], State]) -> Iterator[State]:
+        """Correlations about the present one, farther as long as they are likelier."""
+        every = [0.0, *self.priors.scatter.correlations]
+        here = every.index(state.scatter.correlation)
+        for step in (1, -1):
+            last, place = state, here + step
+            while 0 <= place < len(every):
+                found = tried(self.scatters.changed(state.scatter, correlation=every[place]))
+                yield found
+                if found.log_posterior < last.log_posterior - (FARTHER if last is state else 0.0):
+                    break
+                last, place = found, place + step
+        if here > 1:
+            yield tried(self.scatters.changed(state.scatter, correlation=0.0))
+
+    def _tails(self, state: State, tried: Callable[[Scatter], State]) -> Iterator[State]:
+        """Outlying rows and heavy tails, weighed by what the state leaves; normal tails where they are not."""
+        normal = self.scatters.without_tails(state.scatter)
+        if state.scatter.tails != NORMAL:
+            yield tried(normal)
+        first = self._robust(state)
+        if state.scatter.tails == OUTLYING or (first.max() > NEAR_OUTLYING and first.max() > 0.0):
+            yield self._weighed(tried, first, lambda square: self.scatters.outlying(normal, square))
+        if state.scatter.tails == HEAVY or _kurtosis(first) > 0.0:
+            for freedom in self.priors.scatter.heavy_freedoms:
+                yield self._weighed(tried, first, lambda square, f=freedom: self.scatters.heavy(normal, square, f))
+
+    def _robust(self, state: State) -> Array:
+        """Squares of what is left by the scatter of the middle half of the rows: bad rows do not hide one another."""
+        square = self.evidence.squares(state)
+        return square / min(float(np.median(square)) / MEDIAN_SQUARE, 1.0)
+
+    def _weighed(self, tried: Callable[[Scatter], State], square: Array, weigh: Callable[[Array], Scatter]) -> State:
+        best = None
+        for _ in range(WEIGHING):
+            state = tried(weigh(square))
+            best = state if best is None else max(best, state, key=_worth)
+            square = self.evidence.squares(state)
+        assert best is not None
+        return best
+
+    # -- exchanges -----------------------------------------------------------------------------------------------
+
+    def _exchanged(self, best: State) -> State:
+        """One term for one, one for two, two for one, until nothing improves."""
+        for _ in range(ROUNDS):
+            old = best
+            for places in _some_places(len(old.terms)):
+                best = max(best, self._instead(old, places), key=_worth)
+            if len(old.terms) < MOST_TERMS:
+                best = max(best, *(self.added(old, look) for look in self._proposed(old, 2)), old, key=_worth)
+            best = self._better(old, self.polished(self.reshaped(best)))
+            if best.log_posterior <= old.log_posterior + SETTLED:
+                break
+        return best
+
+    def _instead(self, state: State, places: tuple[int, ...]) -> State:
+        """The best with one other term, or one other and the best beside it, in some places."""
+        base = self.without(state, *places)
+        best = base
+        for look in self._proposed(base, 3):
+            one = self.added(base, look)
+            best = max(best, one, key=_worth)
+            if len(places) == 1 and one.log_posterior > state.log_posterior - NEARLY:
+                two = (self.added(one, next_one) for next_one in islice(self._proposed(one, 1), 1))
+                best = max(best, *two, one, key=_worth)
+        return best
+
+    def polished(self, state: State) -> State:
+        """Each term's shape and size once more beside the others."""
+        for candidate in [term.candidate for term in state.terms]:
+            base = self.without(state, next(i for i, t in enumerate(state.terms) if t.candidate is candidate))
+            own = next(look for look in self.beside(base) if look.candidate is candidate)
+            state = max(state, self.added(base, own), key=_worth)
+        return state
+
+
+NEAR_OUTLYING = 9.0
+"""Square of what is left, over the variance, from which a row may be an outlier."""
+MEDIAN_SQUARE = 0.4549
+"""Median of chi-square with one degree of freedom."""
+NEARLY = 12.0
+"""How far below the best a hypothesis may be for two terms in place of one to be tried, nats."""
+
+
+def _worth(state: State) -> float:
+    return state.log_posterior
+
+
+def _two_of_a_kind(looks: Iterator[Look]) -> Iterator[Look]:
+    count: dict[str, int] = {}
+    for look in looks:
+        kind = look.candidate.kind
+        count[kind] = count.get(kind, 0) + 1
+        if count[kind] <= 2:
+            yield look
+
+
+def _some_places(count: int) -> Iterator[tuple[int, ...]]:
+    yield from combinations(range(count), 1)
+    yield from combinations(range(count), 2)
+
+
+def _kurtosis(square: Array) -> float:
+    """Excess of the fourth moment, in its standard deviations for normal scatter."""
+    excess = float((square**2).mean() / square.mean() ** 2) - 3.0
+    return excess / float(np.sqrt(24.0 / len(square)))

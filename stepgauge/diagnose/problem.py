@@ -1,0 +1,77 @@
+"""A recording's residuals as a problem: nuisances, order of probing, and every law and form that may be behind them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnose.covariates import AXES, covariates
+from stepgauge.diagnose.forms import form_candidates
+from stepgauge.diagnose.laws import law_candidates
+from stepgauge.diagnose.posterior.metric import Metric
+from stepgauge.diagnose.posterior.priors import Priors
+from stepgauge.diagnose.posterior.problem import Problem
+from stepgauge.diagnose.posterior.scatter import Scatters
+from stepgauge.diagnose.residuals import Residuals
+from stepgauge.recording import POSITION
+
+Array = NDArray[np.float64]
+LEAST_GAP = 0.2
+"""Shortest time between neighbours over the typical one: readings at one time are not one reading."""
+STEP_GRAIN_UM = 0.01
+"""Steps of a display finer than this are none."""
+GROWING = ("position", "time", "speed", *(f"machine {axis}" for axis in AXES))
+"""Covariates with which the scatter may grow."""
+
+
+def make_problem(data: Residuals, priors: Priors, without: Collection[str] = ()) -> Problem:
+    """The problem of a recording, with all its candidates; kinds in ``without`` are none."""
+    bare = bare_problem(data)
+    scatters = Scatters(bare, priors)
+    metric = Metric(bare, scatters.plain(), scatters, bare.within_um)
+    laws = law_candidates(data, priors, metric, without)
+    return replace(bare, candidates=(*laws, *form_candidates(data, priors)))
+
+
+def bare_problem(data: Residuals) -> Problem:
+    """The problem of a recording without candidates."""
+    face = data.face - data.face.min()
+    certified = (face == np.arange(face.max() + 1)[:, None]) * data.side
+    shown = certified.any(axis=1)
+    u_um = np.asarray(data.gauge.u_um)[data.face.min() - 1 :][: len(certified)]
+    origins = (data.placement == np.arange(data.placement.max() + 1)[:, None]) * data.side
+    return Problem(
+        um=data.um,
+        scale_um=float(data.machine.table.repeatability_um),
+        certified=certified[shown],
+        certified_u=np.maximum(u_um[shown], 1e-4),
+        free=origins.astype(float),
+        order=data.order,
+        gap=_gaps(data),
+        growing={c.name: (c.values - c.values.min()) / np.ptp(c.values) for c in covariates(data) if c.name in GROWING},
+        step_um=display_step_um(data),
+        group=data.group,
+        candidates=(),
+    )
+
+
+def _gaps(data: Residuals) -> Array:
+    """Time between neighbours over the typical one, infinite where the gauge was laid anew."""
+    time = data.frame["time_s"].to_numpy(float)[data.order] if data.has_time else np.arange(float(len(data)))
+    gap = np.diff(time)
+    gap = np.maximum(gap / max(float(np.median(gap)), 1e-9), LEAST_GAP)
+    return np.where(np.diff(data.placement[data.order]) != 0, np.inf, gap)
+
+
+def display_step_um(data: Residuals) -> float:
+    """The step that the readings along the gauge stand on, um; nought where they stand on none."""
+    axis = int(np.abs(np.mean(list(data.probings.setting.axis.values()), axis=0)).argmax())
+    grains = data.frame[POSITION[axis]].to_numpy(float) * 1e3 / STEP_GRAIN_UM
+    whole = np.rint(grains)
+    if np.abs(grains - whole).max() > 1e-3 * max(1.0, float(np.abs(grains).max()) * 1e-9):
+        return 0.0
+    step = int(np.gcd.reduce((whole - whole[0]).astype(np.int64)))
+    return step * STEP_GRAIN_UM if step > 1 else 0.0
