@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from stepgauge.diagnose.checks import predictive_checks, widening
 from stepgauge.diagnose.clock import clock_start_s, counted_from, told_by_clock
@@ -126,7 +127,9 @@ def _repeated(data: Residuals) -> bool:
     return bool((count[data.group] > 1).mean() > 0.5)
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")
 def _search(data: Residuals, priors: Priors, without: Collection[str]) -> _Searched:
+    """The search; many small products are five times slower where threads share each of them."""
     search = Search(make_problem(data, priors, without), priors)
     answer = Answer(search, search.run())
     return _Searched(data, search, answer, make_model(search, answer, data, priors))

@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnose.covariates import (
+    REST,
+    TOUCHES,
     WAY,
     Covariate,
     along_mm,
@@ -28,12 +30,16 @@ from stepgauge.diagnose.posterior.priors import Priors
 from stepgauge.diagnose.posterior.problem import Candidate, Law, Smooth
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.effects.probings import followed
+from stepgauge.recording import OPTIONAL
 
 Array = NDArray[np.float64]
 Shape = Sequence[Array] | Array
 """Features of each kernel, ``(m, n)`` each, or signatures of each period, ``(atoms, d, n)``."""
 TREND, SMOOTH, ROUGH, LAGGED, WAVE = "trend", "smooth", "rough", "lagged", "wave"
 LENGTH, LEVELS, LOOP, HARMONICS, BEAT = "changing length", "levels", "loop", "harmonics", "beat"
+DECAY = "power law"
+EXPONENTS = np.geomspace(0.15, 3.0, 10)
+"""Of a decay with the number of touches that is no exponential."""
 ROUGH_LENGTHS = (0.015, 0.1)
 KNOTS, ROUGH_KNOTS = 40, 120
 OVERTONES = 5
@@ -126,6 +132,9 @@ def _said(data: Residuals, priors: Priors) -> Iterator[_Said]:
         yield _of_one(one, data, priors)
         if one.name in REPEATING:
             yield _waves(one, data, priors)
+        if one.name.startswith(TOUCHES):
+            decays = (1.0 + one.values) ** -EXPONENTS[:, None, None]
+            yield _Said(one.name, one.unit, DECAY, decays, tuple(EXPONENTS), ("approach", "gauge"))
     yield from _lagged(told, position, data, priors)
     yield from _products(position, slow, data, priors)
     yield from _of_ways(position, data, priors)
@@ -153,12 +162,16 @@ def _sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
 
 
 def _of_one(one: Covariate, data: Residuals, priors: Priors) -> _Said:
-    """A trend, smooth functions of several lengths, and rough ones of what wanders."""
-    smooth = [matern(one.values, length) for length in priors.forms.lengths]
-    rough = [matern(one.values, length, rough=True) for length in ROUGH_LENGTHS] if one.name in WANDERING else []
+    """A trend, smooth functions of several lengths, and rough ones of what wanders.
+
+    What settles after a pause does so by ratios of its length: functions of it are smooth in its logarithm.
+    """
+    values = np.log1p(one.values) if one.name == REST or one.name.startswith(TOUCHES) else one.values
+    smooth = [matern(values, length) for length in priors.forms.lengths]
+    rough = [matern(values, length, rough=True) for length in ROUGH_LENGTHS] if one.name in WANDERING else []
     kernels = (TREND, *[SMOOTH] * len(smooth), *[ROUGH] * len(rough))
-    features = [standard(one.values)[None], *smooth, *rough]
-    share = priors.forms.own_column if one.further else 1.0
+    features = [standard(values)[None], *smooth, *rough]
+    share = priors.forms.own_column if one.further and one.name not in OPTIONAL else 1.0
     return _Said(one.name, one.unit, SMOOTH, features, kernels, _sides(one, data), share)
 
 

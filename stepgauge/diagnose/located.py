@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnose.covariates import AXES
-from stepgauge.diagnose.forms import BEAT, HARMONICS, LAGGED, LENGTH, LEVELS, LOOP, TREND, WAVE, Form
+from stepgauge.diagnose.forms import BEAT, DECAY, HARMONICS, LAGGED, LENGTH, LEVELS, LOOP, TREND, WAVE, Form
 from stepgauge.diagnose.posterior.problem import Candidate
 from stepgauge.diagnose.result import Located
 
@@ -46,6 +46,8 @@ def _words(form: Form, shape: str, number: object) -> str:
         return f"a length that changes with {name}{late}"
     if shape == BEAT and isinstance(number, tuple):
         return f"a wave along the gauge, period {number[0]:.4g} mm, whose size turns with {name}, {number[1]:.4g}{unit}"
+    if shape == DECAY:
+        return f"decays with {name} by a power law, exponent {number:.2g}, not exponentially"
     if shape == LEVELS:
         return f"another level for every {name}"
     if shape == LOOP:
