@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 CORRELATED, GROWING, UNDETERMINED = "correlated scatter", "growing scatter", "undetermined"
 SCATTER = (CORRELATED, GROWING)
 """Forms of the scatter, which no formula of the mean describes."""
+QUIET = 0.3
+"""Share of the record over which nothing must change for the rest to be told as the part where something does."""
 
 
 def located(candidate: Candidate, atom: int, probability: float, share: float = 1.0) -> Located:
@@ -67,7 +69,7 @@ def regime(x: Array, curve: Array, spread: Array, unit: str) -> str:
     x, curve, spread = x[order], curve[order], spread[order]
     flat = _flat_share(curve, spread)
     back = _flat_share(curve[::-1], spread[::-1])
-    if max(flat, back) < 0.3:
+    if not QUIET <= max(flat, back) < 1.0:
         return ""
     if flat >= back:
         return f"only above {x[int(flat * len(x)) - 1]:.4g}{unit}"

@@ -16,8 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnose.covariates import covariates, mask
+from stepgauge.diagnose.forms import SMOOTH, Form
 from stepgauge.diagnose.library import Family
-from stepgauge.diagnose.located import located
+from stepgauge.diagnose.located import located, regime
 from stepgauge.diagnose.posterior.answer import Answer, Place, Rival
 from stepgauge.diagnose.posterior.evidence import State
 from stepgauge.diagnose.posterior.metric import Metric
@@ -29,6 +31,8 @@ from stepgauge.diagnose.result import Finding, Located, Member
 from stepgauge.diagnose.solve import Estimate, Fitted, Solved, solve
 
 Array = NDArray[np.float64]
+FAINT = 0.3
+"""Share of its largest weight below which a reading says too little of a form."""
 MOST_FORMS = 3
 """Covariates that a place without a law is told with."""
 
@@ -212,7 +216,24 @@ def unexplained(model: Model, answer: Answer, data: Residuals) -> Iterator[Locat
                 first.setdefault(one.candidate.kind, one)
         for one in list(first.values())[:MOST_FORMS]:
             labels = [r.candidate.label for r in said.place.rivals if r.candidate.kind == one.candidate.kind]
-            yield located(one.candidate, one.look.atom, answer.probability(labels))
+            told = located(one.candidate, one.look.atom, answer.probability(labels))
+            part = _regime(said, model, data) if one is said.lead else ""
+            yield replace(told, where=f"{told.where}, {part}") if part else told
+
+
+def _regime(said: Said, model: Model, data: Residuals) -> str:
+    """The part of the record in which a smooth form is not what it is elsewhere, in words; empty for all of it."""
+    form: Form = said.lead.candidate.source
+    place = next((i for i, term in enumerate(model.state.terms) if term is said.term), None)
+    x = next((one.values for one in covariates(data) if one.name == form.covariate), None)
+    if form.shape != SMOOTH or form.beside or place is None or x is None:
+        return ""
+    mean, covariance = model.state.amplitudes(place)
+    share = mask(data, form.side)
+    seen = np.abs(share) > FAINT * np.abs(share).max()
+    columns = said.term.columns[:, seen] / share[seen]
+    spread = np.sqrt(np.maximum(np.einsum("dn,dn->n", columns, covariance @ columns), 0.0))
+    return regime(x[seen], mean @ columns, spread, f" {form.unit}".rstrip())
 
 
 def nearest_laws(model: Model) -> Iterator[str]:
