@@ -182,9 +182,10 @@ def thermal_drift(scene: Scene, random: Random) -> Cause:
     """Two bodies in a warmer room, integrated in steps: the slow frame and the ram that exchanges heat with it."""
     direction, hours = _direction(scene, random), float(np.ptp(scene.time_s)) / 3600.0
     frame_s, ram_s = 3600.0 * hours * random.uniform(0.4, 1.5), 3600.0 * hours * random.uniform(0.01, 0.03)
-    step_s = float(np.ptp(scene.time_s)) / 4000.0
+    whole_s = float(np.ptp(scene.time_s))
+    step_s = whole_s / 4000.0
     clock, ram, frame, expansion = [0.0], 0.0, 0.0, [0.0]
-    while clock[-1] < np.ptp(scene.time_s):
+    while clock[-1] < whole_s:
         frame += step_s * ((1.0 - frame) / frame_s + 0.02 * (ram - frame) / frame_s)
         ram += step_s * (frame - ram) / ram_s
         clock.append(clock[-1] + step_s)
@@ -198,8 +199,18 @@ def temperature_cycle(scene: Scene, random: Random) -> Cause:
     direction, run_s = _direction(scene, random), float(scene.time_s[-1])
     cycle_time = run_s / max(len(np.unique(scene.cycle)) * len(np.unique(scene.placement)), 1)
     period_s = float(np.clip(random.uniform(0.35, 1.6) * cycle_time, 120.0, run_s / 4.0))
+    return _cycle(scene, random, direction, period_s)
+
+
+def slow_cycle(scene: Scene, random: Random, shortest_s: float, longest_s: float) -> Cause:
+    """The same of a period that has nothing to do with the cycles of the measurement: a room, or the seasons."""
+    period_s = float(np.exp(random.uniform(np.log(shortest_s), np.log(longest_s))))
+    return _cycle(scene, random, _direction(scene, random), period_s)
+
+
+def _cycle(scene: Scene, random: Random, direction: Array, period_s: float) -> Cause:
     step_s, lags_s = period_s / 200.0, period_s * np.array([0.3, 0.4, 0.5])
-    clock = np.arange(-8.0 * period_s, run_s + period_s, step_s)
+    clock = np.arange(-8.0 * period_s, float(scene.time_s[-1]) + period_s, step_s)
     heater = np.where((clock / period_s + random.uniform()) % 1.0 < 0.5, 1.0, -1.0)
     for lag_s in lags_s:
         warmed, state = np.empty_like(heater), 0.0
