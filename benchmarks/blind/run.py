@@ -35,6 +35,7 @@ FORGET = "--without={kind}"
 """What tells stepgauge to forget a kind."""
 BATCH = 25
 """Cases per worker process: the start-up is shared, a crash costs one case."""
+KEPT = ("PATH", "PYTHONPATH", "LANG", "LC_ALL", "VIRTUAL_ENV")
 Identity = Mapping[str, Any]
 
 
@@ -73,8 +74,8 @@ def diagnose(
 
 
 def _environment() -> dict[str, str]:
-    """The environment of a worker: one thread each, and nothing that says where this process runs."""
-    kept = {key: value for key, value in os.environ.items() if key in ("PATH", "LANG", "LC_ALL", "VIRTUAL_ENV")}
+    """The environment of a worker: one thread each, the paths of programs and modules, and nothing else."""
+    kept = {key: value for key, value in os.environ.items() if key in KEPT}
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     return {**kept, **threads, "MPLBACKEND": "Agg", "MPLCONFIGDIR": tempfile.gettempdir()}
 
