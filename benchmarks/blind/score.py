@@ -95,7 +95,7 @@ def key_of(effect: Mapping[str, Any]) -> str:
         return f"{kind}:{travel}/{value_of(effect, 'rotation', 'rotation_axis', 'about')}".lower()
     if kind == "block_defect":
         face = value_of(effect, "face")
-        return f"{kind}:{int(face)}" if _is_number(face) else kind
+        return f"{kind}:{int(face)}" if is_number(face) else kind
     return kind
 
 
@@ -113,7 +113,8 @@ def covariate(text: str) -> str:
     return next((name for pattern, name in _COVARIATES if re.search(pattern, plain)), plain)
 
 
-def _is_number(value: object) -> bool:
+def is_number(value: object) -> bool:
+    """Whether this is a finite number, and not true or false."""
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
@@ -219,26 +220,45 @@ def is_honest(truth: Mapping[str, Any], diagnosis: Mapping[str, Any], effects: l
 
 
 def is_true_name(truth: Mapping[str, Any], effect: Mapping[str, Any]) -> bool:
-    """Whether this effect, with its set, is one of the causes; or forgiven beside them."""
-    forgiven = effect.get("kind") in truth["forgiven"]
-    return forgiven or any(explains(effect, cause, truth["whole_set"]) for cause in truth["causes"])
+    """Whether this effect, with its set, is one of the causes or all of them; or forgiven beside them."""
+    if effect.get("kind") in truth["forgiven"] or stands_for_all(truth, effect):
+        return True
+    return any(explains(effect, cause, truth["whole_set"]) for cause in truth["causes"])
+
+
+def stands_for_all(truth: Mapping[str, Any], effect: Mapping[str, Any]) -> bool:
+    """Whether this one name fits several causes as well as they do themselves, and its set has all of them."""
+    fits = truth.get("together_chi2", {}).get(key_of(effect), math.inf) < SAME_CHI2
+    return bool(fits and {cause["kind"] for cause in truth["causes"]} <= kinds_of(effect))
 
 
 def is_wrong_and_sure(truth: Mapping[str, Any], effect: Mapping[str, Any]) -> bool:
     """Whether something is named with a probability above 0.9 that is none of the causes, nor looks like one."""
     probability = effect.get("probability")
-    if not _is_number(probability) or probability <= SURE:
+    if not is_number(probability) or probability <= SURE:
         return False
-    named = key_of(effect)
-    near = named in truth.get("together_chi2", {}) and truth["together_chi2"][named] < NEAR_CHI2
-    near = near or any(is_name_of(named, cause) for cause in truth["causes"])
-    return not (near or effect.get("kind") in truth["forgiven"])
+    return not (names_a_cause(truth, key_of(effect)) or effect.get("kind") in truth["forgiven"])
+
+
+def names_a_cause(truth: Mapping[str, Any], named: str) -> bool:
+    """Whether this key is one of the causes, or fits most of one, or of all of them together.
+
+    Of a weak cause everything leaves less than ``NEAR_CHI2``; what stands alone for it must leave less than half.
+    """
+    if truth.get("together_chi2", {}).get(named, math.inf) < NEAR_CHI2:
+        return True
+    return any(is_name_of(named, cause) and _leaves_little(named, cause, truth["rows"]) for cause in truth["causes"])
+
+
+def _leaves_little(named: str, cause: Mapping[str, Any], rows: int) -> bool:
+    left = cause["leftover_chi2"].get(named, 0.0)
+    return bool(left <= STRANGE_SHARE * cause["size"] ** 2 * rows)
 
 
 def condemned(effects: Iterable[Mapping[str, Any]]) -> set[int]:
     """The rows that are called outliers, numbered from 1 over all recordings."""
     lists = [value_of(effect, "rows") or [] for effect in effects if effect.get("kind") == "outliers"]
-    return {int(row) for rows in lists for row in rows if _is_number(row)}
+    return {int(row) for rows in lists for row in rows if is_number(row)}
 
 
 def concealed_rows(truth: Mapping[str, Any]) -> set[int]:
@@ -278,21 +298,13 @@ def _right_names(
     """Every cause named, nothing else named, and the verdict says that this is all."""
     if any(_strange_form(cause, truth["rows"]) for cause in truth["causes"]) and diagnosis["verdict"] == "unknown":
         return chosen is not None or _located(truth, diagnosis)
-    if _is_one_for_all(truth, diagnosis, effects):
+    if diagnosis["verdict"] == "effects" and len(effects) == 1 and stands_for_all(truth, effects[0]):
         return True
     verdicts = {"effects", "adequate"} if truth["causes"][0]["kind"] == "outliers" else {"effects"}
     if chosen is None or not (diagnosis["verdict"] in verdicts or _only_in_order(truth, diagnosis)):
         return False
     extra = [effect for k, effect in enumerate(effects) if k not in chosen]
     return all(effect.get("kind") in truth["forgiven"] for effect in extra)
-
-
-def _is_one_for_all(truth: Mapping[str, Any], diagnosis: Mapping[str, Any], effects: list[Mapping[str, Any]]) -> bool:
-    """Several causes that one name fits as well as they do themselves: it is right if its set has all of them."""
-    if len(effects) != 1 or diagnosis["verdict"] != "effects":
-        return False
-    fits = truth.get("together_chi2", {}).get(key_of(effects[0]), math.inf) < SAME_CHI2
-    return bool(fits and {cause["kind"] for cause in truth["causes"]} <= kinds_of(effects[0]))
 
 
 def _strange_form(cause: Mapping[str, Any], rows: int) -> bool:
@@ -355,7 +367,7 @@ def interval_hits(effect: Mapping[str, Any], cause: Mapping[str, Any]) -> list[b
     hits = []
     for name, true in cause["parameters"].items():
         stated = (effect.get("parameters") or {}).get(name)
-        if not isinstance(stated, Mapping) or not (_is_number(stated.get("value")) and _is_number(stated.get("u"))):
+        if not isinstance(stated, Mapping) or not (is_number(stated.get("value")) and is_number(stated.get("u"))):
             continue
         value = stated["value"]
         if (cause["kind"], name) in UNSIGNED:
@@ -367,7 +379,7 @@ def interval_hits(effect: Mapping[str, Any], cause: Mapping[str, Any]) -> list[b
 
 def _holdout_ratio(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> float | None:
     after = (diagnosis.get("fit") or {}).get("holdout_rms_after_um")
-    return after / truth["noise_rms_um"] if _is_number(after) else None
+    return after / truth["noise_rms_um"] if is_number(after) else None
 
 
 def _answer(diagnosis: Mapping[str, Any], effects: list[Mapping[str, Any]]) -> str:
