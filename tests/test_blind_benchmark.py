@@ -60,6 +60,7 @@ def options_for(tool: Path | str, **settings: Any) -> argparse.Namespace:
         "names": "squareness_xz",
         "nulls": 0,
         "sample": 0,
+        "keep": True,
     }
     chosen |= {"jobs": 1, "timeout": 30, "left_out": False, "tool": f"{tool} {arguments}", **settings}
     return argparse.Namespace(**chosen)

@@ -21,7 +21,7 @@ INK, BLUE, GREY = "#1a1a1a", "#0b5394", "#8a8a8a"
 def draw_reliability(rows: Sequence[Row], path: Path) -> None:
     """One panel for each group and one for all: share true with its 95 % interval, by what was said. PNG or SVG.
 
-    The scale of what was said is that of the odds, so that 0.95 and 0.99 are apart. A grey bar is the share asked for.
+    A dotted line is what was said, a cross its mean, a grey bar the share asked for.
     """
     from matplotlib.figure import Figure
 
@@ -46,6 +46,7 @@ def _panel(panel: Any, rows: Sequence[Row], title: str) -> None:
         # rounding may put an end of the interval a hair inside the share
         ends = [[max(share - low, 0.0)], [max(high - share, 0.0)]]
         panel.errorbar([number], [share], ends, fmt="o", color=BLUE, markersize=5, capsize=3, linewidth=1.2)
+        panel.plot([number + 0.15], [row["said"]], marker="x", color=INK, markersize=4)
         panel.annotate(f"{row['true']}/{row['of']}", (number, 0.02), ha="center", fontsize=6, color=INK)
     panel.set(title=title, ylim=(0.0, 1.03), xlim=(-0.6, len(BINS) - 0.4))
     panel.set_xticks(range(len(BINS)), [f"{low:g}\N{EN DASH}{high:g}" for low, high, _ in BINS], fontsize=7)
