@@ -127,14 +127,14 @@ def angular_error(scene: Scene, random: Random, travel: int, rotation: int) -> C
 def reversal_error(scene: Scene, random: Random, axis: int) -> Cause:
     """Play between drive and carriage, followed through every corner of the path: the carriage lags behind."""
     sign = random.choice([-1.0, 1.0])
-    path_mm = scene.way_mm[:, :, axis].ravel()
+    path_mm = scene.way_mm[:, :, axis].ravel().tolist()
 
     def displace(um: float) -> Array:
-        half_mm, carriage, lag = um * 1e-3 / 2.0, path_mm[0], np.empty(len(path_mm))
-        for corner, drive in enumerate(path_mm):
+        half_mm, carriage, lag = float(um) * 1e-3 / 2.0, path_mm[0], []
+        for drive in path_mm:
             carriage = min(max(carriage, drive - half_mm), drive + half_mm)
-            lag[corner] = drive - carriage
-        return on_axis(scene, axis, sign * lag.reshape(len(scene), -1)[:, 2] * 1e3)
+            lag.append(drive - carriage)
+        return on_axis(scene, axis, sign * np.reshape(lag, (len(scene), -1))[:, 2] * 1e3)
 
     return Cause("reversal_error", displace, AXES[axis], lambda um: {"um": sign * um}, start=2.0)
 

@@ -79,10 +79,11 @@ def trigger_delay(scene: Scene, random: Random) -> Cause:
 def approach_memory(scene: Scene, random: Random) -> Cause:
     """Contacts that creep while they rest: a long pause lets them settle, the next touches work them loose."""
     gap_s = np.diff(scene.time_s, prepend=scene.time_s[0] - 3600.0)
-    rest_s, kept = 3.0 * float(np.median(gap_s)), float(random.uniform(0.05, 0.4))
+    usual_s = float(np.median(gap_s))
+    rest_s, kept = 3.0 * usual_s, float(random.uniform(0.05, 0.4))
     sign, settled, state = _sign(random), np.empty(len(scene)), 0.0
     for row, gap in enumerate(gap_s):
-        state = 1.0 - (1.0 - state) * np.exp(-max(gap - 1.5 * np.median(gap_s), 0.0) / rest_s)
+        state = 1.0 - (1.0 - state) * np.exp(-max(gap - 1.5 * usual_s, 0.0) / rest_s)
         settled[row] = state
         state *= kept
     return Cause("approach_memory", lambda um: (sign * um * settled)[:, None] * scene.approach)
@@ -213,11 +214,11 @@ def _cycle(scene: Scene, random: Random, direction: Array, period_s: float) -> C
     clock = np.arange(-8.0 * period_s, float(scene.time_s[-1]) + period_s, step_s)
     heater = np.where((clock / period_s + random.uniform()) % 1.0 < 0.5, 1.0, -1.0)
     for lag_s in lags_s:
-        warmed, state = np.empty_like(heater), 0.0
-        for row, heat in enumerate(heater):
-            state += step_s / lag_s * (heat - state)
-            warmed[row] = state
-        heater = warmed
+        warmed, state, gain = [], 0.0, float(step_s / lag_s)
+        for heat in heater.tolist():
+            state += gain * (heat - state)
+            warmed.append(state)
+        heater = np.array(warmed)
     air = np.interp(scene.time_s, clock, heater) / np.abs(heater[len(heater) // 2 :]).max()
     return Cause(
         "temperature_cycle",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +61,11 @@ def _skewed(random: Random, n: int) -> Array:
     return (random.gamma(3.0, 1.0, n) - 3.0) / np.sqrt(3.0)
 
 
+def _first_order(kept: float, n: int) -> Array:
+    """AR(1): every touch keeps this share of the last one's deviation."""
+    return np.asarray(kept ** np.arange(n), float)
+
+
 def _flicker(n: int) -> Array:
     """Power over frequency 1/f from one swing in four recordings up to half the rhythm of the touches."""
     power = np.r_[0.0, 1.0 / np.arange(1, 2 * n + 1)]
@@ -73,8 +79,8 @@ NOT_IDEAL = (
     Scatter("skewed", _skewed, information=3.0),
     Scatter("rounded_0.5", step_um=0.5),
     Scatter("rounded_1", step_um=1.0),
-    Scatter("ar1_0.6", correlation=lambda n: 0.6 ** np.arange(n)),
-    Scatter("ar1_0.9", correlation=lambda n: 0.9 ** np.arange(n)),
+    Scatter("ar1_0.6", correlation=partial(_first_order, 0.6)),
+    Scatter("ar1_0.9", correlation=partial(_first_order, 0.9)),
     Scatter("flicker", correlation=_flicker),
     Scatter("certificate_half", stated=0.5),
 )

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from itertools import permutations
-from typing import Any
+from typing import Any, TypeGuard
 
 from benchmarks.blind.identify import NEAR_CHI2
 from benchmarks.blind.scatter import CORRELATED
@@ -113,7 +113,7 @@ def covariate(text: str) -> str:
     return next((name for pattern, name in _COVARIATES if re.search(pattern, plain)), plain)
 
 
-def is_number(value: object) -> bool:
+def is_number(value: object) -> TypeGuard[float]:
     """Whether this is a finite number, and not true or false."""
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
