@@ -424,6 +424,19 @@ def test_good_readings_that_are_condemned_are_counted() -> None:
     assert score_case(truth_of("null"), said)["good_rows_condemned"] == 3
 
 
+def test_intervals_are_counted_apart_where_a_partner_stands_in_a_set() -> None:
+    scale = cause_of("scale_error", "x", gauge_temperature=0.2) | {"parameters": {"ppm": 5.0}}
+    turned = SQUARE | {"parameters": {"urad": 10.0}}
+    urad = {"value": 10.5, "u": 0.2}
+    said = answer(
+        "effects", effect("scale_error", "gauge_temperature", axis="x"), effect("squareness", plane="xy", urad=urad)
+    )
+    result = score_case(truth_of("pair", scale, turned), said)
+    assert (result["right"], result["beside_a_set"], result["intervals"]) == (True, True, [False])
+    summary = summarise([result | {"seconds": 0.1, "error": "", "statements": []}])
+    assert (summary["coverage_beside_a_set"]["hits"], summary["coverage_beside_a_set"]["of"]) == (0, 1)
+
+
 # --- what is said with a probability ----------------------------------------------------------------------------------
 
 
@@ -563,6 +576,7 @@ def test_a_run_that_was_stopped_goes_on_with_what_is_missing(
     assert set(asked.read_text().split()) == {case["case"] for case in again["cases"]} - {case["case"] for case in half}
     assert all(case["right"] and case["statements"][0]["true"] for case in again["cases"])
     assert "6/6" in figure.read_text()
+    assert figure.with_suffix(".png").exists()
     assert "recordings" in capsys.readouterr().out
 
 

@@ -193,7 +193,7 @@ def options_of(argv: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--short", action="store_true", help="print classes only, not every recipe")
     parser.add_argument("--resume", action="store_true", help="keep the results that --output has, run what is missing")
-    parser.add_argument("--figure", type=Path, help="draw the reliability of what is said (.png or .svg)")
+    parser.add_argument("--figure", type=Path, help="draw the reliability of what is said, as .png and .svg")
     options = parser.parse_args(argv)
     if options.left_out and options.tool == STEPGAUGE:
         options.tool = f"{STEPGAUGE} {FORGET}"
@@ -245,7 +245,8 @@ def main(argv: list[str] | None = None) -> None:
     content = {**content_of(options, results, complete=True), "worker_user": user}
     write_results(options.output, content)
     if options.figure:
-        draw_reliability(content["summary"]["reliability"], options.figure)
+        for suffix in (".png", ".svg"):
+            draw_reliability(content["summary"]["reliability"], options.figure.with_suffix(suffix))
     print(matrix_text(content["left_out"]) if options.left_out else text(content["summary"], recipes=not options.short))
     errors = [result for result in results if result["error"]]
     if errors:

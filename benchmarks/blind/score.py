@@ -199,6 +199,7 @@ def score_case(truth: Mapping[str, Any], diagnosis: Mapping[str, Any] | None) ->
         "good_rows_condemned": len(condemned(effects) - concealed_rows(truth)),
         "answer": _answer(diagnosis, effects),
         "intervals": [hit for effect, cause in matched for hit in interval_hits(effect, cause)] if right else [],
+        "beside_a_set": any(len(kinds_of(effect)) > 1 for effect, _ in matched),
         "holdout_ratio": _holdout_ratio(truth, diagnosis) if right and matched else None,
         "scored": _is_scored(truth),
     }

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blind.score import wilson_interval
-from benchmarks.blind.statements import reliability
+from benchmarks.blind.statements import GROUPS, reliability
 
 Result = Mapping[str, Any]
 BARS: dict[tuple[str, float], float] = {
@@ -37,7 +37,6 @@ def summarise(results: Sequence[Result]) -> dict[str, Any]:
     scored = [result for result in results if result["scored"]]
     nulls = [result for result in scored if result["family"] == "null"]
     alarms = sum(result["false_alarm"] for result in nulls)
-    hits = [hit for result in scored for hit in result["intervals"]]
     ratios = [result["holdout_ratio"] for result in scored if result.get("holdout_ratio") is not None]
     seconds = [result["seconds"] for result in results if result.get("seconds") is not None]
     causes = [result for result in scored if result["family"] not in NULLS]
@@ -50,11 +49,19 @@ def summarise(results: Sequence[Result]) -> dict[str, Any]:
         "not_scored": len(results) - len(scored),
         "false_alarms": {"count": alarms, "of": len(nulls), "interval": wilson_interval(alarms, len(nulls))},
         "null_bound": _mean([result["bound"] for result in nulls]),
-        "coverage": {"hits": sum(hits), "of": len(hits), "interval": wilson_interval(sum(hits), len(hits))},
+        "coverage": _coverage(scored),
+        "coverage_beside_a_set": _coverage(result for result in scored if result.get("beside_a_set")),
+        "coverage_of": {group: _coverage(r for r in scored if r["family"] in names) for group, names in GROUPS.items()},
         "holdout_ratio": _spread(ratios),
         "seconds": _spread(seconds),
         "confusion": {name: dict(count) for name, count in confusion(scored).items()},
     }
+
+
+def _coverage(results: Iterable[Result]) -> dict[str, Any]:
+    """How many of the 95 % intervals hold the truth."""
+    hits = [hit for result in results for hit in result["intervals"]]
+    return {"hits": sum(hits), "of": len(hits), "interval": wilson_interval(sum(hits), len(hits))}
 
 
 def _not_ideal(results: Iterable[Result], prefix: str) -> list[dict[str, Any]]:
@@ -152,6 +159,8 @@ def text(summary: Mapping[str, Any], *, recipes: bool = True) -> str:
     lines += ["", *_reliability_lines(summary["reliability"])]
     lines += ["", _share_line("false alarms on null recordings", summary["false_alarms"], "count")]
     lines += [_share_line("95 % intervals that hold the truth", summary["coverage"], "hits")]
+    lines += [_share_line("  where a partner stands in a set", summary["coverage_beside_a_set"], "hits")]
+    lines += [_share_line(f"  {group}", part, "hits") for group, part in summary["coverage_of"].items()]
     lines += _spread_lines(summary)
     lines += ["", "answers given (all sizes)"]
     for name, answers in summary["confusion"].items():
