@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnose.covariates import (
+    FEWEST_IN_CYCLE,
     REST,
     TOUCHES,
     WAY,
@@ -44,8 +45,6 @@ ROUGH_LENGTHS = (0.015, 0.1)
 KNOTS, ROUGH_KNOTS = 40, 120
 OVERTONES = 5
 """Of a wave that is no sine; the k-th has the k-th part of the first's standard deviation."""
-FEWEST_IN_CYCLE = 6
-"""Rows of a cycle from which it can be told from the others."""
 PERIODS_PER_SPAN = 4.0
 MOST_PERIODS = 40.0
 FEWEST_DIRECTIONS = 8
@@ -127,7 +126,7 @@ def _shown(columns: Array) -> Array:
 def _said(data: Residuals, priors: Priors) -> Iterator[_Said]:
     told = _different(covariates(data))
     slow = next((one for one in told if one.name in WANDERING), None)
-    position = told[0]
+    position = next((one for one in told if one.name == "position"), None)
     for one in told:
         yield _of_one(one, data, priors)
         if one.name in REPEATING:
@@ -136,8 +135,10 @@ def _said(data: Residuals, priors: Priors) -> Iterator[_Said]:
             decays = (1.0 + one.values) ** -EXPONENTS[:, None, None]
             yield _Said(one.name, one.unit, DECAY, decays, tuple(EXPONENTS), ("approach", "gauge"))
     yield from _lagged(told, position, data, priors)
-    yield from _products(position, slow, data, priors)
-    yield from _of_ways(position, data, priors)
+    if position is not None and slow is not None:
+        yield from _products(position, slow, priors)
+    if position is not None and goes_both_ways(data):
+        yield from _of_ways(position, data, priors)
     yield from _levels(data)
 
 
@@ -219,11 +220,11 @@ def _wave_sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
     return ("gauge",) if one.name == "position" else ("approach", "gauge", *axes_shown(data))
 
 
-def _lagged(told: Sequence[Covariate], position: Covariate, data: Residuals, priors: Priors) -> Iterator[_Said]:
+def _lagged(told: Sequence[Covariate], position: Covariate | None, data: Residuals, priors: Priors) -> Iterator[_Said]:
     """Recorded columns that act with a lag, and lengths that grow with them."""
-    length = standard(position.values)
+    length = None if position is None else standard(position.values)
     for one in told:
-        if one.name == "speed":
+        if one.name == "speed" and length is not None:
             grown = [(length * standard(one.values))[None]]
             yield _Said(one.name, one.unit, LENGTH, grown, (0.0,), ("gauge",), priors.forms.product, "position")
         if not one.further:
@@ -232,6 +233,8 @@ def _lagged(told: Sequence[Covariate], position: Covariate, data: Residuals, pri
         late = [standard(value)[None] for value in (followed(data.probings.time_s, one.values, lags) if lags else ())]
         if late:
             yield _Said(one.name, one.unit, LAGGED, late, lags, _sides(one, data), priors.forms.lag)
+        if length is None:
+            continue
         grown = [value * length for value in [standard(one.values)[None], *late]]
         sides = ("gauge", *axes_shown(data))
         yield _Said(one.name, one.unit, LENGTH, grown, (0.0, *lags), sides, priors.forms.product, "position")
@@ -241,10 +244,8 @@ def _duration_s(data: Residuals) -> float:
     return float(np.ptp(data.frame["time_s"].to_numpy(float)))
 
 
-def _products(position: Covariate, slow: Covariate | None, data: Residuals, priors: Priors) -> Iterator[_Said]:
+def _products(position: Covariate, slow: Covariate, priors: Priors) -> Iterator[_Said]:
     """Lengths and waves along the gauge that change with time or order."""
-    if slow is None:
-        return
     both, share = ("approach", "gauge"), priors.forms.product
     length = standard(position.values)
     changing = [matern(slow.values, at) * (length - zero) for at in priors.forms.lengths[1:3] for zero in
@@ -275,8 +276,6 @@ def _beat(x: Array, y: Array, f: float, g: float) -> Array:
 
 def _of_ways(position: Covariate, data: Residuals, priors: Priors) -> Iterator[_Said]:
     """What differs between the ways there and back: a constant, or another shape along the gauge each way."""
-    if not goes_both_ways(data):
-        return
     way = data.probings.way()
     loops = [way[None], *(way * matern(position.values, length) for length in priors.forms.lengths)]
     kernels = (TREND, *[SMOOTH] * len(priors.forms.lengths))

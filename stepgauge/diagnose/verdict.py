@@ -3,7 +3,8 @@
 1. In every place of the best hypothesis, nothing is said if nothing being there is likelier than ``1 - stated``.
 2. What is said is a law if the laws of the place are likelier together than its forms: the likeliest kind, with all
    other laws that have more than ``in_set`` of the place's probability as its set. Otherwise it is the likeliest form.
-3. A law whose size is less than ``determined`` standard uncertainties is not named, however likely.
+3. A law whose size is less than ``determined`` standard uncertainties is not named, however likely; nor is one beside a
+   form that is told over the covariate that it lives in, for a free function of time may hold any law in time.
 4. Outliers, growing and correlated scatter are said if their probability is at least ``stated``.
 """
 
@@ -72,7 +73,7 @@ def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) 
     every = [Said(place, lead, terms[lead.candidate.label]) for place, lead in said if lead.candidate.label in terms]
     laws, forms = ([one for one in every if one.lead.candidate.named is named] for named in (True, False))
     model = _fitted(search, state, laws, forms, data)
-    vague = _undetermined(model, priors.decision.determined)
+    vague = [*_undetermined(model, priors.decision.determined), *_within_forms(laws, forms)]
     if vague:
         kept = [one for one in laws if one not in vague]
         model = _fitted(search, state, kept, [*forms, *vague], data)
@@ -113,6 +114,24 @@ def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], d
 def _undetermined(model: Model, least: float) -> list[Said]:
     """The laws whose sizes the fit does not determine (rule 3)."""
     return [one for one, solved in zip(model.laws, model.fitted.solved, strict=True) if not _determined(solved, least)]
+
+
+def _within_forms(laws: list[Said], forms: list[Said]) -> list[Said]:
+    """The laws that a form over their own covariate may hold (rule 3)."""
+    told = {one.lead.candidate.kind for one in forms}
+    return [one for one in laws if told & _lives_in(one.family)]
+
+
+def _lives_in(family: Family) -> set[str]:
+    """The covariates whose free function may hold a law."""
+    assert family.law is not None
+    first = family.law.covariates[0]
+    if first == "time":
+        return {"time", "order"}
+    if first == "coordinate":
+        axes = [value for value in family.choices.values() if value in ("x", "y", "z")]
+        return {"position", *(f"machine {axis}" for axis in axes)}
+    return {first}
 
 
 def _determined(solved: Solved, least: float) -> bool:
