@@ -194,8 +194,9 @@ def _compared(dialect: Dialect) -> str:
 def _unread(error: InputError, where: str | Path, dialect: Dialect) -> InputError:
     return InputError(
         where,
-        f"the rendered text cannot be read back as {dialect.name}, so nothing checks what it does ({error})",
-        expected="statements that are read, or --unchecked, and then a try at low speed above the gauge",
+        f"the rendered text cannot be read back as {dialect.name}",
+        found=str(error),
+        expected="statements that stepgauge reads, or --unchecked",
     )
 
 
