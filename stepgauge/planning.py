@@ -180,7 +180,16 @@ def program_text(
     found = difference(program, back, known)
     if found is not None:
         raise InputError(where, f"read as {known.name}, the rendered program is another one than planned", found=found)
-    return ProgramText(program, text, known, f"read back as {known.name}: the same {_compared(known)}")
+    note = f"read back as {known.name}: the same {_compared(known)}"
+    return ProgramText(program, text, known, note + _left_to_server(program, known))
+
+
+def _left_to_server(program: Program, dialect: Dialect) -> str:
+    """What a program that names its tool, but not the radius of the tip, takes for granted."""
+    if not dialect.tool or "tip_radius_mm" in dialect.carries:
+        return ""
+    radius = program.settings.tip_radius_mm
+    return f"; the tip radius is the server's affair: its tool {program.tool or dialect.tool} must have {radius:g} mm"
 
 
 def _compared(dialect: Dialect) -> str:

@@ -156,6 +156,7 @@ def test_the_tool_has_the_name_that_its_controller_knows() -> None:
     for dialect, words in (("dmis", "SNSLCT/S(RUBY4)"), ("ippdme", 'SetTool("RUBY4")')):
         named = Program(**{**plan().__dict__, "tool": "RUBY4"})
         assert words in program_text(named, dialect).text
+    assert "tool StepGaugeProbe must have 2 mm" in program_text(plan(), "ippdme").note
     for dialect, name in (("linuxcnc", "RUBY4"), ("ippdme", 'x") Home("')):
         with pytest.raises(InputError, match="--tool"):
             check_tool(name, dialect)

@@ -38,7 +38,7 @@ class _Interpreter:
 
     def line(self, text: str) -> None:
         """Take one line."""
-        if self.file_ended:
+        if self.file_ended and text != ":":
             self.reader.fail("text after the end of the file", found=repr(text))
         if text == ":":
             self.file_ended = True
