@@ -295,3 +295,10 @@ def test_a_template_that_prints_what_no_controller_reads_is_refused(tmp_path: Pa
     template.write_text("ok {{ version }}\n20 °C\n")
     with pytest.raises(InputError, match=r"line 2 .* not ASCII"):
         render(plan(), DIALECTS["dmis"], template)
+
+
+def test_a_long_search_from_a_short_standoff_is_read_back() -> None:
+    """The end of the search is printed; its direction is that of two printed places, 0.5 mm apart, over 3 mm."""
+    program = plan(ProbingSettings(standoff_mm=0.5, search_mm=3.0, retract_mm=0.5), yaw=0.8125)
+    for dialect in DIALECTS.values():
+        assert difference(program, dialect.read(render(program, dialect), "x", program.settings), dialect) is None

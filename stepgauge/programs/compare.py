@@ -83,7 +83,7 @@ def _moves(planned: Program, back: Program, decimals: int) -> Iterator[str]:
         )
         return
     off = np.abs(planned.position_mm - back.position_mm)
-    away = ~(off <= 10.0**-decimals)
+    away = ~(off <= _allowed_mm(planned, decimals)[:, None])
     if away.any():
         row = int(away.any(axis=1).argmax())
         axis = int(away[row].argmax())
@@ -95,6 +95,12 @@ def _moves(planned: Program, back: Program, decimals: int) -> Iterator[str]:
     if turned.any():
         row = int(np.flatnonzero(planned.is_measure)[turned.argmax()])
         yield f"line {back.line[row]}: another direction of approach than planned ({planned.names[row]})"
+
+
+def _allowed_mm(planned: Program, decimals: int) -> NDArray[np.float64]:
+    """One unit of the last digit; a search that is written by its end turns with its start over the stand-off."""
+    lever = 2.0 + planned.settings.search_mm / planned.settings.standoff_mm
+    return 10.0**-decimals * np.where(planned.is_measure, lever, 1.0)
 
 
 def _turned(planned: Program, back: Program, decimals: int) -> NDArray[np.bool_]:
