@@ -297,8 +297,11 @@ def test_a_template_that_prints_what_no_controller_reads_is_refused(tmp_path: Pa
         render(plan(), DIALECTS["dmis"], template)
 
 
-def test_a_long_search_from_a_short_standoff_is_read_back() -> None:
-    """The end of the search is printed; its direction is that of two printed places, 0.5 mm apart, over 3 mm."""
-    program = plan(ProbingSettings(standoff_mm=0.5, search_mm=3.0, retract_mm=0.5), yaw=0.8125)
-    for dialect in DIALECTS.values():
-        assert difference(program, dialect.read(render(program, dialect), "x", program.settings), dialect) is None
+def test_a_search_of_many_digits_is_read_back() -> None:
+    """Its target follows from three printed numbers: the end of the search, where it starts, and how long it is."""
+    gauge, dialect, random = make_gauge(3), DIALECTS["linuxcnc"], np.random.default_rng(5)
+    settings = ProbingSettings(standoff_mm=0.5, search_mm=2.9999995, retract_mm=0.5)
+    for _ in range(30):
+        pose = make_pose(random.uniform(-3, 3), 0.01, origin=tuple(random.uniform(-300, 300, 3)))
+        program = make_program(pose.placement(gauge), gauge, PlanOptions(1, 3, cycles=1), settings)
+        assert difference(program, dialect.read(render(program, dialect), "x", settings), dialect) is None

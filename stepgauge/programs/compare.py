@@ -98,9 +98,8 @@ def _moves(planned: Program, back: Program, decimals: int) -> Iterator[str]:
 
 
 def _allowed_mm(planned: Program, decimals: int) -> NDArray[np.float64]:
-    """One unit of the last digit; a search that is written by its end turns with its start over the stand-off."""
-    lever = 2.0 + planned.settings.search_mm / planned.settings.standoff_mm
-    return 10.0**-decimals * np.where(planned.is_measure, lever, 1.0)
+    """One unit of the last digit; two where a target follows from the printed end, start and length of a search."""
+    return 10.0**-decimals * np.where(planned.is_measure, 2.0, 1.0)
 
 
 def _turned(planned: Program, back: Program, decimals: int) -> NDArray[np.bool_]:
