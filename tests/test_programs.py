@@ -177,6 +177,9 @@ WRONG = {
         ("SNSET/SEARCH", "SNSET/DEPTH", "SNSET not understood"),
         ("POSVEL,MPM", "POSVEL,INCH", "FEDRAT not understood"),
         ("ENDFIL", "ENDFIL\nGOTO/1,2,3", "after ENDFIL"),
+        ("DATSET/MCS", "DATSET/DAT(A),XDIR", "only coordinates of the machine"),
+        ("SNSLCT/S(PROBE)", "SNSLCT/S(OTHER)", "not defined here"),
+        ("MODE/PROG,MAN", "MODE/AUTO", "not that of the program"),
     ],
     "linuxcnc": [
         ("G21", "G20", "G20 is not accepted"),
@@ -188,6 +191,9 @@ WRONG = {
         ("G38.2 ", "G38.2 #5 ", "not understood"),
         ("F180.000", "F-180", "feed must be positive"),
         ("G21 G90", "G90", "units are set"),
+        ("G38.2 X", "G38.2 X1 X", "the same word twice"),
+        ("M2", "M3\nM2", "M code not understood"),
+        ("#<_n>=0", "#<_n>=0G1X-500", "is not a number"),
     ],
     "ippdme": [
         ("GoTo(", "Goto(", "command not understood"),
@@ -196,6 +202,8 @@ WRONG = {
         ("Tool.PtMeasPar.Search(", "Tool.Search(", "property not understood"),
         ("EndSession()", "EndSession()\n99999 Home()", "after EndSession"),
         ("00012 ", "12 ", "not a tagged command"),
+        ("MachineCsy", "PartCsy", "only coordinates of the machine"),
+        ("EndSession()", "Home()\n00099 EndSession()", "before the first move"),
     ],
 }
 
@@ -300,8 +308,8 @@ def test_a_template_that_prints_what_no_controller_reads_is_refused(tmp_path: Pa
 def test_a_search_of_many_digits_is_read_back() -> None:
     """Its target follows from three printed numbers: the end of the search, where it starts, and how long it is."""
     gauge, dialect, random = make_gauge(3), DIALECTS["linuxcnc"], np.random.default_rng(5)
-    settings = ProbingSettings(standoff_mm=0.5, search_mm=2.9999995, retract_mm=0.5)
-    for _ in range(30):
-        pose = make_pose(random.uniform(-3, 3), 0.01, origin=tuple(random.uniform(-300, 300, 3)))
+    for _ in range(200):
+        settings = ProbingSettings(0.5, random.uniform(0.2, 3.0), 0.5, tip_radius_mm=random.uniform(0.5, 3.0))
+        pose = make_pose(random.uniform(-3, 3), random.uniform(-1, 1), origin=tuple(random.uniform(-300, 300, 3)))
         program = make_program(pose.placement(gauge), gauge, PlanOptions(1, 3, cycles=1), settings)
         assert difference(program, dialect.read(render(program, dialect), "x", settings), dialect) is None

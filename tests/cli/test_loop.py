@@ -200,6 +200,17 @@ BAD = [
     (["plan", "placement.toml", *G, "-d", "dmis", "--standoff", "7", "-o", "out"], ["tip ball", "block", "--standoff"]),
     (["plan", "placement.toml", *G, "-d", "dmis", "--cycles", "0", "-o", "out"], ["cycles"]),
     (
+        ["plan", "placement.toml", *G, "-m", "machine.toml", "-d", "dmis", "--measuring-speed", "3000", "-o", "out"],
+        ["--measuring-speed", "3000 mm/s", "0.01 to 12 mm/s", "max_measuring_speed_mm_s"],
+    ),
+    (
+        ["plan", "placement.toml", *G, "-d", "dmis", "--measuring-speed", "1e-7", "-o", "out"],
+        ["--measuring-speed", "1e-07"],
+    ),
+    (["plan", "placement.toml", *G, "-d", "dmis", "--unchecked", "-o", "out"], ["--unchecked", "--template"]),
+    (["plan", "placement.toml", *G, "-d", "ippdme", "--tool", "a)b", "-o", "out"], ["--tool", "a)b"]),
+    (["locate", "slip.csv", *G, "-o", "out"], ["slip.csv: point 1 is off by 9.000 mm", "near (345."]),
+    (
         ["plan", "placement.toml", *G, "-m", "narrow.toml", "-d", "dmis", "-o", "out"],
         ["travel is too small by", "mm in x"],
     ),
