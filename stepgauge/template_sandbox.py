@@ -35,11 +35,10 @@ def render_text(text: str, source: str, kind: str, values: Mapping[str, Any], mo
     :class:`InputError` names the line of a template that fails: syntax, an unknown name, something the sandbox forbids,
     more than ``most_characters`` of text.
     """
-    environment = _environment(kind)
     try:
-        template = environment.from_string(text)
+        template, used = _compiled(kind, text)
         filled = _limited(template, {name: _seen(value) for name, value in values.items()}, most_characters)
-        _check_use(environment, text, source, values)
+        _check_use(used, source, values)
         return filled
     except jinja2.TemplateSyntaxError as error:
         raise InputError(f"{source}:{error.lineno}", f"template: {error.message}") from None
@@ -83,12 +82,21 @@ def _record(names: tuple[str, ...]) -> Any:
         return None
 
 
-def _check_use(environment: jinja2.Environment, text: str, source: str, values: Mapping[str, Any]) -> None:
+@lru_cache(maxsize=16)
+def _compiled(kind: str, text: str) -> tuple[jinja2.Template, frozenset[str]]:
+    """A template and the names that it uses; one that extends another uses what that one uses: ``*``."""
+    environment = _environment(kind)
+    template, tree = environment.from_string(text), environment.parse(text)
+    more = {"*"} if any(meta.find_referenced_templates(tree)) else set()
+    return template, frozenset(meta.find_undeclared_variables(tree) | more)
+
+
+def _check_use(used: frozenset[str], source: str, values: Mapping[str, Any]) -> None:
     """Another file given for a template prints itself, whatever was measured: refused before the machine gets it."""
-    tree = environment.parse(text)
-    if meta.find_undeclared_variables(tree) & set(values) or any(meta.find_referenced_templates(tree)):
-        return
-    raise InputError(source, "template: it uses nothing of what it is given", expected="one of " + ", ".join(values))
+    if not used & {"*", *values}:
+        raise InputError(
+            source, "template: it uses nothing of what it is given", expected="one of " + ", ".join(values)
+        )
 
 
 def _environment(kind: str) -> jinja2.Environment:

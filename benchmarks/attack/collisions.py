@@ -42,6 +42,8 @@ PRINTED_MM = {"jinyoung": 2e-3}
 OWN_BLOCK_MM = 0.1
 """How near shank and body may come to the block that is being touched."""
 OVERHANG_MM = 15.0
+CHUNK = 500
+"""The counts are told after so many placements."""
 
 
 @dataclass(frozen=True)
@@ -287,16 +289,22 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     began, count = time.perf_counter(), Counter[str]()
-    for number in range(asked.first, asked.first + asked.placements):
-        found, wrong = attack(asked.seed, number)
+    for done in range(asked.placements):
+        if done and not done % CHUNK:
+            tell(asked.seed, asked.first, done, began, count)
+        found, wrong = attack(asked.seed, asked.first + done)
         count += found
         for words in wrong:
             print(words, flush=True)
-    print(f"{asked.placements} placements from {asked.first}, seed {asked.seed}, {time.perf_counter() - began:.0f} s")
-    for name, times in sorted(count.items()):
-        print(f"{times:9d}  {name}")
-    print(f"{count['collisions']:9d}  collisions\n{count['differences']:9d}  differences between text and plan")
+    tell(asked.seed, asked.first, asked.placements, began, count)
     sys.exit(1 if count["collisions"] or count["differences"] else 0)
+
+
+def tell(seed: int, first: int, done: int, began: float, count: Counter[str]) -> None:
+    """The counts so far."""
+    print(f"{done} placements from {first}, seed {seed}, {time.perf_counter() - began:.0f} s")
+    for name in sorted({*count, "collisions", "differences"}):
+        print(f"{count[name]:9d}  {name}", flush=True)
 
 
 if __name__ == "__main__":
