@@ -59,8 +59,9 @@ class Program:
     counts the measuring points: 0 before the first one, n_points + 1 after the last one; ``line (n,)`` is the line of
     the program text (0 where it was not read from text). ``self_positioning`` says that the controller goes to the
     stand-off of a measuring point by itself and comes back from it (DMIS, I++ DME). ``tool`` is what the controller
-    calls the probe; empty for the dialect's own word. ``in_force`` is of programs that were read from text: all
-    that held at any move, with the first line of it.
+    calls the probe; empty for the dialect's own word. ``stylus``: unit vector from the probe's body to the tip, None
+    where nothing says it. ``in_force`` is of programs that were read from text: all that held at any move, with the
+    first line of it.
     """
 
     name: str
@@ -72,6 +73,7 @@ class Program:
     names: Sequence[str]
     self_positioning: bool = False
     tool: str = ""
+    stylus: tuple[float, float, float] | None = None
     in_force: Mapping[InForce, int] = field(default_factory=dict)
 
     def __len__(self) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -156,7 +156,7 @@ def checked_program(
     check_program(program, faces, placement, gauge, make_tool(probe), options.margin_mm)
     if machine is not None:
         check_travel(program, machine)
-    return program
+    return replace(program, stylus=probe.stylus_direction)
 
 
 def program_text(

@@ -11,7 +11,7 @@ from stepgauge.errors import InputError
 from stepgauge.machine_file import MachineTable
 from stepgauge.moves import ProbingSettings, Program
 from stepgauge.plan import PlanOptions, make_program
-from stepgauge.planning import ProbingChoice, check_tool, make_settings, program_text
+from stepgauge.planning import ProbingChoice, check_tool, checked_program, make_settings, program_text
 from stepgauge.programs import DIALECTS
 from tests.build import make_gauge, make_machine, make_pose
 from tests.conftest import ROOT
@@ -130,6 +130,19 @@ def test_a_dialect_without_comments_asks_the_template_to_say_that_it_is_not_chec
     template = changed(tmp_path, "ippdme", "SetCoordSystem(MachineCsy)", "AlignTool(1)")
     with pytest.raises(InputError, match=r"cannot say that it is not checked; expected \{\{ checked \}\}"):
         program_text(plan(), "ippdme", template, unchecked=True)
+
+
+def test_the_stylus_points_where_the_plan_was_checked_with(tmp_path: Path) -> None:
+    """A steep gauge is clear of a stylus that stands square to it, and of no other."""
+    gauge, pose = make_gauge(5), make_pose(0.3, 1.0)
+    square = tuple(float(value) for value in -pose.rotation[2])
+    machine = make_machine(stylus_direction=square)
+    settings = make_settings(gauge, machine, 2.0, ProbingChoice())
+    program = checked_program(pose.placement(gauge), gauge, machine, PlanOptions(1, 5, cycles=1), settings)
+    assert f"{square[0]:.9f},{square[1]:.9f},{square[2]:.9f},4.000000" in program_text(program, "dmis").text
+    template = changed(tmp_path, "dmis", "{{ ijk(program.stylus) }}", "0.0,0.0,-1.0")
+    with pytest.raises(InputError, match=r"the stylus points along \(0\.0, 0\.0, -1\.0\), planned"):
+        program_text(program, "dmis", template)
 
 
 def test_speeds_are_held_against_the_machine() -> None:

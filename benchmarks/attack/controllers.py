@@ -58,9 +58,10 @@ def _numbers(text: str) -> Array:
 def dmis(text: str, _radius: float, _search: float) -> list[Piece]:
     """GOTO and PTMEAS; radius and distances as the text sets them."""
     tip, said = _Tip(), dict(re.findall(r"SNSET/(\w+),(\S+)", text))
+    text = re.sub(r"\$\n", "", text)
     (diameter,) = re.findall(r"SNSDEF/.*,(\S+)", text)
     standoff, search, retract = (float(said[name]) for name in ("APPRCH", "SEARCH", "RETRCT"))
-    for line in re.sub(r"\$\n", "", text).splitlines():
+    for line in text.splitlines():
         if line.startswith("GOTO/"):
             tip.go(_numbers(line))
         elif line.startswith("PTMEAS/"):

@@ -18,8 +18,6 @@ def plan_seven(
     source: str | None, gauge: str, output: str, dialect: str, template: str | None, options: dict[str, Any]
 ) -> None:
     """Plan, check and write the seven positions into a folder."""
-    from dataclasses import replace
-
     from stepgauge.errors import InputError
     from stepgauge.files import check_folder
     from stepgauge.gauge import read_gauge
@@ -35,7 +33,7 @@ def plan_seven(
     settings = make_settings(steps, machine, machine.probe.tip_radius_mm, probing_choice(options))
     check_tool(options["tool"], dialect)
     positions = [
-        one if one.program is None else replace(one, program=replace(one.program, tool=options["tool"]))
+        _named(one, options["tool"])
         for one in plan_positions(steps, machine, plan_options(options, steps), settings, options["stylus"])
     ]
     for one in positions:
@@ -53,6 +51,15 @@ def plan_seven(
     notes = write_plan(output, positions, machine, dialect, template)
     _tell(positions, machine, notes)
     say(f"wrote {output}: placements, programs, machine files with the stylus as planned, plan.json")
+
+
+def _named(one: PlannedPosition, tool: str) -> PlannedPosition:
+    """The position with a program that says which tool it takes, and which way its stylus stands."""
+    from dataclasses import replace
+
+    if one.program is None or one.probe is None:
+        return one
+    return replace(one, program=replace(one.program, tool=tool, stylus=one.probe.stylus_direction))
 
 
 def _check_options(source: str | None, options: dict[str, Any]) -> None:

@@ -16,6 +16,7 @@ from stepgauge.moves import InForce, ProbingSettings, Program
 from stepgauge.programs import Dialect
 
 UNSTATED = float("nan")
+STYLUS_TOLERANCE = 1e-6
 SPEED_TOLERANCE = 1e-3
 """Relative; a speed that its digits round by more is another speed."""
 _OF_TRAVEL = ("travel_speed_mm_s",)
@@ -38,6 +39,8 @@ def _differences(planned: Program, back: Program, dialect: Dialect) -> Iterator[
     for now, line in sorted(back.in_force.items(), key=lambda item: item[1]):
         for found in (*_settings(now, planned, dialect), *_states(now, planned, dialect)):
             yield f"line {line}: {found}"
+    if not _same_stylus(planned, back, dialect):
+        yield f"the stylus points along {back.stylus or 'nothing that is stated'}, planned {planned.stylus}"
     if planned.n_points != back.n_points:
         yield f"{back.n_points} measuring points, planned {planned.n_points}"
     if len(planned) != len(back):
@@ -70,6 +73,13 @@ def _states(now: InForce, planned: Program, dialect: Dialect) -> Iterator[str]:
     for name, wanted in {**dialect.states, **({"tool": tool} if tool else {})}.items():
         if states.get(name, "").upper() != wanted.upper():
             yield f"{name} {states.get(name, 'not stated')}, expected {wanted}"
+
+
+def _same_stylus(planned: Program, back: Program, dialect: Dialect) -> bool:
+    """Where the plan and the dialect say which way the stylus points, the text must say the same."""
+    if planned.stylus is None or "tip_radius_mm" not in dialect.carries:
+        return True
+    return back.stylus is not None and bool(np.allclose(back.stylus, planned.stylus, rtol=0.0, atol=STYLUS_TOLERANCE))
 
 
 def _moves(planned: Program, back: Program, decimals: int) -> Iterator[str]:

@@ -42,7 +42,7 @@ def statements(text: str, reader: Reader) -> Iterator[str]:
 class _Interpreter:
     def __init__(self, reader: Reader) -> None:
         self.reader = reader
-        self.sensors: dict[str, float] = {}
+        self.sensors: dict[str, tuple[float, tuple[float, float, float] | None]] = {}
         self.label = ""
         self.feature: str | None = None
         self.ended = False
@@ -96,7 +96,15 @@ class _Interpreter:
     def _snsdef(self, arguments: list[str]) -> None:
         if self.label in self.sensors:
             self.reader.fail("the sensor is defined twice", found=f"S({self.label})")
-        self.sensors[self.label] = self.reader.number(arguments[-1], "SNSDEF tip diameter") / 2.0
+        radius = self.reader.number(arguments[-1], "SNSDEF tip diameter") / 2.0
+        self.sensors[self.label] = radius, self._stylus(arguments)
+
+    def _stylus(self, arguments: list[str]) -> tuple[float, float, float] | None:
+        """The direction of PROBE,FIXED,CART,dx,dy,dz,i,j,k,diameter; None of other sensors."""
+        if arguments[:3] != ["PROBE", "FIXED", "CART"] or len(arguments) != 10:
+            return None
+        i, j, k = self.reader.direction(self.reader.numbers(arguments[6:9], 3, "SNSDEF"), "the stylus of SNSDEF")
+        return i, j, k
 
     def _snslct(self, arguments: list[str]) -> None:
         name = arguments[0].removeprefix("S(").removesuffix(")")
@@ -106,7 +114,8 @@ class _Interpreter:
                 found=f"SNSLCT/{','.join(arguments)}",
                 expected="one of " + ", ".join(f"S({known})" for known in self.sensors) if self.sensors else "SNSDEF",
             )
-        self.reader.set(tip_radius_mm=self.sensors[name])
+        radius, self.reader.stylus = self.sensors[name]
+        self.reader.set(tip_radius_mm=radius)
         self.reader.states["tool"] = name
 
     def _snset(self, arguments: list[str]) -> None:

@@ -20,6 +20,7 @@ class Reader:
     def __init__(self, path: str, settings: ProbingSettings, self_positioning: bool = False) -> None:
         self.path, self.settings = path, settings
         self.states: dict[str, str] = {}
+        self.stylus: tuple[float, float, float] | None = None
         self.line = 0
         self.builder = ProgramBuilder(path, settings, self_positioning)
         self._started = False
@@ -88,7 +89,7 @@ class Reader:
         if not self.moved:
             self.fail("the program has no moves")
         self.builder.settings = self.settings
-        program = replace(self.builder.build(), tool=self.states.get("tool", ""))
+        program = replace(self.builder.build(), tool=self.states.get("tool", ""), stylus=self.stylus)
         if not program.n_points:
             self.fail("the program measures nothing", expected="at least one measuring move")
         return program

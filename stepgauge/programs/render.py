@@ -1,6 +1,6 @@
 """Moves to program text through a Jinja template, a shipped one or the user's own, in Jinja's sandbox.
 
-A template sees ``program`` (``name``, ``tool``), ``settings`` (the fields of
+A template sees ``program`` (``name``, ``tool``, ``stylus``), ``settings`` (the fields of
 :class:`~stepgauge.moves.ProbingSettings`), ``start`` (moves before the first point), ``points`` (each with ``name``,
 ``moves`` and ``measure``), ``finish`` (moves after the last point), ``version``, and ``checked``: words on whether the
 text was read back. Every move has ``name`` and ``tip`` (x, y, z of the tip centre); a measuring one also ``contact``
@@ -22,6 +22,8 @@ from stepgauge.programs import Dialect
 from stepgauge.resources import folder
 from stepgauge.templating import check_printable, fill_template
 
+DOWN = (0.0, 0.0, -1.0)
+"""The way a stylus points unless a machine file says otherwise."""
 CHECKED = "read back by stepgauge"
 NOT_CHECKED = "NOT CHECKED: stepgauge did not read this text back"
 
@@ -40,7 +42,7 @@ def render(program: Program, dialect: Dialect, template: str | Path | None = Non
 
 def _context(program: Program, dialect: Dialect, checked: str) -> dict[str, object]:
     return {
-        "program": {"name": program.name, "tool": program.tool or dialect.tool},
+        "program": {"name": program.name, "tool": program.tool or dialect.tool, "stylus": _xyz(program.stylus or DOWN)},
         "settings": program.settings,
         "start": [_seen(move, program) for move in program.moves(0)],
         "points": list(_points(program)),
