@@ -11,7 +11,7 @@ to its face. In gauge directions (a, s, up), from the centre of its block:
 Unknown are the place of block C1 (3), the direction of the axis (2), the tip radius r, width w and height h of the
 blocks, what C1-C2 is longer than certified, and the tilt of each block (4): 13. The width and the height on the
 certificate are nominal, a gauge is warm, faces lean; what is known of these is observed once more with a standard
-deviation that belongs to it, which makes 7 further observations (8 with a stated tip radius).
+deviation that belongs to it, which makes 7 further observations.
 
 The redundancy number of an observation is the share of its error that shows in its residual (Baarda 1968, A testing
 procedure for use in geodetic networks): 0 for one that nothing checks, 1 for one that the others know exactly. The
@@ -42,7 +42,8 @@ TEST_LIMIT = 3.29
 """Two-sided limit of a standard normal variable at 0.1 %."""
 DETECTABLE = 4.13
 """Non-centrality of Baarda's test at 0.1 % with a power of 80 %."""
-WIDTH_SIGMA_MM, HEIGHT_SIGMA_MM, RADIUS_SIGMA_MM = 0.15, 0.3, 0.015
+WIDTH_SIGMA_MM, HEIGHT_SIGMA_MM = 0.15, 0.3
+USUAL_RADIUS_MM = 2.0
 TILT_SIGMA = np.radians(0.5) / TEST_LIMIT
 BY_HAND_MM = np.array([0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.05, 0.02] * 2)
 """What a point probed by hand on a real block may be off, one sigma; the rail is no measuring surface."""
@@ -85,7 +86,7 @@ class _Model:
     apart_mm: float
     frame: Array
     up: Array
-    nominal_mm: tuple[float, float, float | None]
+    nominal_mm: tuple[float, float]
 
     def misclosures(self, x: Array) -> Array:
         """Observed minus model, mm, shape ``(..., 16)``."""
@@ -116,11 +117,9 @@ class _Model:
 
     def known(self, x: Array) -> tuple[Array, Array]:
         """The further observations, observed minus model, and their standard deviations."""
-        width, height, radius = self.nominal_mm
+        width, height = self.nominal_mm
         rows = [x[..., WIDTH] - width, x[..., HEIGHT] - height, x[..., LONGER], *np.moveaxis(x[..., 9:], -1, 0)]
         sigma = [WIDTH_SIGMA_MM, HEIGHT_SIGMA_MM, distance_tolerance_mm(self.apart_mm) / TEST_LIMIT, *[TILT_SIGMA] * 4]
-        if radius is not None:
-            rows, sigma = [*rows, x[..., RADIUS] - radius], [*sigma, RADIUS_SIGMA_MM]
         return np.stack(rows, axis=-1), np.array(sigma)
 
 
@@ -130,7 +129,6 @@ def adjust(
     blocks: tuple[int, int],
     up: Array | None,
     sigma_mm: Array,
-    tip_radius_mm: float | None = None,
 ) -> Adjustment:
     """Adjust the 16 points.
 
@@ -140,9 +138,8 @@ def adjust(
     gauge, blocks : the certified gauge, and the numbers of the two blocks
     up : direction from the rail to the blocks, None for machine +z
     sigma_mm : standard deviation of each point across its face, shape ``(16,)``
-    tip_radius_mm : the tip radius where it is stated
     """
-    model = _model(points, gauge, blocks, up, tip_radius_mm)
+    model = _model(points, gauge, blocks, up)
     x = _start(model)
     for _ in range(_ITERATIONS):
         scaled, design = _linear(model, x, sigma_mm)
@@ -159,9 +156,7 @@ def adjust(
     return Adjustment(off, share[:16], normalised, float(scaled @ scaled), model.rotation(x), x[:3], x)
 
 
-def _model(
-    points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None, tip_radius_mm: float | None
-) -> _Model:
+def _model(points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None) -> _Model:
     axis = rough_axis(points)
     if up is None:
         up = np.array([0.0, 0.0, 1.0]) if abs(axis[2]) < STANDING_COS else np.array([1.0, 0.0, 0.0])
@@ -173,15 +168,14 @@ def _model(
         block_distance_mm(gauge, *blocks),
         np.array([axis, np.cross(axis, across), across]),
         up,
-        (table.block_width_mm, table.block_height_mm, tip_radius_mm),
+        (table.block_width_mm, table.block_height_mm),
     )
 
 
 def _start(model: _Model) -> Array:
     x = np.zeros(13)
     x[:3] = np.median(model.points[:8], axis=0)
-    width, height, radius = model.nominal_mm
-    x[[RADIUS, WIDTH, HEIGHT]] = radius or 2.0, width, height
+    x[[RADIUS, WIDTH, HEIGHT]] = USUAL_RADIUS_MM, *model.nominal_mm
     return x
 
 

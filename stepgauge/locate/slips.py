@@ -126,16 +126,20 @@ def _far(one: Array, other: Array) -> str:
 
 def _others(points: Array, gauge: Gauge, blocks: tuple[int, int], explains: Explains) -> Iterator[str]:
     """Other blocks of this gauge, or blocks of another gauge that is at hand."""
-    ideas = []
+    ideas = list[str]()
     fitting = _fitting(points, gauge)
     if fitting and explains(points, fitting[0]):
         others = f" (and {len(fitting) - 1} other pairs as far apart)" if len(fitting) > 1 else ""
         ideas.append(f"blocks {fitting[0][0]} and {fitting[0][1]}{others}; state them with --blocks")
+    whole, part = list[str](), list[str]()  # a gauge whose first and last block fit is likelier than one of many pairs
     for other in gauges_at_hand(gauge):
         ends = (1, other.n_blocks)
         pair = ends if _fits(points, other, ends) else next(iter(_fitting(points, other)), None)
         if pair and explains(points, pair, other):
-            ideas.append(f"blocks {pair[0]} and {pair[1]} of {other.table.name} ({other.table.serial})")
+            (whole if pair == ends else part).append(
+                f"blocks {pair[0]} and {pair[1]} of {other.table.name} ({other.table.serial})"
+            )
+    ideas += [*whole, *part]
     if ideas:
         yield f"these are not blocks {blocks[0]} and {blocks[1]}: the distance fits " + "; or ".join(ideas)
 
