@@ -48,6 +48,8 @@ def files(tmp_path: Path, run: Run) -> Path:
     (tmp_path / "narrow.toml").write_text(
         (tmp_path / "machine.toml").read_text().replace("x = [0, 700]", "x = [0, 340]")
     )
+    points = (tmp_path / "points.csv").read_text()
+    (tmp_path / "slip.csv").write_text(points.replace("345.5350,311.0655", "345.5350,302.0655"))
     common = ("-g", "step-gauge-420", "-m", tmp_path / "machine.toml")
     placement, program = tmp_path / "placement.toml", tmp_path / "program.dmi"
     for line in (
