@@ -26,7 +26,7 @@ from stepgauge.face_errors import (
 from stepgauge.gauge import Gauge
 from stepgauge.placement import Placement
 from stepgauge.recording import APPROACH, POSITION, Recording
-from stepgauge.recording_checks import (
+from stepgauge.recording.identity import (
     axis_from_approaches,
     certified_mm,
     check_approaches,

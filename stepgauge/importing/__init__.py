@@ -22,7 +22,7 @@ from stepgauge.importing.sheet import TableLayout, read_sheet
 from stepgauge.moves import ProbingSettings, Program
 from stepgauge.placement import Placement
 from stepgauge.programs import DIALECTS, recognise
-from stepgauge.recording_checks import check_recording
+from stepgauge.recording.identity import check_recording
 
 
 @dataclass(frozen=True)

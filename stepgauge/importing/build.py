@@ -21,7 +21,7 @@ from stepgauge.moves import Program
 from stepgauge.numerals import number
 from stepgauge.placement import Placement
 from stepgauge.recording import APPROACH, OPTIONAL, POSITION, TEMPERATURE_C, Recording
-from stepgauge.recording_checks import LARGEST_RADIUS_MM, axis_from_approaches, stated_serial
+from stepgauge.recording.identity import LARGEST_RADIUS_MM, axis_from_approaches, stated_serial
 from stepgauge.units import temperature_hint, unit_hint
 
 Array = NDArray[np.float64]

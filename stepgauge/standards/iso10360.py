@@ -18,7 +18,7 @@ from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.placement import Placement
 from stepgauge.recording import Recording
-from stepgauge.recording_checks import check_recording
+from stepgauge.recording.identity import check_recording
 from stepgauge.standards.decision import Outcome, decide, together
 from stepgauge.standards.iso10360_rules import POSITIONS, excluded_parts, rules_of
 from stepgauge.standards.length_uncertainty import TestConditions, TestUncertainty, length_uncertainty

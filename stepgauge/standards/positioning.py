@@ -23,7 +23,7 @@ from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.placement import Placement
 from stepgauge.recording import Recording
-from stepgauge.recording_checks import check_recording
+from stepgauge.recording.identity import check_recording
 from stepgauge.standards.iso230 import AxisParameters, axis_parameters
 from stepgauge.standards.iso230_rules import rules_of
 from stepgauge.standards.lengths import FaceTable, face_table
