@@ -63,5 +63,5 @@ def open_store(folder: Path | None, fingerprint: str, rows: int, quantities: int
     except OSError as error:
         raise InputError(folder, f"cannot keep the runs here: {error.strerror or error}") from None
     if not known:
-        write_text(folder / _STATE, state)  # last: a folder without it is begun anew
+        write_text(folder / _STATE, state, at_once=True)  # last: a folder without it is begun anew
     return Store(values, done, folder)

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
+from stepgauge.recording.columns import APPROACH, COUNTS, OPTIONAL, POSITION, REQUIRED
 from stepgauge.recording.table import (
-    APPROACH,
-    COUNTS,
-    OPTIONAL,
-    POSITION,
     PROBINGS,
-    REQUIRED,
     TEMPERATURE_C,
     Recording,
     comment_lines,

@@ -204,7 +204,6 @@ def length_test(
         raise InputError(
             recording.path, "one placement file per position", found=len(placements), expected=f"{len(numbers)} or none"
         )
-    _check_different(recording)
     conditions, choices = conditions or TestConditions(), choices or Choices()
     tip = tip_diameter(recording, gauge, placements, choices.tip_diameter_mm, conditions.tip_diameter_u_um)
     used = numbers[:POSITIONS]
@@ -225,20 +224,6 @@ def length_test(
         recording.path,
         recording.comments,
     )
-
-
-def _check_different(recording: Recording) -> None:
-    """No two positions may have the very same readings: one file given twice is no second position."""
-    seen: dict[bytes, int] = {}
-    for number in recording.placements:
-        first = seen.setdefault(recording.of_placement(number).position_mm.tobytes(), number)
-        if first != number:
-            raise InputError(
-                recording.path,
-                f"placement {number} repeats the readings of placement {first}",
-                found="the same coordinates to the last digit",
-                expected="a recording of its own for every position",
-            )
 
 
 @dataclass(frozen=True)

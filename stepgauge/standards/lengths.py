@@ -64,7 +64,7 @@ def face_table(recording: Recording, gauge: Gauge, number: int, placement: Place
     part = recording.of_placement(number)
     frame = part.frame
     section = int(frame["face"].min() + 1) // 2, int(frame["face"].max() + 1) // 2
-    readings = project_readings(part, gauge, section, None if placement is None else placement.axis)
+    readings = project_readings(part, gauge, section, None if placement is None else placement.axis, leave_out=False)
     _check_once(part, number)
     table = _by_cycle_and_face(frame, readings)
     temperature = frame.get("gauge_temperature_C")
