@@ -64,7 +64,7 @@ def _message(where: str, what: str, found: object, expected: object) -> str:
     over = used + sum(map(len, parts)) - LONGEST
     if over > 0:
         parts[0] = _tail(parts[0], max(len(parts[0]) - over, _SHORTEST))
-    for i in sorted((2, 3), key=lambda i: -len(parts[i])) + [1]:
+    for i in (*sorted((2, 3), key=lambda i: -len(parts[i])), 1):
         over = used + sum(map(len, parts)) - LONGEST
         parts[i] = _cut(parts[i], max(len(parts[i]) - max(over, 0), _SHORTEST))
     said = [head + part for head, part, value in zip(heads, parts, values, strict=True) if value is not None]
@@ -103,7 +103,7 @@ def reading(path: str | PathLike[str], what: str = "file") -> Iterator[None]:
     except MemoryError:
         raise InputError(path, f"this {what} needs more memory than there is") from None
     except Exception as error:  # the libraries that unpack and parse fail in their own ways
-        raise InputError(path, f"not a readable {what}", found=f"{type(error).__name__}: {error}") from None
+        raise InputError(path, f"the {what} is damaged: {type(error).__name__}: {error}") from None
 
 
 def reader(what: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
