@@ -86,7 +86,7 @@ def _as_input_error(model: type[Table], error: ValidationError, where: str | Pat
 def _first(model: type[Table], details: list[Any]) -> Any:
     """What is wrong first; a key that is missing because another one is misspelt comes after that one."""
     for one in details:
-        name = str(one["loc"][-1])
+        name = str(one["loc"][-1]) if one["loc"] else ""
         if one["type"] == "extra_forbidden" and difflib.get_close_matches(name, list(model.model_fields), n=1):
             return one
     return details[0]

@@ -43,7 +43,11 @@ class InputError(Exception):
         return type(self)(where, self.what, found=self.found, expected=self.expected)
 
 
-class ProgramStoppedError(InputError):
+class PartlyDoneError(InputError):
+    """A part of what was asked could not be done; the files of the rest are kept."""
+
+
+class ProgramStoppedError(PartlyDoneError):
     """The virtual machine stopped in the middle of a program; what was recorded until then is kept."""
 
 
@@ -63,7 +67,7 @@ def _message(where: str, what: str, found: object, expected: object) -> str:
     used = sum(len(head) for head, value in zip(heads, values, strict=True) if value is not None)
     over = used + sum(map(len, parts)) - LONGEST
     if over > 0:
-        parts[0] = _tail(parts[0], max(len(parts[0]) - over, _SHORTEST))
+        parts[0] = _place(parts[0], max(len(parts[0]) - over, _SHORTEST))
     for i in (*sorted((2, 3), key=lambda i: -len(parts[i])), 1):
         over = used + sum(map(len, parts)) - LONGEST
         parts[i] = _cut(parts[i], max(len(parts[i]) - max(over, 0), _SHORTEST))
@@ -79,8 +83,12 @@ def _cut(text: str, longest: int) -> str:
     return f"{text[: longest - 3 - end]}...{text[-end:]}"
 
 
-def _tail(text: str, longest: int) -> str:
-    return text if len(text) <= longest else f"...{text[3 - longest :]}"
+def _place(text: str, longest: int) -> str:
+    """A place that is too long without the folders of its file, then without its middle."""
+    if len(text) <= longest:
+        return text
+    file, space, inside = text.partition(" ")
+    return _cut(f".../{file.rpartition('/')[2]}{space}{inside}" if "/" in file else text, longest)
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from stepgauge.errors import InputError, ProgramStoppedError
+from stepgauge.errors import InputError, PartlyDoneError
 
 UNFINISHED = ".stepgauge-unfinished"
 """Folder of files that are not whole yet, with one folder per process inside."""
@@ -66,8 +66,8 @@ def _current() -> OutputSet | None:
 def one_set() -> Iterator[OutputSet]:
     """Files written inside appear together when the body is done, and none of them when it fails.
 
-    A verb that calls verbs has finished what it wrote before: that is put in place first. A program that the virtual
-    machine stopped keeps what was recorded until then.
+    A verb that calls verbs has finished what it wrote before: that is put in place first. :class:`PartlyDoneError`
+    keeps what was done (a program that the virtual machine stopped).
     """
     before = _current()
     if before is not None:
@@ -77,7 +77,7 @@ def one_set() -> Iterator[OutputSet]:
     try:
         yield files
         files.commit()
-    except ProgramStoppedError:
+    except PartlyDoneError:
         files.commit()
         raise
     finally:

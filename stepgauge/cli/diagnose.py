@@ -86,7 +86,7 @@ def command(
     if gauge is None or machine is None:
         raise click.UsageError("a recording needs --gauge and --machine; the map of a probe needs --probe")
     from stepgauge.diagnose.many import diagnose_each, diagnose_together
-    from stepgauge.errors import InputError
+    from stepgauge.errors import PartlyDoneError
 
     if together:
         _say_outcome(diagnose_together(recordings, gauge, machine, output, suffix, without))
@@ -97,7 +97,7 @@ def command(
         _say_outcome(outcome, f"[{number}/{len(recordings)}] {outcome.name}: ")
         failed += not outcome.files
     if failed:
-        raise InputError(output, f"{failed} of {len(recordings)} recordings could not be diagnosed")
+        raise PartlyDoneError(output, f"{failed} of {len(recordings)} recordings could not be diagnosed")
 
 
 def _diagnose_map(maps: tuple[str, ...], probe: str, columns: tuple[str, ...], output: str, suffix: str) -> None:
