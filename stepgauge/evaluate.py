@@ -33,10 +33,9 @@ from stepgauge.recording.identity import (
     check_gauge,
     check_positions,
     check_tip,
-    dot,
 )
 from stepgauge.recording.repeats import LeftOut, find_left_out, left_out_words, odd_faces, resolution_mm
-from stepgauge.recording.rows import check_beside, check_copies, check_rows
+from stepgauge.recording.rows import check_beside, check_copies, check_rows, dot
 
 Array = NDArray[np.float64]
 

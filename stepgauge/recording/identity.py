@@ -16,7 +16,7 @@ from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge
 from stepgauge.numerals import number
 from stepgauge.recording.columns import POSITION
-from stepgauge.recording.rows import check_beside, check_copies, check_rows
+from stepgauge.recording.rows import check_beside, check_copies, check_rows, dot
 from stepgauge.recording.table import Recording
 from stepgauge.units import unit_hint
 
@@ -51,15 +51,6 @@ def check_recording(recording: Recording, gauge: Gauge) -> None:
         check_beside(columns, axis, face, gauge, recording.path)
         check_tip(off_mm, face, part)
         check_rows(part)
-
-
-def dot(columns: Sequence[Array], vector: Array) -> Array:
-    """Sum of three columns times their shares, in two arrays: on large tables fresh memory costs more than the sums."""
-    total = columns[0] * vector[0]
-    term = np.empty_like(total)
-    for column, share in zip(columns[1:], vector[1:], strict=True):
-        total += np.multiply(column, share, out=term)
-    return total
 
 
 def check_gauge(recording: Recording, gauge: Gauge) -> None:
@@ -204,8 +195,10 @@ def _refuse_reversed(along: Array, certified: Array, face: NDArray[np.int64], sl
 def check_tip(off_mm: Array, face: NDArray[np.int64], recording: Recording) -> None:
     """The effective radius against the tip radius that the recording states, if it does (comment ``tip_radius_mm``)."""
     stated = number(recording.comments.get("tip_radius_mm", ""))
+    if not np.isfinite(stated):
+        return
     sides = [off_mm[face % 2 == side] for side in (1, 0)]
-    if not np.isfinite(stated) or not all(side.size for side in sides):
+    if not all(side.size for side in sides):
         return
     radius_mm = float(sides[1].mean() - sides[0].mean()) / 2.0
     if abs(radius_mm - stated) <= max(RADIUS_MM, RADIUS_SHARE * stated):
