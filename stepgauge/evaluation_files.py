@@ -148,6 +148,9 @@ def evaluation_csv(evaluation: Evaluation) -> str:
     return csv_text([*CSV_COLUMNS, "placement"] if several else CSV_COLUMNS, rows)
 
 
-def read_evaluation(path: str | Path) -> dict[str, Any]:
-    """The content of an ``evaluation.json`` (:class:`InputError` where it is not one)."""
-    return read_result(path, "evaluation")
+def read_evaluation(path: str | Path, with_inputs: bool = True) -> dict[str, Any]:
+    """The content of an ``evaluation.json`` (:class:`InputError` where it is not one, or was changed).
+
+    ``with_inputs``: refuse one whose recording, gauge or placement has changed since; a history keeps those.
+    """
+    return read_result(path, "evaluation", with_inputs)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError, reader, reading
-from stepgauge.outputs import one_set, place_of, replaces, replacing
+from stepgauge.outputs import inputs, one_set, place_of, replacing, was_read
 
 __all__ = [
     "check_folder",
@@ -23,11 +23,12 @@ __all__ = [
     "read_json",
     "read_result",
     "read_text",
-    "replaces",
     "replacing",
     "write_json",
     "write_text",
 ]
+MOST_FOLDERS_UP = 3
+"""A file farther up than this from a result is none that is kept with it."""
 LARGEST_BYTES = 64_000_000
 """Larger files are none that a person writes, nor the log of a calibration."""
 _NO_TEXT = (
@@ -53,6 +54,7 @@ def read_bytes(path: str | Path, largest: int = LARGEST_BYTES) -> bytes:
         if kind.st_size > largest or len(data) > largest:
             size = f"{max(kind.st_size, len(data)) / 1e6:.0f} MB"
             raise InputError(path, "the file is too large", found=size, expected=f"at most {largest / 1e6:.0f} MB")
+        was_read(path, data)
         return data
 
 
@@ -99,11 +101,33 @@ def write_text(path: str | Path, text: str, newline: str | None = None, at_once:
 def write_json(path: str | Path, data: Any) -> None:
     """Write JSON types as every result of ours is written; NaN, which JSON has not, is a mistake of the caller.
 
-    A result (it has the key ``format``) gets a ``checksum``, by which :func:`read_result` knows that nobody changed it.
+    A result (it has the key ``format``) also says what it was made from: ``inputs``, the files that the verb has read,
+    and gets a ``checksum``, by which :func:`read_result` knows that nobody changed it.
     """
     if isinstance(data, dict) and "format" in data:
-        data = {**data, "checksum": checksum(data)}
+        made_from = [_input(place, sha256, Path(path)) for place, sha256 in inputs().items()]
+        data = {**data, **({"inputs": made_from} if made_from else {})}
+        data["checksum"] = checksum(data)
     write_text(path, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+
+
+def _input(place: Path, sha256: str, result: Path) -> dict[str, str]:
+    """A file by its way from the folder of the result; one that lies elsewhere (a shipped one) by its name alone."""
+    way = os.path.relpath(place, os.path.realpath(result.parent))
+    near = not os.path.isabs(way) and way.split(os.sep).count(os.pardir) <= MOST_FOLDERS_UP
+    return {"file" if near else "name": Path(way).as_posix() if near else place.name, "sha256": sha256}
+
+
+def check_inputs(data: dict[str, Any], path: str | Path) -> None:
+    """:class:`InputError` where a file that a result was made from is still there and has changed since."""
+    for one in data.get("inputs", []):
+        place = Path(path).parent / str(one.get("file", ""))
+        if "file" in one and place.is_file():
+            with reading(place), place.open("rb") as file:
+                found = hashlib.file_digest(file, "sha256").hexdigest()
+            if found != one["sha256"]:
+                what = f"{one['file']} has changed since this was made from it"
+                raise InputError(path, what, expected="the same verb again, with what is there now")
 
 
 def checksum(data: dict[str, Any]) -> str:
@@ -146,11 +170,11 @@ def parse_json(text: str, path: str | Path) -> Any:
             raise InputError(f"{path}:{error.lineno}", f"not valid JSON: {error.msg}") from None
 
 
-def read_result(path: str | Path, kind: str) -> dict[str, Any]:
+def read_result(path: str | Path, kind: str, with_inputs: bool = True) -> dict[str, Any]:
     """The result of a verb, by the key ``format`` (``stepgauge KIND 1``); :class:`InputError` for anything else.
 
     ``kind`` is the noun of the result, e.g. ``evaluation``; the file is ``KIND.json``. A result that was changed after
-    it was written is refused.
+    it was written is refused, and, ``with_inputs``, one of whose inputs has changed since (:func:`check_inputs`).
     """
     data = read_json(path)
     found = data.get("format") if isinstance(data, dict) else None
@@ -160,6 +184,8 @@ def read_result(path: str | Path, kind: str) -> dict[str, Any]:
     if data.get("checksum") != checksum(data):
         what = "has no checksum" if "checksum" not in data else "was changed after it was written"
         raise InputError(path, f"this {kind} {what}", expected="the file as stepgauge wrote it: make it again")
+    if with_inputs:
+        check_inputs(data, path)
     return dict(data)
 
 

@@ -1,10 +1,12 @@
 """The files that a verb writes are one set: they are made aside, and take their places together when all are whole.
 
-Aside is the folder :data:`UNFINISHED` beside them. Whatever a killed run leaves there is cleared by the next one.
+Aside is the folder :data:`UNFINISHED` beside them. Whatever a killed run leaves there is cleared by the next one. The
+set also knows what was read while it was made, so that every result can say what it was made from.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 import shutil
@@ -20,22 +22,37 @@ UNFINISHED = ".stepgauge-unfinished"
 """Folder of files that are not whole yet, with one folder per process inside."""
 
 
+_PICTURE = r"\.(png|svg|pdf)"
+GO_WITH = {
+    "evaluation.json": rf"evaluation(-placement-\d+)?{_PICTURE}",
+    "budget.json": rf"budget-\d+{_PICTURE}",
+    "uncertainty.json": rf"uncertainty-\d+{_PICTURE}",
+    "iso10360.json": rf"iso10360-figure{_PICTURE}",
+    "iso230.json": rf"iso230-figure(-placement-\d+)?{_PICTURE}",
+    "history.json": rf"history{_PICTURE}",
+    "diagnosis.json": rf"separate-\d+\.toml|(residuals|directions|effects){_PICTURE}",
+    "plan.json": r"position-\d+(-machine)?\.(toml|dmi|ngc|ipp|jyc)",
+}
+"""What is written beside a result as often as it is needed; those of an earlier call would be taken for new ones."""
+
+
 @dataclass
 class OutputSet:
-    """Files that are written aside (``staged``: by the place they will take), and which older ones they replace."""
+    """Files that are written aside (``staged``: by the place they will take), and those that were ``read`` for them."""
 
     process: int = field(default_factory=os.getpid)
     staged: dict[Path, Path] = field(default_factory=dict)
-    owned: list[tuple[Path, str]] = field(default_factory=list)
     made: list[Path] = field(default_factory=list)
+    read: dict[Path, str | None] = field(default_factory=dict)
 
     def commit(self) -> None:
-        """Every file takes its place; files of an earlier call that this one did not write again are removed."""
+        """Every file takes its place; files of an earlier call that go with the same result are removed."""
         for target, beside in self.staged.items():
             _rename(beside, target)
-        for folder, pattern in self.owned:
-            for old in folder.iterdir() if folder.is_dir() else ():
-                if re.fullmatch(pattern, old.name) and old.is_file() and old not in self.staged:
+        for result in self.staged:
+            pattern = GO_WITH.get(result.name)
+            for old in result.parent.iterdir() if pattern else ():
+                if re.fullmatch(pattern or "", old.name) and old.is_file() and old not in self.staged:
                     old.unlink(missing_ok=True)
         self._clear()
 
@@ -51,7 +68,7 @@ class OutputSet:
     def _clear(self) -> None:
         for folder in {beside.parent for beside in self.staged.values()}:
             _remove_aside(folder)
-        self.staged, self.owned = {}, []
+        self.staged = {}
 
 
 _open: list[OutputSet] = []
@@ -85,17 +102,30 @@ def one_set() -> Iterator[OutputSet]:
         _open.remove(files)
 
 
+def was_read(path: str | Path, data: bytes | None = None) -> None:
+    """A file was read for what this set writes; without its content it is looked at again when it is asked for."""
+    files = _current()
+    place = Path(os.path.realpath(path))
+    if files is not None and place not in files.staged:
+        files.read[place] = None if data is None else hashlib.sha256(data).hexdigest()
+
+
+def inputs() -> dict[Path, str]:
+    """The files that were read for this set, in that order, with the SHA-256 of their content."""
+    files = _current()
+    if files is None:
+        return {}
+    for place, known in files.read.items():
+        if known is None:
+            with place.open("rb") as file:
+                files.read[place] = hashlib.file_digest(file, "sha256").hexdigest()
+    return {place: str(known) for place, known in files.read.items()}
+
+
 def place_of(path: str | Path) -> Path:
     """Where a file is now: aside, if this set has written it; else at its path."""
     files = _current()
     return Path(path) if files is None else files.staged.get(Path(os.path.realpath(path)), Path(path))
-
-
-def replaces(folder: str | Path, pattern: str) -> None:
-    """Files of ``folder`` whose whole name fits ``pattern`` and that this set does not write are removed with it."""
-    files = _current()
-    if files is not None:
-        files.owned.append((Path(os.path.realpath(folder)), pattern))
 
 
 @contextmanager

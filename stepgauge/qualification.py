@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from stepgauge import __version__
 from stepgauge.config import Table, Vector3, check_table
 from stepgauge.errors import InputError
-from stepgauge.files import read_json, write_json
+from stepgauge.files import read_result, write_json
 from stepgauge.physics import wozniak
 from stepgauge.physics.directions import probe_frame
 from stepgauge.physics.sphere import EffectiveRadius, effective_radius
@@ -22,6 +23,8 @@ from stepgauge.probe_files import ProbedPoints
 Array = NDArray[np.float64]
 LARGEST_PRETRAVEL_SHARE = 0.1
 """Pre-travel over tip radius beyond which a diameter is wrong rather than the probe."""
+KIND = "qualification"
+_ABOUT = ("format", "stepgauge", "inputs", "checksum")
 Method = Literal["lobed", "mean"]
 Positive = Annotated[float, Field(gt=0.0)]
 
@@ -148,12 +151,13 @@ def tip_radius_mm(qualification: Qualification, where: str | Path = "qualificati
 
 def write_qualification(path: str | Path, qualification: Qualification) -> None:
     """The qualification as JSON."""
-    write_json(path, qualification.model_dump())
+    write_json(path, {"format": f"stepgauge {KIND} 1", "stepgauge": __version__, **qualification.model_dump()})
 
 
 def read_qualification(path: str | Path) -> Qualification:
     """A qualification file; :class:`InputError` names what is wrong with it."""
-    return check_table(Qualification, read_json(path), path)
+    data = read_result(path, KIND)
+    return check_table(Qualification, {key: value for key, value in data.items() if key not in _ABOUT}, path)
 
 
 def _check_approaches(points: ProbedPoints, centre_mm: Array) -> None:

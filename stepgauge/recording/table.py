@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, reader
 from stepgauge.files import replacing
+from stepgauge.outputs import was_read
 from stepgauge.parquet import is_parquet, read_parquet, write_parquet
 from stepgauge.recording.columns import APPROACH, COUNTS, KNOWN, OPTIONAL, POSITION, REQUIRED, near_miss
 from stepgauge.units import temperature_hint
@@ -85,6 +86,7 @@ def read_recording(path: str | Path) -> Recording:
     if Path(path).exists() and not Path(path).is_file():
         kind = "a folder" if Path(path).is_dir() else "a device or a pipe"
         raise InputError(path, "this is no file", found=kind, expected="a recording (CSV)")
+    was_read(path)
     if is_parquet(path):
         frame, comments = read_parquet(path)
         header = 0  # rows are counted from 1
