@@ -169,8 +169,9 @@ class Readings:
     """The rows of one placement, ready for :mod:`stepgauge.face_errors`.
 
     ``axis``: the gauge axis that positions are projected on; ``off_mm (n,)``: position along it minus certified
-    position at the recorded gauge temperature; ``faces``: of the used section. ``left_out``: readings that are not
-    among them; ``kept``: rows of the recording that are, None for all; ``remark``: on readings that stand out.
+    position at the recorded gauge temperature; ``faces``: of the used section. ``left_out``: readings that their
+    repeats contradict; ``kept``: rows of the recording that are used, None for all; ``remark``: on readings that stand
+    out and are used.
     """
 
     axis: Array
@@ -201,19 +202,19 @@ def project_readings(
     check_tip(off_mm, face, recording)
     check_rows(recording)
     readings = Readings(axis, face, off_mm, np.arange(2 * section[0] - 1, 2 * section[1] + 1))
-    return _without_slips(readings, recording) if leave_out else readings
+    return _find_slips(readings, recording, leave_out)
 
 
-def _without_slips(readings: Readings, recording: Recording) -> Readings:
-    """The readings without those that their repeats contradict."""
+def _find_slips(readings: Readings, recording: Recording, leave_out: bool) -> Readings:
+    """The readings with those named, and left out if asked, that their repeats contradict."""
     frame = recording.frame
     off_mm, face = readings.off_mm, readings.face
     found, remark = find_left_out(off_mm, face, frame["cycle"].to_numpy(), int(frame["placement"].iloc[0]), 0.0)
     if found or remark:  # only then the resolution matters, which takes time to find
         cycle, step = frame["cycle"].to_numpy(), resolution_mm(recording.position_mm)
         found, remark = find_left_out(off_mm, face, cycle, int(frame["placement"].iloc[0]), step)
-    if not found:
-        return replace(readings, remark=remark)
+    if not found or not leave_out:
+        return replace(readings, left_out=found, remark=remark)
     kept = np.setdiff1d(np.arange(len(face)), [one.row for one in found])
     return replace(readings, face=face[kept], off_mm=off_mm[kept], left_out=found, kept=kept)
 

@@ -30,6 +30,7 @@ Positive = Annotated[float, Field(gt=0.0)]
 
 # On a sphere the approach and the normal found agree within the aim of the operator; beyond this they are not a pair.
 _AIM_RAD = np.radians(30.0)
+FEWEST_FOR_SPHERE = 4
 _FEWEST_FOR_LOBES = 12
 
 
@@ -91,6 +92,9 @@ def qualify(
 
     Raises :class:`InputError` where the points are too few, lie in a plane, or were approached from within the sphere.
     """
+    if len(points.position_mm) < FEWEST_FOR_SPHERE:
+        what, found = "too few points for a sphere", len(points.position_mm)
+        raise InputError(points.rows.path, what, found=found, expected="at least 4 points; 5 to qualify, or the 25 of ISO 10360-5")
     try:
         radius = effective_radius(
             points.position_mm, reference.sphere_diameter_mm / 2.0, reference.u_sphere_um / 2.0, reference.noise_um
