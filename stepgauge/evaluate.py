@@ -34,10 +34,14 @@ from stepgauge.recording.identity import (
     check_positions,
     check_tip,
 )
-from stepgauge.recording.repeats import LeftOut, find_left_out, left_out_words, odd_faces, resolution_mm
-from stepgauge.recording.rows import check_beside, check_copies, check_rows, dot
+from stepgauge.recording.repeats import LeftOut, find_left_out, left_out_words, odd_blocks, odd_faces, resolution_mm
+from stepgauge.recording.rows import check_beside, check_copies, check_rows, dot, tilt_rad
 
 Array = NDArray[np.float64]
+REFERENCE_C = 20.0
+"""Reference temperature of dimensions, ISO 1."""
+COSINE_UM = 0.1
+"""Cosine error over the measured section that is worth a note."""
 
 
 @dataclass(frozen=True)
@@ -171,7 +175,7 @@ class Readings:
     ``axis``: the gauge axis that positions are projected on; ``off_mm (n,)``: position along it minus certified
     position at the recorded gauge temperature; ``faces``: of the used section. ``left_out``: readings that their
     repeats contradict; ``kept``: rows of the recording that are used, None for all; ``remark``: on readings that stand
-    out and are used.
+    out and are used; ``tilt_rad``: of the line of the readings against the axis.
     """
 
     axis: Array
@@ -181,6 +185,7 @@ class Readings:
     left_out: tuple[LeftOut, ...] = ()
     kept: NDArray[np.intp] | None = None
     remark: str | None = None
+    tilt_rad: float = 0.0
 
 
 def project_readings(
@@ -201,7 +206,8 @@ def project_readings(
     check_beside(position, axis, face, gauge, recording.path)
     check_tip(off_mm, face, recording)
     check_rows(recording)
-    readings = Readings(axis, face, off_mm, np.arange(2 * section[0] - 1, 2 * section[1] + 1))
+    faces = np.arange(2 * section[0] - 1, 2 * section[1] + 1)
+    readings = Readings(axis, face, off_mm, faces, tilt_rad=tilt_rad(position, axis, face, gauge))
     return _find_slips(readings, recording, leave_out)
 
 
@@ -260,7 +266,21 @@ def _doubts(readings: Readings, seen: FaceStatistics, gauge: Gauge) -> list[str]
     notes = [left_out_words(readings.left_out)] if readings.left_out else []
     if readings.remark:
         notes.append(readings.remark)
+    span_mm = float(np.ptp(gauge.position_mm[readings.face - 1]))
+    short_um = readings.tilt_rad**2 / 2.0 * span_mm * 1e3
+    if short_um > COSINE_UM:
+        notes.append(
+            f"the readings follow a line that is {readings.tilt_rad * 1e3:.2f} mrad off the axis that is used:"
+            f" a cosine error of up to {short_um:.2f} um"
+        )
     u_um = np.hypot(gauge.u_um[seen.faces - 1], np.nan_to_num(seen.deviation_mm) * 1e3)
+    sizes = odd_blocks(seen.faces, seen.mean_mm * 1e3, u_um)
+    if sizes:
+        shown = ", ".join(f"block {block} by {um:+.3g} um" for block, um in sizes[:10])
+        notes.append(f"read longer (+) or shorter (-) than the other blocks: {shown}: its faces, or its certificate")
+    if gauge.table.reference_temperature_C != REFERENCE_C:
+        reference = gauge.table.reference_temperature_C
+        notes.append(f"the certificate holds at {reference:g} deg C, not at {REFERENCE_C:g} (ISO 1)")
     odd = odd_faces(seen.faces, gauge.position_mm[seen.faces - 1], seen.mean_mm * 1e3, u_um)
     if odd:
         shown = ", ".join(f"face {face} ({um:+.3g} um)" for face, um in odd[:10])

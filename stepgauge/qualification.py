@@ -93,8 +93,9 @@ def qualify(
     Raises :class:`InputError` where the points are too few, lie in a plane, or were approached from within the sphere.
     """
     if len(points.position_mm) < FEWEST_FOR_SPHERE:
-        what, found = "too few points for a sphere", len(points.position_mm)
-        raise InputError(points.rows.path, what, found=found, expected="at least 4 points; 5 to qualify, or the 25 of ISO 10360-5")
+        expected = "at least 4 points; 5 to qualify a tip, or the 25 of ISO 10360-5"
+        found = len(points.position_mm)
+        raise InputError(points.rows.path, "too few points for a sphere", found=found, expected=expected)
     try:
         radius = effective_radius(
             points.position_mm, reference.sphere_diameter_mm / 2.0, reference.u_sphere_um / 2.0, reference.noise_um

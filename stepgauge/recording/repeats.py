@@ -22,6 +22,8 @@ STEPS = 4.0
 """Nor anything nearer than so many steps of the resolution."""
 FEW = 0.02
 """Share of readings up to which they are slips."""
+CALM, CALM_SIGMA = 0.3, 0.385
+"""Share of the faces that one odd face leaves alone even among six, and that quantile of a normal |value|."""
 NEIGHBOURS = 2
 """Faces to either side whose scatter counts as that of a face: noise may grow along the gauge."""
 SUSPECT = 0.58
@@ -154,11 +156,38 @@ def odd_faces(faces: Rows, at_mm: Array, level_um: Array, u_um: Array) -> list[t
         rows = np.flatnonzero((faces % 2 == side) & np.isfinite(level_um))
         if len(rows) < 5:
             continue
-        x, y = at_mm[rows], level_um[rows]
-        share = (x[1:-1] - x[:-2]) / (x[2:] - x[:-2])
-        off = y[1:-1] - (y[:-2] + share * (y[2:] - y[:-2]))
-        limit = np.maximum(TIMES * _TO_SIGMA * np.median(np.abs(off)), LEAST_UM + 6.0 * u_um[rows][1:-1])
-        size = np.abs(off)
-        peak = (size > limit) & (size >= np.r_[0.0, size[:-1]]) & (size >= np.r_[size[1:], 0.0])
-        found += [(int(faces[rows[i + 1]]), float(off[i])) for i in np.flatnonzero(peak)]
+        off, weight = _beside_neighbours(at_mm[rows], level_um[rows])
+        scatter = float(np.quantile(np.abs(off / weight), CALM)) / CALM_SIGMA
+        limit = weight * np.maximum(TIMES * scatter, LEAST_UM + 4.0 * u_um[rows])
+        size = np.abs(off) / limit
+        peak = (size > 1.0) & (size >= np.r_[0.0, size[:-1]]) & (size >= np.r_[size[1:], 0.0])
+        found += [(int(faces[rows[i]]), float(off[i])) for i in np.flatnonzero(peak)]
     return sorted(found)
+
+
+def odd_blocks(faces: Rows, level_um: Array, u_um: Array) -> list[tuple[int, float]]:
+    """Blocks that are read longer or shorter than the others, whatever the cycle, and by how much, um.
+
+    The tip makes all blocks longer alike, so their sizes agree to the certificate and the scatter; arguments as for
+    :func:`odd_faces`. A block of which R_eff is taken would pass its error on to every back face.
+    """
+    fronts = np.flatnonzero((faces[:-1] % 2 == 1) & np.isfinite(level_um[:-1]) & np.isfinite(level_um[1:]))
+    if len(fronts) < 4:
+        return []
+    size = level_um[fronts + 1] - level_um[fronts]
+    off = size - np.median(size)
+    u = np.hypot(u_um[fronts], u_um[fronts + 1])
+    limit = np.maximum(TIMES * _TO_SIGMA * np.median(np.abs(off)), LEAST_UM / 2.0 + 4.0 * u)
+    rows = np.flatnonzero(np.abs(off) > limit)
+    few = max(1.0, len(fronts) / 4.0)
+    return [(int(faces[fronts[i]] + 1) // 2, float(off[i])) for i in rows] if 0 < rows.size <= few else []
+
+
+def _beside_neighbours(x: Array, y: Array) -> tuple[Array, Array]:
+    """Distance of every value from the line through its two nearest, and how much wider it scatters than one value."""
+    n = len(x)
+    low = np.clip(np.arange(n) - 1, 0, n - 3)
+    one, two = low + (np.arange(n) == 0), low + 2 - (np.arange(n) == n - 1)
+    share = (x - x[one]) / (x[two] - x[one])
+    off = y - (y[one] + share * (y[two] - y[one]))
+    return off, np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)

@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 JUMP_K = 1.0
 """A gauge or a scale does not change by this from one probing to the next and back again."""
+SAMPLE = 50_000
+"""Rows that the direction of the readings is taken from."""
 FEW = 0.02
 """Share of rows up to which they are slips: what happens more often is how it was measured."""
 
@@ -78,6 +80,25 @@ def _theil_sen(x: Array, y: Array) -> tuple[float, float]:
     i, j = np.triu_indices(len(x), 1)
     slope = float(np.median((y[j] - y[i]) / (x[j] - x[i])))
     return slope, float(np.median(y - slope * x))
+
+
+def tilt_rad(columns: Sequence[Array], axis: Array, face: Rows, gauge: Gauge) -> float:
+    """Angle between the gauge axis that is used and the line that the readings follow, rad.
+
+    A program probes where the gauge was found to lie, so both are one; where they are not, lengths are short by the
+    cosine. 0 for a single face. A sample of the rows of a long recording is enough.
+    """
+    part = slice(None, None, max(1, len(face) // SAMPLE))
+    face, columns = face[part], [column[part] for column in columns]
+    count = np.bincount(face)
+    seen = np.flatnonzero(count)
+    if len(seen) < 2:
+        return 0.0
+    slopes = []
+    for direction in np.linalg.svd(axis[None, :])[2][1:]:
+        level = np.bincount(face, dot(columns, direction))[seen] / count[seen]
+        slopes.append(np.polyfit(gauge.position_mm[seen - 1], level, 1)[0])
+    return float(np.hypot(*slopes))
 
 
 def check_rows(recording: Recording) -> None:
