@@ -273,7 +273,8 @@ def _doubts(readings: Readings, seen: FaceStatistics, gauge: Gauge) -> list[str]
             f"the readings follow a line that is {readings.tilt_rad * 1e3:.2f} mrad off the axis that is used:"
             f" a cosine error of up to {short_um:.2f} um"
         )
-    u_um = np.hypot(gauge.u_um[seen.faces - 1], np.nan_to_num(seen.deviation_mm) * 1e3)
+    repeat_um = np.nan_to_num(seen.deviation_mm) * 1e3 / np.sqrt(np.maximum(seen.count, 1))
+    u_um = np.hypot(gauge.u_um[seen.faces - 1], repeat_um)
     sizes = odd_blocks(seen.faces, seen.mean_mm * 1e3, u_um)
     if sizes:
         shown = ", ".join(f"block {block} by {um:+.3g} um" for block, um in sizes[:10])

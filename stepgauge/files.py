@@ -120,12 +120,14 @@ def _input(place: Path, sha256: str, result: Path) -> dict[str, str]:
 
 def check_inputs(data: dict[str, Any], path: str | Path) -> None:
     """:class:`InputError` where a file that a result was made from is still there and has changed since."""
-    for one in data.get("inputs", []):
-        place = Path(path).parent / str(one.get("file", ""))
-        if "file" in one and place.is_file():
+    stated = data.get("inputs", [])
+    named = [one for one in stated if isinstance(one, dict) and "file" in one] if isinstance(stated, list) else []
+    for one in named:
+        place = Path(path).parent / str(one["file"])
+        if place.is_file():
             with reading(place), place.open("rb") as file:
                 found = hashlib.file_digest(file, "sha256").hexdigest()
-            if found != one["sha256"]:
+            if found != one.get("sha256"):
                 what = f"{one['file']} has changed since this was made from it"
                 raise InputError(path, what, expected="the same verb again, with what is there now")
 

@@ -1,7 +1,8 @@
 """The files that a verb writes are one set: they are made aside, and take their places together when all are whole.
 
-Aside is the folder :data:`UNFINISHED` beside them. Whatever a killed run leaves there is cleared by the next one. The
-set also knows what was read while it was made, so that every result can say what it was made from.
+Aside is the folder :data:`UNFINISHED` beside them. What a killed run leaves there is cleared by the next one, or, where
+all files were whole and only some had taken their places, put in place. The set also knows what was read while it was
+made, so that every result can say what it was made from.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ UNFINISHED = ".stepgauge-unfinished"
 """Folder of files that are not whole yet, with one folder per process inside."""
 
 
+READY = ".ready"
+"""In the folder of a process: all files are whole."""
 _PICTURE = r"\.(png|svg|pdf)"
 GO_WITH = {
     "evaluation.json": rf"evaluation(-placement-\d+)?{_PICTURE}",
@@ -47,6 +50,8 @@ class OutputSet:
 
     def commit(self) -> None:
         """Every file takes its place; files of an earlier call that go with the same result are removed."""
+        for folder in {beside.parent for beside in self.staged.values()}:
+            (folder / READY).touch()
         for target, beside in self.staged.items():
             _rename(beside, target)
         for result in self.staged:
@@ -167,7 +172,7 @@ def _aside(named: Path, target: Path, made: list[Path]) -> Path:
         unfinished.mkdir(parents=True, exist_ok=True)
         for left in unfinished.iterdir():
             if not _is_running(left.name):
-                shutil.rmtree(left, ignore_errors=True)
+                _finish(left)
         own = unfinished / str(os.getpid())
         own.mkdir(exist_ok=True)
     except (FileExistsError, NotADirectoryError):
@@ -176,6 +181,15 @@ def _aside(named: Path, target: Path, made: list[Path]) -> Path:
     except OSError as error:
         raise InputError(named, f"cannot write here: {error.strerror or error}") from None
     return own / target.name
+
+
+def _finish(left: Path) -> None:
+    """What a killed run left: a whole set takes its places, anything else is removed."""
+    if (left / READY).exists():
+        for file in left.iterdir():
+            if file.name != READY:
+                _rename(file, left.parent.parent / file.name)
+    shutil.rmtree(left, ignore_errors=True)
 
 
 def _is_running(process: str) -> bool:
@@ -212,6 +226,7 @@ def _remove_aside(own: Path) -> None:
     """The folder of this process, and the one around it, once nothing is in them."""
     for folder in (own, own.parent):
         try:
+            (folder / READY).unlink(missing_ok=True)
             folder.rmdir()
         except OSError:
             return

@@ -25,13 +25,14 @@ FEW = 0.02
 CALM, CALM_SIGMA = 0.3, 0.385
 """Share of the faces that one odd face leaves alone even among six, and that quantile of a normal |value|."""
 NEIGHBOURS = 2
-"""Faces to either side whose scatter counts as that of a face: noise may grow along the gauge."""
+"""Faces of its side before and after a face whose scatter counts as its own: noise may grow along the gauge, and
+fronts need not repeat as backs do."""
 SUSPECT = 0.58
 """Share of the limit, from the mean, at which a face is looked at: two slips in five pull the mean along by 0.4."""
 SAMPLE = 50_000
 """Readings that the common scatter is taken from."""
 SHOWN = 10
-_TO_SIGMA = 1.4826
+_TO_SIGMA, _CALM_TO_SIGMA = 1.4826, 1.6
 
 
 @dataclass(frozen=True)
@@ -100,16 +101,19 @@ def _none() -> tuple[Rows, Array, Array]:
 
 
 def _scatter_mm(off_mm: Array, face: Rows, one: int) -> float:
-    """Standard deviation of one probing at a face and its neighbours, without the worst quarter of each face."""
+    """Standard deviation of one probing at a face and its neighbours of the same side.
+
+    The worst quarter of each face is left aside, which the factor :data:`_CALM_TO_SIGMA` makes good.
+    """
     total, freedom = 0.0, 0.0
-    for near in range(max(one - NEIGHBOURS, 1), one + NEIGHBOURS + 1):
+    for near in range(one - 2 * NEIGHBOURS, one + 2 * NEIGHBOURS + 1, 2):
         values = off_mm[face == near]
         if len(values) > 2:
             from_middle = np.sort(np.abs(values - np.median(values)))
             kept = from_middle[: max(int(np.ceil(0.75 * len(values))), 2)]
             total += float((kept**2).sum())
             freedom += len(kept) - 1
-    return float(np.sqrt(total / freedom)) if freedom else 0.0
+    return _CALM_TO_SIGMA * float(np.sqrt(total / freedom)) if freedom else 0.0
 
 
 def find_left_out(
