@@ -69,7 +69,7 @@ def test_a_reading_off_by_more_than_half_a_millimetre_is_refused(um: float, row:
 
 
 @settings(max_examples=25)
-@given(row=st.integers(0, 208), um=st.sampled_from([20.0, -20.0, 4.0, -400.0]), seed=st.integers(0, 50))
+@given(row=st.integers(0, 208), um=st.sampled_from([20.0, -20.0, 9.0, -400.0]), seed=st.integers(0, 50))
 def test_a_slip_among_repeats_is_left_out_and_named(row: int, um: float, seed: int) -> None:
     """What is left is what would have been measured without that reading."""
     whole = measured(seed)

@@ -155,7 +155,9 @@ def _read_grid(
     try:
         name = _choose_sheet(path, book.sheetnames, sheet)
         rows: list[tuple[int, list[Cell]]] = []
-        number = 0
+        number, width = 0, book[name].max_column or 0
+        if width > MOST_COLUMNS:
+            raise InputError(path, f"sheet {name!r} is too wide", found=f"{width} columns", expected=f"{MOST_COLUMNS}")
         for number, values in enumerate(book[name].iter_rows(max_col=MOST_COLUMNS, values_only=True), 1):
             if any(value is not None and value != "" for value in values):
                 rows.append((number, [_cell(value) for value in values]))
