@@ -22,6 +22,7 @@ from pypdf import PdfReader
 from stepgauge.errors import InputError
 from stepgauge.evaluate import Evaluation
 from stepgauge.evaluation_files import evaluation_to_dict, write_evaluation
+from stepgauge.files import write_json
 from stepgauge.report.content import Sources, Stated, make_content
 from stepgauge.report.numbers import clean, number, quantity
 from stepgauge.report.reading import check_gauge, check_machine, check_placements, read_checked_evaluation
@@ -345,7 +346,7 @@ def test_a_file_that_is_no_evaluation(tmp_path: Path) -> None:
 def test_a_damaged_evaluation_is_named_by_its_key(tmp_path: Path, change: Any, key: str) -> None:
     data = evaluation_to_dict(one_placement())
     change(data)
-    (tmp_path / "evaluation.json").write_text(json.dumps(data))
+    write_json(tmp_path / "evaluation.json", data)
     with pytest.raises(InputError, match=re.escape(f"key {key} ")):
         read_checked_evaluation(tmp_path)
 

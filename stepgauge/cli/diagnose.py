@@ -113,7 +113,7 @@ def command(
         raise click.UsageError("a recording needs --gauge and --machine; the map of a probe needs --probe")
     from stepgauge.diagnose.many import diagnose_each, diagnose_together
     from stepgauge.diagnose.posterior.priors import read_priors
-    from stepgauge.errors import InputError
+    from stepgauge.errors import PartlyDoneError
 
     table = None if priors is None else read_priors(priors)
     if together:
@@ -125,7 +125,7 @@ def command(
         _say_outcome(outcome, f"[{number}/{len(recordings)}] {outcome.name}: ")
         failed += not outcome.files
     if failed:
-        raise InputError(output, f"{failed} of {len(recordings)} recordings could not be diagnosed")
+        raise PartlyDoneError(output, f"{failed} of {len(recordings)} recordings could not be diagnosed")
 
 
 def _diagnose_map(maps: tuple[str, ...], probe: str, columns: tuple[str, ...], output: str, suffix: str) -> None:

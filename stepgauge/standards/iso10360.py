@@ -18,7 +18,7 @@ from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.placement import Placement
 from stepgauge.recording import Recording
-from stepgauge.recording_checks import check_recording
+from stepgauge.recording.identity import check_recording
 from stepgauge.standards.decision import Outcome, decide, together
 from stepgauge.standards.iso10360_rules import POSITIONS, excluded_parts, rules_of
 from stepgauge.standards.length_uncertainty import TestConditions, TestUncertainty, length_uncertainty
@@ -29,6 +29,7 @@ from stepgauge.standards.lengths import (
     Kind,
     candidates,
     choose,
+    doubtful_rule,
     face_table,
     length_errors_um,
     nominal_length_mm,
@@ -204,7 +205,6 @@ def length_test(
         raise InputError(
             recording.path, "one placement file per position", found=len(placements), expected=f"{len(numbers)} or none"
         )
-    _check_different(recording)
     conditions, choices = conditions or TestConditions(), choices or Choices()
     tip = tip_diameter(recording, gauge, placements, choices.tip_diameter_mm, conditions.tip_diameter_u_um)
     used = numbers[:POSITIONS]
@@ -220,25 +220,11 @@ def length_test(
         conditions,
         tip,
         positions,
-        rules_of(positions, numbers, gauge, tip, machine),
+        rules_of(positions, numbers, gauge, tip, machine) + doubtful_rule(tables, REMEASURE_SOURCE),
         excluded_parts(positions, numbers, tip),
         recording.path,
         recording.comments,
     )
-
-
-def _check_different(recording: Recording) -> None:
-    """No two positions may have the very same readings: one file given twice is no second position."""
-    seen: dict[bytes, int] = {}
-    for number in recording.placements:
-        first = seen.setdefault(recording.of_placement(number).position_mm.tobytes(), number)
-        if first != number:
-            raise InputError(
-                recording.path,
-                f"placement {number} repeats the readings of placement {first}",
-                found="the same coordinates to the last digit",
-                expected="a recording of its own for every position",
-            )
 
 
 @dataclass(frozen=True)

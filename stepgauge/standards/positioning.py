@@ -23,10 +23,10 @@ from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.placement import Placement
 from stepgauge.recording import Recording
-from stepgauge.recording_checks import check_recording
+from stepgauge.recording.identity import check_recording
 from stepgauge.standards.iso230 import AxisParameters, axis_parameters
 from stepgauge.standards.iso230_rules import rules_of
-from stepgauge.standards.lengths import FaceTable, face_table
+from stepgauge.standards.lengths import FaceTable, doubtful_rule, face_table
 from stepgauge.standards.rules import Excluded, Rule
 from stepgauge.standards.tip import TipDiameter, tip_diameter
 
@@ -158,7 +158,8 @@ def _axis_test(table: FaceTable, gauge: Gauge, tip: TipDiameter, pairing: Pairin
         _deviations(*_errors_um(table, gauge, tip, pairing, blocks, runs), against),
         table.temperature_C,
         None if machine is None else float(np.ptp(machine.travel_mm[nearest])),
-        rules_of(middle, len(runs), off_deg, ALONG_AXIS_DEG, tip, table.temperature_C),
+        rules_of(middle, len(runs), off_deg, ALONG_AXIS_DEG, tip, table.temperature_C)
+        + doubtful_rule([table], "ISO 230-2, test procedure"),
         _excluded(table, blocks, runs),
     )
 
