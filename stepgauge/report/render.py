@@ -125,7 +125,7 @@ def render_html(content: dict[str, Any], template: str | Path | None = None) -> 
     return Pages(page)
 
 
-SYMBOLS = re.compile(r"\b(R_eff|[ER]_0,MP[EL]|E_150|[ER]_0|P_(?:Form|Size)|L_Dia|d_[a-z]+)\b")
+SYMBOLS = re.compile(r"\b(R_eff|[ER]_0,MP[EL]|E_150|[ER]_0|P_(?:Form|Size)|L_Dia|d_(?:60|t))\b")
 
 
 def with_indices(text: str) -> Any:
