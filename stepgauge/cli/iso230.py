@@ -97,6 +97,7 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str |
 
 
 def _tell(test: PositioningTest) -> None:
+    from stepgauge.standards.iso230_decision import parameters_um
     from stepgauge.standards.iso230_files import statements
 
     for one in test.axes:
@@ -106,6 +107,6 @@ def _tell(test: PositioningTest) -> None:
             f" B {p.B_um:.2f} um (mean {p.mean_B_um:.2f} um), M {p.M_um:.2f} um; {len(one.targets.block)} targets,"
             f" {len(one.runs)} runs"
         )
-    say(test.requirement.text([(one.name, one.parameters) for one in test.axes]))
+    say(test.requirement.text([(one.name, parameters_um(one.parameters)) for one in test.axes]))
     for text in statements(test):
         say(f"- {text}")

@@ -29,7 +29,9 @@ class Requirement:
     expanded_um: float | None = None
 
     @classmethod
-    def parse(cls, texts: Sequence[str], expanded_um: float | None = None) -> Requirement:
+    def parse(
+        cls, texts: Sequence[str], expanded_um: float | None = None, names: Sequence[str] = PARAMETERS
+    ) -> Requirement:
         """``A=10``, ``R_up=4``: :class:`InputError` for another form or name, or a limit that is not above zero."""
         limits: dict[str, float] = {}
         for text in texts:
@@ -38,42 +40,44 @@ class Requirement:
                 limit = float(value)
             except ValueError:
                 limit = float("nan")
-            if name not in PARAMETERS or not 0.0 < limit < float("inf"):
-                expected = f"NAME=UM with NAME one of {', '.join(PARAMETERS)}, e.g. A=10"
+            if name not in names or not 0.0 < limit < float("inf"):
+                expected = f"NAME=UM with NAME one of {', '.join(names)}, e.g. {names[0]}=10"
                 raise InputError("--tolerance", "this is no tolerance", found=repr(text), expected=expected)
             limits[name] = limit
         return cls(limits, expanded_um)
 
-    def outcomes(self, found: AxisParameters) -> dict[str, Outcome]:
+    def outcomes(self, values_um: Mapping[str, float]) -> dict[str, Outcome]:
         """The decision on each parameter that has a tolerance; empty without a stated uncertainty."""
-        values, u = parameters_um(found), self.expanded_um
-        return {} if u is None else {name: decide(values[name], limit, u) for name, limit in self.tolerance_um.items()}
+        u = self.expanded_um
+        return (
+            {} if u is None else {name: decide(values_um[name], limit, u) for name, limit in self.tolerance_um.items()}
+        )
 
-    def text(self, axes: Sequence[tuple[str, AxisParameters]]) -> str:
-        """The sentence of page 1, with the decision rule; ``axes``: their names and parameters."""
+    def text(self, parts: Sequence[tuple[str, Mapping[str, float]]]) -> str:
+        """The sentence of page 1, with the decision rule; ``parts``: names of axes (or none) and parameters in um."""
         if not self.tolerance_um:
             return "No statement of conformity is made: no tolerance was stated. Decision rule: none applied."
         if self.expanded_um is None:
             return (
-                f"{self._compared(axes)} Conformity is not proven: the uncertainty of the parameters was not stated."
+                f"{self._compared(parts)} Conformity is not proven: the uncertainty of the parameters was not stated."
                 f" Decision rule: {DECISION_SOURCE}; it needs that uncertainty."
             )
-        every = [outcome for _, found in axes for outcome in self.outcomes(found).values()]
+        every = [outcome for _, values in parts for outcome in self.outcomes(values).values()]
         head = {
             "conforms": "The parameters conform.",
             "does not conform": "The parameters do not conform.",
             "not decidable": "Neither conformity nor nonconformity is proven.",
         }[together(every)]
-        return f"{head} {self._compared(axes)} U = {self.expanded_um:g} µm. Decision rule: {DECISION_SOURCE}."
+        return f"{head} {self._compared(parts)} U = {self.expanded_um:g} µm. Decision rule: {DECISION_SOURCE}."
 
-    def _compared(self, axes: Sequence[tuple[str, AxisParameters]]) -> str:
-        parts = []
-        for axis, found in axes:
-            values, decided = parameters_um(found), self.outcomes(found)
+    def _compared(self, parts: Sequence[tuple[str, Mapping[str, float]]]) -> str:
+        said = []
+        for part, values in parts:
+            decided, head = self.outcomes(values), f"{part}: " if part else ""
             for name, limit in self.tolerance_um.items():
                 told = f": {decided[name]}" if name in decided else ""
-                parts.append(f"{axis}: {name} = {values[name]:.2f} µm, tolerance {limit:g} µm{told}")
-        return "; ".join(parts) + "."
+                said.append(f"{head}{name} = {values[name]:.2f} µm, tolerance {limit:g} µm{told}")
+        return "; ".join(said) + "."
 
 
 NO_REQUIREMENT = Requirement()

@@ -51,7 +51,7 @@ def positioning_to_dict(test: PositioningTest) -> dict[str, Any]:
         "complete": test.complete,
         "tolerances_um": dict(test.requirement.tolerance_um),
         "expanded_uncertainty_um": test.requirement.expanded_um,
-        "overall": test.requirement.text([(one.name, one.parameters) for one in test.axes]),
+        "overall": test.requirement.text([(one.name, parameters_um(one.parameters)) for one in test.axes]),
         "statements": statements(test),
         "axes": [axis_to_dict(one) for one in test.axes],
     }

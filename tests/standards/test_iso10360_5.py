@@ -83,10 +83,12 @@ def test_the_sphere_around_a_tetrahedron() -> None:
 @given(st.integers(0, 2**32 - 1))
 def test_the_smallest_sphere_by_minimisation(seed: int) -> None:
     points = np.random.default_rng(seed).normal(0.0, 1.0, (5, 3))
-    start = np.append(points.mean(axis=0), 9.0)
-    room = {"type": "ineq", "fun": lambda x: x[3] ** 2 - ((points - x[:3]) ** 2).sum(axis=1)}
-    found = minimize(lambda x: x[3], start, constraints=[room], method="SLSQP", options={"ftol": 1e-12})
-    assert enclosing_radius(points) == pytest.approx(found.x[3], rel=1e-6)
+    square = (points**2).sum(axis=1)  # |p - c|^2 <= q + |c|^2 is linear in c and q
+    room = {"type": "ineq", "fun": lambda x: x[3] - square + 2.0 * points @ x[:3]}
+    start = np.append(np.zeros(3), square.max())
+    options = {"ftol": 1e-14, "maxiter": 500}
+    found = minimize(lambda x: x[3] + x[:3] @ x[:3], start, constraints=[room], method="SLSQP", options=options)
+    assert enclosing_radius(points) == pytest.approx(np.sqrt(found.fun), rel=1e-5)
 
 
 def test_decisions_need_the_uncertainty_of_the_sphere() -> None:

@@ -12,9 +12,11 @@ from stepgauge.standards.iso230_decision import PARAMETERS, Requirement, paramet
 FOUND = axis_parameters(np.array([[0.0, 2.0], [4.0, 6.0]]), np.array([[-1.0, 1.0], [3.0, 5.0]]))
 """Means 1, 5 up and 0, 4 down, s = sqrt 2: B = 1, E = 5, R = 4 sqrt 2 + 1, A = 5 + 4 sqrt 2."""
 
+VALUES = parameters_um(FOUND)
+
 
 def test_parameters_by_name() -> None:
-    found = parameters_um(FOUND)
+    found = VALUES
     assert tuple(found) == PARAMETERS
     root = float(np.sqrt(2.0))
     assert found["B"] == pytest.approx(1.0)
@@ -31,17 +33,17 @@ def test_parameters_by_name() -> None:
 )  # fmt: skip
 def test_the_uncertainty_narrows_both_zones(tolerance: str, outcome: str, words: str) -> None:
     asked = Requirement.parse([tolerance], 1.0)
-    assert asked.outcomes(FOUND) == {"E": outcome}
-    text = asked.text([("axis x", FOUND)])
+    assert asked.outcomes(VALUES) == {"E": outcome}
+    text = asked.text([("axis x", VALUES)])
     assert words in text
     assert "Decision rule: ISO 14253-1" in text
 
 
 def test_without_tolerance_or_uncertainty_nothing_is_claimed() -> None:
-    assert "No statement of conformity" in Requirement().text([("axis x", FOUND)])
+    assert "No statement of conformity" in Requirement().text([("axis x", VALUES)])
     asked = Requirement.parse(["E=100"])
-    assert asked.outcomes(FOUND) == {}
-    assert "Conformity is not proven" in asked.text([("axis x", FOUND)])
+    assert asked.outcomes(VALUES) == {}
+    assert "Conformity is not proven" in asked.text([("axis x", VALUES)])
 
 
 @pytest.mark.parametrize("text", ["A", "A=", "Q=3", "A=-1", "A=nan", "A=inf", "=3"])
