@@ -170,7 +170,7 @@ def drift_of_recording(recording: Recording, gauge: Gauge) -> Drift:
     ends = {"P1 +": fronts[0], "P1 −": fronts[0] + 1, "P2 +": fronts[-1], "P2 −": fronts[-1] + 1}
     um = {name: 1e3 * (table.of_face(face) - table.of_face(face)[0]) for name, face in ends.items()}
     um["P2 − P1"] = (um["P2 +"] + um["P2 −"] - um["P1 +"] - um["P1 −"]) / 2.0
-    columns = [name for name in frame if name.endswith("_temperature_C")]
+    columns = [str(name) for name in frame if str(name).endswith("_temperature_C")]
     degrees = frame.groupby("cycle")[columns].mean().reindex(table.cycles)
     temperatures = {name.removesuffix("_temperature_C"): degrees[name].to_numpy(float) for name in columns}
     span = float(gauge.block_centre_mm[fronts[-1] // 2] - gauge.block_centre_mm[fronts[0] // 2])

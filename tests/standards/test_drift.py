@@ -55,7 +55,7 @@ def test_ranges_do_not_depend_on_zero_and_grow_with_the_scale(shift: float, scal
 
 
 def drifting(um_per_cycle: float, ppm_per_cycle: float, way_um: float = 0.0) -> Recording:
-    """Cycles of 600 s in which all faces move and the scale grows; backs have their own error, which does not change."""
+    """Cycles of 600 s in which all faces move and the scale grows; backs have an own error, which stays."""
 
     def error(cycle: int, face: int) -> float:
         grown = um_per_cycle + ppm_per_cycle * 1e-3 * GAUGE.position_mm[face - 1]
