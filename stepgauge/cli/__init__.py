@@ -78,7 +78,9 @@ TASKS: Tasks = {
     "Evaluate": {
         "evaluate": ("stepgauge.cli.evaluate", "recording + certificate -> errors, two-sigma bands"),
         "iso10360": ("stepgauge.cli.iso10360", "recordings -> length measurement test of ISO 10360-2"),
+        "iso10360-5": ("stepgauge.cli.iso10360_5", "points on a sphere -> probing test of ISO 10360-5"),
         "iso230": ("stepgauge.cli.iso230", "recording -> positioning accuracy by ISO 230-2"),
+        "iso230-3": ("stepgauge.cli.iso230_3", "displacements over time -> drift tests of ISO 230-3"),
         "budget": ("stepgauge.cli.budget", "uncertainty of the errors by the GUM, by source"),
         "uncertainty": ("stepgauge.cli.uncertainty", "uncertainty of the errors by Monte Carlo"),
     },

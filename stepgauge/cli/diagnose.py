@@ -27,7 +27,9 @@ def _show_priors(context: click.Context, _: click.Parameter, value: str | None) 
 
 @click.command("diagnose")
 @click.argument("recordings", nargs=-1, required=True, metavar="RECORDING...|MAP")
-@click.option("--gauge", "-g", metavar="GAUGE", help="Gauge file (TOML), or the name of a shipped one.")
+@click.option(
+    "--gauge", "-g", envvar="STEPGAUGE_GAUGE", metavar="GAUGE", help="Gauge file (TOML), or the name of a shipped one."
+)
 @machine_option(False, "Machine file (TOML) that is to be judged, or the name of a shipped one.")
 @click.option("--probe", metavar="PROBE", help="Probe file that is to be judged against a MAP, instead of a machine.")
 @click.option(

@@ -47,8 +47,15 @@ LARGEST_U_K = 5.0
 DIALECTS = ["jinyoung", "dmis", "linuxcnc", "ippdme"]
 """Written out so that --help needs no import of the readers; a test compares it with theirs."""
 
+GAUGE_VARIABLE, MACHINE_VARIABLE = "STEPGAUGE_GAUGE", "STEPGAUGE_MACHINE"
+"""Environment variables that stand for --gauge and --machine where these are left out."""
 GAUGE = click.option(
-    "--gauge", "-g", required=True, metavar="GAUGE", help="Gauge file (TOML), or the name of a shipped one."
+    "--gauge",
+    "-g",
+    required=True,
+    envvar=GAUGE_VARIABLE,
+    metavar="GAUGE",
+    help="Gauge file (TOML), or the name of a shipped one. Default: the variable STEPGAUGE_GAUGE.",
 )
 BLOCKS = click.option(
     "--blocks", metavar="A:B", help="First and last block of the used section. Default: what was measured."
@@ -94,7 +101,8 @@ SEARCH = click.option(
 
 def machine_option(required: bool, text: str) -> Decorator:
     """``--machine``, with what the verb needs it for."""
-    return click.option("--machine", "-m", required=required, metavar="MACHINE", help=text)
+    told = f"{text} Default: the variable STEPGAUGE_MACHINE."
+    return click.option("--machine", "-m", required=required, envvar=MACHINE_VARIABLE, metavar="MACHINE", help=told)
 
 
 def placement_option(text: str) -> Decorator:

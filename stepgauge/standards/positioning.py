@@ -25,6 +25,7 @@ from stepgauge.placement import Placement
 from stepgauge.recording import Recording
 from stepgauge.recording.identity import check_recording
 from stepgauge.standards.iso230 import AxisParameters, axis_parameters
+from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement
 from stepgauge.standards.iso230_rules import rules_of
 from stepgauge.standards.lengths import FaceTable, doubtful_rule, face_table
 from stepgauge.standards.rules import Excluded, Rule
@@ -91,6 +92,7 @@ class PositioningTest:
     axes: tuple[AxisTest, ...]
     path: str = ""
     comments: Mapping[str, str] = field(default_factory=dict)
+    requirement: Requirement = NO_REQUIREMENT
 
     @property
     def complete(self) -> bool:
@@ -105,6 +107,7 @@ def positioning_test(
     pairing: Pairing = "middle",
     machine: Machine | None = None,
     placements: Sequence[Placement] = (),
+    requirement: Requirement = NO_REQUIREMENT,
 ) -> PositioningTest:
     """Accuracy and repeatability of positioning from a recording of a step gauge (ISO 230-2).
 
@@ -116,6 +119,7 @@ def positioning_test(
     pairing : how front and back of a block become one target, see :data:`PAIRINGS`
     machine : its travel tells how much of the axis was measured
     placements : where the gauge lay, in order; default: the axis is the mean approach
+    requirement : tolerances of the parameters, and their expanded uncertainty
 
     Raises
     ------
@@ -137,7 +141,7 @@ def positioning_test(
         _axis_test(face_table(recording, gauge, number, place), gauge, tip, pairing, machine)
         for number, place in zip(numbers, lies, strict=True)
     )
-    return PositioningTest(gauge, tip, pairing, axes, recording.path, recording.comments)
+    return PositioningTest(gauge, tip, pairing, axes, recording.path, recording.comments, requirement)
 
 
 def _axis_test(table: FaceTable, gauge: Gauge, tip: TipDiameter, pairing: Pairing, machine: Machine | None) -> AxisTest:
@@ -231,7 +235,7 @@ def _readings(table: FaceTable, faces: Counts, runs: Counts) -> Array:
 
 
 def _excluded(table: FaceTable, blocks: Counts, runs: Counts) -> tuple[Excluded, ...]:
-    source = "ISO 230-2:2006, 4.3 (each target in each run, in both directions)"
+    source = "ISO 230-2:2014 (each target in each run, in both directions)"
     parts = []
     cycles = [str(cycle) for cycle in table.cycles if cycle not in runs]
     if cycles:

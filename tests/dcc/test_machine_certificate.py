@@ -89,7 +89,7 @@ def test_it_says_who_what_and_when() -> None:
         "traceable through Step gauge 420, serial number SG-420-001, certificate EXAMPLE-2026-0420",
         "Simulated recording: no machine was measured",
         "is an example: this is not a real calibration",
-        "Not stated and therefore not counted: temperature of the scales",
+        "Contributions not evaluated: temperature of the scales",
         "The machine was not adjusted",
     ):
         assert words in text
