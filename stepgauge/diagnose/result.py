@@ -39,6 +39,7 @@ class Member:
     kind: str
     label: str
     share: float
+    effect: Effect
     choices: dict[str, object]
     parameters: dict[str, Estimate]
 

@@ -5,7 +5,8 @@
    other laws that have more than ``in_set`` of the place's probability as its set. Otherwise it is the likeliest form.
 3. A law whose size is less than ``determined`` standard uncertainties is not named, however likely; nor is one beside a
    form that is told over the covariate that it lives in, for a free function of time may hold any law in time.
-4. Outliers, growing and correlated scatter are said if their probability is at least ``stated``.
+4. Outliers, growing and correlated scatter are said if their probability is at least ``stated``. Correlated scatter
+   makes the verdict ``unknown`` where nothing has a name beside it.
 """
 
 from __future__ import annotations
@@ -193,7 +194,8 @@ def _members(
     for one in rivals:
         solved = model.fitted.solved[place] if one is said.lead else _in_place(one, place, model, data)
         parameters = own if one is said.lead else solved.parameters
-        yield Member(solved.family.kind, solved.family.label, one.share / total, choices_of(solved), parameters)
+        chosen = choices_of(solved)
+        yield Member(solved.family.kind, solved.family.label, one.share / total, solved.effect, chosen, parameters)
 
 
 def _in_place(rival: Rival, place: int, model: Model, data: Residuals) -> Solved:
