@@ -1,8 +1,8 @@
 """Errors of length measurement against length, with the permissible error as a trumpet (ISO 10360-2).
 
 Every repeat is a mark; the marks of a position have one shape and colour. Those of several positions at one length
-stand side by side, by points of print and not by millimetres of length. The dashed lines are the permissible error minus the
-expanded uncertainty: within them conformity is proven.
+stand side by side, by points of print and not by millimetres of length. The dashed lines are the permissible error
+minus the expanded uncertainty: within them conformity is proven.
 """
 
 from __future__ import annotations
