@@ -35,6 +35,13 @@ def find_data(name: str | Path, kind: str, where: str = ".") -> Path:
     raise InputError(name, f"no such {kind} file", expected=f"a path, or one of the shipped {kind}s: {names}")
 
 
+def called(path: str | Path) -> str:
+    """What a file is called by on a command line: its name where it is shipped, else its path."""
+    place = Path(path).resolve()
+    own = (folder("calibration_data").resolve(), folder("calibration_data").resolve() / "machines")
+    return place.stem if place.suffix == ".toml" and place.parent in own else str(path)
+
+
 def shipped_names(where: str) -> list[str]:
     """Names of the data files shipped in ``calibration_data/where``."""
     return sorted(path.stem for path in (folder("calibration_data") / where).glob("*.toml"))

@@ -107,11 +107,8 @@ def diagnosis_to_dict(
         "stepgauge": __version__,
         "verdict": diagnosis.verdict,
         "effects": [_finding(finding, diagnosis, inputs, Path(folder)) for finding in diagnosis.findings],
-        "located": [
-            {**_located(one), **({"probability": one.probability} if one in diagnosis.unexplained else {})}
-            for one in diagnosis.located
-        ],
-        "unexplained": [{**_located(one), "probability": one.probability} for one in diagnosis.unexplained],
+        "located": [_located(one) for one in diagnosis.located],
+        "unexplained": [_located(one) for one in diagnosis.unexplained],
         "empirical": [_law(law, diagnosis) for law in laws],
         "fit": _fit(diagnosis, laws),
         "noise": _noise(diagnosis),
@@ -227,7 +224,7 @@ def _located(one: Located) -> dict[str, Any]:
         "side": one.side,
         "where": one.where,
         "share": one.share,
-        "p_value": 1.0 - one.probability,
+        "probability": one.probability,
         "form": one.form,
     }
 

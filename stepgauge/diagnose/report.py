@@ -1,4 +1,4 @@
-"""``diagnosis.md``: what a ``diagnosis.json`` says, as a metrologist would write it.
+"""``diagnosis.md``: what a ``diagnosis.json`` says: what to do on the first page, the evidence for it after that.
 
 The template ``templates/reports/diagnosis.md.j2`` sees ``d``, the content of the JSON; ``figures``, the names of the
 figures beside it; ``limits``, what this recording cannot show however long one looks; and the words of this module.
@@ -30,6 +30,15 @@ VERDICTS = {
     "insufficient": "The recording cannot tell whether the simulation is right.",
 }
 FEW_DOF = 20
+SURE = 0.99
+"""Probability above which no digits are told: the priors are not known so well."""
+SCATTER_WORDS = {
+    "growth": "scatter that grows",
+    "correlation": "scatter correlated from touch to touch",
+    "certificate": "certificate with uncertainties that are too small",
+    "outlying": "single outliers",
+    "heavy": "tails heavier than normal",
+}
 NO_CHOICE = ("start_s", "pause_s")
 """What a law was computed with, and is not called by."""
 
@@ -52,6 +61,7 @@ def report_text(said: Mapping[str, Any], figures: Sequence[str] = (), template: 
         "lacking": lacking(said),
         "remaining": remaining(said["unexplained"]),
         "scatter": SCATTER,
+        "scatter_words": SCATTER_WORDS,
         "coverage": COVERAGE,
     }
     return environment().from_string(read_text(source)).render(context)
@@ -68,6 +78,7 @@ def environment() -> ImmutableSandboxedEnvironment:
     found.filters["wrapped"] = wrapped_sum
     found.filters["without"] = without
     found.filters["chosen"] = chosen
+    found.filters["probability"] = probability
     return found
 
 
@@ -148,19 +159,19 @@ def lacking(said: Mapping[str, Any]) -> list[str]:
 
 
 def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """What has no law, by covariate: each once, with the faces and all forms seen in it, and the smallest chance."""
+    """What has no law, by covariate: each once, with the faces and all forms seen in it, and the largest probability."""
     found: dict[str, dict[str, Any]] = {}
     for one in unexplained:
         row = found.setdefault(one["covariate"], {"covariate": one["covariate"], "sides": [], "where": [], "p": []})
         row["sides"].append(one["side"])
         row["where"].append(one["where"])
-        row["p"].append(one["p_value"])
+        row["p"].append(one["probability"])
     return [
         {
             "covariate": row["covariate"],
             "side": ", ".join(dict.fromkeys(row["sides"])),
             "where": "; ".join(dict.fromkeys(row["where"])),
-            "p_value": min(row["p"]),
+            "probability": max(row["p"]),
         }
         for row in found.values()
     ]
@@ -206,6 +217,13 @@ def plus_minus(parameter: Mapping[str, Any]) -> str:
     expanded = COVERAGE * u
     decimals = max(1 - math.floor(math.log10(expanded)), 0)
     return f"{value:.{decimals}f} ± {expanded:.{decimals}f} {unit}".strip()
+
+
+def probability(value: float) -> str:
+    """A probability to two digits; beyond ``SURE`` only that it is."""
+    if value > SURE:
+        return f"above {SURE:g}"
+    return f"below {1.0 - SURE:.2g}" if value < 1.0 - SURE else f"{value:.2f}"
 
 
 def percent(share: float | None) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from shlex import quote
 
 import numpy as np
 import pandas as pd
@@ -28,6 +29,7 @@ from stepgauge.effects import along_approach_um
 from stepgauge.errors import InputError
 from stepgauge.placement import STANDING_COS, Placement, format_placement, make_placement
 from stepgauge.recording import APPROACH, POSITION, Recording
+from stepgauge.resources import called
 
 Array = NDArray[np.float64]
 CYCLES = 2
@@ -61,7 +63,7 @@ class Separation:
     def command(self, name: str, gauge: str, machine: str) -> str:
         """The ``stepgauge plan`` command of the run, with its placement in the file ``name``.toml."""
         speed = "" if self.run.speed_mm_s is None else f" --measuring-speed {self.run.speed_mm_s:g}"
-        return f"stepgauge plan {name}.toml -g {gauge} -m {machine} -d dmis --cycles {CYCLES}{speed} -o {name}.dmi"
+        return f"stepgauge plan {name}.toml -g {quote(gauge)} -m {quote(machine)} -d dmis --cycles {CYCLES}{speed} -o {name}.dmi"
 
     def placement_text(self) -> str:
         """The placement file of the run."""
@@ -119,7 +121,7 @@ def with_separations(
         name, by = f"separate-{len(placements) + 1}", NO_SEPARATION
         if best is not None:
             placements[f"{name}.toml"] = best.placement_text()
-            command = best.command(name, data.gauge.path, data.machine.path)
+            command = best.command(name, called(data.gauge.path), called(data.machine.path))
             rest = f"; {', '.join(best.untold)}: {NO_SEPARATION}" if best.untold else ""
             by = f"{best.run.words}, which tells it from {', '.join(best.told)}: {command}{rest}"
         told.append(replace(finding, reason=_reason(finding, data), separate_by=by))

@@ -212,12 +212,17 @@ def _of_covariate(located: Located, side: str, one: Covariate, name: str, data: 
         late = _late(name, located.numbers)
         length = _length(side, data)
         yield [f"({late} - {middle:.12g}) * {length}"]
-        yield from ([f"{ramp} * {length}" for ramp in _ramps(name, x, k)] for k in KNOTS)
+        yield from ([_times(ramp, length) for ramp in _ramps(name, x, k)] for k in KNOTS)
     elif located.beside:
         place = _ramps("position_mm", data.probings.certified_mm(), FEW_KNOTS)
-        yield [f"{a} * {b}" for a in place for b in _ramps(name, x, FEW_KNOTS)]
+        yield [_times(a, b) for a in place for b in _ramps(name, x, FEW_KNOTS)]
     else:
         yield from (_ramps(name, x, k) for k in KNOTS)
+
+
+def _times(one: str, other: str) -> str:
+    """A product in a formula, without factors of one."""
+    return " * ".join([factor for factor in (one, other) if factor != "1"]) or "1"
 
 
 def _late(name: str, lag_s: object) -> str:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from stepgauge.diagnose.engine import diagnose
 from stepgauge.diagnose.result import Diagnosis
@@ -18,7 +19,7 @@ from stepgauge.machine_file import Machine, read_machine
 from stepgauge.moves import ProbingSettings
 from stepgauge.placement import make_placement
 from stepgauge.plan import PlanOptions, make_program, middle_standoff_mm
-from stepgauge.recording import Recording, join_recordings, write_recording
+from stepgauge.recording import APPROACH, POSITION, Recording, join_recordings, write_recording
 
 BLOCKS = 12
 ALONG_X, ALONG_Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
@@ -100,3 +101,43 @@ def as_file(folder: Path, recording: Recording, name: str = "recording") -> Path
     path = folder / f"{name}.csv"
     write_recording(path, recording)
     return path
+
+
+def by_hand(
+    steps: Gauge,
+    um: Callable[[pd.DataFrame], Any],
+    axes: Sequence[Sequence[float]] = (ALONG_X,),
+    cycles: int = 5,
+    noise_um: float = 0.3,
+    every_s: float = 5.0,
+    seed: int = 1,
+    **columns: Callable[[pd.DataFrame], Any],
+) -> Recording:
+    """A recording of a gauge written row by row: all faces in turn, a touch every so many seconds, nothing simulated.
+
+    ``um``: displacement along the approach from the rows as they would be without it; ``columns``: further columns.
+    The middle of every placement is at (350, 600, 250) mm.
+    """
+    rows, start = [], 0.0
+    for number, direction in enumerate(axes, 1):
+        axis = np.asarray(direction, float) / np.linalg.norm(direction)
+        face = np.tile(np.arange(1, steps.n_faces + 1), cycles)
+        sign = np.where(face % 2 == 1, 1.0, -1.0)
+        along = steps.position_mm[face - 1] - steps.position_mm[-1] / 2.0 - sign * (2.0 - 0.003)
+        frame = pd.DataFrame({"placement": number, "cycle": np.repeat(np.arange(1, cycles + 1), steps.n_faces)})
+        frame["face"] = face
+        frame[POSITION] = np.array([350.0, 600.0, 250.0]) + along[:, None] * axis
+        frame[APPROACH] = sign[:, None] * axis
+        frame["time_s"] = start + every_s * np.arange(len(frame))
+        start = float(frame["time_s"].iloc[-1]) + PAUSE_S
+        rows.append(frame)
+    whole = pd.concat(rows, ignore_index=True)
+    whole = whole.assign(**{name: values(whole) for name, values in columns.items()})
+    scatter = np.random.default_rng(seed).normal(0.0, noise_um, len(whole))
+    whole[POSITION] += whole[APPROACH].to_numpy() * ((um(whole) + scatter) * 1e-3)[:, None]
+    return Recording(whole)
+
+
+def side_of(frame: pd.DataFrame) -> Any:
+    """+1 on fronts, -1 on backs."""
+    return np.where(frame["face"] % 2 == 1, 1.0, -1.0)

@@ -6,10 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stepgauge.diagnose.whitening import make_whitening
 
 from stepgauge.diagnose.library import effect_families
-from stepgauge.diagnose.residuals import make_residuals
+from stepgauge.diagnose.posterior.metric import Metric
+from stepgauge.diagnose.posterior.priors import shipped_priors
+from stepgauge.diagnose.posterior.scatter import Scatters
+from stepgauge.diagnose.problem import bare_problem
+from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.solve import solve
 from stepgauge.diagnose.unknown_law import model_unknown
 from stepgauge.effects import Probings, Setting, along_approach_um
@@ -78,10 +81,17 @@ def test_a_parameter_at_its_bound_has_no_uncertainty() -> None:
     data = make_residuals(ramp, gauge(), machine(noise_um=NOISE_UM))
     (law,) = (one for one in effect_families(data) if one.label == "thermal_drift_x")
     longest = max(range(len(law.atoms)), key=lambda i: law.atoms[i]["time_constant_h"] or 0.0)
-    (solved,) = solve([law], [longest], data, make_whitening(data, np.full(len(data), NOISE_UM))).solved
+    (solved,) = solve([law], [longest], data, white(data)).solved
     constant = solved.parameters["time_constant_h"]
     assert constant.value == pytest.approx(law.ranges["time_constant_h"][1], rel=0.5)
     assert constant.u is None
+
+
+def white(data: Residuals) -> Metric:
+    """What makes residuals with the noise of these recordings independent numbers."""
+    problem = bare_problem(data)
+    scatters = Scatters(problem, shipped_priors())
+    return Metric(problem, scatters.plain(), scatters, NOISE_UM)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -90,7 +100,7 @@ def test_no_step_of_a_fit_lets_time_run_backwards(seed: int) -> None:
     random = np.random.default_rng(seed)
     scatter = bent(lambda r: random.normal(0.0, 5.0 * NOISE_UM, len(r.frame)), clean(pause_s=35.0))
     data = make_residuals(scatter, gauge(), machine(noise_um=NOISE_UM))
-    whitening = make_whitening(data, np.full(len(data), NOISE_UM))
+    whitening = white(data)
     laws = {one.label: one for one in effect_families(data) if one.kind in ("thermal_drift", "approach_memory")}
     for law in laws.values():
         (name,) = law.atoms[-1]

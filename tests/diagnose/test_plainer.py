@@ -8,17 +8,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.forms import covariates
+from stepgauge.diagnose.covariates import covariates
 from stepgauge.diagnose.library import effect_families
 from stepgauge.diagnose.residuals import make_residuals
 from stepgauge.diagnose.unknown_law import model_unknown, rest_rms_um
-from stepgauge.recording import Recording
+from stepgauge.recording import APPROACH, Recording
 from tests.diagnose.made import ALONG_X, ALONG_Y, gauge, machine
 from tests.diagnose.test_retold import along_x, x_mm
 from tests.diagnose.test_selection import NOISE_UM, bent, clean, lies_on, names, side, told
 
 Array = NDArray[np.float64]
-ACTIONS = {"added", "not added", "exchanged for", "dropped", "replaced by plainer laws", "in the place of two"}
 DIAGONAL, ACROSS = (0.6, 0.8, 0.0), (0.8, -0.6, 0.0)
 
 
@@ -37,7 +36,6 @@ def test_a_radius_and_a_length_are_no_period_that_beats_with_the_pitch(
     found = told(bent(radius_and_length, recording))
     assert found.verdict == "effects"
     assert len(found.findings) == 2
-    assert {step.action for step in found.trail} <= ACTIONS
     told_of = [{one.kind, *one.confounded_with} for one in found.findings]
     assert any("effective_radius" in kinds for kinds in told_of)
     assert any("gauge_temperature" in kinds for kinds in told_of)
@@ -104,3 +102,41 @@ def test_a_drift_that_has_not_begun_to_settle_is_no_trend_without_a_law(um_per_h
     assert names(found) == ["thermal_drift"]
     assert not next(f for f in effect_families(found.data) if f.kind == "thermal_drift").fitted_shape
     assert next(f for f in effect_families(found.data) if f.kind == "temperature_cycle").fitted_shape
+
+
+# Laws that stand together.
+
+
+def long_scale_um(recording: Recording, ppm: float) -> Array:
+    return ppm * 1e-3 * x_mm(recording) * side(recording) * lies_on(recording)
+
+
+def swing_um(recording: Recording, period_s: float, um: float) -> Array:
+    angle = 2.0 * np.pi * recording.frame["time_s"].to_numpy() / period_s
+    return um * np.sin(angle) * (recording.frame[APPROACH].to_numpy() @ np.array([0.8, 0.6, 0.0]))
+
+
+def warming_um(recording: Recording, hours: tuple[float, ...], um: float) -> Array:
+    t = recording.frame["time_s"].to_numpy() / 3600.0
+    rise = sum(1.0 - np.exp(-t / constant) for constant in hours) / len(hours)
+    return um * rise * (recording.frame[APPROACH].to_numpy() @ np.array([0.95, 0.3, 0.0]))
+
+
+@pytest.mark.parametrize("period_s", [170.0, 260.0])
+def test_a_large_scale_error_and_a_large_swing_are_both_named(period_s: float) -> None:
+    found = told(bent(lambda r: long_scale_um(r, 35.0) + swing_um(r, period_s, 2.5)))
+    assert found.verdict == "effects"
+    assert len(found.findings) == 2
+    assert "temperature_cycle" in names(found)
+    assert any("scale_error" in (one.kind, *one.confounded_with) for one in found.findings)
+    (swing,) = (one for one in found.findings if one.kind == "temperature_cycle")
+    told_s = swing.parameters["period_s"]
+    assert told_s.u is not None
+    assert abs(told_s.value - period_s) < 4.0 * told_s.u
+
+
+def test_the_warming_of_two_bodies_is_one_drift() -> None:
+    """Two time constants near each other are one within a few per cent: no second drift, and nothing unknown."""
+    found = told(bent(lambda r: warming_um(r, (0.04, 0.06), 6.0)))
+    assert found.verdict == "effects"
+    assert names(found) == ["thermal_drift"]

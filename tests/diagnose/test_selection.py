@@ -6,14 +6,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
-import mpmath
 import numpy as np
 import pandas as pd
 import pytest
 from numpy.typing import NDArray
-from stepgauge.diagnose.noise import estimate_noise
-from stepgauge.diagnose.search import log_p_value
-from stepgauge.diagnose.whitening import make_whitening
 
 from stepgauge.diagnose import engine
 from stepgauge.diagnose.engine import diagnose
@@ -141,7 +137,6 @@ def test_scatter_that_grows_is_seen_beside_a_model_where_repeats_are_few() -> No
     hours = recording.frame["time_s"].to_numpy() / 3600.0
     more = np.random.default_rng(3).normal(size=len(hours)) * 0.5 * hours / hours.max()
     noisy = bent(lambda r: more, recording)
-    assert estimate_noise(make_residuals(noisy, gauge(), machine(noise_um=0.2))).growth is None
     found = told(noisy)
     assert [(one.kind, one.choices["per"]) for one in found.findings] == [("noise_growth", "time")]
     rate = found.findings[0].parameters["rate"]
@@ -370,32 +365,6 @@ def test_way_and_rest_by_counting() -> None:
 # The arithmetic.
 
 
-@pytest.mark.parametrize(
-    ("gain", "d", "dof"), [(30.0, 1, 200), (90.0, 2, 150), (900.0, 3, 60), (4e4, 1, 900), (3e5, 4, 500)]
-)
-def test_chances_agree_with_the_incomplete_beta_function_to_any_depth(gain: float, d: int, dof: int) -> None:
-    with mpmath.workdps(60):
-        left = mpmath.mpf(dof - d)
-        x = left / (left + mpmath.mpf(gain))
-        exact = mpmath.log(mpmath.betainc(left / 2, mpmath.mpf(d) / 2, 0, x, regularized=True))
-    assert log_p_value(gain, d, dof, 1.0) == pytest.approx(float(exact), rel=0.01)
-
-
-def test_whitening_is_the_inverse_root_of_the_covariance_beside_the_origins() -> None:
-    """W'W from the low-rank product against the inverse of a dense covariance with the origins projected out."""
-    data = make_residuals(clean(), gauge(), machine())
-    random = np.random.default_rng(1)
-    sigma = random.uniform(0.2, 0.6, len(data))
-    white = make_whitening(data, sigma)(np.eye(len(data)))
-    face = (data.face[:, None] == data.face) * (data.side[:, None] * data.side)
-    covariance = np.diag(sigma**2) + face * (gauge().u_um[data.face - 1] ** 2)[:, None]
-    inverse = np.linalg.inv(covariance)
-    origins = ((data.placement[:, None] == np.arange(2)) * data.side[:, None]).astype(float)
-    middle = origins.T @ inverse @ origins
-    wanted = inverse - inverse @ origins @ np.linalg.solve(middle, origins.T @ inverse)
-    np.testing.assert_allclose(white @ white.T, wanted, atol=1e-8 * np.abs(inverse).max())
-
-
 def test_what_origins_take_is_taken_out_of_stacks_as_of_single_rows() -> None:
     data = make_residuals(clean(), gauge(), machine())
     stack = np.random.default_rng(4).normal(size=(3, 2, len(data)))
@@ -405,18 +374,6 @@ def test_what_origins_take_is_taken_out_of_stacks_as_of_single_rows() -> None:
         np.testing.assert_allclose((left * data.side)[..., rows].mean(axis=-1), 0.0, atol=1e-12)
         np.testing.assert_allclose(np.ptp((left - stack)[..., rows] * data.side[rows], axis=-1), 0.0, atol=1e-12)
     np.testing.assert_allclose(left[1, 1], data.without_origins(stack[1, 1]))
-
-
-def test_a_datum_that_was_set_says_nothing_of_the_scatter() -> None:
-    recording = clean((ALONG_X,))
-    frame = recording.frame.copy()
-    first = frame["face"] == frame["face"].min()
-    frame.loc[first, POSITION] = frame.loc[first, POSITION].to_numpy()[0]
-    honest = estimate_noise(make_residuals(recording, gauge(), machine()))
-    found = estimate_noise(make_residuals(replace(recording, frame=frame), gauge(), machine()))
-    assert found.sigma_um == pytest.approx(honest.sigma_um, rel=0.05)
-    assert found.growth is None
-    assert not found.outliers.size
 
 
 def test_a_large_scale_error_is_not_judged_in_its_own_coordinates() -> None:

@@ -3,29 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from scipy import stats
-from stepgauge.diagnose.departures import departure
-from stepgauge.diagnose.explain import explain
-from stepgauge.diagnose.noise import estimate_noise
-from stepgauge.diagnose.search import Library
-from stepgauge.diagnose.select import Selector, Term
-from stepgauge.diagnose.smooth import SIZES, Forms, SmoothLook, matern_roots, smooth
-from stepgauge.diagnose.whitening import Whitening, make_whitening, orthonormal
 
 from stepgauge.diagnose.engine import diagnose
-from stepgauge.diagnose.forms import make_form
-from stepgauge.diagnose.library import effect_families
-from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.unknown_law import model_unknown
 from stepgauge.effects import Probings, Setting
 from stepgauge.recording import Recording
-from tests.diagnose.made import ALONG_X, ALONG_Y, gauge, machine, record
+from tests.diagnose.made import ALONG_X, gauge, machine
 from tests.diagnose.test_selection import (
     NOISE_UM,
     Array,
@@ -37,91 +23,6 @@ from tests.diagnose.test_selection import (
     there_and_back,
     told,
 )
-
-KNOTS = np.linspace(0.0, 1.0, 9)
-LENGTHS = (0.6, 0.2)
-
-
-@lru_cache
-def data() -> Residuals:
-    return make_residuals(clean(), gauge(), machine(noise_um=NOISE_UM))
-
-
-@lru_cache
-def whitening() -> Whitening:
-    return make_whitening(data(), np.full(len(data()), NOISE_UM))
-
-
-def over_time() -> Array:
-    """Values at knots to values at rows: what a function of time moves the readings by along the approach."""
-    t = data().probings.time_s
-    return np.array([np.interp((t - t.min()) / np.ptp(t), KNOTS, one) for one in np.eye(len(KNOTS))])
-
-
-@lru_cache
-def forms() -> Forms:
-    family = make_form("wander", "time", "approach", over_time()[None], data())
-    return Forms([], [smooth(family, matern_roots(KNOTS, LENGTHS))], whitening())
-
-
-def look(white: Array, model: Array | None = None) -> SmoothLook:
-    model = np.zeros((len(white), 0)) if model is None else model
-    (found,) = forms().looks(white, model, whitening().dof - model.shape[1])
-    assert isinstance(found, SmoothLook)
-    return found
-
-
-@pytest.mark.parametrize("size_um", [0.0, 0.3, 2.0])
-def test_evidence_is_the_ratio_of_two_normal_densities(size_um: float) -> None:
-    """Against the dense covariance of the whitened residuals, at the size and the length that were chosen."""
-    random = np.random.default_rng(4)
-    values = matern_roots(KNOTS, LENGTHS)[0] @ random.normal(0.0, size_um, len(KNOTS))
-    white = whitening()(values @ over_time() + random.normal(0.0, NOISE_UM, len(data())))
-    found = look(white)
-    length, size = divmod(found.atom, len(SIZES))
-    columns = whitening()(over_time()).T @ matern_roots(KNOTS, LENGTHS)[length]
-    variance = SIZES[size] / (columns**2).sum()
-    covariance = np.eye(len(white)) + variance * columns @ columns.T
-    likely = stats.multivariate_normal(np.zeros(len(white)), covariance).logpdf(white)
-    wanted = likely - stats.norm.logpdf(white).sum()
-    assert found.evidence == pytest.approx(wanted, rel=1e-6, abs=1e-6)
-
-
-def test_what_a_model_takes_is_no_evidence_for_a_function() -> None:
-    random = np.random.default_rng(5)
-    noise = whitening()(random.normal(0.0, NOISE_UM, len(data())))
-    model = orthonormal(whitening()(over_time()).T)
-    moved = noise + model @ random.normal(0.0, 30.0, model.shape[1])
-    assert look(moved).evidence > 100.0
-    assert look(moved, model).evidence < 1.0
-
-
-def test_chances_of_scatter_alone_are_not_understated() -> None:
-    """Of 400 recordings of scatter at most so many fall below each chance as a binomial allows once in a thousand."""
-    random = np.random.default_rng(6)
-    chances = np.array([np.exp(look(whitening()(random.normal(0.0, NOISE_UM, len(data())))).log_p) for _ in range(400)])
-    for p in (0.1, 0.02):
-        assert (chances < p).sum() <= stats.binom.ppf(0.999, 400, p)
-
-
-@settings(deadline=None, max_examples=20)
-@given(factor=st.floats(0.2, 5.0))
-def test_a_function_and_the_scatter_scaled_together_say_the_same(factor: float) -> None:
-    """The chance is a matter of ratios: whatever the unit of the residual, and of the scatter that it is judged by."""
-    random = np.random.default_rng(7)
-    white = whitening()(np.sin(data().probings.time_s / 60.0) + random.normal(0.0, NOISE_UM, len(data())))
-    assert look(white * factor).log_p == pytest.approx(look(white).log_p, rel=1e-9)
-
-
-def test_covariances_are_those_of_matern() -> None:
-    for rough, at in (
-        (False, lambda r: (1.0 + np.sqrt(3.0) * r) * np.exp(-np.sqrt(3.0) * r)),
-        (True, lambda r: np.exp(-r)),
-    ):
-        root = matern_roots(KNOTS, [0.25], rough)[0]
-        apart = np.abs(KNOTS[:, None] - KNOTS) / 0.25
-        np.testing.assert_allclose(root @ root.T, at(apart), atol=1e-7)
-
 
 # Structure that no formula follows, in recordings.
 
@@ -181,27 +82,6 @@ def test_what_follows_a_column_along_one_axis_only_is_told_so() -> None:
     assert "along machine x" in first.where
 
 
-def test_a_law_departs_from_itself_by_its_overtones_and_not_by_chance() -> None:
-    """A sine has none; two sines and short peaks are no sine."""
-    period = 217.0
-
-    def departs(um: Array) -> str:
-        scatter = np.random.default_rng(1).normal(0.0, 0.05, len(um))
-        one = make_residuals(bent(lambda _: um + scatter), gauge(), machine(noise_um=NOISE_UM))
-        white = make_whitening(one, estimate_noise(data()).by_row_um)
-        (law,) = (family for family in effect_families(one) if family.label == "temperature_cycle_x")
-        nearest = int(np.argmin([abs(atom["period_s"] - period) for atom in law.atoms]))
-        odd = departure(Selector(Library([law], white), white, one), (Term(0, nearest),))
-        return "" if odd is None else odd.words
-
-    angle = 2.0 * np.pi * clean().frame["time_s"].to_numpy() / period
-    along_x = clean().frame["approach_i"].to_numpy()
-    assert departs(2.0 * np.sin(angle) * along_x) == ""
-    assert "overtone of order 2" in departs((2.0 * np.sin(angle) + np.cos(2.0 * angle)) * along_x)
-    assert "overtone of order 3" in departs(np.sign(np.sin(angle + 0.7)) * along_x)
-    assert departs(np.where(np.sin(angle) > 0.6, 4.0, -0.6) * along_x) != ""
-
-
 def test_growing_structure_is_no_growing_scatter() -> None:
     """Jumps between two levels that grow with time, too quick to be drift: a matter of the column that they follow."""
     recording = clean()
@@ -252,11 +132,3 @@ def test_a_search_ends_the_same_way_whatever_the_order_of_its_rows() -> None:
     found = [told(one) for one in (recording, shuffled)]
     assert found[0].verdict == found[1].verdict
     assert [one.where for one in found[0].located] == [one.where for one in found[1].located]
-
-
-def test_nothing_is_explained_where_there_is_nothing() -> None:
-    quiet = make_residuals(record(machine(), [ALONG_X, ALONG_Y], seed=21), gauge(), machine())
-    found = explain(quiet, estimate_noise(quiet), ())
-    assert not found.terms
-    assert not found.located
-    assert not found.unexplained
