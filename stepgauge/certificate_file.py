@@ -1,7 +1,8 @@
 """What only the laboratory knows of a calibration: the file ``certificate.toml``.
 
-Its tables follow ISO/IEC 17025:2017, 7.8.2.1 and 7.8.4.1. All keys may be left out: a printed certificate says
-"not stated" there; a Digital Calibration Certificate demands some of them and names those.
+Its tables follow ISO/IEC 17025:2017, 7.8.2.1 and 7.8.4.1. What identifies the certificate, the laboratory, the
+customer, the item and who signs must be stated to print it (:func:`check_filled`); of the rest it says "not stated".
+A Digital Calibration Certificate demands its own keys and names those.
 """
 
 from __future__ import annotations
@@ -175,3 +176,25 @@ def read_laboratory(path: str | Path) -> Laboratory:
     tables = {name: check_table(model, data.get(name, {}), path, name) for name, model in _TABLES.items()}
     people = tuple(check_table(Person, one, path, f"person[{i}]") for i, one in enumerate(persons, 1))
     return Laboratory(**tables, persons=people, path=str(path))  # type: ignore[arg-type]
+
+
+def check_filled(said: Laboratory) -> None:
+    """:class:`InputError` that names the keys without which nothing may be signed (ISO/IEC 17025:2017, 7.8.2.1)."""
+    head, item = said.certificate, said.item
+    asked = (
+        ("certificate.number", head.number),
+        ("certificate.issued", head.issued),
+        ("certificate.performed_from", head.performed_from),
+        ("certificate.performed_to", head.performed_to),
+        ("laboratory.name", said.laboratory.name),
+        ("laboratory address (street, city or country)", said.laboratory.address),
+        ("customer.name", said.customer.name),
+        ("item.manufacturer", item.manufacturer),
+        ("item.serial or item.owner_number", item.serial or item.owner_number),
+        ("method.name", said.method.name),
+        ("[[person]] with signs = true", any(one.signs for one in said.persons)),
+    )
+    missing = [key for key, value in asked if not value]
+    if missing:
+        found = f"nothing for {', '.join(missing)}"
+        raise InputError(said.path, "the form is not filled in", found=found, expected="each of these stated")

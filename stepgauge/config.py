@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import difflib
+import math
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, reading
 from stepgauge.files import read_text
 
 Vector3 = Annotated[tuple[float, float, float], Field(strict=False)]
@@ -26,11 +27,31 @@ Model = TypeVar("Model", bound=Table)
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
-    """The content of a TOML file; :class:`InputError` names the line of a syntax error."""
-    try:
-        return tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(path, f"not valid TOML: {error}") from None
+    """The content of a TOML file; :class:`InputError` names the line of a syntax error, and a number that is none."""
+    return parse_toml(read_text(path), path)
+
+
+def parse_toml(text: str, path: str | Path) -> dict[str, Any]:
+    """TOML from text; ``path`` is for messages. Errors as :func:`read_toml`."""
+    with reading(path, "TOML file"):
+        try:
+            data = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise InputError(path, f"not valid TOML: {error}") from None
+        _check_finite(data, path, "")
+    return data
+
+
+def _check_finite(value: object, path: str | Path, key: str) -> None:
+    """``nan`` and ``inf`` are numbers of TOML, but of no file of ours."""
+    if isinstance(value, float) and not math.isfinite(value):
+        raise InputError(path, f"key {key} is wrong", found=value, expected="a finite number")
+    if isinstance(value, dict):
+        for name, one in value.items():
+            _check_finite(one, path, f"{key}.{name}" if key else name)
+    if isinstance(value, list):
+        for number, one in enumerate(value, 1):
+            _check_finite(one, path, f"{key}[{number}]")
 
 
 def check_table(model: type[Model], data: object, where: str | Path, key: str = "") -> Model:
@@ -48,7 +69,7 @@ def check_table(model: type[Model], data: object, where: str | Path, key: str = 
 
 def _as_input_error(model: type[Table], error: ValidationError, where: str | Path, key: str) -> InputError:
     details = error.errors(include_url=False)
-    first = details[0]
+    first = _first(model, details)
     name = ".".join(str(part) for part in (key, *first["loc"]) if part != "")
     more = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
     if first["type"] == "extra_forbidden":
@@ -60,6 +81,15 @@ def _as_input_error(model: type[Table], error: ValidationError, where: str | Pat
     return InputError(
         where, f"key {name} is wrong{more}", found=repr(first["input"]), expected=f"{expected} ({meaning})"
     )
+
+
+def _first(model: type[Table], details: list[Any]) -> Any:
+    """What is wrong first; a key that is missing because another one is misspelt comes after that one."""
+    for one in details:
+        name = str(one["loc"][-1]) if one["loc"] else ""
+        if one["type"] == "extra_forbidden" and difflib.get_close_matches(name, list(model.model_fields), n=1):
+            return one
+    return details[0]
 
 
 def _known_keys(model: type[Table], name: str) -> str:

@@ -17,13 +17,19 @@ def parse_moment(text: str, where: str | Path) -> datetime.datetime:
         moment = datetime.datetime.fromisoformat(text.strip())
     except ValueError:
         raise InputError(
-            where, "measured_at is no date", found=repr(text), expected="2026-03-02 or 2026-03-02T14:30"
+            where, "measured_at is no date", found=repr(text), expected=f"{_in_order(text)}, with time 2026-03-02T14:30"
         ) from None
     if moment.tzinfo is not None:
         moment = moment.astimezone().replace(tzinfo=None)
     if moment > datetime.datetime.now() + datetime.timedelta(days=1):
         raise InputError(where, "measured_at lies in the future", found=text)
     return moment
+
+
+def _in_order(text: str) -> str:
+    """The date that was meant, year first, where that can be told; else an example."""
+    match = re.fullmatch(r"(\d{1,2})\.(\d{1,2})\.(\d{4})", text.strip())
+    return f"{match[3]}-{match[2]:0>2}-{match[1]:0>2}" if match else "2026-03-02"
 
 
 def first_moment(text: str | None, where: str | Path) -> str | None:

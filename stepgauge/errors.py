@@ -1,9 +1,23 @@
-"""Errors a technician can act on: where, what, what was found, what was expected."""
+"""Errors a technician can act on: where, what, what was found, what was expected.
+
+Whatever goes wrong while a file is read becomes an :class:`InputError` here (:func:`reader`), and every message is one
+line of at most :data:`LONGEST` printable characters: a file can neither fill the screen nor steer the terminal.
+"""
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial, wraps
 from os import PathLike
+from typing import ParamSpec, TypeVar
+
+LONGEST = 300
+"""Characters of a message."""
+_SHORTEST = 40
+"""Characters that are left of a part of a message that is too long."""
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 class InputError(Exception):
@@ -18,12 +32,7 @@ class InputError(Exception):
 
     def __init__(self, where: str | PathLike[str], what: str, *, found: object = None, expected: object = None) -> None:
         self.where, self.what, self.found, self.expected = str(where), what, found, expected
-        text = f"{self.where}: {what}"
-        if found is not None:
-            text += f"; found {found}"
-        if expected is not None:
-            text += f"; expected {expected}"
-        super().__init__(" ".join(text.split()))
+        super().__init__(_message(self.where, what, found, expected))
 
     def __reduce__(self) -> tuple[object, ...]:
         """As it was made, for it crosses from one process to another."""
@@ -34,5 +43,87 @@ class InputError(Exception):
         return type(self)(where, self.what, found=self.found, expected=self.expected)
 
 
-class ProgramStoppedError(InputError):
+class PartlyDoneError(InputError):
+    """A part of what was asked could not be done; the files of the rest are kept."""
+
+
+class ProgramStoppedError(PartlyDoneError):
     """The virtual machine stopped in the middle of a program; what was recorded until then is kept."""
+
+
+def one_line(text: str, longest: int = LONGEST) -> str:
+    """Text on one line: what is not printable is written as its escape, what is too long is cut in the middle."""
+    line = " ".join(text[: 20 * longest].split())
+    if not line.isprintable():
+        line = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+    return _cut(line, longest)
+
+
+def _message(where: str, what: str, found: object, expected: object) -> str:
+    """The parts of a message; where they are too long together, the folders of the place go first, then the longest."""
+    values = (where, what, found, expected)
+    heads = ("", ": ", "; found ", "; expected ")
+    parts = ["" if value is None else one_line(str(value), 10 * LONGEST) for value in values]
+    used = sum(len(head) for head, value in zip(heads, values, strict=True) if value is not None)
+    over = used + sum(map(len, parts)) - LONGEST
+    if over > 0:
+        parts[0] = _place(parts[0], max(len(parts[0]) - over, _SHORTEST))
+    for i in (*sorted((2, 3), key=lambda i: -len(parts[i])), 1):
+        over = used + sum(map(len, parts)) - LONGEST
+        parts[i] = _cut(parts[i], max(len(parts[i]) - max(over, 0), _SHORTEST))
+    said = [head + part for head, part, value in zip(heads, parts, values, strict=True) if value is not None]
+    return _cut("".join(said), LONGEST)
+
+
+def _cut(text: str, longest: int) -> str:
+    """The beginning and the end of a text that is too long."""
+    if len(text) <= longest:
+        return text
+    end = (longest - 3) // 3
+    return f"{text[: longest - 3 - end]}...{text[-end:]}"
+
+
+def _place(text: str, longest: int) -> str:
+    """A place that is too long without the folders of its file, then without its middle."""
+    if len(text) <= longest:
+        return text
+    file, space, inside = text.partition(" ")
+    return _cut(f".../{file.rpartition('/')[2]}{space}{inside}" if "/" in file else text, longest)
+
+
+@contextmanager
+def reading(path: str | PathLike[str], what: str = "file") -> Iterator[None]:
+    """Whatever fails inside is an :class:`InputError` of ``path``; ``what`` it should be, in words."""
+    try:
+        yield
+    except InputError:
+        raise
+    except FileNotFoundError as error:
+        raise InputError(error.filename or path, "no such file") from None
+    except IsADirectoryError:
+        raise InputError(path, "this is a folder", expected="a file") from None
+    except OSError as error:
+        raise InputError(path, error.strerror or str(error)) from None
+    except UnicodeDecodeError as error:
+        raise InputError(path, f"not a UTF-8 text file (byte {error.start})") from None
+    except RecursionError:
+        raise InputError(path, f"not a {what}: nested too deeply") from None
+    except MemoryError:
+        raise InputError(path, f"this {what} needs more memory than there is") from None
+    except Exception as error:  # the libraries that unpack and parse fail in their own ways
+        raise InputError(path, f"the {what} is damaged: {type(error).__name__}: {error}") from None
+
+
+def reader(what: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """Decorator of functions that read the file of their first argument: :func:`reading` around the whole of it."""
+
+    def decorate(function: Callable[P, T]) -> Callable[P, T]:
+        @wraps(function)
+        def read(*args: P.args, **kwargs: P.kwargs) -> T:
+            path = args[0] if args else next(iter(kwargs.values()))
+            with reading(str(path), what):
+                return function(*args, **kwargs)
+
+        return read
+
+    return decorate

@@ -8,7 +8,7 @@ positions S are brought to the recorded gauge temperature; readings are left as 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ from stepgauge.face_errors import (
 from stepgauge.gauge import Gauge
 from stepgauge.placement import Placement
 from stepgauge.recording import APPROACH, POSITION, Recording
-from stepgauge.recording_checks import (
+from stepgauge.recording.identity import (
     axis_from_approaches,
     certified_mm,
     check_approaches,
@@ -34,8 +34,14 @@ from stepgauge.recording_checks import (
     check_positions,
     check_tip,
 )
+from stepgauge.recording.repeats import LeftOut, find_left_out, left_out_words, odd_blocks, odd_faces, resolution_mm
+from stepgauge.recording.rows import check_beside, check_copies, check_rows, dot, tilt_rad
 
 Array = NDArray[np.float64]
+REFERENCE_C = 20.0
+"""Reference temperature of dimensions, ISO 1."""
+COSINE_UM = 0.1
+"""Cosine error over the measured section that is worth a note."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +78,7 @@ class PlacementResult:
     origin_mm: Array
     gauge_temperature_C: float | None
     notes: tuple[str, ...]
+    left_out: tuple[LeftOut, ...] = ()
 
     @property
     def span_mm(self) -> float:
@@ -135,6 +142,7 @@ def evaluate(
         a section without a single complete block
     """
     check_gauge(recording, gauge)
+    check_copies(recording)
     numbers = recording.placements
     if placements and len(placements) != len(numbers):
         raise InputError(
@@ -165,49 +173,71 @@ class Readings:
     """The rows of one placement, ready for :mod:`stepgauge.face_errors`.
 
     ``axis``: the gauge axis that positions are projected on; ``off_mm (n,)``: position along it minus certified
-    position at the recorded gauge temperature; ``faces``: of the used section.
+    position at the recorded gauge temperature; ``faces``: of the used section. ``left_out``: readings that their
+    repeats contradict; ``kept``: rows of the recording that are used, None for all; ``remark``: on readings that stand
+    out and are used; ``tilt_rad``: of the line of the readings against the axis.
     """
 
     axis: Array
     face: NDArray[np.int64]
     off_mm: Array
     faces: NDArray[np.int64]
+    left_out: tuple[LeftOut, ...] = ()
+    kept: NDArray[np.intp] | None = None
+    remark: str | None = None
+    tilt_rad: float = 0.0
 
 
 def project_readings(
-    recording: Recording, gauge: Gauge, section: tuple[int, int], axis: Array | None = None
+    recording: Recording, gauge: Gauge, section: tuple[int, int], axis: Array | None = None, leave_out: bool = True
 ) -> Readings:
-    """The readings of one placement along the gauge axis, checked against gauge and side of the faces."""
+    """The readings of one placement along the gauge axis, checked against gauge and side of the faces.
+
+    ``leave_out``: whether those that their repeats contradict are left out (a standard judges what was measured).
+    """
     face = recording.frame["face"].to_numpy()
     approach = [recording.frame[name].to_numpy(float) for name in APPROACH]
     axis = axis_from_approaches(approach, face, recording.path) if axis is None else axis
-    check_approaches(_dot(approach, axis), face, recording.path)
-    along = _dot([recording.frame[name].to_numpy(float) for name in POSITION], axis)
+    check_approaches(dot(approach, axis), face, recording.path)
+    position = [recording.frame[name].to_numpy(float) for name in POSITION]
+    along = dot(position, axis)
     off_mm = along - certified_mm(recording, gauge, face)
     check_positions(off_mm, along, face, gauge, recording.path)
+    check_beside(position, axis, face, gauge, recording.path)
     check_tip(off_mm, face, recording)
-    return Readings(axis, face, off_mm, np.arange(2 * section[0] - 1, 2 * section[1] + 1))
+    check_rows(recording)
+    faces = np.arange(2 * section[0] - 1, 2 * section[1] + 1)
+    readings = Readings(axis, face, off_mm, faces, tilt_rad=tilt_rad(position, axis, face, gauge))
+    return _find_slips(readings, recording, leave_out)
 
 
-def _dot(columns: Sequence[Array], vector: Array) -> Array:
-    """Sum of three columns times their shares, in two arrays: on large tables fresh memory costs more than the sums."""
-    total = columns[0] * vector[0]
-    term = np.empty_like(total)
-    for column, share in zip(columns[1:], vector[1:], strict=True):
-        total += np.multiply(column, share, out=term)
-    return total
+def _find_slips(readings: Readings, recording: Recording, leave_out: bool) -> Readings:
+    """The readings with those named, and left out if asked, that their repeats contradict."""
+    frame = recording.frame
+    off_mm, face = readings.off_mm, readings.face
+    found, remark = find_left_out(off_mm, face, frame["cycle"].to_numpy(), int(frame["placement"].iloc[0]), 0.0)
+    if found or remark:  # only then the resolution matters, which takes time to find
+        cycle, step = frame["cycle"].to_numpy(), resolution_mm(recording.position_mm)
+        found, remark = find_left_out(off_mm, face, cycle, int(frame["placement"].iloc[0]), step)
+    if not found or not leave_out:
+        return replace(readings, left_out=found, remark=remark)
+    kept = np.setdiff1d(np.arange(len(face)), [one.row for one in found])
+    return replace(readings, face=face[kept], off_mm=off_mm[kept], left_out=found, kept=kept)
 
 
 def _evaluate_placement(
     recording: Recording, gauge: Gauge, section: tuple[int, int], origin: REffOrigin, axis: Array | None, number: int
 ) -> PlacementResult:
     readings = project_readings(recording, gauge, section, axis)
+    if readings.kept is not None:
+        recording = replace(recording, frame=recording.frame.iloc[readings.kept])
     faces = readings.faces
     seen = face_statistics(readings.off_mm, readings.face, faces)
     notes = _notes(faces, seen.count)
     _check_reference(seen, notes, recording.path)
     blocks = _check_blocks(seen, origin, notes, recording.path)
     errors = face_errors(seen, gauge.u_um[faces - 1], origin)
+    notes += _doubts(readings, seen, gauge)
     temperature = recording.frame.get("gauge_temperature_C")
     first_touch = int(np.abs(readings.face - faces[0]).argmin())
     return PlacementResult(
@@ -227,7 +257,37 @@ def _evaluate_placement(
         recording.frame[POSITION].iloc[first_touch].to_numpy(float),
         None if temperature is None else float(temperature.mean()),
         tuple(notes),
+        readings.left_out,
     )
+
+
+def _doubts(readings: Readings, seen: FaceStatistics, gauge: Gauge) -> list[str]:
+    """What was left out, and what stands out and is used."""
+    notes = [left_out_words(readings.left_out)] if readings.left_out else []
+    if readings.remark:
+        notes.append(readings.remark)
+    span_mm = float(np.ptp(gauge.position_mm[readings.face - 1]))
+    short_um = readings.tilt_rad**2 / 2.0 * span_mm * 1e3
+    if short_um > COSINE_UM:
+        notes.append(
+            f"the readings follow a line that is {readings.tilt_rad * 1e3:.2f} mrad off the axis that is used:"
+            f" a cosine error of up to {short_um:.2f} um"
+        )
+    repeat_um = np.nan_to_num(seen.deviation_mm) * 1e3 / np.sqrt(np.maximum(seen.count, 1))
+    u_um = np.hypot(gauge.u_um[seen.faces - 1], repeat_um)
+    sizes = odd_blocks(seen.faces, seen.mean_mm * 1e3, u_um)
+    if sizes:
+        shown = ", ".join(f"block {block} by {um:+.3g} um" for block, um in sizes[:10])
+        notes.append(f"read longer (+) or shorter (-) than the other blocks: {shown}: its faces, or its certificate")
+    if gauge.table.reference_temperature_C != REFERENCE_C:
+        reference = gauge.table.reference_temperature_C
+        notes.append(f"the certificate holds at {reference:g} deg C, not at {REFERENCE_C:g} (ISO 1)")
+    odd = odd_faces(seen.faces, gauge.position_mm[seen.faces - 1], seen.mean_mm * 1e3, u_um)
+    if odd:
+        shown = ", ".join(f"face {face} ({um:+.3g} um)" for face, um in odd[:10])
+        why = "the face, its certificate, or the scale there; repeats cannot tell"
+        notes.append(f"off the line between their neighbours: {shown}: {why}")
+    return notes
 
 
 def _check_reference(seen: FaceStatistics, notes: list[str], path: str) -> None:

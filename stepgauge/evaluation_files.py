@@ -97,6 +97,7 @@ def _placement_to_dict(result: PlacementResult, gauge: Gauge) -> dict[str, Any]:
         "band_um": _number(result.band_um),
         "worst_two_sigma_um": _number(result.worst_two_sigma_um),
         "notes": list(result.notes),
+        "left_out": [one.as_dict() for one in result.left_out],
         "faces": [row | more for row, more in zip(face_rows(result), certified, strict=True)],
     }
 
@@ -147,6 +148,9 @@ def evaluation_csv(evaluation: Evaluation) -> str:
     return csv_text([*CSV_COLUMNS, "placement"] if several else CSV_COLUMNS, rows)
 
 
-def read_evaluation(path: str | Path) -> dict[str, Any]:
-    """The content of an ``evaluation.json`` (:class:`InputError` where it is not one)."""
-    return read_result(path, "evaluation")
+def read_evaluation(path: str | Path, with_inputs: bool = True) -> dict[str, Any]:
+    """The content of an ``evaluation.json`` (:class:`InputError` where it is not one, or was changed).
+
+    ``with_inputs``: refuse one whose recording, gauge or placement has changed since; a history keeps those.
+    """
+    return read_result(path, "evaluation", with_inputs)

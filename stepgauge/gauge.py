@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from stepgauge.config import Table, check_table, read_toml
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, reader
 from stepgauge.resources import find_data
 from stepgauge.tables import CsvTable, read_numbers
 
@@ -59,6 +59,10 @@ class CertificateTable(Table):
         description="part of uncertainty_um that grows with the position and is common to all faces, um per m",
     )
     example: bool = Field(False, description="true when the certificate is invented for demonstration")
+
+
+LEAST_UNCERTAINTY_UM = 0.01
+"""No gauge is certified better than this; smaller numbers are mm."""
 
 
 @dataclass(frozen=True)
@@ -134,6 +138,7 @@ class Gauge:
         return block
 
 
+@reader("gauge file")
 def read_gauge(name: str | Path) -> Gauge:
     """Read and check a gauge file, given by its path or by the name of a shipped one.
 
@@ -267,7 +272,7 @@ def _check_uncertainties(faces: CsvTable) -> None:
             found=f"{u[large[0]]:g}",
             expected="0 to 50 um",
         )
-    if 0 < u.max() < 0.01:
-        raise InputError(
-            faces.path, "uncertainty_um looks like mm", found=f"at most {u.max():g}", expected="0.01 to 50 um"
-        )
+    small = np.flatnonzero((u > 0) & (u < LEAST_UNCERTAINTY_UM))
+    if small.size:
+        found, expected = f"{u[small[0]]:g}", f"{LEAST_UNCERTAINTY_UM:g} to 50 um, or 0"
+        raise InputError(faces.at(int(small[0])), "uncertainty_um looks like mm", found=found, expected=expected)

@@ -45,6 +45,15 @@ class MachineTable(Table):
     repeatability_um: float = Field(ge=0, le=100, description="one sigma of a probing along the approach, um")
     measuring_speed_mm_s: float = Field(gt=0, le=100, description="speed of the measuring moves, mm/s")
     travel_speed_mm_s: float = Field(gt=0, le=2000, description="speed of the moves between, mm/s")
+    max_measuring_speed_mm_s: float | None = Field(
+        None,
+        gt=0,
+        le=100,
+        description="largest speed of a measuring move, mm/s; without it 4 times the measuring speed",
+    )
+    max_travel_speed_mm_s: float | None = Field(
+        None, gt=0, le=2000, description="largest speed of a move, mm/s; without it the travel speed"
+    )
     temperature_C: float = Field(20.0, ge=0, le=50, description="temperature of the scales, deg C")
     scale_expansion_per_K: float = Field(11.5e-6, ge=0, le=40e-6, description="expansion of the scales in 1/K")
     scales_compensated: bool = Field(True, description="whether the controller corrects for the scales' temperature")

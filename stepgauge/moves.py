@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,14 @@ class ProbingSettings:
     tip_radius_mm: float = 2.0
 
 
+class InForce(NamedTuple):
+    """What holds for a move of a text: its settings, and its states (units, coordinates, tool) by name."""
+
+    measuring: bool
+    settings: ProbingSettings
+    states: frozenset[tuple[str, str]]
+
+
 @dataclass(frozen=True)
 class Move:
     """One move: a goto has no approach; a measuring move has its nominal tip centre at contact as position."""
@@ -49,7 +58,10 @@ class Program:
     of a measuring move; ``approach (n, 3)`` the unit direction of a measuring move, NaN for a goto; ``point (n,)``
     counts the measuring points: 0 before the first one, n_points + 1 after the last one; ``line (n,)`` is the line of
     the program text (0 where it was not read from text). ``self_positioning`` says that the controller goes to the
-    stand-off of a measuring point by itself and comes back from it (DMIS, I++ DME).
+    stand-off of a measuring point by itself and comes back from it (DMIS, I++ DME). ``tool`` is what the controller
+    calls the probe; empty for the dialect's own word. ``stylus``: unit vector from the probe's body to the tip, None
+    where nothing says it. ``in_force`` is of programs that were read from text: all that held at any move, with the
+    first line of it.
     """
 
     name: str
@@ -60,6 +72,9 @@ class Program:
     line: NDArray[np.int64]
     names: Sequence[str]
     self_positioning: bool = False
+    tool: str = ""
+    stylus: tuple[float, float, float] | None = None
+    in_force: Mapping[InForce, int] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.position_mm)
@@ -85,6 +100,7 @@ class ProgramBuilder:
 
     def __init__(self, name: str, settings: ProbingSettings, self_positioning: bool = False) -> None:
         self.name, self.settings, self.self_positioning = name, settings, self_positioning
+        self.in_force: dict[InForce, int] = {}
         self._rows: list[tuple[Sequence[float], Sequence[float], int, int, str]] = []
         self._point = 0
 
@@ -118,6 +134,7 @@ class ProgramBuilder:
             np.array(line),
             names,
             self.self_positioning,
+            in_force=self.in_force,
         )
 
 

@@ -7,16 +7,19 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-_PLAIN = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
-_DIGITS = re.compile(r"[\d.,]+")
-_EXPONENT = re.compile(r"[eE][-+]?\d+$")
+_PLAIN = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+LONGEST_NUMBER = 400
+"""Characters beyond which a cell is no number that anybody measured."""
+_DIGITS = re.compile(r"[0-9.,]+")
+_EXPONENT = re.compile(r"[eE][-+]?[0-9]+$")
 _SPACES = dict.fromkeys(map(ord, "\u00a0\u2009\u202f"), " ")
 _MINUS = {ord("\u2212"): "-", ord("\u2013"): "-"}
 
 
 def number(text: str) -> float:
-    """A decimal number with a point; NaN where the text is none (``nan``, ``inf`` and ``1_000`` are none)."""
-    return float(text) if _PLAIN.fullmatch(text) else math.nan
+    """A decimal number with a point; NaN where the text is none (as ``nan``, ``inf``, ``1_000``, ``1e999``)."""
+    value = float(text) if len(text) <= LONGEST_NUMBER and _PLAIN.fullmatch(text) else math.nan
+    return value if math.isfinite(value) else math.nan
 
 
 @dataclass(frozen=True)
@@ -27,14 +30,17 @@ class Numerals:
 
     def number(self, text: str) -> float:
         """The number of a cell; NaN where the cell is none, or its thousands are not in groups of three."""
+        if len(text) > LONGEST_NUMBER:
+            return math.nan
         plain = text if self.decimal == "." else text.replace(",", ".") if "." not in text else ""
         if _PLAIN.fullmatch(plain):
-            return float(plain)
+            return number(plain)
         text = tidy(text)
         mark = "," if self.decimal == "." else "."
         whole, point, rest = text.partition(self.decimal)
-        sign, digits = re.fullmatch(r"([-+]?)(.*)", whole).groups()  # type: ignore[union-attr]
-        if re.fullmatch(rf"[1-9]\d{{0,2}}(?:{re.escape(mark)}\d{{3}})+|[1-9]\d{{0,2}}(?:[ ']\d{{3}})+", digits):
+        sign, digits = re.fullmatch(r"(?s)([-+]?)(.*)", whole).groups()  # type: ignore[union-attr]
+        first, three = "[1-9][0-9]{0,2}", "[0-9]{3}"
+        if re.fullmatch(rf"{first}(?:{re.escape(mark)}{three})+|{first}(?:[ ']{three})+", digits):
             digits = re.sub(r"[ ',.]", "", digits)
         return number(sign + digits + ("." if point else "") + rest)
 
@@ -60,6 +66,8 @@ def decimal_mark(cells: Sequence[str]) -> str | None:
     if not any("," in cell or cell.count(".") > 1 for cell in cells):
         return "."
     for cell in cells:
+        if len(cell) > LONGEST_NUMBER:
+            continue
         text = _EXPONENT.sub("", tidy(cell)).lstrip("+-").replace(" ", "").replace("'", "")
         marks = [mark for mark in text if mark in ".,"]
         if not marks or not _DIGITS.fullmatch(text) or (len(marks) > 1 and not looks_numeric(text)):

@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, reading
 from stepgauge.files import replacing
 
 SUFFIXES = (".parquet", ".pq")
@@ -22,15 +22,15 @@ def is_parquet(path: str | Path) -> bool:
 def read_parquet(path: str | Path) -> tuple[pd.DataFrame, dict[str, str]]:
     """All columns of a Parquet file, and the comments kept in its metadata."""
     pyarrow, parquet = _pyarrow(path)
-    try:
-        table = parquet.read_table(path)
-    except FileNotFoundError:
-        raise InputError(path, "no such file") from None
-    except (pyarrow.ArrowException, OSError) as error:
-        raise InputError(path, f"not a Parquet file: {error}") from None
-    known = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
-    comments = {key.removeprefix("#"): value for key, value in known.items() if key.startswith("#")}
-    frame: pd.DataFrame = table.to_pandas(ignore_metadata=True)
+    with reading(path, "Parquet file"):
+        try:
+            table = parquet.read_table(path)
+        except pyarrow.ArrowException as error:
+            raise InputError(path, f"not a Parquet file: {error}") from None
+        said = (table.schema.metadata or {}).items()
+        known = {key.decode(errors="replace"): value.decode(errors="replace") for key, value in said}
+        comments = {key.removeprefix("#"): value for key, value in known.items() if key.startswith("#")}
+        frame: pd.DataFrame = table.to_pandas(ignore_metadata=True)
     return frame, comments
 
 

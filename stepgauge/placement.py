@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
-from stepgauge.config import Table, Vector3, check_table
+from stepgauge.config import Table, Vector3, check_table, parse_toml
 from stepgauge.errors import InputError
 from stepgauge.files import read_text, write_text
 from stepgauge.gauge import Gauge
@@ -137,10 +136,7 @@ def is_placement_file(path: str | Path) -> bool:
 
 def parse_placement(text: str, path: str | Path, gauge: Gauge) -> Placement:
     """A placement from the text of its file; ``path`` is for messages."""
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(path, f"not valid TOML: {error}") from None
+    data = parse_toml(text, path)
     table = check_table(PlacementTable, data.get("placement", data), path)
     _check_blocks(table, path, gauge)
     try:

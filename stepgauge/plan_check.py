@@ -115,7 +115,7 @@ def _check_part(
 def _remedy(part: ToolPart, placement: Placement) -> str:
     if part.name == "tip ball":
         return " (another --standoff, --clearance or --route, or a smaller tip)"
-    square = ", ".join(f"{0.0 - value:.4f}" for value in placement.up)
+    square = ", ".join(f"{0.0 - value:.9f}" for value in placement.up)
     return (
         f" (probe higher with --height, take a longer stylus, or turn the head so that the stylus stands square to the"
         f" gauge: stylus_direction = [{square}] in [probe])"

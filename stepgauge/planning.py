@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +21,16 @@ from stepgauge.plan import PlanOptions, faces_in_order, make_program, middle_sta
 from stepgauge.plan_check import check_program, check_travel
 from stepgauge.probes.schema import ConstantTable
 from stepgauge.programs import DIALECTS, Dialect
-from stepgauge.programs.render import render, same_moves
+from stepgauge.programs.compare import difference, read_again
+from stepgauge.programs.render import CHECKED, NOT_CHECKED, render
 
 DEFAULT_SPEEDS_MM_S = (3.0, 50.0)
 """Measuring and travel speed where neither the technician nor a machine file states them."""
+SLOWEST_MM_S = 0.01
+FASTEST_MM_S = (100.0, 2000.0)
+"""Measuring and travel speed that no machine is told to exceed."""
+MEASURING_SPEEDUP = 4.0
+"""A machine file that states no largest measuring speed allows this much times its measuring speed."""
 
 
 @dataclass(frozen=True)
@@ -93,17 +100,45 @@ def make_settings(
 ) -> ProbingSettings:
     """What holds for all probings of a program: distances in mm, speeds in mm/s."""
     standoff = choice.standoff_mm or middle_standoff_mm(gauge, tip_radius_mm)
-    measuring, travel = DEFAULT_SPEEDS_MM_S
-    if machine is not None:
-        measuring, travel = machine.table.measuring_speed_mm_s, machine.table.travel_speed_mm_s
+    measuring, travel = _speeds(machine, choice)
     return ProbingSettings(
         standoff_mm=standoff,
         search_mm=choice.search_mm,
         retract_mm=standoff,
-        measuring_speed_mm_s=choice.measuring_speed_mm_s or measuring,
-        travel_speed_mm_s=choice.travel_speed_mm_s or travel,
+        measuring_speed_mm_s=measuring,
+        travel_speed_mm_s=travel,
         tip_radius_mm=tip_radius_mm,
     )
+
+
+def _speeds(machine: Machine | None, choice: ProbingChoice) -> tuple[float, float]:
+    """Measuring and travel speed, within what the machine allows (:class:`InputError` if not)."""
+    own = DEFAULT_SPEEDS_MM_S
+    if machine is not None:
+        own = (machine.table.measuring_speed_mm_s, machine.table.travel_speed_mm_s)
+    asked = (choice.measuring_speed_mm_s or own[0], choice.travel_speed_mm_s or own[1])
+    for name, speed, most in zip(("measuring", "travel"), asked, fastest_mm_s(machine), strict=True):
+        if not SLOWEST_MM_S <= speed <= most:
+            key = f"max_{name}_speed_mm_s of {machine.path}" if machine and machine.path else "a machine's"
+            raise InputError(
+                f"--{name}-speed",
+                f"the {name} speed is beyond the limit",
+                found=f"{speed:g} mm/s",
+                expected=f"{SLOWEST_MM_S:g} to {most:g} mm/s ({key})",
+            )
+    return asked
+
+
+def fastest_mm_s(machine: Machine | None) -> tuple[float, float]:
+    """Largest measuring and travel speed of a machine, mm/s.
+
+    As the machine file states them; else four times its measuring speed, and its travel speed.
+    """
+    if machine is None:
+        return FASTEST_MM_S
+    table = machine.table
+    measuring = table.max_measuring_speed_mm_s or MEASURING_SPEEDUP * table.measuring_speed_mm_s
+    return measuring, table.max_travel_speed_mm_s or table.travel_speed_mm_s
 
 
 def checked_program(
@@ -121,31 +156,81 @@ def checked_program(
     check_program(program, faces, placement, gauge, make_tool(probe), options.margin_mm)
     if machine is not None:
         check_travel(program, machine)
-    return program
+    return replace(program, stylus=probe.stylus_direction)
 
 
-def program_text(program: Program, dialect: str, template: str | Path | None = None) -> ProgramText:
-    """The program for a controller, read back as the controller would and compared.
+def program_text(
+    program: Program, dialect: str, template: str | Path | None = None, unchecked: bool = False
+) -> ProgramText:
+    """The program for a controller, read back as the controller would and compared with the plan.
 
-    ``template``: the user's own; where it speaks a language that is not read, the note says so. :class:`InputError`
-    where the text makes other moves than the program.
+    ``template``: the user's own. ``unchecked``: a text that cannot be read back is made all the same, and says so
+    itself in a comment. :class:`InputError` where the text cannot be read back, and, whatever is asked for, where it is
+    read as another program than the planned one.
     """
     known = DIALECTS[dialect]
-    text = render(program, known, template)
-    return ProgramText(program, text, known, _read_back(text, program, known, template))
-
-
-def _read_back(text: str, program: Program, dialect: Dialect, template: str | Path | None) -> str:
+    where = template or known.template
+    text = render(program, known, template, CHECKED)
     try:
-        back = dialect.read(text, "program", program.settings)
+        back = read_again(text, known, program.settings)
     except InputError as error:
-        if template is None:
-            raise
-        return f"the text of {template} is no {dialect.name}, so it was not read back ({error})"
-    if not same_moves(program, back, dialect.decimals):
-        where = template or dialect.template
-        raise InputError(where, f"read as {dialect.name}, the rendered program makes other moves than planned")
-    return f"read back as {dialect.name}: the same moves to {10.0**-dialect.decimals:g} mm"
+        if template is None or not unchecked:
+            raise _unread(error, where, known) from None
+        return ProgramText(program, _unchecked_text(program, known, template), known, f"NOT CHECKED: {error}")
+    found = difference(program, back, known)
+    if found is not None:
+        raise InputError(where, f"read as {known.name}, the rendered program is another one than planned", found=found)
+    note = f"read back as {known.name}: the same {_compared(known)}"
+    return ProgramText(program, text, known, note + _left_to_server(program, known))
+
+
+def _left_to_server(program: Program, dialect: Dialect) -> str:
+    """What a program that names its tool, but not the radius of the tip, takes for granted."""
+    if not dialect.tool or "tip_radius_mm" in dialect.carries:
+        return ""
+    radius = program.settings.tip_radius_mm
+    return f"; the tip radius is the server's affair: its tool {program.tool or dialect.tool} must have {radius:g} mm"
+
+
+def _compared(dialect: Dialect) -> str:
+    """What a text of this dialect states, and what was therefore compared, in words."""
+    words = [f"moves to {10.0**-dialect.decimals:g} mm", "directions"]
+    words += ["speeds and distances"] if dialect.carries else []
+    words += [name for name in ("units", "coordinates") if name in dialect.states]
+    return ", ".join([*words, *(["tool"] if dialect.tool else [])])
+
+
+def _unread(error: InputError, where: str | Path, dialect: Dialect) -> InputError:
+    return InputError(
+        where,
+        f"the rendered text cannot be read back as {dialect.name}",
+        found=str(error),
+        expected="statements that stepgauge reads, or --unchecked",
+    )
+
+
+def _unchecked_text(program: Program, dialect: Dialect, template: str | Path) -> str:
+    """The text with a comment that says that nobody checked it: the template's own (``checked``), or the dialect's."""
+    text = render(program, dialect, template, NOT_CHECKED)
+    if NOT_CHECKED in text:
+        return text
+    if not dialect.comment:
+        raise InputError(
+            template,
+            f"{dialect.name} has no comments, so the file cannot say that it is not checked",
+            expected="{{ checked }} in a comment of the language that the template writes",
+        )
+    return f"{dialect.comment.format(NOT_CHECKED)}\n{text}"
+
+
+def check_tool(name: str, dialect: str) -> None:
+    """:class:`InputError` for a name of a tool that the controller cannot take, or where the text does not name one."""
+    if not name:
+        return
+    if not DIALECTS[dialect].tool:
+        raise InputError("--tool", f"a program in {dialect} does not name the tool", found=repr(name))
+    if not re.fullmatch(r"[A-Za-z0-9_-]{1,32}", name):
+        raise InputError("--tool", "no name of a tool", found=repr(name), expected="1 to 32 letters, digits, _ and -")
 
 
 def duration_s(program: Program) -> float:

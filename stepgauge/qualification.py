@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from stepgauge import __version__
 from stepgauge.config import Table, Vector3, check_table
 from stepgauge.errors import InputError
-from stepgauge.files import read_json, write_json
+from stepgauge.files import read_result, write_json
 from stepgauge.physics import wozniak
 from stepgauge.physics.directions import probe_frame
 from stepgauge.physics.sphere import EffectiveRadius, effective_radius
@@ -22,11 +23,14 @@ from stepgauge.probe_files import ProbedPoints
 Array = NDArray[np.float64]
 LARGEST_PRETRAVEL_SHARE = 0.1
 """Pre-travel over tip radius beyond which a diameter is wrong rather than the probe."""
+KIND = "qualification"
+_ABOUT = ("format", "stepgauge", "inputs", "checksum")
 Method = Literal["lobed", "mean"]
 Positive = Annotated[float, Field(gt=0.0)]
 
 # On a sphere the approach and the normal found agree within the aim of the operator; beyond this they are not a pair.
 _AIM_RAD = np.radians(30.0)
+FEWEST_FOR_SPHERE = 4
 _FEWEST_FOR_LOBES = 12
 
 
@@ -88,6 +92,10 @@ def qualify(
 
     Raises :class:`InputError` where the points are too few, lie in a plane, or were approached from within the sphere.
     """
+    if len(points.position_mm) < FEWEST_FOR_SPHERE:
+        expected = "at least 4 points; 5 to qualify a tip, or the 25 of ISO 10360-5"
+        found = len(points.position_mm)
+        raise InputError(points.rows.path, "too few points for a sphere", found=found, expected=expected)
     try:
         radius = effective_radius(
             points.position_mm, reference.sphere_diameter_mm / 2.0, reference.u_sphere_um / 2.0, reference.noise_um
@@ -148,12 +156,13 @@ def tip_radius_mm(qualification: Qualification, where: str | Path = "qualificati
 
 def write_qualification(path: str | Path, qualification: Qualification) -> None:
     """The qualification as JSON."""
-    write_json(path, qualification.model_dump())
+    write_json(path, {"format": f"stepgauge {KIND} 1", "stepgauge": __version__, **qualification.model_dump()})
 
 
 def read_qualification(path: str | Path) -> Qualification:
     """A qualification file; :class:`InputError` names what is wrong with it."""
-    return check_table(Qualification, read_json(path), path)
+    data = read_result(path, KIND)
+    return check_table(Qualification, {key: value for key, value in data.items() if key not in _ABOUT}, path)
 
 
 def _check_approaches(points: ProbedPoints, centre_mm: Array) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from stepgauge.errors import InputError
+from stepgauge.outputs import place_of
 
 _PACKAGE = Path(__file__).resolve().parent
 _BASES = (_PACKAGE / "_shipped", _PACKAGE.parent)
@@ -24,7 +25,7 @@ def find_data(name: str | Path, kind: str, where: str = ".") -> Path:
     ``kind`` says what is wanted, for the message; ``where`` is the folder inside ``calibration_data``.
     """
     path = Path(name)
-    if path.exists():
+    if place_of(path).exists():
         return path
     shipped = folder("calibration_data") / where
     candidate = shipped / f"{path.name.removesuffix('.toml')}.toml"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from stepgauge.certificate_file import Laboratory
 from stepgauge.gauge import Gauge
 from stepgauge.standards.budget_files import StoredBudget
@@ -12,8 +14,30 @@ METHOD = (
     "XF is the error at faces probed along the axis (fronts), XB at faces probed against it (backs, less twice the "
     "effective radius), each the mean over the cycles; between two such faces the value is interpolated. "
     "XM = (XF + XB) / 2 is the mean error, XR = XB − XF the reversal; s is the standard deviation over the cycles. "
-    "The band is the largest minus the smallest XM. (H. Pahk and J. Kim, equations 1 to 13.)"
+    "The range of XM is its largest minus its smallest value. (H. Pahk and J. Kim, equations 1 to 13.)"
 )
+
+
+def measurand_text(evaluation: dict[str, Any]) -> str:
+    """What was measured, in one sentence (VIM 2.3)."""
+    faces = evaluation["placements"][0]["faces"]
+    first, last = evaluation["blocks"]
+    return (
+        "Measurand: the error of indicated position of the machine along the gauge at the faces of blocks"
+        f" {first} to {last} ({faces[0]['position_mm']:.0f} mm to {faces[-1]['position_mm']:.0f} mm), relative to"
+        " the front of"
+        f" block {first}: XF probed along, XB probed against the gauge axis, mean XM = (XF + XB) / 2, reversal XR"
+        " = XB − XF."
+    )
+
+
+def reference_text(evaluation: dict[str, Any]) -> str:
+    """The reference standard and its certificate, to which the result is traceable (VIM 5.1)."""
+    own = evaluation["gauge"]
+    return (
+        f"Reference standard: {own['name']}, serial number {own['serial']}, certificate {own['certificate']} of"
+        f" {own['laboratory']}, {own['date']}."
+    )
 
 
 def dof_text(dof: float | None, infinite: str = "∞") -> str:
@@ -39,9 +63,9 @@ def uncertainty_text(budget: StoredBudget, assumptions: bool = True) -> str:
         "Expanded uncertainty U = k u by the Guide to the Expression of Uncertainty in Measurement (JCGM 100:2008); "
         f"k is Student's t for a coverage probability of {budget.coverage_percent:g} % and the effective degrees of "
         f"freedom, here {low if low == high else f'{low} to {high}'}. "
-        f"Counted: {', '.join(source.label for source in budget.sources)}."
+        f"Contributions: {', '.join(source.label for source in budget.sources)}."
     )
     text += "".join(f" Assumed: {one}." for one in budget.assumptions if assumptions)
     if budget.not_included:
-        text += f" Not stated and therefore not counted: {', '.join(gap.what for gap in budget.not_included)}."
+        text += f" Contributions not evaluated: {', '.join(gap.what for gap in budget.not_included)}."
     return text

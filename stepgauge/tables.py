@@ -6,6 +6,7 @@ Tables of any layout, as people hand them over, are read by :mod:`stepgauge.impo
 from __future__ import annotations
 
 import csv
+import difflib
 import io
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, reading
 from stepgauge.files import read_text, write_text
 from stepgauge.numerals import number
 
@@ -74,10 +75,12 @@ def read_rows(path: str | Path, required: Sequence[str], others: bool = True) ->
     ``others``: whether it may have further columns. :class:`InputError` for missing, repeated or unknown columns, other
     delimiters, rows of another length (decimal commas, cut files), and tables without rows.
     """
-    lines = [(n, line) for n, line in enumerate(read_text(path).splitlines(), 1) if line.strip() and line[0] != "#"]
+    numbered = enumerate(read_text(path).split("\n"), 1)
+    lines = [(n, line) for n, line in numbered if line.strip() and line[0] != "#"]
     if not lines:
         raise InputError(path, "the table is empty", expected="a header " + ",".join(required))
-    records = [(n, [cell.strip() for cell in next(csv.reader(io.StringIO(line)))]) for n, line in lines]
+    with reading(path, "table"):
+        records = [(n, [cell.strip() for cell in next(csv.reader([line]))]) for n, line in lines]
     (at, header), body = records[0], records[1:]
     _check_header(f"{path}:{at}", header, required, others)
     for n, cells in body:
@@ -130,4 +133,7 @@ def _check_header(where: str, header: list[str], required: Sequence[str], others
         ([name for name in required if header.count(name) > 1], "there twice"),
     ):
         if names:
-            raise InputError(where, f"column {names[0]} is {what}", found=",".join(header), expected=",".join(required))
+            near = difflib.get_close_matches(names[0], set(header) ^ set(required), n=1, cutoff=0.7)
+            hint = f" ({near[0]!r} is {'there' if what == 'missing' else 'missing'})" if near else ""
+            said = f"column {names[0]} is {what}{hint}"
+            raise InputError(where, said, found=",".join(header), expected=",".join(required))

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pypdf import PdfReader
 
 from stepgauge.certificate_file import read_laboratory
@@ -23,10 +25,12 @@ from stepgauge.dcc.write import machine_certificate
 from stepgauge.dcc.xml import parse_xml, read_xml, validate
 from stepgauge.errors import InputError
 from stepgauge.gauge import read_gauge
-from stepgauge.report.content import Sources, Stated, make_content
+from stepgauge.report.content import Sources, make_content
 from stepgauge.report.numbers import uncertain
+from stepgauge.report.page import Stated
 from stepgauge.report.render import render_html, render_pdf
 from stepgauge.resources import folder
+from stepgauge.standards.budget_files import StoredGap
 from tests.conftest import ROOT
 from tests.dcc.made import SAID, SCHEMA, evaluated, laboratory
 from tests.measured import shipped
@@ -36,7 +40,9 @@ EXAMPLE = ROOT / "examples" / "certificate"
 
 
 def content(placements: int = 1, **changed: Any) -> dict[str, Any]:
+    """Of a budget without gaps, for only that makes a certificate."""
     evaluation, budget = evaluated(placements)
+    budget = budget.model_copy(update={"not_included": []})
     gauge, machine = shipped()
     sources = Sources(gauge, machine, (), budget, laboratory())
     return make_content(evaluation, Stated(DAY), replace(sources, **changed))
@@ -51,28 +57,22 @@ def test_the_order_is_that_of_the_standard() -> None:
     text = "\n".join(texts(render_pdf(content()).data))
     asked = (
         "Calibration certificate",
-        "7.8.2.1 b",
         "Example Calibration Laboratory",
-        "7.8.2.1 c",
-        "7.8.2.1 d",
-        "EXAMPLE-2026-017",
-        "7.8.2.1 e",
         "Sample Works Ltd",
-        "7.8.2.1 f",
-        "7.8.2.1 g",
         "B700-0042",
-        "7.8.2.1 h, i, j",
+        "EXAMPLE-2026-017",
         "2026-05-04 to 2026-05-05",
-        "7.8.2.1 m",
-        "Errors against position",
-        "Errors with expanded uncertainty",
-        "Uncertainty budget, placement 1",
-        "7.8.4.1 a",
-        "7.8.4.1 b",
-        "41.0 to 47.0 %",
-        "7.8.4.1 c",
+        "Largest mean error XM",
+        "Measurand",
         "SG-420-001",
-        "7.8.4.1 d",
+        "Errors by face, placement 1",
+        "Uncertainty budget, placement 1",
+        "Measurement uncertainty",
+        "Conditions",
+        "41.0 to 47.0 %",
+        "Metrological traceability",
+        "SG-420-001",
+        "Adjustment or repair",
         "No statement of conformity is made.",
         "The results relate only to the item calibrated",
         "B. Signer, Head of the laboratory",
@@ -100,54 +100,111 @@ def test_the_end_mark_never_stands_alone(tmp_path: Path) -> None:
     (tmp_path / "c.toml").write_text("")
     for budget in (evaluated(1)[1], None):
         pages = texts(render_pdf(content(laboratory=read_laboratory(tmp_path / "c.toml"), budget=budget)).data)
-        assert "End of the calibration certificate" in pages[-1]
+        assert "End of the " in pages[-1]
         assert "name, date, signature" in pages[-1]
 
 
 def test_what_is_not_stated_says_so(tmp_path: Path) -> None:
     (tmp_path / "c.toml").write_text("[item]\nserial = 'X 1'\n")
     made = content(laboratory=read_laboratory(tmp_path / "c.toml"), budget=None)
-    sections = made["certificate"]["before"] + made["certificate"]["after"]
+    sections = made["identity"] + made["closing"]
     unsaid = {row["label"] for part in sections for row in part["rows"] if row["value"] is None}
     assert {"Name", "Address", "Number", "Issued", "Calibrated", "Procedure", "Manufacturer", "Expanded"} <= unsaid
     assert "Serial number" not in unsaid
     assert {"date of issue", "name of the laboratory", "condition of the item"} <= set(made["not_stated"])
     assert any(what.startswith("measurement uncertainty of XF") for what in made["not_stated"])
     pages = texts(render_pdf(made).data)
-    assert all("no certificate number stated" in page for page in pages)
+    assert all("no number stated" in page for page in pages)
     assert "not stated" in pages[0]
-    assert "End of the calibration certificate" in pages[-1]
+    assert "End of the report of measurement" in pages[-1]
 
 
 def test_uncertainties_stand_beside_the_errors() -> None:
     evaluation, budget = evaluated()
     made = content()
-    rows = {row["face"]: row["cells"] for row in made["placements"][0]["uncertain"]}
+    faces, table = made["tables"]
+    rows = {row[0]: row for row in faces["rows"]}
     line = budget.find("xm", 1, 9)
     assert line is not None
-    assert [cell.strip() for cell in rows["9"][4:6]] == list(uncertain(line.value_um, line.expanded_um))
-    assert rows["1"][2:4] == ["–", "–"]
-    table = made["budget"]["placements"][0]
-    assert table["heads"] == ["R_eff", "XF", "XB", "XM", "XR"]
-    combined = next(row for row in table["totals"] if row["label"] == "Combined u")["values"]
+    assert [cell.strip() for cell in rows["9"][8:10]] == list(uncertain(line.value_um, line.expanded_um))
+    assert rows["1"][6:8] == ["–", "–"]
+    assert [column["name"] for column in table["columns"]][4:] == ["R_eff", "XF", "XB", "XM", "XR"]
+    (total,) = table["ruled"]
+    combined = next(row for row in table["rows"] if row[0] == "Combined u")[4:]
     squares = np.zeros(5)
-    for source in table["sources"]:
-        squares += np.array([float(v) for v in source["contributions"]]) ** 2
+    for source in table["rows"][:total]:
+        squares += np.array([float(v) for v in source[4:]]) ** 2
     np.testing.assert_allclose(np.sqrt(squares), [float(v) for v in combined], atol=2e-3)
-    assert make_content(evaluation, Stated(DAY), Sources())["budget"] is None
+    assert len(make_content(evaluation, Stated(DAY), Sources())["tables"]) == 1
+
+
+def test_no_table_is_printed_twice_and_tables_come_before_the_signature() -> None:
+    """No two tables have the same columns of the same faces; whoever signs has seen all of them."""
+    made = content(2)
+    titles = [table["title"] for table in made["tables"]]
+    assert len(set(titles)) == len(titles) == 4
+    text = "\n".join(texts(render_pdf(made).data))
+    assert max(text.rindex(title) for title in titles) < text.index("name, date, signature")
+
+
+def test_an_incomplete_budget_stands_on_page_1_and_is_no_certificate() -> None:
+    """Of the same result with and without one contribution: the title, and the missing one beside the number."""
+    budget = evaluated()[1].model_copy(update={"not_included": []})
+    gap = StoredGap(what="temperature of the gauge", state_by="--u-gauge-temperature")
+    open_budget = budget.model_copy(update={"not_included": [gap]})
+    whole, part, none = (texts(render_pdf(content(budget=one)).data) for one in (budget, open_budget, None))
+    assert "Calibration certificate" in whole[0]
+    assert "not evaluated" not in whole[0]
+    for pages, words in (
+        (part, "not in U: temperature of the gauge"),
+        (none, "Measurement uncertainty was not evaluated"),
+    ):
+        assert words in " ".join(pages[0].split())
+        assert "Calibration certificate" not in "\n".join(pages)
+        assert "Report of measurement" in pages[0]
+    assert "--u-gauge-temperature" not in "\n".join(part)  # options are for the laboratory, not for its customer
+
+
+def test_page_1_states_measurand_result_and_expanded_uncertainty() -> None:
+    evaluation, budget = evaluated()
+    first = " ".join(texts(render_pdf(content()).data)[0].split())
+    rows = [row for row in evaluation["placements"][0]["faces"] if row["xm_um"] is not None]
+    worst = max(rows, key=lambda row: abs(row["xm_um"]))
+    line = budget.find("xm", 1, worst["face"])
+    assert line is not None
+    value, expanded = uncertain(worst["xm_um"], line.expanded_um)
+    assert f"{value} µm {expanded} µm {line.k:.2f}" in first
+    assert "Measurand: the error of indicated position" in first
+
+
+@given(value=st.floats(-50, 50), expanded=st.floats(1e-4, 50))
+def test_rounding_never_takes_more_than_a_twentieth_off_an_uncertainty(value: float, expanded: float) -> None:
+    printed, sure = uncertain(value, expanded)
+    assert float(sure) >= 0.95 * expanded
+    assert len(sure.replace(".", "").lstrip("0").rstrip("0")) <= 2
+    assert len(printed.partition(".")[2]) == len(sure.partition(".")[2])
+
+
+def test_an_unfilled_form_is_refused(results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    form = folder("templates") / "reports" / "certificate.toml"
+    code, said = call(capsys, "report", results / "result", "-c", form, "-o", tmp_path / "c.pdf")
+    assert code == 2
+    for key in ("certificate.number", "laboratory.name", "customer.name", "item.serial", "[[person]]"):
+        assert key in said
+    assert not (tmp_path / "c.pdf").exists()
 
 
 def test_html_has_the_same_sections() -> None:
     page = render_html(content()).data.decode()
     for words in (
         "<h1>Calibration certificate</h1>",
-        "7.8.4.1 c",
+        "Metrological traceability",
         "Uncertainty budget, placement 1",
-        "Errors with expanded uncertainty",
+        "Errors by face, placement 1",
         "End of calibration certificate EXAMPLE-2026-017",
     ):
         assert words in page
-    assert page.count("<table") == page.count("</table>") == 4
+    assert page.count("<table") == page.count("</table>") == 3
 
 
 @pytest.mark.parametrize(
@@ -266,9 +323,9 @@ def test_the_printed_and_the_digital_certificate_say_the_same(results: Path) -> 
     text = "\n".join(texts((results / "certificate.pdf").read_bytes()))
     assert f"{radii[0].r_eff_mm:.5f} mm" in text
     xm = next(one for one in lists if one.name == "xm")
-    table = text[text.index("Errors with expanded uncertainty") :]
-    row = next(line.split() for line in table.splitlines() if line.startswith("41 front"))
-    assert tuple(row[7:9]) == uncertain(xm.value_um[-1], xm.expanded_um[-1])
+    table = text[text.index("Errors by face") :]
+    row = next(line.split() for line in table.splitlines() if line.startswith("41 21 front"))
+    assert tuple(cell for cell in row if cell != "*")[8:10] == uncertain(xm.value_um[-1], xm.expanded_um[-1])
     assert read_gauge(results / "gauge.toml").certificate.laboratory == "Example Gauge Laboratory"
 
 

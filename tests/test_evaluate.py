@@ -289,7 +289,7 @@ def test_the_files_say_what_the_evaluation_says(tmp_path: Path) -> None:
 def test_several_placements_in_the_files(tmp_path: Path) -> None:
     gauge = make_gauge(4)
     frame = record(gauge, make_pose(0, 0), full()).frame
-    both = pd.concat([frame, frame.assign(placement=2)])
+    both = pd.concat([frame, frame.assign(placement=2, x_mm=frame["x_mm"] + 50.0)])
     evaluation = evaluate(Recording(both, {}, "r.csv"), gauge)
     wider = replace(evaluation, results=(evaluation.results[0], replace(evaluation.results[1], xm_um=np.arange(8.0))))
     data = read_evaluation(write_evaluation(tmp_path, wider)[0])

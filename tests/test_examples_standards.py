@@ -62,6 +62,26 @@ def test_iso230(tmp_path: Path) -> None:
     assert scatter == pytest.approx(0.6, rel=0.15)
 
 
+def test_iso10360_5(tmp_path: Path) -> None:
+    folder = run_example("iso10360-5", tmp_path)
+    published_is_current(folder / "five-styli/iso10360-5.csv", ROOT / "examples/iso10360-5/expected/iso10360-5.csv")
+    one, five = (json.loads((folder / name / "iso10360-5.json").read_text()) for name in ("one-stylus", "five-styli"))
+    assert [value["outcome"] for value in (*one["values"], *five["values"])] == ["conforms"] * 5
+
+
+def test_iso230_3(tmp_path: Path) -> None:
+    """The ranges of the closed forms: 2 x 1 K / sqrt(1 + (omega tau)^2) times um per K; 10 um of drift."""
+    folder = run_example("iso230-3", tmp_path)
+    for name in ("etve", "warm-up"):
+        published_is_current(folder / name / "iso230-3.csv", ROOT / f"examples/iso230-3/expected/{name}.csv")
+    etve, axis = (json.loads((folder / name / "iso230-3.json").read_text()) for name in ("etve", "warm-up"))
+    structure_K = 2.0 / np.hypot(1.0, 2.0 * np.pi / 24.0 * 3.0)
+    ranges = {one["channel"]: one["range_um"] for one in etve["channels"]}
+    assert ranges["z"] == pytest.approx(6.0 * structure_K, abs=0.4)
+    assert {one["channel"]: one["end_um"] for one in axis["channels"]}["P1 +"] == pytest.approx(10.0, abs=0.7)
+    assert axis["complete"]
+
+
 def test_figures(tmp_path: Path) -> None:
     """Every figure of the README's table is drawn, and the errors are those of the faults that were put in."""
     folder = run_example("figures", tmp_path)

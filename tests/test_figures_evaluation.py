@@ -72,10 +72,10 @@ def test_worst_two_sigma_and_band_are_written() -> None:
     result = one_placement().results[0]
     placement = evaluation_to_dict(one_placement())["placements"][0]
     errors = evaluation_figure(placement).axes[0]
-    assert f"band {result.band_um:.2f} µm" in [text.get_text() for text in errors.texts]
+    assert f"range {result.band_um:.2f} µm" in [text.get_text() for text in errors.texts]
     measured = np.where(result.face % 2 == 1, result.sf_um, result.sb_um)
     face = result.face[np.nanargmax(measured)]
-    assert errors.get_title(loc="right") == f"worst two-sigma ±{result.worst_two_sigma_um:.2f} µm (face {face})"
+    assert errors.get_title(loc="right") == f"largest 2s: ±{result.worst_two_sigma_um:.2f} µm (face {face})"
     (bar,) = errors.containers
     segment = bar.lines[2][0].get_segments()[0]
     assert np.ptp(segment[:, 1]) == pytest.approx(2 * result.worst_two_sigma_um)
@@ -86,8 +86,8 @@ def test_a_single_cycle_has_no_bands_and_says_so() -> None:
     placement = evaluation_to_dict(one_placement(cycles=1))["placements"][0]
     figure = evaluation_figure(placement)
     assert bands(figure.axes[0]) == []
-    assert "± two sigma" not in [text.get_text() for text in figure.legends[0].get_texts()]
-    assert "two-sigma undefined" in describe(placement)
+    assert "± 2s" not in [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "2s undefined" in describe(placement)
 
 
 def test_axes_carry_units() -> None:

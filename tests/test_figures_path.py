@@ -38,7 +38,20 @@ def test_plan_and_elevation_show_the_path_in_gauge_coordinates(panel: int, verti
     both = np.stack(ends, axis=1)
     drawn = figure()
     np.testing.assert_allclose(segments(drawn, panel, "measuring"), both[path.measuring], atol=1e-9)
-    np.testing.assert_allclose(segments(drawn, panel, "travel"), both[~path.measuring], atol=1e-9)
+    travel = np.concatenate([segments(drawn, panel, kind) for kind in ("travel", "travel beside")])
+    rows = (np.round(part.reshape(-1, 4), 6) + 0.0 for part in (travel, both[~path.measuring]))  # no negative zero
+    one, other = (part[np.lexsort(part.T)] for part in rows)
+    np.testing.assert_allclose(one, other, atol=2e-6)
+
+
+def test_travel_past_the_side_of_the_blocks_is_told_from_travel_among_them() -> None:
+    """In the elevation of a path around the side, only what runs between the blocks' sides is drawn as solid."""
+    gauge, path, placement = shipped()[0], run(2).path, lay(shipped()[0])
+    ends = [placement.to_gauge(gauge, place)[:, 1] for place in (path.start_mm, path.end_mm)]
+    half = gauge.table.block_width_mm / 2.0
+    aside = ~path.measuring & ((np.minimum(*ends) > half) | (np.maximum(*ends) < -half))
+    assert aside.any()
+    assert len(segments(figure(), 1, "travel beside")) == aside.sum()
 
 
 def test_blocks_are_drawn_where_the_certificate_has_them() -> None:

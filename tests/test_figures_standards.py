@@ -30,6 +30,8 @@ def test_every_repeat_is_a_mark_between_the_limits() -> None:
         limits = [line for line in axes.lines if len(line.get_xdata()) == 200]
         assert sorted(float(line.get_ydata()[0]) for line in limits) == pytest.approx([-1.8, 1.8])
         assert axes.get_title(loc="left").endswith("(test incomplete)")
+        lengths = {float(x) for line in axes.lines if line.get_linestyle() == "None" for x in line.get_xdata()}
+        assert lengths == {one.nominal_mm for one in test.lengths(kind)}  # beside each other, never moved
 
 
 def test_fronts_alone_have_one_panel() -> None:

@@ -18,6 +18,7 @@ from stepgauge.dates import first_moment, moment_in_path, parse_moment
 from stepgauge.errors import InputError
 from stepgauge.evaluate import evaluate
 from stepgauge.evaluation_files import evaluation_to_dict, write_evaluation
+from stepgauge.files import write_json
 from stepgauge.history import QUANTITIES, HistoryEntry, judge, make_series, refresh_store
 from stepgauge.history.entries import read_entries
 from stepgauge.history.trend import FEWEST_FOR_CONTROL, fit_trend
@@ -214,7 +215,7 @@ def test_a_file_that_cannot_be_used_is_named_and_the_rest_counts(archive: Path, 
     (archive / "2024-07-01" / "evaluation.json").write_text('{"format": "stepgauge evaluation 1", "gauge": {}')
     other = archive / "2024-08-01"
     other.mkdir()
-    (other / "evaluation.json").write_text('{"format": "stepgauge evaluation 1", "placements": [{}]}')
+    write_json(other / "evaluation.json", {"format": "stepgauge evaluation 1", "placements": [{}]})
     for _ in range(2):
         found = refresh_store(tmp_path / "h.sqlite", archive)
         assert len(found.entries) == 2
@@ -270,6 +271,6 @@ def test_the_names_of_the_limits_are_the_quantities() -> None:
 
 def test_a_gauge_across_is_a_direction_of_its_own(tmp_path: Path) -> None:
     data = evaluation_to_dict(evaluate(measured(GAUGE, yaw_deg=45.0), GAUGE))
-    (tmp_path / "evaluation.json").write_text(json.dumps(data | {"measured_at": "2024-01-01"}))
+    write_json(tmp_path / "evaluation.json", data | {"measured_at": "2024-01-01"})
     (one,) = read_entries(tmp_path / "evaluation.json", tmp_path, "")
     assert one.direction == "(0.71 0.71 0.00)"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
+from stepgauge.gauge import Gauge, read_gauge
 from stepgauge.locate import locate, read_points
+from stepgauge.locate.adjustment import adjust
+from stepgauge.locate.blocks import solve_blocks
 from stepgauge.placement import Placement, format_placement, parse_placement
 from tests.build import Pose, angles, gauges, inclinations, make_gauge, make_points, make_pose, positions
 
@@ -198,3 +201,106 @@ def test_points_may_come_in_any_order(tmp_path: Path) -> None:
     path = tmp_path / "points.csv"
     path.write_text("\n".join([lines[0], *lines[:0:-1]]))
     np.testing.assert_array_equal(read_points(path)[:, 0], np.arange(1, 17))
+
+
+def placed(gauge: Gauge, seed: int = 3, sigma_mm: float = 0.3e-3) -> np.ndarray:
+    """Points on a gauge along y, as the demo has them, with noise."""
+    random = np.random.default_rng(seed)
+    pose = make_pose(1.56, 0.006, origin=(352.0, 318.0, 214.0))
+    return make_points(gauge, pose, RADIUS, (1, 21), random.uniform(-0.5, 0.5, (16, 3))) + random.normal(
+        0, sigma_mm, (16, 3)
+    )
+
+
+@given(gauges(), angles, inclinations, positions, st.integers(0, 2**32 - 1))
+def test_the_adjustment_finds_the_pose_that_the_construction_finds(gauge, yaw, pitch, origin, seed) -> None:
+    """Least squares and the construction of the paper agree; the redundancy is at most that of 23 - 13 observations."""
+    random = np.random.default_rng(seed)
+    blocks, sigma = (1, gauge.n_blocks), np.full(16, 1e-3)
+    points = make_points(
+        gauge, make_pose(yaw, pitch, origin=origin), RADIUS, blocks, random.uniform(-0.5, 0.5, (16, 3))
+    )
+    points += random.normal(0, 1e-3, (16, 3))
+    adjusted, built = adjust(points, gauge, blocks, None, sigma), solve_blocks(points, gauge, blocks)
+    np.testing.assert_allclose(adjusted.c1_mm, built.centre_mm[0], atol=2e-3)
+    np.testing.assert_allclose(adjusted.rotation[0], built.axis, atol=2e-4)
+    assert adjusted.unknowns[5] == pytest.approx(built.tip_radius_mm, abs=1e-3)
+    assert 2.0 < adjusted.redundancy.sum() <= 10.0
+    assert adjusted.worst < 6.0
+
+
+def test_the_residuals_of_points_without_a_slip_are_standard_normal() -> None:
+    """Normalised residuals over many probings have variance 1 (Baarda), whatever their redundancy."""
+    gauge = make_gauge(21)
+    runs = [adjust(placed(gauge, seed, 1e-3), gauge, (1, 21), None, np.full(16, 1e-3)) for seed in range(200)]
+    scatter = np.std([run.normalised[:16] for run in runs], axis=0)
+    np.testing.assert_allclose(scatter, 1.0, atol=0.2)
+
+
+@pytest.mark.parametrize("point", range(1, 17))
+def test_a_digit_slip_names_its_point_and_where_the_others_put_it(point: int) -> None:
+    """Square to its face by 0.5 mm, or out of its face by 60 mm."""
+    gauge = make_gauge(21)
+    truth = placed(gauge)
+    square = {4: 0, 5: 0, 6: 2, 7: 2}.get((point - 1) % 8 + 1, 1)
+    for axis, by in ((square, 0.5), (0, 60.0), (1, 60.0), (2, -60.0)):
+        points = truth.copy()
+        points[point - 1, axis] += by
+        with pytest.raises(InputError, match=rf"point {point}\b") as caught:
+            locate(points, gauge, (1, 21), 0.3)
+        near = [float(value) for value in re.search(r"near \(([^)]*)\)", str(caught.value))[1].split(",")]  # type: ignore[index]
+        named = int(re.search(r"point (\d+) ", str(caught.value))[1])  # type: ignore[index]
+        assert np.abs(near - truth[named - 1]).max() < (0.02 if by == 0.5 and named == point else 12.0)
+
+
+def test_the_rail_is_touched_beside_the_block() -> None:
+    """The slip of a decimal point in point 7 passed, and turned the gauge by 19 urad at a stated 1 urad."""
+    gauge = make_gauge(21)
+    points = placed(gauge)
+    points[6, 0] /= 100.0
+    wrong(points, (1, 21), gauge, r"point 7 is off by 3\d\d\.\d* mm")
+
+
+def test_a_side_point_that_is_off_shows_in_the_stated_uncertainty() -> None:
+    """50 um turn the axis by 62 urad; only the unequal widths show it, and not which of four points it is."""
+    gauge = make_gauge(21)
+    points = placed(gauge)
+    before = locate(points, gauge, (1, 21), 0.3)
+    points[4, 0] += 0.05
+    after = locate(points, gauge, (1, 21), 0.3)
+    turned_urad = np.linalg.norm(after.axis - before.axis) * 1e6
+    assert turned_urad > 50.0
+    assert before.details["uncertainty"]["yaw_urad"] < 1.0
+    assert after.details["uncertainty"]["yaw_urad"] > 0.8 * turned_urad
+    assert after.details["uncertainty"]["pitch_urad"] == pytest.approx(
+        before.details["uncertainty"]["pitch_urad"], rel=0.01
+    )
+    note = next(note for note in after.details["notes"] if "contradict" in note)
+    assert "points 4, 5, 12 and 13" in note
+    assert re.search(r"not equally wide, by (4[89]|5[012])\.\d um", note)
+    assert not before.details["notes"]
+    points[4, 0] += 0.15
+    wrong(points, (1, 21), gauge, r"cannot tell which: .*point (5|4|12|13) by 0\.[12]\d+ mm, .*point (5|4|12|13) by")
+
+
+@pytest.mark.parametrize(("one", "other"), [(0, 1), (0, 2), (1, 2)])
+def test_exchanged_columns_are_named(one: int, other: int) -> None:
+    gauge = make_gauge(21)
+    points = placed(gauge)
+    points[:, [one, other]] = points[:, [other, one]]
+    wrong(points, (1, 21), gauge, f"columns {'xyz'[one]}_mm and {'xyz'[other]}_mm look exchanged")
+
+
+def test_another_gauge_that_fits_is_named() -> None:
+    gauge, long = read_gauge("step-gauge-420"), read_gauge("step-gauge-600")
+    points = make_points(long, make_pose(0.7, 0.05), RADIUS, (1, 30))
+    wrong(
+        points, (1, 21), gauge, r"blocks 1 and 21: the distance fits blocks 1 and 30 of Step gauge 600 \(SG-600-001\)"
+    )
+
+
+def test_coordinates_of_no_machine_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text(POINTS.replace("\n5,5,", "\n5,1e308,"))
+    with pytest.raises(InputError, match=r"points.csv:6: point 5 is in no machine; found x_mm 1e\+308"):
+        read_points(path)

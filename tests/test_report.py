@@ -22,8 +22,10 @@ from pypdf import PdfReader
 from stepgauge.errors import InputError
 from stepgauge.evaluate import Evaluation
 from stepgauge.evaluation_files import evaluation_to_dict, write_evaluation
-from stepgauge.report.content import Sources, Stated, make_content
+from stepgauge.files import write_json
+from stepgauge.report.content import Sources, make_content
 from stepgauge.report.numbers import clean, number, quantity
+from stepgauge.report.page import Stated
 from stepgauge.report.reading import check_gauge, check_machine, check_placements, read_checked_evaluation
 from stepgauge.report.render import render_html, render_pdf, write_report
 from stepgauge.resources import folder
@@ -168,7 +170,7 @@ def test_files_given_with_it_are_printed() -> None:
     assert lines["Travel x, y, z (mm)"] == "0 to 700, 0 to 1200, 0 to 600"
     w_um = float(lines["Nominal − R_eff"].removesuffix(" µm"))
     assert w_um == pytest.approx((2.0 - one_placement().results[0].radius.r_eff_mm) * 1e3, abs=0.006)
-    assert "turned about its axis" in said["notes"]
+    assert "turned about its axis" in {one["title"]: one["items"] for one in said["lists"]}["Notes"]
 
 
 def test_notes_name_gaps_and_unequal_cycles() -> None:
@@ -181,9 +183,9 @@ def test_several_placements_have_their_own_rows_and_figures() -> None:
     said = content(two_placements())
     assert [one["placement"] for one in said["summary"]] == ["1", "2"]
     assert [one["cycles"] for one in said["summary"]] == ["3", "2"]
-    assert said["placements"][0]["figure"] != said["placements"][1]["figure"]
+    assert said["figures"][0]["svg"] != said["figures"][1]["svg"]
     text = "\n".join(pages(render_pdf(said).data))
-    assert "Table of placement 2" in text
+    assert "Errors by face, placement 2" in text
 
 
 def test_the_same_content_gives_the_same_files() -> None:
@@ -216,7 +218,7 @@ def test_a_character_without_a_font_is_said_and_does_not_stop_the_report(monkeyp
     rendered = render_pdf(content(one_placement(), replace(STATED, remarks="한국")))
     assert len(rendered.notes) == 1
     assert "not for archives" in rendered.notes[0]
-    assert len(pages(rendered.data)) >= 3
+    assert len(pages(rendered.data)) >= 2
 
 
 def test_html_is_one_file_with_tables_and_figures() -> None:
@@ -229,9 +231,8 @@ def test_html_is_one_file_with_tables_and_figures() -> None:
         assert b"<svg" in base64.b64decode(coded)
     assert not {"script", "link", "iframe", "object"} & set(page.tags)
     faces = sum(len(result.face) for result in evaluation.results)
-    assert (
-        page.tags.count("tr") == faces + 2 + 1 + 2
-    )  # tables of faces with their headers, and the summary with its own
+    # tables of faces with their headers, and the result: its header and five rows for each placement
+    assert page.tags.count("tr") == faces + 2 + 1 + 2 * 5
     assert "EXAMPLE CERTIFICATE" in "".join(page.words)
 
 
@@ -259,9 +260,14 @@ def test_markup_in_text_is_printed_not_obeyed(said: dict[str, Any], text: str) -
 @example(text="한국 😀")
 def test_any_text_compiles(said: dict[str, Any], text: str) -> None:
     """Whatever a person types, in any field, both files come out with the same tags and count of tables."""
-    changed = {**said, "remarks": clean(text) or None, "number": clean(text) or None, "notes": [clean(text)]}
+    changed = {**said, "remarks": clean(text) or None, "number": clean(text) or None}
+    changed |= {
+        "lists": [{"title": clean(text), "items": [clean(text)]}],
+        "warnings": [clean(text)],
+        "overall": clean(text),
+    }
     changed["sections"] = [{"title": clean(text), "rows": [{"label": clean(text), "value": clean(text)}]}]
-    assert len(PdfReader(io.BytesIO(render_pdf(changed).data)).pages) >= 3
+    assert len(PdfReader(io.BytesIO(render_pdf(changed).data)).pages) >= 2
     page = Text(render_html(changed).data)
     assert "script" not in page.tags
     assert page.tags.count("table") == 2
@@ -345,7 +351,7 @@ def test_a_file_that_is_no_evaluation(tmp_path: Path) -> None:
 def test_a_damaged_evaluation_is_named_by_its_key(tmp_path: Path, change: Any, key: str) -> None:
     data = evaluation_to_dict(one_placement())
     change(data)
-    (tmp_path / "evaluation.json").write_text(json.dumps(data))
+    write_json(tmp_path / "evaluation.json", data)
     with pytest.raises(InputError, match=re.escape(f"key {key} ")):
         read_checked_evaluation(tmp_path)
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -11,11 +12,15 @@ from benchmarks.blind import machine_causes as machine
 from benchmarks.blind import outsiders
 from benchmarks.blind import run_causes as run
 from benchmarks.blind.cause import Cause
+from benchmarks.blind.scatter import NOT_IDEAL
 from benchmarks.blind.scene import Design, Scene
+from benchmarks.blind.ways import MONTH_S, WAYS
 
 Random = np.random.Generator
 Make = Callable[[Scene, Random], Cause]
-SIZES = (3.0, 1.0, 0.5, 0.3)
+SIZES = (1.0, 0.5, 0.3, 0.2)
+NULLS = 500
+"""Recordings with nothing in them, by default; of every scatter and way a share of that (``Recipe.nulls``)."""
 
 
 @dataclass(frozen=True)
@@ -23,6 +28,8 @@ class Recipe:
     """One row of the benchmark: the causes to conceal and the measurements to choose from.
 
     ``whole_set`` are the kinds that a confounded answer must contain; ``forgiven`` kinds may be named in addition.
+    ``sizes`` are made unless others are asked for; ``nulls`` is the number of recordings of a recipe without causes,
+    over the number asked for.
     """
 
     family: str
@@ -31,6 +38,9 @@ class Recipe:
     designs: tuple[Design, ...]
     whole_set: tuple[str, ...] = ()
     forgiven: tuple[str, ...] = ()
+    sizes: tuple[float, ...] = SIZES
+    scatter: str = "normal"
+    nulls: float = 1.0
 
 
 def _pick(make: Callable[..., Cause], *choices: object) -> Make:
@@ -90,8 +100,19 @@ SINGLES = (
 )
 
 
-def _pair(first: tuple[str, Make], second: tuple[str, Make], designs: tuple[Design, ...]) -> Recipe:
-    return Recipe("pair", f"{first[0]}+{second[0]}", (first[1], second[1]), designs)
+Named = tuple[str, Make]
+
+
+def _joint(family: str, causes: tuple[Named, ...], designs: tuple[Design, ...], sizes: tuple[float, ...]) -> Recipe:
+    return Recipe(family, "+".join(name for name, _ in causes), tuple(m for _, m in causes), designs, sizes=sizes)
+
+
+def _pair(first: Named, second: Named, designs: tuple[Design, ...]) -> Recipe:
+    return _joint("pair", (first, second), designs, SIZES)
+
+
+def _triple(*causes: Named, kits: tuple[Design, ...]) -> Recipe:
+    return _joint("triple", causes, kits, (1.0, 0.5))
 
 
 _SCALE = ("scale_error", _pick(machine.scale_error, 0, 1))
@@ -99,18 +120,39 @@ _PERIODIC = ("periodic_scale_error", _pick(machine.periodic_scale_error, 0))
 _LOCAL = ("local_scale_defect", _pick(machine.local_scale_defect, 0))
 _SQUARE = ("squareness", _pick(machine.squareness, "xy"))
 _REVERSAL = ("reversal_error", _pick(machine.reversal_error, 0))
+_CURVED = ("scale_curvature", _pick(machine.scale_curvature, 0))
+_RADIUS = ("effective_radius", run.effective_radius)
+_DELAY = ("trigger_delay", run.trigger_delay)
+_WARM = ("gauge_temperature", run.gauge_temperature)
+_BLOCK = ("block_defect", run.block_defect)
+_DUST = ("outliers", run.outliers)
+_DRIFT = ("thermal_drift", run.thermal_drift)
+_CYCLE = ("temperature_cycle", run.temperature_cycle)
+_STEP = ("step_change", run.step_change)
+_TWO_SPEEDS = _kits("x_shifted_y", speeds=2, longest_mm=420.0)
+_MIRRORED = _kits("mirrored", speeds=2)
 PAIRS = (
-    _pair(_SCALE, ("thermal_drift", run.thermal_drift), _FLAT),
-    _pair(_SCALE, ("temperature_cycle", run.temperature_cycle), _FLAT),
-    _pair(_PERIODIC, ("step_change", run.step_change), _SHIFTED_X),
-    _pair(("gauge_temperature", run.gauge_temperature), ("block_defect", run.block_defect), _FLAT),
-    _pair(("gauge_temperature", run.gauge_temperature), ("outliers", run.outliers), _FLAT),
-    _pair(_SQUARE, _REVERSAL, _kits("mirrored", speeds=2)),
-    _pair(("effective_radius", run.effective_radius), _LOCAL, _kits("x_shifted_y", speeds=2, longest_mm=420.0)),
-    _pair(("effective_radius", run.effective_radius), _SQUARE, _kits("mirrored", speeds=2)),
-    _pair(("trigger_delay", run.trigger_delay), ("block_defect", run.block_defect), _kits("x_y_diagonal", speeds=2)),
-    _pair(("scale_curvature", _pick(machine.scale_curvature, 0)), ("step_change", run.step_change), _SHIFTED_X),
-    _pair(_PERIODIC, ("temperature_cycle", run.temperature_cycle), _SHIFTED_X),
+    _pair(_SCALE, _DRIFT, _FLAT),
+    _pair(_SCALE, _CYCLE, _FLAT),
+    _pair(_PERIODIC, _STEP, _SHIFTED_X),
+    _pair(_WARM, _BLOCK, _FLAT),
+    _pair(_WARM, _DUST, _FLAT),
+    _pair(_SQUARE, _REVERSAL, _MIRRORED),
+    _pair(_RADIUS, _LOCAL, _TWO_SPEEDS),
+    _pair(_RADIUS, _SQUARE, _MIRRORED),
+    _pair(_DELAY, _BLOCK, _kits("x_y_diagonal", speeds=2)),
+    _pair(_CURVED, _STEP, _SHIFTED_X),
+    _pair(_PERIODIC, _CYCLE, _SHIFTED_X),
+)
+TRIPLES = (
+    _triple(_SCALE, _SQUARE, _DRIFT, kits=_kits("mirrored")),
+    _triple(_SCALE, _CYCLE, _DUST, kits=_FLAT),
+    _triple(_PERIODIC, _STEP, _RADIUS, kits=_TWO_SPEEDS),
+    _triple(_WARM, _BLOCK, _CYCLE, kits=_FLAT),
+    _triple(_SQUARE, _REVERSAL, _DRIFT, kits=_MIRRORED),
+    _triple(_DELAY, _BLOCK, _STEP, kits=_kits("x_y_diagonal", speeds=2)),
+    _triple(_CURVED, _STEP, _CYCLE, kits=_SHIFTED_X),
+    _triple(_LOCAL, _RADIUS, _DRIFT, kits=_TWO_SPEEDS),
 )
 
 _STRETCH_X = ("scale_error", "gauge_temperature", "scale_temperature")
@@ -154,4 +196,58 @@ OUTSIDERS = tuple(
 NULL = Recipe(
     "null", "null", (), _ALL_ROUND + _kits("x", "y", "diagonal", "x_y", "azimuths", "x_front_rear", "y_low_high")
 )
-RECIPES = {recipe.family + ":" + recipe.name: recipe for recipe in (*SINGLES, *PAIRS, *CONFOUNDED, *OUTSIDERS, NULL)}
+
+_ORDINARY = {recipe.name: recipe for recipe in (*SINGLES, *PAIRS)}
+_IN_SCATTER = {
+    "scatter-single": "scale_error periodic_scale_error squareness gauge_temperature trigger_delay thermal_drift "
+    "temperature_cycle step_change",
+    "scatter-pair": "scale_error+thermal_drift periodic_scale_error+step_change gauge_temperature+block_defect "
+    "squareness+reversal_error",
+}
+
+
+def _scattered(family: str, recipe: Recipe, scatter: str) -> Recipe:
+    """The same causes, at size 1, under a scatter that is not ideal; a name says the scatter first."""
+    name = f"{scatter}:{recipe.name}" if recipe.causes else scatter
+    return replace(recipe, family=family, name=name, scatter=scatter, sizes=(1.0,), nulls=0.4)
+
+
+SCATTERED = tuple(
+    _scattered(family, _ORDINARY[name], scatter.name)
+    for family, names in _IN_SCATTER.items()
+    for scatter in NOT_IDEAL
+    for name in names.split()
+) + tuple(_scattered("scatter-null", NULL, scatter.name) for scatter in NOT_IDEAL)
+
+
+def _way(family: str, way: str, *causes: Named, sizes: tuple[float, ...] = (1.0,)) -> Recipe:
+    recipe = _joint(family, causes, WAYS[way], sizes)
+    return replace(recipe, name=f"{way}:{recipe.name}" if causes else way, nulls=0.1)
+
+
+_SCALE_X = ("scale_error", _pick(machine.scale_error, 0))
+_ROOM = ("temperature_cycle", partial(run.slow_cycle, shortest_s=300.0, longest_s=1200.0))
+_YEAR = ("temperature_cycle", partial(run.slow_cycle, shortest_s=12.0 * MONTH_S, longest_s=12.001 * MONTH_S))
+_IN_WAY: dict[str, tuple[Named, ...]] = {
+    "off_axis": (_SCALE_X, _PERIODIC, _LOCAL, _DRIFT),
+    "tilted": (_SCALE_X, _WARM, _DRIFT, _CYCLE),
+    "rhythm": (_PERIODIC, _DRIFT, _CYCLE, _STEP),
+    "long": (_SCALE_X, _CURVED, _DRIFT, _STEP),
+    "hour": (_DRIFT, _ROOM, _STEP),
+    "years": (_SCALE_X, _DRIFT, _YEAR, _STEP),
+    "far": (_SCALE_X, _SQUARE),
+}
+_BEYOND = {"hour": outsiders.late_heater, "rhythm": outsiders.humidity_lag, "years": outsiders.ageing_scale}
+"""Mechanisms that no vocabulary has."""
+IN_WAYS = (
+    *(_way("way-null", way) for way in WAYS),
+    *(_way("way-single", way, cause) for way, causes in _IN_WAY.items() for cause in causes),
+    _way("way-pair", "far", _SCALE_X, _SQUARE),
+    _way("way-pair", "off_axis", _PERIODIC, _DRIFT),
+    *(_way("way-outside", way, (make.__name__, make), sizes=(10.0, 1.0)) for way, make in _BEYOND.items()),
+)
+RECIPES = {
+    recipe.family + ":" + recipe.name: recipe
+    for recipe in (*SINGLES, *PAIRS, *TRIPLES, *CONFOUNDED, *OUTSIDERS, NULL, *SCATTERED, *IN_WAYS)
+}
+FAMILIES = tuple(dict.fromkeys(recipe.family for recipe in RECIPES.values()))

@@ -14,21 +14,28 @@ import os
 import zlib
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
-from functools import partial
+from copy import deepcopy
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from benchmarks.blind.catalogue import RECIPES, SIZES, Recipe
+from benchmarks.blind.bound import Signatures, bound, signatures_of
+from benchmarks.blind.catalogue import NULLS, RECIPES, Recipe
 from benchmarks.blind.cause import Cause, along, size, strength_for
-from benchmarks.blind.identify import leftovers
-from benchmarks.blind.outsiders import LIVES_IN
-from benchmarks.blind.scene import Scene, indicated_mm, make_scene
+from benchmarks.blind.identify import Names
+from benchmarks.blind.outsiders import BEYOND, LIVES_IN
+from benchmarks.blind.scatter import SCATTERS
+from benchmarks.blind.scene import Scene, indicated_mm, make_scene, recorded_um
 from benchmarks.blind.writers import write_case
 
+Array = NDArray[np.float64]
+NEED_HUMIDITY = ("humidity", "humidity_lag")
+"""Causes that follow the recorded humidity: their recordings always have that column."""
 WITHOUT_LAW = ("outliers", "noise_growth")
 """Kinds that are no function of the covariates; nothing of the vocabulary can stand in for them."""
 NOTED_CHI2 = 100.0
@@ -52,34 +59,81 @@ class Case:
 
 
 def list_cases(
-    seeds: Iterable[int], *, families: Iterable[str], names: str = "", sizes: Iterable[float] = SIZES, nulls: int = 500
+    seeds: Iterable[int],
+    *,
+    families: Iterable[str],
+    names: str = "",
+    sizes: Iterable[float] | None = None,
+    nulls: int = NULLS,
 ) -> list[Case]:
-    """All cases wanted, in an order that mixes the classes (by case id). ``nulls`` counts over all seeds together."""
-    families, seeds = set(families), list(seeds)
-    cases = [
-        Case(key, wanted, seed)
-        for key, recipe in RECIPES.items()
-        if recipe.family in families and recipe.causes and names in key
-        for wanted in sizes
-        for seed in seeds
-    ]
-    if "null" in families and names in "null:null":
-        first = min(seeds) * 100_000
-        cases += [Case("null:null", 0.0, first + number) for number in range(nulls)]
+    """All cases wanted, in an order that mixes the classes (by case id).
+
+    A family is meant with those that begin with it and a hyphen. ``sizes`` None are those of each recipe. ``nulls``
+    counts over all seeds together, and is the number of recordings of a null recipe whose share is one.
+    """
+    families, seeds = list(families), list(seeds)
+    cases: list[Case] = []
+    for key, recipe in RECIPES.items():
+        if names not in key or not any(recipe.family == f or recipe.family.startswith(f + "-") for f in families):
+            continue
+        if recipe.causes:
+            wanted = recipe.sizes if sizes is None else sizes
+            cases += [Case(key, size, seed) for size in wanted for seed in seeds]
+        else:
+            first = min(seeds) * 100_000
+            cases += [Case(key, 0.0, first + number) for number in range(round(nulls * recipe.nulls))]
     return sorted(cases, key=lambda case: case.case_id)
+
+
+def sample(cases: Iterable[Case], count: int, seed: int) -> list[Case]:
+    """At most ``count`` cases of every family and size, drawn at random."""
+    groups: dict[tuple[str, float], list[Case]] = {}
+    for case in cases:
+        groups.setdefault((RECIPES[case.recipe].family, case.size), []).append(case)
+    random = np.random.default_rng(seed)
+    drawn = [
+        group[k] for group in groups.values() for k in random.choice(len(group), min(count, len(group)), replace=False)
+    ]
+    return sorted(drawn, key=lambda case: case.case_id)
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One drawing of a measurement and its causes; ``random`` goes on with the noise. The same at every size."""
+
+    scene: Scene
+    causes: list[Cause]
+    random: np.random.Generator
+    names: Names
+    signatures: Signatures
+
+
+@lru_cache(maxsize=2)
+def _draw(recipe: str, seed: int, attempt: int) -> Measurement:
+    wanted = RECIPES[recipe]
+    scatter = SCATTERS[wanted.scatter]
+    numbers = [seed, zlib.crc32(recipe.encode()), attempt]
+    random = np.random.default_rng(numbers)
+    scene = make_scene(wanted.designs[int(random.integers(len(wanted.designs)))], random)
+    scene = replace(scene, sigma_um=scatter.sigma_um(scene.sigma_um))
+    causes = [make(scene, random) for make in wanted.causes]
+    signatures = signatures_of(scene, scatter, causes, np.random.default_rng([*numbers, 1]))
+    return Measurement(scene, causes, random, Names(scene, scatter), signatures)
 
 
 def make_case(case: Case, public: Path) -> dict[str, Any]:
     """Write the public folder of a case and return its truth."""
-    recipe = RECIPES[case.recipe]
-    scene, causes, strengths, random = _realise(recipe, case)
-    effects = [cause.displace(strength) for cause, strength in zip(causes, strengths, strict=True)]
-    noise_um = random.normal(0.0, scene.sigma_um, len(scene))
-    total = sum(effects, np.zeros((len(scene), 3)))
-    indicated = indicated_mm(scene, total, noise_um, random)
+    recipe, scatter = RECIPES[case.recipe], SCATTERS[RECIPES[case.recipe].scatter]
+    measurement, strengths = _realise(recipe, case)
+    scene, causes, random = measurement.scene, measurement.causes, deepcopy(measurement.random)
+    effects = [along(scene, cause.displace(k)) for cause, k in zip(causes, strengths, strict=True)]
+    total = sum(effects, np.zeros(len(scene)))
+    recorded = recorded_um(scene, total + scatter.noise_um(random, scene), scatter.step_um)
+    indicated = indicated_mm(scene, recorded, random)
     split = bool(random.random() < 0.25) and len(np.unique(scene.placement)) > 1
-    humidity = recipe.name == "humidity" or bool(random.random() < 0.3)
-    write_case(public / case.case_id, scene, indicated, split=split, humidity=humidity)
+    humidity = recipe.name.rpartition(":")[2] in NEED_HUMIDITY or bool(random.random() < 0.3)
+    write_case(public / case.case_id, scene, indicated, split=split, humidity=humidity, stated=scatter.stated)
+    truths = _truths(measurement, strengths, effects)
     return {
         "case": case.case_id,
         "family": recipe.family,
@@ -87,58 +141,71 @@ def make_case(case: Case, public: Path) -> dict[str, Any]:
         "size": case.size,
         "seed": case.seed,
         "rows": len(scene),
+        "scatter": scatter.name,
         "sigma_um": scene.sigma_um,
-        "noise_rms_um": float(np.sqrt(np.mean(noise_um**2))),
-        "causes": _truths(scene, causes, strengths, effects, outside=recipe.family == "outsider"),
+        "noise_rms_um": float(np.sqrt(np.mean((recorded - total) ** 2))),
+        "causes": truths,
+        "together_chi2": _together(measurement, effects),
         "whole_set": list(recipe.whole_set),
         "forgiven": list(recipe.forgiven),
-        "covariates": LIVES_IN.get(causes[0].kind, []) if causes else [],
+        "covariates": sorted({word for cause in causes for word in LIVES_IN[cause.kind]}),
+        "bound": bound(measurement.signatures, truths, case.seed),
     }
 
 
-def _realise(recipe: Recipe, case: Case) -> tuple[Scene, list[Cause], list[float], np.random.Generator]:
+def _realise(recipe: Recipe, case: Case) -> tuple[Measurement, list[float]]:
     """A measurement in which the causes can be seen. Random numbers do not depend on the size of the effect."""
     for attempt in range(TRIES):
-        random = np.random.default_rng([case.seed, zlib.crc32(case.recipe.encode()), attempt])
-        scene = make_scene(recipe.designs[int(random.integers(len(recipe.designs)))], random)
-        causes = [make(scene, random) for make in recipe.causes]
+        measurement = _draw(case.recipe, case.seed, attempt)
         try:
-            strengths = [strength_for(scene, cause, case.size) for cause in causes]
+            strengths = [strength_for(measurement.scene, cause, case.size) for cause in measurement.causes]
         except ValueError:
             continue
-        if recipe.family != "outsider" or _is_outside(scene, causes[0]):
-            return scene, causes, strengths, random
+        if recipe.family != "outsider" or _is_outside(measurement):
+            return measurement, strengths
     raise RuntimeError(f"{case.recipe}, seed {case.seed}: no measurement in {TRIES} shows it")
 
 
-def _is_outside(scene: Scene, cause: Cause) -> bool:
+def _is_outside(measurement: Measurement) -> bool:
     """Whether this draw of an outsider is one: at size 1 every name of the vocabulary leaves much of it."""
-    left = leftovers(scene, along(scene, cause.displace(strength_for(scene, cause, 1.0))))
+    scene, cause = measurement.scene, measurement.causes[0]
+    left = measurement.names.leftovers(along(scene, cause.displace(strength_for(scene, cause, 1.0))))
     return min(left.values()) > OUTSIDE_CHI2
 
 
-def _truths(
-    scene: Scene, causes: list[Cause], strengths: list[float], effects: list[np.ndarray], *, outside: bool
-) -> list[dict[str, Any]]:
+def _truths(measurement: Measurement, strengths: list[float], effects: list[Array]) -> list[dict[str, Any]]:
     truths = []
-    for number, (cause, strength, effect) in enumerate(zip(causes, strengths, effects, strict=True)):
-        others = [along(scene, other) for k, other in enumerate(effects) if k != number]
+    share = np.sqrt(np.mean(measurement.scene.approach**2, axis=0))
+    for number, (cause, strength, effect) in enumerate(zip(measurement.causes, strengths, effects, strict=True)):
+        others = [other for k, other in enumerate(effects) if k != number]
         left = {}
         if cause.kind not in WITHOUT_LAW:
-            left = leftovers(scene, along(scene, effect), others[0] if others else None)
+            left = measurement.names.leftovers(effect, np.array(others) if others else None)
         truths.append(
             {
                 "kind": cause.kind,
                 "where": cause.where,
                 "strength": strength,
-                "size": size(scene, cause, strength),
+                "size": size(measurement.scene, cause, strength),
                 "parameters": {name: float(value) for name, value in cause.parameters(strength).items()},
-                "leftover_chi2": {key: round(chi2, 3) for key, chi2 in sorted(left.items()) if chi2 < NOTED_CHI2},
-                "own_form_chi2": left.get(cause.key, 0.0) if not outside else None,
+                "rows": [int(row) + 1 for row in np.flatnonzero(effect)] if cause.kind == "outliers" else [],
+                "leftover_chi2": _noted(left),
+                "own_form_chi2": left.get(cause.key, 0.0) if cause.kind not in BEYOND else None,
                 "best_known": _nearest(left),
+                "lives_in": LIVES_IN[cause.kind],
+                "axis_share": dict(zip("xyz", map(float, share), strict=True)),
             }
         )
     return truths
+
+
+def _together(measurement: Measurement, effects: list[Array]) -> dict[str, float]:
+    """What single names leave of several causes at once; empty for one cause."""
+    return _noted(measurement.names.leftovers(np.sum(effects, axis=0))) if len(effects) > 1 else {}
+
+
+def _noted(left: dict[str, float]) -> dict[str, float]:
+    return {key: round(chi2, 3) for key, chi2 in sorted(left.items()) if chi2 < NOTED_CHI2}
 
 
 def _nearest(left: dict[str, float]) -> list[Any] | None:
@@ -158,38 +225,52 @@ def seal(folder: Path, truths: Iterable[dict[str, Any]]) -> None:
 
 
 def make_cases(cases: Iterable[Case], public: Path, jobs: int = 1) -> Iterator[dict[str, Any]]:
-    """Write the public folders and yield the truths; nothing of a truth touches the disk here."""
+    """Write the public folders and yield the truths, the sizes of one measurement together.
+
+    Nothing of a truth touches the disk here.
+    """
     public.mkdir(parents=True, exist_ok=True)
+    ordered = sorted(cases, key=lambda case: (case.recipe, case.seed, case.size))
     if jobs == 1:
-        yield from map(partial(make_case, public=public), cases)
+        yield from map(partial(make_case, public=public), ordered)
     else:
         with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-            yield from pool.map(partial(make_case, public=public), cases, chunksize=8)
+            yield from pool.map(partial(make_case, public=public), ordered, chunksize=8)
 
 
 def add_selection(parser: argparse.ArgumentParser) -> None:
     """Options that choose cases, shared with the runner."""
     parser.add_argument("--seeds", type=int, default=16, help="number of seeds (default 16)")
     parser.add_argument("--first-seed", type=int, default=1, help="first seed (default 1)")
-    parser.add_argument("--sizes", default=",".join(map(str, SIZES)), help="effect over noise (default %(default)s)")
+    parser.add_argument("--sizes", default="", help="effect over noise, e.g. 1,0.5 (default: those of every class)")
     parser.add_argument(
         "--families",
-        default="single,pair,confounded,outsider,null",
-        help="which families of cases (default %(default)s)",
+        default="single,pair,triple,confounded,outsider,null,scatter,way",
+        help="families of cases, or what such names begin with (default %(default)s)",
     )
     parser.add_argument("--names", default="", help="only recipes whose family:name contains this")
-    parser.add_argument("--nulls", type=int, default=500, help="number of null recordings (default 500)")
+    parser.add_argument(
+        "--nulls",
+        type=int,
+        default=NULLS,
+        help="null recordings; 0.4 of it for each scatter, 0.1 for each way (default 500)",
+    )
+    parser.add_argument(
+        "--sample", type=int, default=0, help="draw so many cases of every family and size (default: all)"
+    )
+    parser.add_argument("--sample-seed", type=int, default=1, help="seed of that draw (default 1)")
 
 
 def selected(options: argparse.Namespace) -> list[Case]:
     """The cases chosen by the options of :func:`add_selection`."""
-    return list_cases(
+    cases = list_cases(
         range(options.first_seed, options.first_seed + options.seeds),
         families=options.families.split(","),
         names=options.names,
-        sizes=[float(text) for text in options.sizes.split(",")],
+        sizes=[float(text) for text in options.sizes.split(",")] if options.sizes else None,
         nulls=options.nulls,
     )
+    return sample(cases, options.sample, options.sample_seed) if options.sample else cases
 
 
 def main(argv: list[str] | None = None) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.blind.cause import Cause, on_axis
-from benchmarks.blind.scene import TRAVEL_MM, Scene
+from benchmarks.blind.scene import Scene
 
 Array = NDArray[np.float64]
 Random = np.random.Generator
@@ -19,7 +19,7 @@ def _indicated_along(scene: Scene, axis: int) -> Array:
 
 def scale_error(scene: Scene, random: Random, axis: int) -> Cause:
     """Every millimetre of graduation is a little off; the errors of the pitches add up along the scale."""
-    grid_mm = np.arange(0.0, TRAVEL_MM[axis, 1] + 2.0)
+    grid_mm = np.arange(0.0, scene.travel_mm[axis, 1] + 2.0)
     pitch = np.cumsum(1.0 + 0.02 * random.standard_normal(len(grid_mm)))
     sign = random.choice([-1.0, 1.0])
     slope = float(np.polyfit(grid_mm, pitch, 1)[0])
@@ -32,8 +32,8 @@ def scale_error(scene: Scene, random: Random, axis: int) -> Cause:
 
 def scale_curvature(scene: Scene, random: Random, axis: int) -> Cause:
     """A tape stretched more towards one end: its strain runs linearly through zero at mid-travel and is integrated."""
-    grid_m = np.arange(0.0, TRAVEL_MM[axis, 1] + 0.5, 0.5) * 1e-3
-    strain = 2.0 * (grid_m - TRAVEL_MM[axis].mean() * 1e-3)
+    grid_m = np.arange(0.0, scene.travel_mm[axis, 1] + 0.5, 0.5) * 1e-3
+    strain = 2.0 * (grid_m - scene.travel_mm[axis].mean() * 1e-3)
     bow = np.r_[0.0, np.cumsum((strain[1:] + strain[:-1]) / 2.0 * np.diff(grid_m))]
     sign = random.choice([-1.0, 1.0])
 
@@ -104,7 +104,7 @@ def angular_error(scene: Scene, random: Random, travel: int, rotation: int) -> C
     arm from that line counts.
     """
     sign = random.choice([-1.0, 1.0])
-    grid_m = np.arange(0.0, TRAVEL_MM[travel, 1] + 1.0) * 1e-3
+    grid_m = np.arange(0.0, scene.travel_mm[travel, 1] + 1.0) * 1e-3
     arm_mm = scene.centre_mm.copy()
     arm_mm[:, travel] = 0.0
     spin = np.eye(3)[rotation]
@@ -127,14 +127,14 @@ def angular_error(scene: Scene, random: Random, travel: int, rotation: int) -> C
 def reversal_error(scene: Scene, random: Random, axis: int) -> Cause:
     """Play between drive and carriage, followed through every corner of the path: the carriage lags behind."""
     sign = random.choice([-1.0, 1.0])
-    path_mm = scene.way_mm[:, :, axis].ravel()
+    path_mm = scene.way_mm[:, :, axis].ravel().tolist()
 
     def displace(um: float) -> Array:
-        half_mm, carriage, lag = um * 1e-3 / 2.0, path_mm[0], np.empty(len(path_mm))
-        for corner, drive in enumerate(path_mm):
+        half_mm, carriage, lag = float(um) * 1e-3 / 2.0, path_mm[0], []
+        for drive in path_mm:
             carriage = min(max(carriage, drive - half_mm), drive + half_mm)
-            lag[corner] = drive - carriage
-        return on_axis(scene, axis, sign * lag.reshape(len(scene), -1)[:, 2] * 1e3)
+            lag.append(drive - carriage)
+        return on_axis(scene, axis, sign * np.reshape(lag, (len(scene), -1))[:, 2] * 1e3)
 
     return Cause("reversal_error", displace, AXES[axis], lambda um: {"um": sign * um}, start=2.0)
 
@@ -147,7 +147,7 @@ def straightness(scene: Scene, random: Random, travel: int, sideways: int) -> Ca
     bend = np.cumsum(slope - slope.mean())
     bend /= np.ptp(bend)
     sign = random.choice([-1.0, 1.0])
-    fraction = scene.centre_mm[:, travel] / TRAVEL_MM[travel, 1]
+    fraction = scene.centre_mm[:, travel] / scene.travel_mm[travel, 1]
     line = np.interp(fraction, grid, bend)
     return Cause(
         "straightness", lambda um: on_axis(scene, sideways, sign * um * line), f"{AXES[travel]}/{AXES[sideways]}"

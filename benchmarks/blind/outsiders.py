@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.blind.cause import Cause, on_axis
-from benchmarks.blind.scene import TRAVEL_MM, Scene
+from benchmarks.blind.scene import Scene
 
 Array = NDArray[np.float64]
 Random = np.random.Generator
@@ -20,6 +20,9 @@ _COVARIATES = {
     "corner_cubic": "machine gauge",
     "compensation_staircase": "machine gauge",
     "cycle_offsets": "cycle time order",
+    "late_heater": "time order cycle",
+    "humidity_lag": "humidity_pct time order cycle",
+    "ageing_scale": "time order cycle machine gauge",
     "scale_error": "machine gauge",
     "scale_temperature": "machine gauge",
     "scale_curvature": "machine gauge",
@@ -43,6 +46,8 @@ _COVARIATES = {
     "noise_growth": "time order",
     "outliers": "time order",
 }
+BEYOND = tuple(_COVARIATES)[: tuple(_COVARIATES).index("scale_error")]
+"""Kinds that the vocabulary does not have."""
 LIVES_IN = {kind: words.split() for kind, words in _COVARIATES.items()}
 """Covariates (as ``score.covariate`` names them) under which each may be located.
 
@@ -114,7 +119,7 @@ def corner_cubic(scene: Scene, random: Random) -> Cause:
     """One corner of the volume is spoilt: far out in x and y together x is off by the cube of the way in."""
     x, y = scene.centre_mm[:, 0], scene.centre_mm[:, 1]
     edge = np.quantile(x, random.uniform(0.35, 0.55))
-    way_in = np.clip(x - edge, 0.0, None) / (TRAVEL_MM[0, 1] - edge)
+    way_in = np.clip(x - edge, 0.0, None) / (scene.travel_mm[0, 1] - edge)
     rear = np.clip((y - 450.0) / 550.0, 0.0, None)
     return Cause("corner_cubic", lambda um: on_axis(scene, 0, um * rear * way_in**3), start=10.0)
 
@@ -136,3 +141,27 @@ def cycle_offsets(scene: Scene, random: Random) -> Cause:
     places, cycles = scene.placement.max() + 1, scene.cycle.max() + 1
     put = random.standard_normal((places, cycles))
     return Cause("cycle_offsets", lambda um: _along_gauge(scene, um * put[scene.placement, scene.cycle]))
+
+
+def late_heater(scene: Scene, random: Random) -> Cause:
+    """A heater is switched on five minutes after the start; the fixture warms to a new level from then on."""
+    rise_s = float(np.exp(random.uniform(np.log(60.0), np.log(900.0))))
+    since_s = np.clip(scene.time_s - scene.time_s[0] - 300.0, 0.0, None)
+    return Cause("late_heater", lambda um: _along_gauge(scene, -um * np.expm1(-since_s / rise_s)), start=2.0)
+
+
+def humidity_lag(scene: Scene, random: Random) -> Cause:
+    """Wood under the table: it follows the humidity of the room as a first-order lag of some minutes."""
+    lag_s = float(random.uniform(60.0, 400.0))
+    soaked, state = np.empty(len(scene)), float(scene.humidity_pct[0])
+    for row, gap_s in enumerate(np.diff(scene.time_s, prepend=scene.time_s[0])):
+        state += -np.expm1(-gap_s / lag_s) * (scene.humidity_pct[row] - state)
+        soaked[row] = state
+    return Cause("humidity_lag", lambda um: _along_gauge(scene, um * _centred(soaked)))
+
+
+def ageing_scale(scene: Scene, random: Random) -> Cause:
+    """A young glass scale that shrinks from month to month: a length error that grows with the years."""
+    years = (scene.time_s - scene.time_s[0]) / (365.25 * 86400.0)
+    shrunk = years * (scene.centre_mm[:, 0] - scene.travel_mm[0].mean()) * 1e-3
+    return Cause("ageing_scale", lambda um: on_axis(scene, 0, um * shrunk))

@@ -18,15 +18,16 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
+from benchmarks.blind.figure import draw_reliability
 from benchmarks.blind.generate import Case, add_selection, make_cases, seal, selected
 from benchmarks.blind.left_out import KIND, deleted_kinds, forgetful, matrix, matrix_text, score_left_out
 from benchmarks.blind.score import score_case
+from benchmarks.blind.statements import statements
 from benchmarks.blind.table import summarise, text
 
 HERE = Path(__file__).resolve().parent
@@ -35,6 +36,8 @@ FORGET = "--without={kind}"
 """What tells stepgauge to forget a kind."""
 BATCH = 25
 """Cases per worker process: the start-up is shared, a crash costs one case."""
+KEPT = ("PATH", "PYTHONPATH", "LANG", "LC_ALL", "VIRTUAL_ENV")
+REPORT_S = 30.0
 Identity = Mapping[str, Any]
 
 
@@ -73,26 +76,25 @@ def diagnose(
 
 
 def _environment() -> dict[str, str]:
-    """The environment of a worker: one thread each, and nothing that says where this process runs."""
-    kept = {key: value for key, value in os.environ.items() if key in ("PATH", "LANG", "LC_ALL", "VIRTUAL_ENV")}
+    """The environment of a worker: one thread each, the paths of programs and modules, and nothing else."""
+    kept = {key: value for key, value in os.environ.items() if key in KEPT}
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     return {**kept, **threads, "MPLBACKEND": "Agg", "MPLCONFIGDIR": tempfile.gettempdir()}
 
 
 def diagnose_all(
     folders_of: Mapping[str, list[Path]], out: Path, *, jobs: int, timeout_s: int, identity: Identity
-) -> dict[str, dict[str, Any]]:
-    """Diagnose the public folders of every tool with ``jobs`` workers at a time."""
+) -> Iterator[dict[str, dict[str, Any]]]:
+    """Diagnose the public folders of every tool with ``jobs`` workers at a time; the answers batch by batch."""
     batches = [(tool, part[k : k + BATCH]) for tool, part in folders_of.items() for k in range(0, len(part), BATCH)]
-    total = sum(len(folders) for folders in folders_of.values())
-    one = partial(diagnose, out=out, timeout_s=timeout_s, identity=identity)
-    answers: dict[str, dict[str, Any]] = {}
+    total, done = sum(len(folders) for folders in folders_of.values()), 0
     began = time.perf_counter()
     with ThreadPoolExecutor(jobs) as pool:
-        for part in pool.map(lambda batch: one(batch[1], tool=batch[0]), batches):
-            answers.update(part)
-            print(f"{len(answers)} of {total} diagnosed, {time.perf_counter() - began:.0f} s", file=sys.stderr)
-    return answers
+        running = [pool.submit(diagnose, part, out, tool, timeout_s, identity) for tool, part in batches]
+        for batch in as_completed(running):
+            done += len(batch.result())
+            print(f"{done} of {total} diagnosed, {time.perf_counter() - began:.0f} s", file=sys.stderr)
+            yield batch.result()
 
 
 def folders_by_tool(
@@ -105,17 +107,12 @@ def folders_by_tool(
     return folders
 
 
-def score_all(
-    truths: Iterable[Mapping[str, Any]], out: Path, answers: Mapping[str, Mapping[str, Any]], *, left_out: bool = False
-) -> list[dict[str, Any]]:
-    """Score what lies in the out folders."""
-    results = []
-    for truth in truths:
-        answer = answers.get(truth["case"], {"seconds": None, "error": "not run"})
-        diagnosis = read_diagnosis(out / truth["case"] / "diagnosis.json")
-        result = (score_left_out if left_out else score_case)(truth, diagnosis)
-        results.append({**result, "seconds": answer["seconds"], "error": answer["error"]})
-    return results
+def score_one(truth: Mapping[str, Any], out: Path, answer: Mapping[str, Any], *, left_out: bool) -> dict[str, Any]:
+    """Score what lies in the out folder of a case."""
+    diagnosis = read_diagnosis(out / truth["case"] / "diagnosis.json")
+    result = (score_left_out if left_out else score_case)(truth, diagnosis)
+    said = [] if left_out else statements(truth, diagnosis)
+    return {**result, "statements": said, "seconds": answer["seconds"], "error": answer["error"]}
 
 
 def read_diagnosis(path: Path) -> Any:
@@ -138,22 +135,37 @@ def cases_of(options: argparse.Namespace) -> Sequence[Case]:
     return [case for case in cases if case.recipe.startswith("single:")] if options.left_out else cases
 
 
-def benchmark(options: argparse.Namespace, folder: Path) -> tuple[list[dict[str, Any]], Identity]:
-    """Generate, diagnose, seal, score."""
-    public, out = folder / "public", folder / "out"
-    began = time.perf_counter()
-    truths = list(make_cases(cases_of(options), public, options.jobs))
+def benchmark(
+    options: argparse.Namespace,
+    folder: Path,
+    done: Sequence[dict[str, Any]] = (),
+    report: Callable[[list[dict[str, Any]]], None] = lambda results: None,
+) -> tuple[list[dict[str, Any]], Identity]:
+    """Generate, diagnose, score batch by batch, seal. Cases that are ``done`` are not made again.
+
+    ``report`` is given all results so far after every batch.
+    """
+    public, out, results = folder / "public", folder / "out", list(done)
+    began, known = time.perf_counter(), {result["case"] for result in done}
+    cases = [case for case in cases_of(options) if case.case_id not in known]
+    truths = {truth["case"]: truth for truth in make_cases(cases, public, options.jobs)}
     print(f"{len(truths)} cases made in {time.perf_counter() - began:.0f} s", file=sys.stderr)
     out.mkdir(parents=True)
     folder.chmod(0o755)
     identity = other_user()
     if identity:
         shutil.chown(out, identity["user"], identity["group"])
-    tool = tool_template(options.tool)
-    folders = folders_by_tool(tool, truths, public, left_out=options.left_out)
-    answers = diagnose_all(folders, out, jobs=options.jobs, timeout_s=options.timeout, identity=identity)
-    seal(folder / "sealed", truths)
-    return score_all(truths, out, answers, left_out=options.left_out), identity
+    folders = folders_by_tool(tool_template(options.tool), truths.values(), public, left_out=options.left_out)
+    limits = {"jobs": options.jobs, "timeout_s": options.timeout, "identity": identity}
+    for answers in diagnose_all(folders, out, **limits):
+        for case, answer in answers.items():
+            results.append(score_one(truths[case], out, answer, left_out=options.left_out))
+            if not options.keep:
+                shutil.rmtree(public / case)
+                shutil.rmtree(out / case, ignore_errors=True)
+        report(results)
+    seal(folder / "sealed", truths.values())
+    return results, identity
 
 
 def problem_with(options: argparse.Namespace) -> str:
@@ -180,6 +192,8 @@ def options_of(argv: list[str] | None) -> argparse.Namespace:
         "--left-out", action="store_true", help="singles only, each with its own kind forgotten ({kind} in --tool)"
     )
     parser.add_argument("--short", action="store_true", help="print classes only, not every recipe")
+    parser.add_argument("--resume", action="store_true", help="keep the results that --output has, run what is missing")
+    parser.add_argument("--figure", type=Path, help="draw the reliability of what is said, as .png and .svg")
     options = parser.parse_args(argv)
     if options.left_out and options.tool == STEPGAUGE:
         options.tool = f"{STEPGAUGE} {FORGET}"
@@ -188,21 +202,52 @@ def options_of(argv: list[str] | None) -> argparse.Namespace:
     return options
 
 
+def content_of(options: argparse.Namespace, results: list[dict[str, Any]], *, complete: bool) -> dict[str, Any]:
+    """What the JSON file holds."""
+    chosen = {name: getattr(options, name) for name in ("first_seed", "seeds", "families", "names", "sizes", "nulls")}
+    chosen |= {"sample": options.sample, "sample_seed": options.sample_seed}
+    content: dict[str, Any] = {"tool": options.tool, "complete": complete, "selection": chosen}
+    content |= {"summary": summarise(results), "cases": results}
+    return content | ({"left_out": matrix(results)} if options.left_out else {})
+
+
+def write_results(path: Path, content: Mapping[str, Any]) -> None:
+    """Write the results where only their owner reads them, whole or not at all."""
+    part = path.with_name(path.name + ".part")
+    with os.fdopen(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:
+        json.dump(content, file, indent=1)
+    part.replace(path)
+
+
+def reporter(options: argparse.Namespace) -> Callable[[list[dict[str, Any]]], None]:
+    """Writes the results so far, at most every ``REPORT_S`` seconds, so that a run that is stopped loses little."""
+    last_s = time.perf_counter()
+
+    def report(results: list[dict[str, Any]]) -> None:
+        nonlocal last_s
+        if time.perf_counter() - last_s > REPORT_S:
+            write_results(options.output, content_of(options, results, complete=False))
+            last_s = time.perf_counter()
+
+    return report
+
+
 def main(argv: list[str] | None = None) -> None:
     options = options_of(argv)
+    done = json.loads(options.output.read_text())["cases"] if options.resume and options.output.exists() else []
     folder = options.keep or Path(tempfile.mkdtemp(prefix="blind-"))
     try:
-        results, identity = benchmark(options, folder.resolve())
+        results, identity = benchmark(options, folder.resolve(), done, reporter(options))
     finally:
         if not options.keep:
             shutil.rmtree(folder, ignore_errors=True)
-    summary = summarise(results)
     user = identity.get("user", "the same user")
-    content = {"tool": options.tool, "worker_user": user, "summary": summary, "cases": results}
-    if options.left_out:
-        content["left_out"] = matrix(results)
-    options.output.write_text(json.dumps(content, indent=1))
-    print(matrix_text(content["left_out"]) if options.left_out else text(summary, recipes=not options.short))
+    content = {**content_of(options, results, complete=True), "worker_user": user}
+    write_results(options.output, content)
+    if options.figure:
+        for suffix in (".png", ".svg"):
+            draw_reliability(content["summary"]["reliability"], options.figure.with_suffix(suffix))
+    print(matrix_text(content["left_out"]) if options.left_out else text(content["summary"], recipes=not options.short))
     errors = [result for result in results if result["error"]]
     if errors:
         print(f"errors: {len(errors)} cases, first {errors[0]['case']}: {errors[0]['error']}")

@@ -79,10 +79,11 @@ def trigger_delay(scene: Scene, random: Random) -> Cause:
 def approach_memory(scene: Scene, random: Random) -> Cause:
     """Contacts that creep while they rest: a long pause lets them settle, the next touches work them loose."""
     gap_s = np.diff(scene.time_s, prepend=scene.time_s[0] - 3600.0)
-    rest_s, kept = 3.0 * float(np.median(gap_s)), float(random.uniform(0.05, 0.4))
+    usual_s = float(np.median(gap_s))
+    rest_s, kept = 3.0 * usual_s, float(random.uniform(0.05, 0.4))
     sign, settled, state = _sign(random), np.empty(len(scene)), 0.0
     for row, gap in enumerate(gap_s):
-        state = 1.0 - (1.0 - state) * np.exp(-max(gap - 1.5 * np.median(gap_s), 0.0) / rest_s)
+        state = 1.0 - (1.0 - state) * np.exp(-max(gap - 1.5 * usual_s, 0.0) / rest_s)
         settled[row] = state
         state *= kept
     return Cause("approach_memory", lambda um: (sign * um * settled)[:, None] * scene.approach)
@@ -182,9 +183,10 @@ def thermal_drift(scene: Scene, random: Random) -> Cause:
     """Two bodies in a warmer room, integrated in steps: the slow frame and the ram that exchanges heat with it."""
     direction, hours = _direction(scene, random), float(np.ptp(scene.time_s)) / 3600.0
     frame_s, ram_s = 3600.0 * hours * random.uniform(0.4, 1.5), 3600.0 * hours * random.uniform(0.01, 0.03)
-    step_s = float(np.ptp(scene.time_s)) / 4000.0
+    whole_s = float(np.ptp(scene.time_s))
+    step_s = whole_s / 4000.0
     clock, ram, frame, expansion = [0.0], 0.0, 0.0, [0.0]
-    while clock[-1] < np.ptp(scene.time_s):
+    while clock[-1] < whole_s:
         frame += step_s * ((1.0 - frame) / frame_s + 0.02 * (ram - frame) / frame_s)
         ram += step_s * (frame - ram) / ram_s
         clock.append(clock[-1] + step_s)
@@ -198,15 +200,25 @@ def temperature_cycle(scene: Scene, random: Random) -> Cause:
     direction, run_s = _direction(scene, random), float(scene.time_s[-1])
     cycle_time = run_s / max(len(np.unique(scene.cycle)) * len(np.unique(scene.placement)), 1)
     period_s = float(np.clip(random.uniform(0.35, 1.6) * cycle_time, 120.0, run_s / 4.0))
+    return _cycle(scene, random, direction, period_s)
+
+
+def slow_cycle(scene: Scene, random: Random, shortest_s: float, longest_s: float) -> Cause:
+    """The same of a period that has nothing to do with the cycles of the measurement: a room, or the seasons."""
+    period_s = float(np.exp(random.uniform(np.log(shortest_s), np.log(longest_s))))
+    return _cycle(scene, random, _direction(scene, random), period_s)
+
+
+def _cycle(scene: Scene, random: Random, direction: Array, period_s: float) -> Cause:
     step_s, lags_s = period_s / 200.0, period_s * np.array([0.3, 0.4, 0.5])
-    clock = np.arange(-8.0 * period_s, run_s + period_s, step_s)
+    clock = np.arange(-8.0 * period_s, float(scene.time_s[-1]) + period_s, step_s)
     heater = np.where((clock / period_s + random.uniform()) % 1.0 < 0.5, 1.0, -1.0)
     for lag_s in lags_s:
-        warmed, state = np.empty_like(heater), 0.0
-        for row, heat in enumerate(heater):
-            state += step_s / lag_s * (heat - state)
-            warmed[row] = state
-        heater = warmed
+        warmed, state, gain = [], 0.0, float(step_s / lag_s)
+        for heat in heater.tolist():
+            state += gain * (heat - state)
+            warmed.append(state)
+        heater = np.array(warmed)
     air = np.interp(scene.time_s, clock, heater) / np.abs(heater[len(heater) // 2 :]).max()
     return Cause(
         "temperature_cycle",

@@ -5,13 +5,18 @@ Own code throughout: nothing of the package under test may be imported here or i
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Random = np.random.Generator
+Place = tuple[tuple[float, float, float], tuple[float, float, float]]
+"""Direction of the gauge axis (any length), its middle in the machine (mm)."""
 TRAVEL_MM = np.array([[0.0, 700.0], [0.0, 1000.0], [0.0, 600.0]])
+"""From and to of every axis, of the ordinary machine."""
 CLEAR_MM, UP_MM = 3.0, 25.0
 """Start of a search before its face, and height of the moves from gap to gap above the probing line."""
 SETTLE_S = 0.4
@@ -42,8 +47,7 @@ KITS: dict[str, list[str]] = {
 }
 """Which placings of the gauge a measurement consists of."""
 
-_PLACES: dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]] = {
-    # name: direction of the gauge axis, its middle in the machine (mm)
+_PLACES: dict[str, Place] = {
     "x": ((1, 0, 0), (350, 420, 200)),
     "x_turned": ((-1, 0, 0), (350, 420, 200)),
     "x_left": ((1, 0, 0), (285, 420, 200)),
@@ -118,6 +122,7 @@ class Scene:
     gauge_temperature_C: Array
     scale_temperature_C: Array
     humidity_pct: Array
+    travel_mm: Array = field(default_factory=TRAVEL_MM.copy)
 
     def __len__(self) -> int:
         return len(self.face)
@@ -125,9 +130,13 @@ class Scene:
 
 @dataclass(frozen=True)
 class Design:
-    """What a measurement is made of; ``None`` leaves the choice to the random numbers of the case."""
+    """What a measurement is made of; ``None`` leaves the choice to the random numbers of the case.
 
-    kit: str
+    ``places`` lays the gauge elsewhere than ``kit`` says; ``extent`` gives another gauge and number of cycles,
+    ``clock`` other times (from the table of :func:`_lay`); ``one_face`` probes a single face in every cycle.
+    """
+
+    kit: str = ""
     speeds: int | None = None
     order: str | None = None
     pauses_per_placement: int | None = None
@@ -135,6 +144,11 @@ class Design:
     least_rows: int = 240
     most_rows: int = 900
     least_cycles: int = 3
+    places: Callable[[Random], list[Place]] | None = None
+    extent: Callable[[Random], tuple[Gauge, int]] | None = None
+    clock: Callable[[dict[str, Array], Random], Array] | None = None
+    one_face: bool = False
+    travel_mm: Array = field(default_factory=TRAVEL_MM.copy, compare=False)
 
 
 def make_gauge(random: np.random.Generator, longest_mm: float) -> Gauge:
@@ -142,6 +156,11 @@ def make_gauge(random: np.random.Generator, longest_mm: float) -> Gauge:
     pitch_mm = random.choice([p for p in (16.0, 20.0, 25.0, 30.0, 40.0) if 12 * p <= longest_mm + 1.0])
     blocks = int(random.integers(12, min(30, int(longest_mm // pitch_mm)) + 1))
     width_mm = {16.0: 8.0, 20.0: 10.0, 25.0: 10.0, 30.0: 15.0, 40.0: 20.0}[float(pitch_mm)]
+    return certified_gauge(random, float(pitch_mm), blocks, width_mm)
+
+
+def certified_gauge(random: Random, pitch_mm: float, blocks: int, width_mm: float) -> Gauge:
+    """A gauge of equally spaced blocks that deviates from its certificate by what is stated there."""
     fronts = pitch_mm * np.arange(blocks)
     nominal = np.column_stack([fronts, fronts + width_mm]).ravel()
     certified = np.round(nominal + np.r_[0.0, random.normal(0.0, 0.8e-3, 2 * blocks - 1)], 5)
@@ -161,14 +180,15 @@ def make_gauge(random: np.random.Generator, longest_mm: float) -> Gauge:
 def make_scene(design: Design, random: np.random.Generator) -> Scene:
     """Lay the gauge, decide the order, drive the path and let the clock run."""
     order = design.order or str(random.choice(["blocks", "fronts_backs", "up_down"]))
-    places = KITS[design.kit]
-    gauge, cycles = _extent(design, len(places), random)
+    places = design.places(random) if design.places else [_PLACES[name] for name in KITS[design.kit]]
+    gauge, cycles = design.extent(random) if design.extent else _extent(design, len(places), random)
     speeds = _speeds(design.speeds or int(random.integers(1, 3)), random)
-    parts = [_lay(gauge, name, number, cycles, order, speeds, random) for number, name in enumerate(places, 1)]
+    visits = _visits(len(gauge.nominal_mm), cycles, "one" if design.one_face else order)
+    parts = [_lay(place, number, visits, speeds, random) for number, place in enumerate(places, 1)]
     table = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
     pauses = design.pauses_per_placement if design.pauses_per_placement is not None else int(random.integers(0, 3))
-    time_s = _clock(table, pauses, random)
-    return _touch(gauge, table, time_s, random)
+    time_s = design.clock(table, random) if design.clock else ordinary_clock(table, random, pauses)
+    return replace(_touch(gauge, table, time_s, random), travel_mm=design.travel_mm)
 
 
 def _extent(design: Design, places: int, random: np.random.Generator) -> tuple[Gauge, int]:
@@ -186,25 +206,25 @@ def _speeds(count: int, random: np.random.Generator) -> Array:
     return np.array([slow, fast][:count])
 
 
-def _visits(faces: int, cycle: int, order: str) -> NDArray[np.int64]:
-    """Faces in the order of one cycle, numbered from 1."""
+def _visits(faces: int, cycles: int, order: str) -> list[NDArray[np.int64]]:
+    """For each cycle its faces in order, numbered from 1; ``one`` is the first face alone."""
     rising = np.arange(1, faces + 1)
+    if order == "one":
+        return [rising[:1]] * cycles
     if order == "fronts_backs":
-        return np.r_[rising[0::2], rising[1::2][::-1]]
-    return rising[::-1] if order == "up_down" and cycle % 2 == 0 else rising
+        return [np.r_[rising[0::2], rising[1::2][::-1]]] * cycles
+    return [rising[::-1] if order == "up_down" and cycle % 2 else rising for cycle in range(cycles)]
 
 
 def _lay(
-    gauge: Gauge, name: str, number: int, cycles: int, order: str, speeds: Array, random: np.random.Generator
+    place: Place, number: int, faces: list[NDArray[np.int64]], speeds: Array, random: np.random.Generator
 ) -> dict[str, Array]:
     """One placing: the gauge lies a little off its intended place, and the program knows its axis to 0.02 mrad."""
-    direction, middle = (np.array(v, float) for v in _PLACES[name])
+    direction, middle = (np.array(v, float) for v in place)
     true_axis = _unit(direction / np.linalg.norm(direction) + random.normal(0.0, 4e-3, 3))
     programmed = _unit(true_axis + random.normal(0.0, 2e-5, 3))
     middle = middle + random.uniform(-8.0, 8.0, 3)
-    faces = [_visits(len(gauge.nominal_mm), cycle, order) for cycle in range(1, cycles + 1)]
-    count = [len(f) for f in faces]
-    cycle = np.repeat(np.arange(1, cycles + 1), count)
+    cycle = np.repeat(np.arange(1, len(faces) + 1), [len(f) for f in faces])
     face = np.concatenate(faces)
     n = len(face)
     return {
@@ -219,7 +239,7 @@ def _lay(
     }
 
 
-def _clock(table: dict[str, Array], pauses: int, random: np.random.Generator) -> Array:
+def ordinary_clock(table: dict[str, Array], random: Random, pauses: int = 0) -> Array:
     """Seconds at each touch: moves at 60 mm/s, searches at their speed, stand-still, pauses, re-laying of the gauge."""
     n = len(table["face"])
     travel_s = (2.0 * UP_MM + 20.0) / 60.0 + 0.5
@@ -319,12 +339,19 @@ def _unit(vector: Array) -> Array:
     return vector / np.linalg.norm(vector)
 
 
-def indicated_mm(scene: Scene, displacement_um: Array, noise_um: Array, random: np.random.Generator) -> Array:
+def recorded_um(scene: Scene, along_um: Array, step_um: float = 0.0) -> Array:
+    """What is recorded along the approach, less where the undisturbed tip is; ``step_um`` are the display's steps."""
+    if not step_um:
+        return along_um
+    at_um = 1e3 * np.einsum("ij,ij->i", scene.centre_mm, scene.approach)
+    return np.asarray(np.round((at_um + along_um) / step_um) * step_um - at_um)
+
+
+def indicated_mm(scene: Scene, along_um: Array, random: np.random.Generator) -> Array:
     """What the controller writes: along the approach all that bends the reading, across it only following errors.
 
     The machine is servoed in its own coordinates, so an error of its geometry never shows across the approach.
     """
-    along = np.einsum("ij,ij->i", displacement_um, scene.approach) + noise_um
     across = random.normal(0.0, 0.5, (len(scene), 3))
     across -= np.einsum("ij,ij->i", across, scene.approach)[:, None] * scene.approach
-    return scene.centre_mm + 1e-3 * (along[:, None] * scene.approach + across)
+    return scene.centre_mm + 1e-3 * (along_um[:, None] * scene.approach + across)

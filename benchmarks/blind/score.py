@@ -6,16 +6,31 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from itertools import permutations
-from typing import Any
+from typing import Any, TypeGuard
+
+from benchmarks.blind.identify import NEAR_CHI2
+from benchmarks.blind.scatter import CORRELATED
 
 SAME_CHI2 = 1.0
 """A name that leaves less than this of the concealed effect cannot be told from the true one by anybody."""
-NEAR_CHI2 = 36.0
-"""A name that leaves less than this may be listed as confounded; one that leaves more is simply not the cause."""
 STRANGE_SHARE = 0.5
 """A cause of which the vocabulary's own form leaves this share has another form, however little there is to see."""
+UNUSUAL_SHARE = 0.2
+"""An axis along which the approaches go by less than this share of the true axis' must be off five times more."""
 DECIDABLE_CHI2 = 9.0
 """An outsider of which the best known name leaves less than this is not scored."""
+SURE = 0.9
+"""A wrong name that is told with more than this is counted apart."""
+NO_ANSWER: dict[str, Any] = {
+    "right": False,
+    "honest": False,
+    "false_alarm": False,
+    "wrong_and_sure": 0,
+    "good_rows_condemned": 0,
+    "answer": "no answer",
+    "intervals": [],
+    "scored": True,
+}
 Z95 = 1.959964
 AXIS_KINDS = (
     "scale_error",
@@ -36,6 +51,8 @@ FLEXIBLE = {
     "gauge_bending",
 }
 """Kinds with a free shape that can mimic a plain one; never demanded either."""
+IN_ORDER = {"order", "time", "cycle", "pause"}
+"""Covariates in which a scatter that is correlated from touch to touch lives."""
 UNSIGNED = {("angular_error", "urad_per_m"), ("block_defect", "um")}
 """Parameters whose sign DESIGN does not fix."""
 SYNONYM = {"roll": "angular_error", "lever_arm": "effective_radius"}
@@ -78,7 +95,7 @@ def key_of(effect: Mapping[str, Any]) -> str:
         return f"{kind}:{travel}/{value_of(effect, 'rotation', 'rotation_axis', 'about')}".lower()
     if kind == "block_defect":
         face = value_of(effect, "face")
-        return f"{kind}:{int(face)}" if _is_number(face) else kind
+        return f"{kind}:{int(face)}" if is_number(face) else kind
     return kind
 
 
@@ -86,7 +103,8 @@ def kinds_of(effect: Mapping[str, Any]) -> set[str]:
     """The kind named and all kinds it is said to be confounded with."""
     others = effect.get("confounded_with") or []
     names = [other.get("kind") if isinstance(other, Mapping) else other for other in others]
-    return {str(effect.get("kind"))} | {re.split(r"[\s:(\[]", str(name).strip())[0] for name in names}
+    terms = [term for name in names for term in re.split(r"\s*\+\s*|\s+and\s+", str(name))]
+    return {str(effect.get("kind"))} | {re.split(r"[\s:(\[]", term.strip())[0] for term in terms}
 
 
 def covariate(text: str) -> str:
@@ -95,7 +113,8 @@ def covariate(text: str) -> str:
     return next((name for pattern, name in _COVARIATES if re.search(pattern, plain)), plain)
 
 
-def _is_number(value: object) -> bool:
+def is_number(value: object) -> TypeGuard[float]:
+    """Whether this is a finite number, and not true or false."""
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
@@ -115,17 +134,36 @@ def explains(effect: Mapping[str, Any], cause: Mapping[str, Any], whole_set: Ite
     """Whether this diagnosed effect is the right name (or the right set) for this concealed cause."""
     named, kinds = key_of(effect), kinds_of(effect)
     true_kind = cause["kind"]
-    true_key = f"{true_kind}:{cause['where']}" if cause["where"] else true_kind
     if true_kind not in kinds or not set(whole_set) <= kinds:
         return False
     if any(_kind_chi2(cause, kind) >= NEAR_CHI2 for kind in kinds - {true_kind}):
         return False
     if rivals(cause) and kinds == {true_kind}:
         return False
-    if true_kind == "straightness" and named == true_kind:
+    return is_name_of(named, cause)
+
+
+def true_key(cause: Mapping[str, Any]) -> str:
+    """``kind`` or ``kind:where`` of a concealed cause."""
+    return f"{cause['kind']}:{cause['where']}" if cause["where"] else str(cause["kind"])
+
+
+def is_name_of(named: str, cause: Mapping[str, Any]) -> bool:
+    """Whether this key is the cause, or fits it here with a displacement that is not out of all measure."""
+    if named == true_key(cause) or (cause["kind"] == "straightness" and named == "straightness"):
         return True
     left = _kind_chi2(cause, named) if named in SYNONYM else cause["leftover_chi2"].get(named, math.inf)
-    return named == true_key or left < NEAR_CHI2
+    return bool(left < NEAR_CHI2 and not _is_unusual(named, cause))
+
+
+def _is_unusual(named: str, cause: Mapping[str, Any]) -> bool:
+    """Whether the axis named is one along which the approaches hardly go, so that it would have to be far off."""
+    kind, _, where = named.partition(":")
+    shares = cause.get("axis_share") or {}
+    if kind not in AXIS_KINDS or where not in shares:
+        return False
+    true_share = shares[cause["where"]] if cause["kind"] in AXIS_KINDS else max(shares.values())
+    return bool(shares[where] < UNUSUAL_SHARE * true_share)
 
 
 def assign(
@@ -145,9 +183,9 @@ def effects_of(diagnosis: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 def score_case(truth: Mapping[str, Any], diagnosis: Mapping[str, Any] | None) -> dict[str, Any]:
     """``right``, ``false_alarm``, ``answer`` in a word, the held-out ratio, and hits of the 95 % intervals."""
-    base = {key: truth[key] for key in ("case", "family", "name", "size", "seed", "rows")}
+    base = {key: truth.get(key) for key in ("case", "family", "name", "size", "seed", "rows", "bound")}
     if not isinstance(diagnosis, Mapping) or not isinstance(diagnosis.get("verdict"), str):
-        return {**base, "right": False, "false_alarm": False, "answer": "no answer", "intervals": [], "scored": True}
+        return {**base, **NO_ANSWER}
     effects = effects_of(diagnosis)
     chosen = assign(effects[:6], truth["causes"], truth["whole_set"])
     right = _RULES[truth["family"]](truth, diagnosis, effects, chosen)
@@ -155,12 +193,78 @@ def score_case(truth: Mapping[str, Any], diagnosis: Mapping[str, Any] | None) ->
     return {
         **base,
         "right": right,
-        "false_alarm": truth["family"] == "null" and (diagnosis["verdict"] in ("effects", "unknown") or bool(effects)),
+        "honest": right or is_honest(truth, diagnosis, effects),
+        "false_alarm": not truth["causes"] and not right and (bool(effects) or diagnosis["verdict"] != "insufficient"),
+        "wrong_and_sure": sum(is_wrong_and_sure(truth, effect) for effect in effects),
+        "good_rows_condemned": len(condemned(effects) - concealed_rows(truth)),
         "answer": _answer(diagnosis, effects),
         "intervals": [hit for effect, cause in matched for hit in interval_hits(effect, cause)] if right else [],
+        "beside_a_set": any(len(kinds_of(effect)) > 1 for effect, _ in matched),
         "holdout_ratio": _holdout_ratio(truth, diagnosis) if right and matched else None,
         "scored": _is_scored(truth),
     }
+
+
+def is_honest(truth: Mapping[str, Any], diagnosis: Mapping[str, Any], effects: list[Mapping[str, Any]]) -> bool:
+    """Whether an answer that is not right admits it: each cause is named or located, and nothing else is named.
+
+    Of a recording with nothing in it, that it cannot tell.
+    """
+    if not truth["causes"]:
+        return diagnosis["verdict"] == "insufficient" and not effects
+    found = located_in(diagnosis)
+    known = all(
+        any(explains(effect, cause) for effect in effects) or found & set(cause.get("lives_in", truth["covariates"]))
+        for cause in truth["causes"]
+    )
+    return diagnosis["verdict"] == "unknown" and known and all(is_true_name(truth, effect) for effect in effects)
+
+
+def is_true_name(truth: Mapping[str, Any], effect: Mapping[str, Any]) -> bool:
+    """Whether this effect, with its set, is one of the causes or all of them; or forgiven beside them."""
+    if effect.get("kind") in truth["forgiven"] or stands_for_all(truth, effect):
+        return True
+    return any(explains(effect, cause, truth["whole_set"]) for cause in truth["causes"])
+
+
+def stands_for_all(truth: Mapping[str, Any], effect: Mapping[str, Any]) -> bool:
+    """Whether this one name fits several causes as well as they do themselves, and its set has all of them."""
+    fits = truth.get("together_chi2", {}).get(key_of(effect), math.inf) < SAME_CHI2
+    return bool(fits and {cause["kind"] for cause in truth["causes"]} <= kinds_of(effect))
+
+
+def is_wrong_and_sure(truth: Mapping[str, Any], effect: Mapping[str, Any]) -> bool:
+    """Whether something is named with a probability above 0.9 that is none of the causes, nor looks like one."""
+    probability = effect.get("probability")
+    if not is_number(probability) or probability <= SURE:
+        return False
+    return not (names_a_cause(truth, key_of(effect)) or effect.get("kind") in truth["forgiven"])
+
+
+def names_a_cause(truth: Mapping[str, Any], named: str) -> bool:
+    """Whether this key is one of the causes, or fits most of one, or of all of them together.
+
+    Of a weak cause everything leaves less than ``NEAR_CHI2``; what stands alone for it must leave less than half.
+    """
+    if truth.get("together_chi2", {}).get(named, math.inf) < NEAR_CHI2:
+        return True
+    return any(is_name_of(named, cause) and _leaves_little(named, cause, truth["rows"]) for cause in truth["causes"])
+
+
+def _leaves_little(named: str, cause: Mapping[str, Any], rows: int) -> bool:
+    left = cause["leftover_chi2"].get(named, 0.0)
+    return bool(left <= STRANGE_SHARE * cause["size"] ** 2 * rows)
+
+
+def condemned(effects: Iterable[Mapping[str, Any]]) -> set[int]:
+    """The rows that are called outliers, numbered from 1 over all recordings."""
+    lists = [value_of(effect, "rows") or [] for effect in effects if effect.get("kind") == "outliers"]
+    return {int(row) for rows in lists for row in rows if is_number(row)}
+
+
+def concealed_rows(truth: Mapping[str, Any]) -> set[int]:
+    """The rows that are outliers in truth."""
+    return {int(row) for cause in truth["causes"] for row in cause.get("rows", [])}
 
 
 def _is_scored(truth: Mapping[str, Any]) -> bool:
@@ -169,9 +273,21 @@ def _is_scored(truth: Mapping[str, Any]) -> bool:
     return all(cause["best_known"] is None or cause["best_known"][1] >= DECIDABLE_CHI2 for cause in truth["causes"])
 
 
+def located_in(diagnosis: Mapping[str, Any]) -> set[str]:
+    """The covariates in which the diagnosis sees something."""
+    return {covariate(item.get("covariate", "")) for item in diagnosis.get("located") or []}
+
+
 def _located(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> bool:
-    found = {covariate(item.get("covariate", "")) for item in diagnosis.get("located") or []}
-    return bool(found & set(truth["covariates"]))
+    return bool(located_in(diagnosis) & set(truth["covariates"]))
+
+
+def _only_in_order(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> bool:
+    """Whether all that is left open is that the scatter follows the order of the touches, as it does."""
+    found = located_in(diagnosis)
+    return (
+        truth.get("scatter") in CORRELATED and diagnosis["verdict"] == "unknown" and bool(found) and found <= IN_ORDER
+    )
 
 
 def _right_names(
@@ -183,8 +299,10 @@ def _right_names(
     """Every cause named, nothing else named, and the verdict says that this is all."""
     if any(_strange_form(cause, truth["rows"]) for cause in truth["causes"]) and diagnosis["verdict"] == "unknown":
         return chosen is not None or _located(truth, diagnosis)
+    if diagnosis["verdict"] == "effects" and len(effects) == 1 and stands_for_all(truth, effects[0]):
+        return True
     verdicts = {"effects", "adequate"} if truth["causes"][0]["kind"] == "outliers" else {"effects"}
-    if chosen is None or diagnosis["verdict"] not in verdicts:
+    if chosen is None or not (diagnosis["verdict"] in verdicts or _only_in_order(truth, diagnosis)):
         return False
     extra = [effect for k, effect in enumerate(effects) if k not in chosen]
     return all(effect.get("kind") in truth["forgiven"] for effect in extra)
@@ -204,22 +322,42 @@ def _right_unknown(
     return diagnosis["verdict"] == "unknown" and _located(truth, diagnosis)
 
 
+def _right_beyond(
+    truth: Mapping[str, Any],
+    diagnosis: Mapping[str, Any],
+    effects: list[Mapping[str, Any]],
+    chosen: list[int] | None,
+) -> bool:
+    """A mechanism that no vocabulary has: unknown and located, or the one name that leaves little enough of it."""
+    if diagnosis["verdict"] == "effects" and len(effects) == 1:
+        return is_name_of(key_of(effects[0]), truth["causes"][0])
+    return _right_unknown(truth, diagnosis, effects, chosen)
+
+
 def _right_null(
     truth: Mapping[str, Any],
     diagnosis: Mapping[str, Any],
     effects: list[Mapping[str, Any]],
     chosen: list[int] | None,
 ) -> bool:
-    return diagnosis["verdict"] == "adequate" and not effects
+    return not effects and (diagnosis["verdict"] == "adequate" or _only_in_order(truth, diagnosis))
 
 
 _RULES = {
     "single": _right_names,
     "pair": _right_names,
+    "triple": _right_names,
     "confounded": _right_names,
     "outsider": _right_unknown,
     "left_out": _right_unknown,
     "null": _right_null,
+    "scatter-null": _right_null,
+    "scatter-single": _right_names,
+    "scatter-pair": _right_names,
+    "way-null": _right_null,
+    "way-single": _right_names,
+    "way-pair": _right_names,
+    "way-outside": _right_beyond,
 }
 
 
@@ -230,7 +368,7 @@ def interval_hits(effect: Mapping[str, Any], cause: Mapping[str, Any]) -> list[b
     hits = []
     for name, true in cause["parameters"].items():
         stated = (effect.get("parameters") or {}).get(name)
-        if not isinstance(stated, Mapping) or not (_is_number(stated.get("value")) and _is_number(stated.get("u"))):
+        if not isinstance(stated, Mapping) or not (is_number(stated.get("value")) and is_number(stated.get("u"))):
             continue
         value = stated["value"]
         if (cause["kind"], name) in UNSIGNED:
@@ -242,7 +380,7 @@ def interval_hits(effect: Mapping[str, Any], cause: Mapping[str, Any]) -> list[b
 
 def _holdout_ratio(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> float | None:
     after = (diagnosis.get("fit") or {}).get("holdout_rms_after_um")
-    return after / truth["noise_rms_um"] if _is_number(after) else None
+    return after / truth["noise_rms_um"] if is_number(after) else None
 
 
 def _answer(diagnosis: Mapping[str, Any], effects: list[Mapping[str, Any]]) -> str:

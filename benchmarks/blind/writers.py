@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.blind.scene import TRAVEL_MM, Gauge, Scene
+from benchmarks.blind.scene import Gauge, Scene
 
 Array = NDArray[np.float64]
 _COLUMNS: dict[str, str] = {
@@ -30,8 +30,13 @@ _COLUMNS: dict[str, str] = {
 }
 
 
-def write_case(folder: Path, scene: Scene, indicated_mm: Array, *, split: bool, humidity: bool) -> None:
-    """``recording*.csv``, ``gauge.toml`` with ``gauge-faces.csv``, ``machine.toml``; ``split`` by placings."""
+def write_case(
+    folder: Path, scene: Scene, indicated_mm: Array, *, split: bool, humidity: bool, stated: float = 1.0
+) -> None:
+    """``recording*.csv``, ``gauge.toml`` with ``gauge-faces.csv``, ``machine.toml``; ``split`` by placings.
+
+    ``stated`` is the share of the certificate's true uncertainty that the certificate admits.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     columns = [
         *(scene.placement, scene.cycle, scene.face),
@@ -47,7 +52,7 @@ def write_case(folder: Path, scene: Scene, indicated_mm: Array, *, split: bool, 
     for number, rows in enumerate(groups, 1):
         name = f"recording-{number}.csv" if split else "recording.csv"
         _write_table(folder / name, names, table[rows])
-    _write_gauge(folder, scene.gauge)
+    _write_gauge(folder, scene.gauge, stated)
     (folder / "machine.toml").write_text(_machine_text(scene))
 
 
@@ -57,10 +62,10 @@ def _write_table(path: Path, names: list[str], table: Array) -> None:
         np.savetxt(file, table, fmt=[_COLUMNS[name] for name in names], delimiter=",")
 
 
-def _write_gauge(folder: Path, gauge: Gauge) -> None:
+def _write_gauge(folder: Path, gauge: Gauge, stated: float) -> None:
     coverage = 2.0  # the certificate states expanded uncertainties, k = 2
     faces = np.arange(1, len(gauge.nominal_mm) + 1)
-    table = np.column_stack([faces, gauge.nominal_mm, gauge.certified_mm, coverage * gauge.u_um])
+    table = np.column_stack([faces, gauge.nominal_mm, gauge.certified_mm, coverage * stated * gauge.u_um])
     with (folder / "gauge-faces.csv").open("w") as file:
         file.write("face,nominal_mm,position_mm,uncertainty_um\n")
         np.savetxt(file, table, fmt=["%d", "%.3f", "%.5f", "%.3f"], delimiter=",")
@@ -87,7 +92,9 @@ example = true
 
 
 def _machine_text(scene: Scene) -> str:
-    travel = ", ".join(f"{axis} = [{low:g}, {high:g}]" for axis, (low, high) in zip("xyz", TRAVEL_MM, strict=True))
+    travel = ", ".join(
+        f"{axis} = [{low:g}, {high:g}]" for axis, (low, high) in zip("xyz", scene.travel_mm, strict=True)
+    )
     return f"""[machine]
 name = "Bridge CMM"
 travel_mm = {{ {travel} }}

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from stepgauge import __version__
-from stepgauge.errors import InputError
+from stepgauge.errors import LONGEST, InputError, one_line
 
 Tasks = dict[str, dict[str, tuple[str, str]]]
 
@@ -35,6 +35,15 @@ class LazyGroup(click.Group):
             return None
         command: click.Command = importlib.import_module(self.verbs[cmd_name][0]).command
         return command
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """What a verb writes is one set of files, which appears when the verb is done."""
+        from stepgauge.outputs import one_set
+
+        if ctx.parent is not None:
+            return super().invoke(ctx)
+        with one_set():
+            return super().invoke(ctx)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         width = max(map(len, self.verbs))
@@ -69,7 +78,9 @@ TASKS: Tasks = {
     "Evaluate": {
         "evaluate": ("stepgauge.cli.evaluate", "recording + certificate -> errors, two-sigma bands"),
         "iso10360": ("stepgauge.cli.iso10360", "recordings -> length measurement test of ISO 10360-2"),
+        "iso10360-5": ("stepgauge.cli.iso10360_5", "points on a sphere -> probing test of ISO 10360-5"),
         "iso230": ("stepgauge.cli.iso230", "recording -> positioning accuracy by ISO 230-2"),
+        "iso230-3": ("stepgauge.cli.iso230_3", "displacements over time -> drift tests of ISO 230-3"),
         "budget": ("stepgauge.cli.budget", "uncertainty of the errors by the GUM, by source"),
         "uncertainty": ("stepgauge.cli.uncertainty", "uncertainty of the errors by Monte Carlo"),
     },
@@ -123,9 +134,9 @@ def run_command(command: click.Command, name: str, arguments: list[str] | None =
         sys.exit(stop.exit_code)
     except click.ClickException as error:
         verb = getattr(getattr(error, "ctx", None), "command_path", name)
-        _complain(name, f"{error.format_message()} ('{verb} --help' explains)")
+        _complain(name, f"{one_line(error.format_message(), LONGEST - 50)} ('{verb} --help' explains)")
         sys.exit(2)
-    except click.Abort:
+    except (click.Abort, KeyboardInterrupt):
         _complain(name, "interrupted")
         sys.exit(130)
     except InputError as error:
@@ -134,6 +145,14 @@ def run_command(command: click.Command, name: str, arguments: list[str] | None =
     except OSError as error:
         _complain(name, f"{error.filename or 'file system'}: {error.strerror or error}")
         sys.exit(2)
+    except MemoryError:
+        _complain(name, "this needs more memory than there is")
+        sys.exit(2)
+    except Exception as error:
+        if isinstance(error.__context__, KeyboardInterrupt):  # interrupted in the middle of an import
+            _complain(name, "interrupted")
+            sys.exit(130)
+        raise
 
 
 def show_and_run(*arguments: object) -> None:
@@ -144,4 +163,4 @@ def show_and_run(*arguments: object) -> None:
 
 
 def _complain(name: str, message: str) -> None:
-    click.echo(f"{name}: error: {' '.join(message.split())}", err=True)
+    click.echo(f"{name}: error: {one_line(message)}", err=True)

@@ -12,9 +12,24 @@ if TYPE_CHECKING:
     from stepgauge.diagnose.many import Outcome
 
 
+SHOW = "show"
+
+
+def _show_priors(context: click.Context, _: click.Parameter, value: str | None) -> str | None:
+    """Print the shipped priors where the option stands alone."""
+    if value != SHOW or context.resilient_parsing:
+        return value
+    from stepgauge.diagnose.posterior.priors import priors_text
+
+    click.echo(priors_text(), nl=False)
+    raise click.exceptions.Exit
+
+
 @click.command("diagnose")
 @click.argument("recordings", nargs=-1, required=True, metavar="RECORDING...|MAP")
-@click.option("--gauge", "-g", metavar="GAUGE", help="Gauge file (TOML), or the name of a shipped one.")
+@click.option(
+    "--gauge", "-g", envvar="STEPGAUGE_GAUGE", metavar="GAUGE", help="Gauge file (TOML), or the name of a shipped one."
+)
 @machine_option(False, "Machine file (TOML) that is to be judged, or the name of a shipped one.")
 @click.option("--probe", metavar="PROBE", help="Probe file that is to be judged against a MAP, instead of a machine.")
 @click.option(
@@ -45,6 +60,15 @@ if TYPE_CHECKING:
     metavar="KIND",
     help="Kind of effect (see 'stepgauge effects') that is known not to be there, e.g. vibration; once per kind.",
 )
+@click.option(
+    "--priors",
+    is_flag=False,
+    flag_value=SHOW,
+    is_eager=True,
+    callback=_show_priors,
+    metavar="[FILE]",
+    help="Priors in place of the shipped ones (TOML); what the file leaves out stays. Without FILE: print them.",
+)
 @SUFFIX
 def command(
     recordings: tuple[str, ...],
@@ -57,6 +81,7 @@ def command(
     jobs: int | None,
     suffix: str,
     without: tuple[str, ...],
+    priors: str | None,
 ) -> None:
     """Find where recording and simulation disagree, name the physics, and model it.
 
@@ -64,6 +89,9 @@ def command(
     one of: adequate (nothing beyond the noise), effects (named physics explains it), unknown (structure that no known
     effect explains, described by its form), insufficient (the recording cannot tell). The exit code is 0 for all four.
     Effects that this recording cannot tell apart are given as a set, with the measurement that would separate them.
+
+    What is taken to be usual before any reading is seen (how common a cause is, and how large) stands in one table with
+    reasons: --priors prints it, --priors FILE replaces a part of it.
 
     Several recordings are placements of one machine: what they share is found from all of them together. With --each
     they are diagnosed one by one; the names of the files must then differ, and one that cannot be diagnosed is said and
@@ -79,25 +107,27 @@ def command(
     stepgauge diagnose map.csv --probe omp40-2-50mm -o diagnosis
     """
     if probe is not None:
-        if without or not together:
-            raise click.UsageError("--without and --each are for recordings; --probe takes neither")
+        if without or not together or priors is not None:
+            raise click.UsageError("--without, --each and --priors are for recordings; --probe takes none of them")
         _diagnose_map(recordings, probe, columns, output, suffix)
         return
     if gauge is None or machine is None:
         raise click.UsageError("a recording needs --gauge and --machine; the map of a probe needs --probe")
     from stepgauge.diagnose.many import diagnose_each, diagnose_together
-    from stepgauge.errors import InputError
+    from stepgauge.diagnose.posterior.priors import read_priors
+    from stepgauge.errors import PartlyDoneError
 
+    table = None if priors is None else read_priors(priors)
     if together:
-        _say_outcome(diagnose_together(recordings, gauge, machine, output, suffix, without))
+        _say_outcome(diagnose_together(recordings, gauge, machine, output, suffix, without, table))
         return
     failed = 0
-    outcomes = diagnose_each(recordings, gauge, machine, output, jobs, suffix, without)
+    outcomes = diagnose_each(recordings, gauge, machine, output, jobs, suffix, without, table)
     for number, outcome in enumerate(outcomes, 1):
         _say_outcome(outcome, f"[{number}/{len(recordings)}] {outcome.name}: ")
         failed += not outcome.files
     if failed:
-        raise InputError(output, f"{failed} of {len(recordings)} recordings could not be diagnosed")
+        raise PartlyDoneError(output, f"{failed} of {len(recordings)} recordings could not be diagnosed")
 
 
 def _diagnose_map(maps: tuple[str, ...], probe: str, columns: tuple[str, ...], output: str, suffix: str) -> None:

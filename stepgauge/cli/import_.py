@@ -30,7 +30,9 @@ DECIMALS = {"point": ".", "comma": ","}
 @click.option(
     "--program", metavar="PROGRAM", help="The program that was run, as the controller read it: every point is compared."
 )
-@click.option("--gauge", "-g", metavar="GAUGE", help="Gauge file (TOML), or the name of a shipped one.")
+@click.option(
+    "--gauge", "-g", envvar="STEPGAUGE_GAUGE", metavar="GAUGE", help="Gauge file (TOML), or the name of a shipped one."
+)
 @click.option(
     "--placement",
     "-p",

@@ -28,16 +28,34 @@ if TYPE_CHECKING:
     from stepgauge.machine_file import Machine
     from stepgauge.recording import Recording
     from stepgauge.standards.iso10360 import LengthTest
+    from stepgauge.standards.iso10360_series import Series
+    from stepgauge.standards.mpe import Mpe
 
 
 @click.command("iso10360")
 @click.argument("recordings", nargs=-1, required=True, metavar="RECORDING...")
 @GAUGE
 @output("Folder for iso10360.json, iso10360.csv, the figure and iso10360.pdf (made if missing).")
-@mpe_options(True, "Maximum permissible error")
-@click.option("--mpe-repeatability", type=POSITIVE, metavar="UM", help="Limit of the repeatability range R0, um.")
+@mpe_options(True, "E0,MPE: maximum permissible error of length measurement")
+@click.option("--mpe-repeatability", type=POSITIVE, metavar="UM", help="R0,MPL: limit of the range R0, um.")
 @machine_option(False, "Machine file or shipped name: its travel tells whether positions and lengths are those asked.")
 @PLACEMENTS
+@click.option(
+    "--offset",
+    "offset_files",
+    multiple=True,
+    metavar="RECORDING",
+    help="Recording with the stylus tip 150 mm off the axis of the ram: E150. Once per position, two of them.",
+)
+@click.option("--mpe-offset", metavar="LIMIT", help='E150,MPE, "A + L/K"; needed with --offset.')
+@click.option("--offset-machine", metavar="MACHINE", help="Machine file with the stylus of the --offset recordings.")
+@click.option(
+    "--normal",
+    "normal_file",
+    metavar="RECORDING",
+    help="Beside a gauge of low expansion: recording of a gauge of normal expansion, a length or more, three repeats.",
+)
+@click.option("--normal-gauge", metavar="GAUGE", help="The gauge of --normal.")
 @click.option(
     "--tip-diameter",
     type=POSITIVE,
@@ -95,14 +113,15 @@ if TYPE_CHECKING:
 @SUFFIX
 @stated_options()
 def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str | None, **options: Any) -> None:
-    """Test of a CMM's errors of length measurement by ISO 10360-2, from recordings of a step gauge.
+    """Test of a CMM's errors of length measurement by ISO 10360-2:2009, from recordings of a step gauge.
 
-    Every placement is a measuring position (seven files, or one with a column placement), every cycle a repeat. In each
-    position five lengths are tested, bidirectional (front of a block to the back of another, less the tip diameter) and
-    unidirectional, three repeats each. Errors and repeatability ranges are compared with what is permitted by the rule
-    of ISO 14253-1: the expanded uncertainty of the test is taken off the tolerance, so that an error conforms, does not
-    conform, or is not decidable. Rules of the standard that the recordings do not meet make the test incomplete; each
-    is named, and so is all that is left out.
+    Every placement is a measuring position (seven files, or one with a column placement), every cycle a repeat. The
+    four body diagonals are mandatory, three positions are the user's choice. In each position five lengths are tested
+    with three repeats: bidirectional ones (front of a block to back of another, minus the tip diameter), which are E0,
+    and unidirectional ones for information. R0 is the range of the three repeats. The decision rule is that of ISO
+    14253-1: the expanded uncertainty of the test is subtracted from the limit, so that a test value conforms, does not
+    conform, or is not decidable. Rules of the standard that are not met make the test incomplete; each is named, and so
+    is what is left out.
 
     'stepgauge plan --iso10360' makes the seven placements and their programs.
 
@@ -114,43 +133,85 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str |
     from stepgauge.machine_file import read_machine
     from stepgauge.recording import read_recordings
     from stepgauge.report.iso10360 import report_length_test
-    from stepgauge.standards.iso10360_files import statements
+    from stepgauge.standards.iso10360_statements import overall, statements
 
-    if options["u_tip_diameter"] is not None and options["tip_diameter"] is None:
-        raise click.UsageError("--u-tip-diameter needs --tip-diameter.")
+    _check_options(options)
     steps = read_gauge(gauge)
     cmm = read_machine(machine) if machine else None
     test = _test(read_recordings(recordings), steps, cmm, options)
-    written, notes = report_length_test(output, test, stated_from(options), cmm, options["template"], options["suffix"])
+    further = _further(steps, cmm, options)
+    written, notes = report_length_test(
+        output, test, stated_from(options), cmm, options["template"], options["suffix"], further
+    )
     for note in notes:
         say(f"note: {note}")
-    for text in statements(test):
+    say(overall([test, *further]).text)
+    for text in (text for one in (test, *further) for text in statements(one)):
         say(f"- {text}")
     say_written(*written)
 
 
-def _test(recording: Recording, gauge: Gauge, machine: Machine | None, options: dict[str, Any]) -> LengthTest:
+def _check_options(options: dict[str, Any]) -> None:
+    for one, other in (
+        ("u_tip_diameter", "tip_diameter"),
+        ("offset_files", "mpe_offset"),
+        ("mpe_offset", "offset_files"),
+        ("normal_file", "normal_gauge"),
+        ("normal_gauge", "normal_file"),
+    ):
+        if options[one] not in (None, ()) and options[other] in (None, ()):
+            first, second = (f"--{name.removesuffix('_files').removesuffix('_file')}" for name in (one, other))
+            raise click.UsageError(f"{first} needs {second}.".replace("_", "-"))
+
+
+def _further(gauge: Gauge, machine: Machine | None, options: dict[str, Any]) -> list[LengthTest]:
+    """The series beside E0 that were measured."""
+    from stepgauge.gauge import read_gauge
+    from stepgauge.machine_file import read_machine
+    from stepgauge.recording import read_recordings
+    from stepgauge.standards.iso10360_series import E150, NORMAL
+    from stepgauge.standards.mpe import Mpe
+
+    bare = {**options, "placement_files": (), "lengths": None, "normal_file": None}
+    tests = []
+    if options["normal_file"]:
+        recording = read_recordings((options["normal_file"],))
+        tests.append(_test(recording, read_gauge(options["normal_gauge"]), machine, bare, NORMAL))
+    if options["offset_files"]:
+        stylus = read_machine(options["offset_machine"]) if options["offset_machine"] else machine
+        limit = Mpe.parse(options["mpe_offset"])
+        tests.append(_test(read_recordings(options["offset_files"]), gauge, stylus, bare, E150, limit))
+    return tests
+
+
+def _test(
+    recording: Recording,
+    gauge: Gauge,
+    machine: Machine | None,
+    options: dict[str, Any],
+    series: Series | None = None,
+    limit: Mpe | None = None,
+) -> LengthTest:
     from stepgauge.placement import read_placements
     from stepgauge.standards.iso10360 import Choices, Specification, length_test
+    from stepgauge.standards.iso10360_series import E0
     from stepgauge.standards.length_uncertainty import TestConditions
 
-    limit = mpe_from(options)
+    limit = limit or mpe_from(options)
     if limit is None:
         raise click.UsageError("--mpe is empty.")
+    names = ("u_gauge_temperature", "u_alignment", "u_fixture", "u_tip_diameter", "coverage_factor")
     return length_test(
         recording,
         gauge,
-        Specification(limit, options["mpe_repeatability"]),
-        TestConditions(
-            options["u_gauge_temperature"],
-            options["u_alignment"],
-            options["u_fixture"],
-            options["u_tip_diameter"],
-            options["coverage_factor"],
+        Specification(limit, options["mpe_repeatability"] if series is None else None),
+        TestConditions(*(options[name] for name in names)),
+        Choices(
+            options["tip_diameter"], options["side"], _lengths(options["lengths"]), options["normal_file"] is not None
         ),
-        Choices(options["tip_diameter"], options["side"], _lengths(options["lengths"])),
         machine,
         read_placements(options["placement_files"], gauge),
+        series or E0,
     )
 
 

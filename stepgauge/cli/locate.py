@@ -45,9 +45,22 @@ def command(
              along the gauge, top up)       8  back face
       5      side at -s
 
-    The side direction is s = a x up, with a from the beginning to the end block. Writes centres C1 and C2, axis, up
+    The side direction is s = a x up, with a from the beginning to the end block. At point 7 the ball rests on the rail,
+    clear of the block:
+
+    \b
+                  6             up
+             .----o----.        |   a (away from you)
+             |    3    |        | /
+           5 o         o 4      |/____ s
+             |  1   2  | 7
+         ____|_________|_o_     8 is on the back,
+        |_______rail_______|    behind 1 2 3
+
+    Writes centres C1 and C2, axis, up
     direction, yaw and pitch, the angle of the block normals to the axis, and standard uncertainties. Points that
-    contradict the certificate are refused, with the slip that would explain them.
+    contradict the certificate or each other are refused, with the slip that would explain them: which point is off and
+    by how much, two exchanged, or another gauge. Smaller contradictions enlarge the uncertainties.
 
     \b
     stepgauge locate points.csv --gauge step-gauge-420 -o placement.toml
@@ -79,5 +92,7 @@ def command(
         f" {angles['from_nearest_axis_deg']:.4f} deg from machine {angles['nearest_machine_axis']}"
     )
     say(f"normals to axis: N1 {angles['n1_to_axis_mrad']:.2f} mrad, N2 {angles['n2_to_axis_mrad']:.2f} mrad")
+    found_um = u["smallest_error_found_um"]
+    say(f"a point that is off by {min(found_um):.1f} to {max(found_um):.1f} um, depending on the point, would be seen")
     say(f"effective tip radius {placement.tip_radius_mm:.4f} mm (u = {u['tip_radius_um']:.2f} um)")
     say_written(output)

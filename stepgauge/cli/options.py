@@ -42,11 +42,20 @@ POSITIVE = FiniteRange(min=0.0, min_open=True)
 NOT_NEGATIVE = FiniteRange(min=0.0)
 TEMPERATURE_C = FiniteRange(-10.0, 60.0)
 """What a recording may say of a gauge, deg C."""
+LARGEST_U_K = 5.0
+"""Nobody knows the temperature of a gauge so badly, K."""
 DIALECTS = ["jinyoung", "dmis", "linuxcnc", "ippdme"]
 """Written out so that --help needs no import of the readers; a test compares it with theirs."""
 
+GAUGE_VARIABLE, MACHINE_VARIABLE = "STEPGAUGE_GAUGE", "STEPGAUGE_MACHINE"
+"""Environment variables that stand for --gauge and --machine where these are left out."""
 GAUGE = click.option(
-    "--gauge", "-g", required=True, metavar="GAUGE", help="Gauge file (TOML), or the name of a shipped one."
+    "--gauge",
+    "-g",
+    required=True,
+    envvar=GAUGE_VARIABLE,
+    metavar="GAUGE",
+    help="Gauge file (TOML), or the name of a shipped one. Default: the variable STEPGAUGE_GAUGE.",
 )
 BLOCKS = click.option(
     "--blocks", metavar="A:B", help="First and last block of the used section. Default: what was measured."
@@ -75,7 +84,7 @@ GAUGE_TEMPERATURE = click.option(
 )
 U_GAUGE_TEMPERATURE = click.option(
     "--u-gauge-temperature",
-    type=NOT_NEGATIVE,
+    type=FiniteRange(0.0, LARGEST_U_K),
     metavar="K",
     help="Standard uncertainty of the gauge's temperature, K. Default: gauge_temperature_K in [uncertainty] of the "
     "machine file, or not counted.",
@@ -92,7 +101,8 @@ SEARCH = click.option(
 
 def machine_option(required: bool, text: str) -> Decorator:
     """``--machine``, with what the verb needs it for."""
-    return click.option("--machine", "-m", required=required, metavar="MACHINE", help=text)
+    told = f"{text} Default: the variable STEPGAUGE_MACHINE."
+    return click.option("--machine", "-m", required=required, envvar=MACHINE_VARIABLE, metavar="MACHINE", help=told)
 
 
 def placement_option(text: str) -> Decorator:
@@ -142,7 +152,9 @@ def percent(bar: Any) -> Callable[[int, int], None]:
 
 def say(message: str) -> None:
     """A line for the person at the screen, to stderr; stdout is for tables and texts that were asked for."""
-    click.echo(message, err=True)
+    from stepgauge.errors import one_line
+
+    click.echo(one_line(message, 2000), err=True)
 
 
 def say_written(*paths: object) -> None:

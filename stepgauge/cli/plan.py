@@ -37,6 +37,17 @@ if TYPE_CHECKING:
 )
 @click.option("--template", metavar="FILE", help="Your own Jinja template instead of the shipped one of the dialect.")
 @click.option(
+    "--unchecked",
+    is_flag=True,
+    help="With --template: write a program that cannot be read back and compared with the plan; the file says so.",
+)
+@click.option(
+    "--tool",
+    default="",
+    metavar="NAME",
+    help="What the controller calls the probe (dmis, ippdme). Default: PROBE in DMIS, StepGaugeProbe in I++ DME.",
+)
+@click.option(
     "--route",
     type=click.Choice(["side", "over"]),
     default="side",
@@ -129,17 +140,21 @@ if TYPE_CHECKING:
     "--measuring-speed",
     type=POSITIVE,
     metavar="MM/S",
-    help="Speed of the searches, mm/s. Default: the machine's, or 3.",
+    help="Speed of the searches, mm/s, within the machine's limits. Default: the machine's, or 3.",
 )
 @click.option(
-    "--travel-speed", type=POSITIVE, metavar="MM/S", help="Speed on the way, mm/s. Default: the machine's, or 50."
+    "--travel-speed",
+    type=POSITIVE,
+    metavar="MM/S",
+    help="Speed on the way, mm/s, within the machine's limits. Default: the machine's, or 50.",
 )
 def command(source: str | None, gauge: str, output: str, dialect: str, template: str | None, **options: Any) -> None:
     """Plan the measurement of the step gauge and write the program for the controller.
 
     Starts from a placement file, or from the 16 points (see 'stepgauge locate'). The whole path is checked before
     anything is written: tip ball, stylus shank and probe body against every block and the rail, every measuring move
-    must meet its own face first, and every position must lie within the machine's travel. The way to the first position
+    must meet its own face first, and every position must lie within the machine's travel. The text is then read back
+    and compared with the plan: moves, directions, speeds, units, coordinate system, tool. The way to the first position
     is yours: bring the machine to a safe place above the gauge.
 
     \b
@@ -155,13 +170,18 @@ def command(source: str | None, gauge: str, output: str, dialect: str, template:
         return
     if options["allow_short"] or options["stylus"] != "auto":
         raise click.UsageError("--allow-short and --stylus go with --iso10360.")
+    if options["unchecked"] and template is None:
+        raise click.UsageError("--unchecked goes with --template: the shipped ones are always read back.")
     if source is None:
         raise click.UsageError("Missing argument 'PLACEMENT|POINTS' (or --iso10360).")
+    from dataclasses import replace
+
     from stepgauge.files import check_output
     from stepgauge.gauge import read_gauge
     from stepgauge.machine_file import read_machine
     from stepgauge.planning import (
         agreed_tip_radius_mm,
+        check_tool,
         checked_program,
         duration_s,
         make_settings,
@@ -176,7 +196,9 @@ def command(source: str | None, gauge: str, output: str, dialect: str, template:
     radius = agreed_tip_radius_mm(placement, machine, options["tip_radius"], source)
     settings = make_settings(steps, machine, radius, probing_choice(options))
     program = checked_program(placement, steps, machine, plan_options(options, steps), settings)
-    rendered = program_text(program, dialect, template)
+    check_tool(options["tool"], dialect)
+    program = replace(program, tool=options["tool"])
+    rendered = program_text(program, dialect, template, options["unchecked"])
     rendered.write(output)
     minutes, seconds = divmod(round(duration_s(program)), 60)
     say(f"{program.n_points} points, {len(program)} moves; about {minutes} min {seconds} s at full speed")

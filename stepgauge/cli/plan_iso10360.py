@@ -22,7 +22,7 @@ def plan_seven(
     from stepgauge.files import check_folder
     from stepgauge.gauge import read_gauge
     from stepgauge.machine_file import read_machine
-    from stepgauge.planning import make_settings
+    from stepgauge.planning import check_tool, make_settings
     from stepgauge.standards.iso10360_plan import plan_positions
     from stepgauge.standards.iso10360_plan_files import write_plan
     from stepgauge.standards.measuring_line import LONGEST_SHARE
@@ -31,7 +31,11 @@ def plan_seven(
     check_folder(output)
     steps, machine = read_gauge(gauge), read_machine(options["machine"])
     settings = make_settings(steps, machine, machine.probe.tip_radius_mm, probing_choice(options))
-    positions = plan_positions(steps, machine, plan_options(options, steps), settings, options["stylus"])
+    check_tool(options["tool"], dialect)
+    positions = [
+        _named(one, options["tool"])
+        for one in plan_positions(steps, machine, plan_options(options, steps), settings, options["stylus"])
+    ]
     for one in positions:
         say(f"position {one.orientation.number}, {one.orientation.name}: {_told(one, machine)}")
     problems = [one for one in positions if one.problem]
@@ -49,12 +53,21 @@ def plan_seven(
     say(f"wrote {output}: placements, programs, machine files with the stylus as planned, plan.json")
 
 
+def _named(one: PlannedPosition, tool: str) -> PlannedPosition:
+    """The position with a program that says which tool it takes, and which way its stylus stands."""
+    from dataclasses import replace
+
+    if one.program is None or one.probe is None:
+        return one
+    return replace(one, program=replace(one.program, tool=tool, stylus=one.probe.stylus_direction))
+
+
 def _check_options(source: str | None, options: dict[str, Any]) -> None:
     if source is not None:
         raise click.UsageError("--iso10360 makes the placements itself: leave PLACEMENT|POINTS out.")
     if not options["machine"]:
         raise click.UsageError("--iso10360 needs --machine: the positions follow from its travel.")
-    for name in ("blocks", "points_on", "home", "tip_radius"):
+    for name in ("blocks", "points_on", "home", "tip_radius", "unchecked"):
         if options[name]:
             raise click.UsageError(f"--{name.replace('_', '-')} has no place with --iso10360.")
 

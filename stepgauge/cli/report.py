@@ -17,6 +17,7 @@ from stepgauge.cli.stated import NAMES, stated_from, stated_options
 @click.option(
     "--gauge",
     "-g",
+    envvar="STEPGAUGE_GAUGE",
     metavar="GAUGE",
     help="Gauge file or shipped name: adds the certificate's uncertainties. Must be the gauge of the evaluation.",
 )

@@ -11,12 +11,12 @@ import click
 from stepgauge.cli.options import Decorator
 
 if TYPE_CHECKING:
-    from stepgauge.report.content import Stated
+    from stepgauge.report.page import Stated
 
 NAMES = ("number", "customer", "location", "operator", "remarks")
 
 
-def stated_options(template: str = "Your own Typst template; start from a copy of standard.typ.") -> Decorator:
+def stated_options(template: str = "Your own Typst template; start from a copy of report.typ.") -> Decorator:
     """Add the options of :data:`NAMES`, ``--date`` and ``--template`` (explained by ``template``)."""
     day = click.DateTime(["%Y-%m-%d"])
     options = (
@@ -39,7 +39,7 @@ def stated_options(template: str = "Your own Typst template; start from a copy o
 
 def stated_from(options: dict[str, Any]) -> Stated:
     """What the person said."""
-    from stepgauge.report.content import Stated
+    from stepgauge.report.page import Stated
 
     day = options["date"].date() if options["date"] else datetime.date.today()
     return Stated(day, **{name: options[name] for name in NAMES})

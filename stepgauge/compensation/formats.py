@@ -17,7 +17,7 @@ from stepgauge.compensation.table import CompensationTable, Travel
 from stepgauge.errors import InputError
 from stepgauge.files import write_json, write_text
 from stepgauge.resources import folder
-from stepgauge.templating import check_ascii, fill_template
+from stepgauge.templating import check_printable, fill_template
 
 COLUMNS = ("position_mm", "positive_um", "negative_um", "mean_um", "reversal_um", "u_positive_um", "u_negative_um")
 FORMAT = "stepgauge compensation 1"
@@ -86,7 +86,7 @@ def render_table(
         "version": __version__,
     }
     text = fill_template(source, "compensation", context)
-    check_ascii(text, source)
+    check_printable(text, source)
     return text
 
 

@@ -10,7 +10,7 @@ from stepgauge.dcc.read import parse_document
 from stepgauge.dcc.write import machine_certificate
 from stepgauge.dcc.xml import Element, parse_xml, validate
 from stepgauge.errors import InputError
-from stepgauge.files import replacing
+from stepgauge.files import read_bytes, replacing
 from stepgauge.report.content import Sources
 
 
@@ -43,10 +43,7 @@ def check_certificate_name(path: str | Path) -> None:
 
 def read_pdf(path: str | Path) -> bytes:
     """The printed certificate, to be put into the digital one."""
-    try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise InputError(path, error.strerror or str(error)) from None
+    data = read_bytes(path)
     if not data.startswith(b"%PDF-"):
         raise InputError(path, "not a PDF file", expected="the printed certificate")
     return data

@@ -7,7 +7,6 @@ rules) and, where that says nothing, by their name; what is not found must be st
 from __future__ import annotations
 
 import re
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,7 +20,7 @@ from stepgauge.dcc.gauge_write import EXPANSION, HEIGHT, REFERENCE_TEMPERATURE, 
 from stepgauge.dcc.read import ERROR, EXAMPLE, MEASURED, NOMINAL, Document, Quantity, read_document
 from stepgauge.dcc.units import CELSIUS_ZERO_K, LENGTH, TEMPERATURE
 from stepgauge.errors import InputError
-from stepgauge.files import write_text
+from stepgauge.files import one_set, write_text
 from stepgauge.gauge import MAX_DEVIATION_MM, Gauge, read_gauge
 
 Array = NDArray[np.float64]
@@ -85,19 +84,14 @@ def write_gauge(path: str | Path, found: GaugeImport) -> Gauge:
         raise InputError(target, "not a gauge file", found=repr(target.suffix), expected="NAME.toml")
     csv_path = target.with_suffix(".csv")
     toml_text, csv_text = _format(found, csv_path.name)
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / target.name).write_text(toml_text, encoding="utf-8")
-        (Path(folder) / csv_path.name).write_text(csv_text, encoding="utf-8")
+    with one_set():
+        write_text(csv_path, csv_text)
+        write_text(target, toml_text)
         try:
-            read_gauge(Path(folder) / target.name)
+            return read_gauge(target)
         except InputError as error:
-            where = error.where.replace(f"{folder}/", "")
-            raise InputError(
-                where, f"the certificate gives no gauge: {error.what}", found=error.found, expected=error.expected
-            ) from None
-    write_text(csv_path, csv_text)
-    write_text(target, toml_text)
-    return read_gauge(target)
+            what = f"the certificate gives no gauge: {error.what}"
+            raise InputError(error.where, what, found=error.found, expected=error.expected) from None
 
 
 def _format(found: GaugeImport, csv_name: str) -> tuple[str, str]:

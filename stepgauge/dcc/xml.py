@@ -10,11 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError
+from stepgauge.files import read_bytes
 
 DCC, SI = "https://ptb.de/dcc", "https://ptb.de/si"
 NAMESPACES = {"dcc": DCC, "si": SI}
 LARGEST_BYTES = 50_000_000
 """Certificates with pictures and a PDF inside have some megabytes."""
+MOST_MARKS = 600_000
+"""Tags; a tree takes about 100 bytes of memory for each, whatever the size of the file."""
 Element = Any
 
 
@@ -27,16 +30,12 @@ def read_xml(path: str | Path) -> Element:
 
 
 def _bytes(path: str | Path) -> bytes:
-    try:
-        size = Path(path).stat().st_size
-        if size > LARGEST_BYTES:
-            found, expected = f"{size / 1e6:.0f} MB", f"at most {LARGEST_BYTES / 1e6:.0f} MB"
-            raise InputError(path, "too large for a certificate", found=found, expected=expected)
-        return Path(path).read_bytes()
-    except FileNotFoundError:
-        raise InputError(path, "no such file") from None
-    except OSError as error:
-        raise InputError(path, error.strerror or str(error)) from None
+    data = read_bytes(path, LARGEST_BYTES)
+    marks = data.count(b"<")
+    if marks > MOST_MARKS:
+        found, expected = f"{marks} tags", f"at most {MOST_MARKS}"
+        raise InputError(path, "too large for a certificate", found=found, expected=expected)
+    return data
 
 
 def parse_xml(data: bytes, path: str | Path) -> Element:

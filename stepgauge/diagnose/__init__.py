@@ -1,4 +1,5 @@
 """When simulation and recording disagree: where, by which physics, and the proof.
 
-noise -> locate -> propose -> select -> prove. :func:`stepgauge.diagnose.engine.diagnose` runs them all.
+residuals -> problem (laws, forms, nuisances, priors) -> posterior -> verdict -> files. The function
+:func:`stepgauge.diagnose.engine.diagnose` runs them all.
 """

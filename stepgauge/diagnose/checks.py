@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from stepgauge.diagnose.posterior.evidence import State
 from stepgauge.diagnose.posterior.metric import Metric
@@ -49,8 +49,8 @@ def widening(checks: tuple[Check, ...], problem: Problem, state: State, metric: 
 def _checks(problem: Problem, state: State, independent: Array) -> Iterator[Check]:
     n = len(independent)
     largest = float(np.abs(independent).max())
-    chance = float(np.log(2.0 * n) + stats.norm.logsf(largest))
-    rows = 0.0 if chance > np.log(0.5) else float(stats.norm.isf(np.exp(max(chance, -700.0))))
+    chance = float(np.log(2.0 * n) + special.log_ndtr(-largest))
+    rows = 0.0 if chance > np.log(0.5) else -float(special.ndtri_exp(chance))
     yield _check("rows", rows, f"the largest residual is {largest:.1f} standard deviations")
     count = np.bincount(problem.group)
     dof = int((count - 1).sum())

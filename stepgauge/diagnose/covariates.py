@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 ROUNDING = 1e-9
 SAME_PLACE = 1e-6
 """Share of the gauge's length below which two coordinates are the same."""
+FEWEST_IN_CYCLE = 6
+"""Rows of a cycle from which it can be told from the others, and from the order of the rows."""
 COLUMN = "column "
 FIXED = ("position", "machine x", "machine y", "machine z", "cycle", "time", "order", "side", "placement", "azimuth")
 TOUCHES = "touches since a pause"
@@ -54,7 +56,8 @@ def covariates(data: Residuals) -> list[Covariate]:
     order[data.order] = np.arange(len(data))
     found = [Covariate("position", "mm", data.probings.certified_mm())]
     found += [Covariate(f"machine {axis}", "mm", _place_mm(data, axis)) for axis in "xyz"]
-    found += [Covariate("cycle", "", frame["cycle"].to_numpy(float))]
+    runs = len(frame[["placement", "cycle"]].drop_duplicates())
+    found += [Covariate("cycle", "", frame["cycle"].to_numpy(float))] if runs * FEWEST_IN_CYCLE <= len(data) else []
     found += [Covariate("time", "s", frame["time_s"].to_numpy(float))] if data.has_time else []
     found += [Covariate("order", "", order)] if not data.has_time else []
     found += [Covariate(TURNING, "mm", data.probings.since_turning_mm())]
@@ -75,7 +78,7 @@ def _place_mm(data: Residuals, axis: str) -> Array:
     very residual that is to be explained: the gauge is never quite at right angles to it.
     """
     mm = data.probings.coordinate_mm(axis)
-    step = SAME_PLACE * float(np.ptp(data.probings.certified_mm()))
+    step = SAME_PLACE * max(float(np.ptp(data.probings.certified_mm())), 1.0)
     return mm.min() + step * np.rint((mm - mm.min()) / step)
 
 

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from stepgauge.diagnose.checks import predictive_checks, widening
 from stepgauge.diagnose.clock import clock_start_s, counted_from, told_by_clock
 from stepgauge.diagnose.holdout import holdout_rms, make_folds
 from stepgauge.diagnose.library import carried
-from stepgauge.diagnose.located import CORRELATED, GROWING, located
+from stepgauge.diagnose.located import CORRELATED, GROWING, SCATTER, located
 from stepgauge.diagnose.posterior.answer import Answer
 from stepgauge.diagnose.posterior.metric import Metric
 from stepgauge.diagnose.posterior.priors import Priors, shipped_priors
@@ -126,7 +127,9 @@ def _repeated(data: Residuals) -> bool:
     return bool((count[data.group] > 1).mean() > 0.5)
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")
 def _search(data: Residuals, priors: Priors, without: Collection[str]) -> _Searched:
+    """The search; many small products are five times slower where threads share each of them."""
     search = Search(make_problem(data, priors, without), priors)
     answer = Answer(search, search.run())
     return _Searched(data, search, answer, make_model(search, answer, data, priors))
@@ -155,11 +158,12 @@ def _told(
     left += nameless
     told = [told_by_clock(one, start_s) for one in told]
     shares = np.sum([one.share_um for one in told], axis=0) if told else np.zeros(len(data))
-    verdict: Verdict = "unknown" if left else "effects" if told else "adequate"
+    nameless = [one for one in left if one.form not in SCATTER] or (left if not told else [])
+    verdict: Verdict = "unknown" if nameless else "effects" if told else "adequate"
     return Diagnosis(
         verdict,
         tuple(told),
-        tuple(_where(search, left)),
+        tuple(_where(search, model, left)),
         tuple(left),
         _fit(data, noise, told),
         noise,
@@ -190,11 +194,11 @@ def odds(answer: Answer, told: Sequence[Finding], left: Sequence[Located]) -> di
     return {"adequate": answer.adequate, "scatter": scatter, "statements": said}
 
 
-def _where(search: Search, left: Sequence[Located]) -> Iterator[Located]:
+def _where(search: Search, model: Model, left: Sequence[Located]) -> Iterator[Located]:
     """Where the residuals are systematic before anything is named, and where forms are left; one to a covariate."""
     yield from left
     told = {one.covariate for one in left}
-    start = search.start
+    start = search.evidence((), model.state.scatter, model.state.sigma_um)
     total = max(float(np.var(search.problem.um)) - start.sigma_um**2, 1e-300)
     looks = [look for look in search.beside(start) if not look.candidate.named and look.gain > 0.0]
     for look in looks:

@@ -14,6 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnose.covariates import (
+    FEWEST_IN_CYCLE,
+    REST,
+    TOUCHES,
     WAY,
     Covariate,
     along_mm,
@@ -28,18 +31,20 @@ from stepgauge.diagnose.posterior.priors import Priors
 from stepgauge.diagnose.posterior.problem import Candidate, Law, Smooth
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.effects.probings import followed
+from stepgauge.recording import OPTIONAL
 
 Array = NDArray[np.float64]
 Shape = Sequence[Array] | Array
 """Features of each kernel, ``(m, n)`` each, or signatures of each period, ``(atoms, d, n)``."""
 TREND, SMOOTH, ROUGH, LAGGED, WAVE = "trend", "smooth", "rough", "lagged", "wave"
 LENGTH, LEVELS, LOOP, HARMONICS, BEAT = "changing length", "levels", "loop", "harmonics", "beat"
+DECAY = "power law"
+EXPONENTS = np.geomspace(0.15, 3.0, 10)
+"""Of a decay with the number of touches that is no exponential."""
 ROUGH_LENGTHS = (0.015, 0.1)
 KNOTS, ROUGH_KNOTS = 40, 120
 OVERTONES = 5
 """Of a wave that is no sine; the k-th has the k-th part of the first's standard deviation."""
-FEWEST_IN_CYCLE = 6
-"""Rows of a cycle from which it can be told from the others."""
 PERIODS_PER_SPAN = 4.0
 MOST_PERIODS = 40.0
 FEWEST_DIRECTIONS = 8
@@ -121,14 +126,19 @@ def _shown(columns: Array) -> Array:
 def _said(data: Residuals, priors: Priors) -> Iterator[_Said]:
     told = _different(covariates(data))
     slow = next((one for one in told if one.name in WANDERING), None)
-    position = told[0]
+    position = next((one for one in told if one.name == "position"), None)
     for one in told:
         yield _of_one(one, data, priors)
         if one.name in REPEATING:
             yield _waves(one, data, priors)
+        if one.name.startswith(TOUCHES):
+            decays = (1.0 + one.values) ** -EXPONENTS[:, None, None]
+            yield _Said(one.name, one.unit, DECAY, decays, tuple(EXPONENTS), ("approach", "gauge"))
     yield from _lagged(told, position, data, priors)
-    yield from _products(position, slow, data, priors)
-    yield from _of_ways(position, data, priors)
+    if position is not None and slow is not None:
+        yield from _products(position, slow, priors)
+    if position is not None and goes_both_ways(data):
+        yield from _of_ways(position, data, priors)
     yield from _levels(data)
 
 
@@ -153,12 +163,16 @@ def _sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
 
 
 def _of_one(one: Covariate, data: Residuals, priors: Priors) -> _Said:
-    """A trend, smooth functions of several lengths, and rough ones of what wanders."""
-    smooth = [matern(one.values, length) for length in priors.forms.lengths]
-    rough = [matern(one.values, length, rough=True) for length in ROUGH_LENGTHS] if one.name in WANDERING else []
+    """A trend, smooth functions of several lengths, and rough ones of what wanders.
+
+    What settles after a pause does so by ratios of its length: functions of it are smooth in its logarithm.
+    """
+    values = np.log1p(one.values) if one.name == REST or one.name.startswith(TOUCHES) else one.values
+    smooth = [matern(values, length) for length in priors.forms.lengths]
+    rough = [matern(values, length, rough=True) for length in ROUGH_LENGTHS] if one.name in WANDERING else []
     kernels = (TREND, *[SMOOTH] * len(smooth), *[ROUGH] * len(rough))
-    features = [standard(one.values)[None], *smooth, *rough]
-    share = priors.forms.own_column if one.further else 1.0
+    features = [standard(values)[None], *smooth, *rough]
+    share = priors.forms.own_column if one.further and one.name not in OPTIONAL else 1.0
     return _Said(one.name, one.unit, SMOOTH, features, kernels, _sides(one, data), share)
 
 
@@ -206,11 +220,11 @@ def _wave_sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
     return ("gauge",) if one.name == "position" else ("approach", "gauge", *axes_shown(data))
 
 
-def _lagged(told: Sequence[Covariate], position: Covariate, data: Residuals, priors: Priors) -> Iterator[_Said]:
+def _lagged(told: Sequence[Covariate], position: Covariate | None, data: Residuals, priors: Priors) -> Iterator[_Said]:
     """Recorded columns that act with a lag, and lengths that grow with them."""
-    length = standard(position.values)
+    length = None if position is None else standard(position.values)
     for one in told:
-        if one.name == "speed":
+        if one.name == "speed" and length is not None:
             grown = [(length * standard(one.values))[None]]
             yield _Said(one.name, one.unit, LENGTH, grown, (0.0,), ("gauge",), priors.forms.product, "position")
         if not one.further:
@@ -219,6 +233,8 @@ def _lagged(told: Sequence[Covariate], position: Covariate, data: Residuals, pri
         late = [standard(value)[None] for value in (followed(data.probings.time_s, one.values, lags) if lags else ())]
         if late:
             yield _Said(one.name, one.unit, LAGGED, late, lags, _sides(one, data), priors.forms.lag)
+        if length is None:
+            continue
         grown = [value * length for value in [standard(one.values)[None], *late]]
         sides = ("gauge", *axes_shown(data))
         yield _Said(one.name, one.unit, LENGTH, grown, (0.0, *lags), sides, priors.forms.product, "position")
@@ -228,10 +244,8 @@ def _duration_s(data: Residuals) -> float:
     return float(np.ptp(data.frame["time_s"].to_numpy(float)))
 
 
-def _products(position: Covariate, slow: Covariate | None, data: Residuals, priors: Priors) -> Iterator[_Said]:
+def _products(position: Covariate, slow: Covariate, priors: Priors) -> Iterator[_Said]:
     """Lengths and waves along the gauge that change with time or order."""
-    if slow is None:
-        return
     both, share = ("approach", "gauge"), priors.forms.product
     length = standard(position.values)
     changing = [matern(slow.values, at) * (length - zero) for at in priors.forms.lengths[1:3] for zero in
@@ -262,8 +276,6 @@ def _beat(x: Array, y: Array, f: float, g: float) -> Array:
 
 def _of_ways(position: Covariate, data: Residuals, priors: Priors) -> Iterator[_Said]:
     """What differs between the ways there and back: a constant, or another shape along the gauge each way."""
-    if not goes_both_ways(data):
-        return
     way = data.probings.way()
     loops = [way[None], *(way * matern(position.values, length) for length in priors.forms.lengths)]
     kernels = (TREND, *[SMOOTH] * len(priors.forms.lengths))

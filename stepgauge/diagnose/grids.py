@@ -21,6 +21,8 @@ RHYTHM = np.linspace(0.0, 1.0, 41)
 GRADUAL = 0.1
 """Part of a turn from touch to touch below which a swing is seen as a gradual change."""
 MOST_TIMES = 1000
+MOST_TOUCHES = 50.0
+"""A probe is worked in after some dozens of touches; what takes longer is time, not touches."""
 
 
 def parameter_grid(kind: type[Effect], parameter: Parameter, choices: dict[str, Any], data: Residuals) -> list[Any]:
@@ -101,7 +103,7 @@ def _supports(_: dict[str, Any], data: Residuals) -> list[tuple[float, float]]:
 def _touches(choices: dict[str, Any], data: Residuals) -> Array:
     """What has not decayed before the next pause is no memory of the first touches."""
     most = float(data.probings.touches_since_pause(choices["pause_s"]).max())
-    return np.geomspace(0.3, max(most / 3.0, 1.0), 14)
+    return np.geomspace(0.3, float(np.clip(most / 3.0, 1.0, MOST_TOUCHES)), 14)
 
 
 _RULES: dict[str, Callable[[dict[str, Any], Residuals], Any]] = {

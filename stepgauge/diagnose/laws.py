@@ -16,6 +16,7 @@ from stepgauge.diagnose.posterior.priors import Priors
 from stepgauge.diagnose.posterior.problem import Law, Refined, Sizes
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.solve import solve
+from stepgauge.effects import Effect
 
 Array = NDArray[np.float64]
 BEYOND = 1.1
@@ -30,15 +31,15 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
     for family in families:
         labels[family.label] += 1
         label = family.label if labels[family.label] == 1 else f"{family.label} #{labels[family.label]}"
-        prior = priors.laws.of(family.kind)
+        prior, sizes = priors.laws.of(family.kind), sizes_of(family, priors, data)
         found.append(
             Law(
                 family.kind,
                 label,
                 True,
                 float(np.log(priors.laws.odds * prior.odds / count[family.kind])),
-                sizes_of(family, priors, data),
-                family,
+                sizes,
+                replace(family, prior=float(sizes.sd.max())),
                 pattern=family.pattern,
                 shares=family.share_rows,
                 log_weight=shape_weights(family, priors, data),
@@ -56,13 +57,27 @@ def sizes_of(family: Family, priors: Priors, data: Residuals) -> Sizes:
     """
     assert family.law is not None
     prior = priors.laws.of(family.kind)
-    usual = prior.usual * (float(data.gauge.position_mm[-1]) * 1e-3) ** prior.power
+    usual = prior.usual * (float(data.gauge.position_mm[-1]) * 1e-3) ** prior.power * _magnified(family, priors, data)
     if family.positive:
         wide = priors.sizes.about(usual)
         return Sizes(wide.sd**2, wide.log_weight)
     if not any(p.role == "linear" for p in family.law.parameters()):
         return Sizes(np.ones(1), np.zeros(1))
     return priors.sizes.about(usual)
+
+
+def _magnified(family: Family, priors: Priors, data: Residuals) -> float:
+    """What is usual per length is told of gauges of a length; over shorter ones a length is as wrong in um."""
+    assert family.law is not None
+    length_mm = float(np.ptp(data.probings.certified_mm()))
+    per_length = family.law.covariates[0] in ("coordinate", "position") and not is_height(family.law)
+    return max(priors.sizes.shortest_mm / length_mm, 1.0) if per_length and length_mm > 0.0 else 1.0
+
+
+def is_height(law: type[Effect]) -> bool:
+    """Whether a law's size is in um, and not over a length that the law gives with it."""
+    units = {p.unit for p in law.parameters() if p.role == "linear"}
+    return units == {"um"} and "length_mm" not in law.model_fields
 
 
 def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:

@@ -26,10 +26,6 @@ Array = NDArray[np.float64]
 NOT_LAWS = {"axis_compensation", "empirical", "error_map", "outliers", "noise_growth"}
 """Kinds that are no law of the mean with parameters of their own: fitted elsewhere or not at all."""
 NEEDS_TIME = {"time", "order"}
-GROWING = {"coordinate", "position", "time"}
-"""Covariates with which a law grows, so that the size to be expected depends on their span."""
-SIZES = {"mrad", "touches"}
-"""Parameters that are a size as well, though the displacement is not linear in them."""
 SEEN_SHARE = 0.1
 """Smallest share of a direction along some gauge axis with which motion in it is looked for."""
 NEAR_AXIS = np.cos(np.radians(5.0))
@@ -42,41 +38,18 @@ ORIGIN_ONLY = 3e-3
 """Share of a signature left beside the origins below which it shows nothing else."""
 CHUNK = 50_000
 """Numbers computed at a time: they stay in a processor's cache."""
-PRIOR_SIZE = 3.0
-"""Standard deviation of what is expected of a linear parameter before measuring, over the sensible range's bound.
-
-Of a height in um it is that bound: how high a step or a wave may be does not depend on what was measured.
-"""
-TYPICAL = 0.2
-"""What is usual of a size that occurs, over the largest that does."""
-SHORTEST_MM = 100.0
-"""Length of the shortest gauge that the vocabulary has in mind where it says what is sensible."""
-RARITY = {
-    "block_defect": 2.8,
-    "angular_error": 1.0,
-    "scale_curvature": 0.5,
-    "straightness": 1.5,
-    "roll": 2.0,
-    "gauge_bending": 1.0,
-    "misalignment": 1.0,
-    "vibration": 1.0,
-    "approach_memory": 0.5,
-    "local_scale_defect": 0.5,
-    "scale_temperature": 0.5,
-}
-"""Logarithm of how much rarer a law of a kind is than one of the commonest kinds."""
 
 
 @dataclass(frozen=True)
 class Family:
     """One law with its choices made (axis, face, ...) and its signatures.
 
-    ``kind`` is the name in the vocabulary, or ``form:...`` for a form without a law. ``atoms``: the non-linear
+    ``kind`` is the name in the vocabulary. ``atoms``: the non-linear
     parameters of each signature; ``pattern (atoms, depth, n)``: displacement in um for a unit of each of its linear
     parameters, along the approach or where ``shares (k, n)`` are given to be multiplied by each of these: families that
     differ only in the shares hold the same pattern. ``law``: the effect class, None for a form. ``directions (k, 3)``:
-    unit vectors whose components make the direction of motion, where that is free. ``prior``: see :data:`PRIOR_SIZE`,
-    infinite for none. ``magnified``: by how much sizes may be beyond what is sensible, over a gauge of micrometres.
+    unit vectors whose components make the direction of motion, where that is free. ``prior``: standard deviation of
+    what is expected of its sizes, infinite for none.
     """
 
     kind: str
@@ -91,7 +64,6 @@ class Family:
     directions: Array | None = None
     prior: float = np.inf
     shares: Array | None = None
-    magnified: float = 1.0
 
     @cached_property
     def dimension(self) -> int:
@@ -107,28 +79,6 @@ class Family:
     def columns(self) -> Array:
         """All signatures, displacement along the approach in um, shape ``(atoms, d, n)``."""
         return np.concatenate([self.pattern * share for share in self.share_rows], axis=1)
-
-    @property
-    def rarity(self) -> float:
-        """How much rarer the law is than the commonest ones, nats; none of a form."""
-        return RARITY.get(self.kind, 0.0)
-
-    @cached_property
-    def usual(self) -> dict[str, float]:
-        """What is usual of every size of which something is known."""
-        return {
-            p.name: TYPICAL * max(map(abs, p.sensible)) * (self.magnified if p.role == "linear" else 1.0)
-            for p in (self.law.parameters() if self.law else ())
-            if p.sensible and (p.role == "linear" or p.name in SIZES)
-        }
-
-    @cached_property
-    def fitted_shape(self) -> bool:
-        """Whether a law has more to fit than its size: a period, a place, a time constant.
-
-        A drift that has not begun to settle has none, and one that settles is a trend with a bend.
-        """
-        return len(self.atoms) > 1 and not any(None in atom.values() for atom in self.atoms)
 
     @cached_property
     def ranges(self) -> dict[str, tuple[float, float]]:
@@ -165,8 +115,7 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
                 size = _sizes(columns, [np.ones((1, len(data)))])[0]
                 seen = columns if _has_phase(law) else _beside_origins(columns, data)
                 families = _family(law, choices, atoms, seen, size)
-            needed, magnified = _needed(law, columns, data), _magnified(law, data)
-            yield from (replace(one, prior=max(one.prior, needed), magnified=magnified) for one in families)
+            yield from families
 
 
 def _beside_origins(columns: Array, data: Residuals) -> Array:
@@ -179,36 +128,6 @@ def _beside_origins(columns: Array, data: Residuals) -> Array:
     left = data.without_origins(columns)
     size, whole = (np.linalg.norm(one, axis=2, keepdims=True) for one in (left, columns))
     return np.where(size > ORIGIN_ONLY * whole, left, columns)
-
-
-def _needed(law: type[Effect], columns: Array, data: Residuals) -> float:
-    """The size that moves readings as far as they are off, for laws that grow with a length or with time.
-
-    What is sensible for metres or hours is nothing for a gauge of micrometres or a run of seconds; the height of a step
-    and an amplitude are the same, and huge ones along an axis that hardly moves are not believed. ``columns (atoms, d,
-    n)``: of a law of any direction the motion along every approach, counted as one along the gauge beside the origins.
-    """
-    grows = law.covariates[0]
-    if grows not in GROWING or _is_height(law):
-        return 0.0
-    squares = (columns**2).sum(axis=2)
-    moved = float(np.sqrt(squares.max() / len(data)))
-    if grows == "time":
-        atom, which = np.unravel_index(squares.argmax(), squares.shape)
-        moved = float(data.without_origins(columns[atom, which] * data.side).std())
-    return float(data.um.std()) / max(moved, 1e-300)
-
-
-def _magnified(law: type[Effect], data: Residuals) -> float:
-    """By how much sizes of laws that grow with a length may be beyond what is sensible, where all lengths are tiny."""
-    grows = law.covariates[0] in GROWING - {"time"} and not _is_height(law)
-    return max(1.0, SHORTEST_MM / float(np.ptp(data.probings.certified_mm()))) if grows else 1.0
-
-
-def _is_height(law: type[Effect]) -> bool:
-    """Whether a law's size is in um, and not over a length that the law gives with it."""
-    units = {p.unit for p in law.parameters() if p.role == "linear"}
-    return units == {"um"} and "length_mm" not in law.model_fields
 
 
 def has_free_direction(law: type[Effect]) -> bool:
@@ -331,14 +250,8 @@ def _family(
         law.covariates[0],
         law.kind == "misalignment",
         directions=directions,
-        prior=_prior(law),
         shares=shares,
     )
-
-
-def _prior(law: type[Effect]) -> float:
-    sizes = [max(abs(bound) for bound in p.sensible) for p in law.parameters() if p.role == "linear" and p.sensible]
-    return (1.0 if _is_height(law) else PRIOR_SIZE) * max(sizes, default=np.inf)
 
 
 def fixed_values(law: type[Effect]) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnose.covariates import AXES
-from stepgauge.diagnose.forms import BEAT, HARMONICS, LAGGED, LENGTH, LEVELS, LOOP, TREND, WAVE, Form
+from stepgauge.diagnose.forms import BEAT, DECAY, HARMONICS, LAGGED, LENGTH, LEVELS, LOOP, TREND, WAVE, Form
 from stepgauge.diagnose.posterior.problem import Candidate
 from stepgauge.diagnose.result import Located
 
@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 CORRELATED, GROWING, UNDETERMINED = "correlated scatter", "growing scatter", "undetermined"
 SCATTER = (CORRELATED, GROWING)
 """Forms of the scatter, which no formula of the mean describes."""
+QUIET = 0.3
+"""Share of the record over which nothing must change for the rest to be told as the part where something does."""
 
 
 def located(candidate: Candidate, atom: int, probability: float, share: float = 1.0) -> Located:
@@ -46,6 +48,8 @@ def _words(form: Form, shape: str, number: object) -> str:
         return f"a length that changes with {name}{late}"
     if shape == BEAT and isinstance(number, tuple):
         return f"a wave along the gauge, period {number[0]:.4g} mm, whose size turns with {name}, {number[1]:.4g}{unit}"
+    if shape == DECAY:
+        return f"decays with {name} by a power law, exponent {number:.2g}, not exponentially"
     if shape == LEVELS:
         return f"another level for every {name}"
     if shape == LOOP:
@@ -65,7 +69,7 @@ def regime(x: Array, curve: Array, spread: Array, unit: str) -> str:
     x, curve, spread = x[order], curve[order], spread[order]
     flat = _flat_share(curve, spread)
     back = _flat_share(curve[::-1], spread[::-1])
-    if max(flat, back) < 0.3:
+    if not QUIET <= max(flat, back) < 1.0:
         return ""
     if flat >= back:
         return f"only above {x[int(flat * len(x)) - 1]:.4g}{unit}"

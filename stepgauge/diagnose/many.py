@@ -14,6 +14,7 @@ from typing import Any
 
 from stepgauge.diagnose.engine import diagnose
 from stepgauge.diagnose.files import write_diagnosis
+from stepgauge.diagnose.posterior.priors import Priors
 from stepgauge.diagnose.practice import counted, name_of
 from stepgauge.diagnose.result import Diagnosis
 from stepgauge.diagnose.unknown_law import UnknownLaw, model_unknown, rest_rms_um
@@ -39,10 +40,11 @@ def diagnose_together(
     folder: str | Path,
     suffix: str = "png",
     without: Collection[str] = (),
+    priors: Priors | None = None,
 ) -> Outcome:
     """Diagnose several recordings as placements of one machine; parameters as :func:`diagnose_each`."""
     steps, cmm = read_gauge(gauge), read_machine(machine)
-    return _diagnose([read_recording(path) for path in paths], steps, cmm, Path(folder), suffix, without)
+    return _diagnose([read_recording(path) for path in paths], steps, cmm, Path(folder), suffix, without, priors)
 
 
 def diagnose_each(
@@ -53,6 +55,7 @@ def diagnose_each(
     jobs: int | None = None,
     suffix: str = "png",
     without: Collection[str] = (),
+    priors: Priors | None = None,
 ) -> Iterator[Outcome]:
     """Diagnose recordings one by one into folders named after their files, in the order given.
 
@@ -68,6 +71,7 @@ def diagnose_each(
     jobs : processes; by default as many as there are processors
     suffix : format of the figures
     without : kinds of effects that are no candidates
+    priors : what is usual, the shipped table by default
 
     Raises
     ------
@@ -77,7 +81,7 @@ def diagnose_each(
     _check_names(paths)
     steps, cmm = read_gauge(gauge), read_machine(machine)
     recordings = [read_recording(path) for path in paths]
-    one = partial(_one, gauge=steps, machine=cmm, folder=Path(folder), suffix=suffix, without=without)
+    one = partial(_one, gauge=steps, machine=cmm, folder=Path(folder), suffix=suffix, without=without, priors=priors)
     count = min(jobs or os.cpu_count() or 1, len(recordings))
     return map(one, recordings) if count == 1 else _in_processes(one, recordings, count)
 
@@ -96,11 +100,17 @@ def _start_method() -> str:
 
 
 def _one(
-    recording: Recording, gauge: Gauge, machine: Machine, folder: Path, suffix: str, without: Collection[str]
+    recording: Recording,
+    gauge: Gauge,
+    machine: Machine,
+    folder: Path,
+    suffix: str,
+    without: Collection[str],
+    priors: Priors | None,
 ) -> Outcome:
     name = Path(recording.path).stem
     try:
-        return _diagnose([recording], gauge, machine, folder / name, suffix, without)
+        return _diagnose([recording], gauge, machine, folder / name, suffix, without, priors)
     except InputError as error:
         return Outcome(name, f"error: {error}")
 
@@ -112,9 +122,10 @@ def _diagnose(
     folder: Path,
     suffix: str,
     without: Collection[str],
+    priors: Priors | None,
 ) -> Outcome:
     whole = recordings[0] if len(recordings) == 1 else join_recordings(recordings)
-    found = diagnose(whole, gauge, machine, without)
+    found = diagnose(whole, gauge, machine, without, priors)
     laws = model_unknown(found)
     files = write_diagnosis(folder, found, recordings, suffix, laws)
     return Outcome(folder.name, summary_line(found, laws), tuple(files))

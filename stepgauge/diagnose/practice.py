@@ -40,7 +40,7 @@ def counted(names: Iterable[str]) -> list[str]:
 
 
 def _values(finding: Finding | Member) -> Values:
-    if isinstance(finding, Finding) and finding.effect is not None:
+    if finding.effect is not None:
         return effect_table(finding.effect)
     return {**finding.choices, **{k: e.value for k, e in finding.parameters.items() if k not in finding.choices}}
 

@@ -39,6 +39,7 @@ class Member:
     kind: str
     label: str
     share: float
+    effect: Effect
     choices: dict[str, object]
     parameters: dict[str, Estimate]
 
@@ -51,7 +52,7 @@ class Finding:
     this member of it; ``confounded_with``: other kinds that this recording cannot tell from it; ``alternatives``: other
     choices of the same kind; ``members``: all of the set with values of their own; ``several``: sets of several laws
     that may stand in place of it, each as labels with its odds; ``where``: the part of the record that it acts in,
-    empty for all of it; ``reason``: why the set cannot be told apart; ``share_um (n,)``: displacement along the approach.
+    empty for all of it; ``reason``: why the set cannot be told apart; ``share_um (n,)``: its displacement.
     """
 
     kind: str

@@ -26,7 +26,7 @@ from stepgauge.diagnose.covariates import (
     pause_of,
     runs_of,
 )
-from stepgauge.diagnose.forms import BEAT, HARMONICS, LAGGED, LENGTH, LEVELS, OVERTONES, TREND, WAVE
+from stepgauge.diagnose.forms import BEAT, DECAY, HARMONICS, LAGGED, LENGTH, LEVELS, OVERTONES, TREND, WAVE
 from stepgauge.diagnose.located import SCATTER, UNDETERMINED
 from stepgauge.diagnose.posterior.metric import Metric
 from stepgauge.diagnose.posterior.priors import shipped_priors
@@ -199,6 +199,8 @@ def _of_covariate(located: Located, side: str, one: Covariate, name: str, data: 
         yield [f"({name} - {middle:.12g})"]
     elif located.form == LAGGED:
         yield [f"({_late(name, located.numbers)} - {middle:.12g})"]
+    elif located.form == DECAY:
+        yield [f"(1 + {name})**(-{float(located.numbers):.12g})"]
     elif located.form == WAVE:
         angle = f"2 * pi * {name} / {float(located.numbers):.12g}"
         yield [f"{wave}({order} * {angle})" for order in range(1, OVERTONES + 1) for wave in ("sin", "cos")]

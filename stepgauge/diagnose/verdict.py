@@ -3,8 +3,10 @@
 1. In every place of the best hypothesis, nothing is said if nothing being there is likelier than ``1 - stated``.
 2. What is said is a law if the laws of the place are likelier together than its forms: the likeliest kind, with all
    other laws that have more than ``in_set`` of the place's probability as its set. Otherwise it is the likeliest form.
-3. A law whose size is less than ``determined`` standard uncertainties is not named, however likely.
-4. Outliers, growing and correlated scatter are said if their probability is at least ``stated``.
+3. A law whose size is less than ``determined`` standard uncertainties is not named, however likely; nor is one beside a
+   form that is told over the covariate that it lives in, for a free function of time may hold any law in time.
+4. Outliers, growing and correlated scatter are said if their probability is at least ``stated``. Correlated scatter
+   makes the verdict ``unknown`` where nothing has a name beside it.
 """
 
 from __future__ import annotations
@@ -16,8 +18,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnose.covariates import covariates, mask
+from stepgauge.diagnose.forms import SMOOTH, Form
 from stepgauge.diagnose.library import Family
-from stepgauge.diagnose.located import located
+from stepgauge.diagnose.located import located, regime
 from stepgauge.diagnose.posterior.answer import Answer, Place, Rival
 from stepgauge.diagnose.posterior.evidence import State
 from stepgauge.diagnose.posterior.metric import Metric
@@ -29,6 +33,8 @@ from stepgauge.diagnose.result import Finding, Located, Member
 from stepgauge.diagnose.solve import Estimate, Fitted, Solved, solve
 
 Array = NDArray[np.float64]
+FAINT = 0.3
+"""Share of its largest weight below which a reading says too little of a form."""
 MOST_FORMS = 3
 """Covariates that a place without a law is told with."""
 
@@ -68,7 +74,7 @@ def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) 
     every = [Said(place, lead, terms[lead.candidate.label]) for place, lead in said if lead.candidate.label in terms]
     laws, forms = ([one for one in every if one.lead.candidate.named is named] for named in (True, False))
     model = _fitted(search, state, laws, forms, data)
-    vague = _undetermined(model, priors.decision.determined)
+    vague = [*_undetermined(model, priors.decision.determined), *_within_forms(laws, forms)]
     if vague:
         kept = [one for one in laws if one not in vague]
         model = _fitted(search, state, kept, [*forms, *vague], data)
@@ -109,6 +115,24 @@ def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], d
 def _undetermined(model: Model, least: float) -> list[Said]:
     """The laws whose sizes the fit does not determine (rule 3)."""
     return [one for one, solved in zip(model.laws, model.fitted.solved, strict=True) if not _determined(solved, least)]
+
+
+def _within_forms(laws: list[Said], forms: list[Said]) -> list[Said]:
+    """The laws that a form over their own covariate may hold (rule 3)."""
+    told = {one.lead.candidate.kind for one in forms}
+    return [one for one in laws if told & _lives_in(one.family)]
+
+
+def _lives_in(family: Family) -> set[str]:
+    """The covariates whose free function may hold a law."""
+    assert family.law is not None
+    first = family.law.covariates[0]
+    if first == "time":
+        return {"time", "order"}
+    if first == "coordinate":
+        axes = [value for value in family.choices.values() if value in ("x", "y", "z")]
+        return {"position", *(f"machine {axis}" for axis in axes)}
+    return {first}
 
 
 def _determined(solved: Solved, least: float) -> bool:
@@ -170,7 +194,8 @@ def _members(
     for one in rivals:
         solved = model.fitted.solved[place] if one is said.lead else _in_place(one, place, model, data)
         parameters = own if one is said.lead else solved.parameters
-        yield Member(solved.family.kind, solved.family.label, one.share / total, choices_of(solved), parameters)
+        chosen = choices_of(solved)
+        yield Member(solved.family.kind, solved.family.label, one.share / total, solved.effect, chosen, parameters)
 
 
 def _in_place(rival: Rival, place: int, model: Model, data: Residuals) -> Solved:
@@ -212,7 +237,24 @@ def unexplained(model: Model, answer: Answer, data: Residuals) -> Iterator[Locat
                 first.setdefault(one.candidate.kind, one)
         for one in list(first.values())[:MOST_FORMS]:
             labels = [r.candidate.label for r in said.place.rivals if r.candidate.kind == one.candidate.kind]
-            yield located(one.candidate, one.look.atom, answer.probability(labels))
+            told = located(one.candidate, one.look.atom, answer.probability(labels))
+            part = _regime(said, model, data) if one is said.lead else ""
+            yield replace(told, where=f"{told.where}, {part}") if part else told
+
+
+def _regime(said: Said, model: Model, data: Residuals) -> str:
+    """The part of the record in which a smooth form is not what it is elsewhere, in words; empty for all of it."""
+    form: Form = said.lead.candidate.source
+    place = next((i for i, term in enumerate(model.state.terms) if term is said.term), None)
+    x = next((one.values for one in covariates(data) if one.name == form.covariate), None)
+    if form.shape != SMOOTH or form.beside or place is None or x is None:
+        return ""
+    mean, covariance = model.state.amplitudes(place)
+    share = mask(data, form.side)
+    seen = np.abs(share) > FAINT * np.abs(share).max()
+    columns = said.term.columns[:, seen] / share[seen]
+    spread = np.sqrt(np.maximum(np.einsum("dn,dn->n", columns, covariance @ columns), 0.0))
+    return regime(x[seen], mean @ columns, spread, f" {form.unit}".rstrip())
 
 
 def nearest_laws(model: Model) -> Iterator[str]:

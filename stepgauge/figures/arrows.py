@@ -41,7 +41,7 @@ def arrows_figure(results: Sequence[PlacementResult], travel_mm: Array | None = 
     with figure_style():
         figure = new_figure(WIDTH_MM, HEIGHT_MM)
         figure.set_layout_engine("none")  # it would shrink the box to its widest label
-        axes = figure.add_axes((-0.03, 0.14, 1.0, 0.82), projection="3d", computed_zorder=False)
+        axes = figure.add_axes((0.0, 0.13, 1.0, 0.83), projection="3d", computed_zorder=False)
         _draw_box(axes, box)
         for result in results:
             _draw_placement(axes, result, magnification, box)
@@ -125,7 +125,7 @@ def _label(axes: Any, box: Array) -> None:
         getattr(axes, f"set_{letter}label")(f"{letter} (mm)")
         ticks = max(2, round(8 * (high - low) / float(np.ptp(box, axis=1).max())))
         axes.locator_params(axis=letter, nbins=ticks)
-    axes.set_box_aspect(np.ptp(box, axis=1), zoom=1.08)
+    axes.set_box_aspect(np.ptp(box, axis=1), zoom=1.3)
     axes.view_init(elev=25, azim=-68)
     axes.xaxis.pane.fill = axes.yaxis.pane.fill = axes.zaxis.pane.fill = False
 

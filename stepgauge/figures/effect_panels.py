@@ -22,7 +22,19 @@ from stepgauge.diagnose.covariates import (
     pause_of,
     runs_of,
 )
-from stepgauge.diagnose.forms import BEAT, HARMONICS, LAGGED, LENGTH, LEVELS, LOOP, SMOOTH, TREND, WANDERING, WAVE
+from stepgauge.diagnose.forms import (
+    BEAT,
+    DECAY,
+    HARMONICS,
+    LAGGED,
+    LENGTH,
+    LEVELS,
+    LOOP,
+    SMOOTH,
+    TREND,
+    WANDERING,
+    WAVE,
+)
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Diagnosis, Finding
 from stepgauge.diagnose.unknown_law import UnknownLaw
@@ -67,6 +79,7 @@ TITLES = {
     WAVE: "a periodic function of {covariate}",
     LENGTH: "a length that changes with {covariate}",
     BEAT: "a wave along the gauge that changes with {covariate}",
+    DECAY: "decays with {covariate} by a power law",
     LEVELS: "another level for every {covariate}",
     LOOP: "another curve on the way back",
     HARMONICS: "depends on the direction of approach",

@@ -1,4 +1,4 @@
-"""Errors against position with two-sigma bands, and the reversal below (the figure of Pahk & Kim's Fig 6).
+"""Errors against position with 2s bands, and the reversal below (the figure of Pahk & Kim's Fig 6).
 
 Drawn from one placement of ``evaluation.json``, so that the verb that evaluates and the report show the same figure.
 Measured points are solid, points interpolated from the neighbouring faces hollow; where nothing is defined the lines
@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
@@ -110,12 +111,12 @@ def column(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
 
 def describe(placement: Mapping[str, Any]) -> str:
     """What the figure shows, in a sentence: under the figure, and for those who cannot see it."""
-    said = [f"band of the mean error {_um(placement['band_um'])} over {placement['span_mm']:.1f} mm"]
+    said = [f"range of the mean error {_um(placement['band_um'])} over {placement['span_mm']:.1f} mm"]
     rows, worst = placement["faces"], placement["worst_two_sigma_um"]
     if worst is None:
-        said.append("two-sigma undefined (no face was probed twice)")
+        said.append("2s undefined (no face was probed twice)")
     else:
-        said.append(f"worst two-sigma {_um(worst)} at face {rows[_worst_row(rows)]['face']}")
+        said.append(f"largest 2s {_um(worst)} at face {rows[_worst_row(rows)]['face']}")
     return "; ".join(said)
 
 
@@ -172,9 +173,9 @@ def _mark_band(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
     beyond = nominal[-1] + 0.02 * np.ptp(nominal)
     axes.annotate("", (beyond, high), (beyond, low), arrowprops=_arrow("<->", MEAN_COLOR))
     axes.annotate(
-        f"band {high - low:.2f} µm",
+        f"range {high - low:.2f} µm",
         (beyond, (low + high) / 2),
-        xytext=(4, 0),
+        xytext=(7, 0),
         textcoords="offset points",
         rotation=90,
         va="center",
@@ -198,8 +199,8 @@ def _mark_worst(axes: Axes, rows: Sequence[Mapping[str, Any]], worst_um: float |
     bar = axes.errorbar(
         row["nominal_mm"], error, worst_um, color=direction.color, capsize=3.0, elinewidth=1.4, capthick=1.4, zorder=6
     )
-    bar.set_label("worst two-sigma")
-    axes.set_title(f"worst two-sigma ±{worst_um:.2f} µm (face {row['face']})", loc="right")
+    bar.set_label("largest 2s")
+    axes.set_title(f"largest 2s: ±{worst_um:.2f} µm (face {row['face']})", loc="right")
 
 
 def _worst_row(rows: Sequence[Mapping[str, Any]]) -> int:
@@ -253,15 +254,22 @@ def _add_legend(figure: Figure, rows: Sequence[Mapping[str, Any]]) -> None:
         for d in (FORWARD, BACKWARD)
     ]
     entries.append(Line2D([], [], color=MEAN_COLOR, linewidth=1.3, marker=".", markersize=2.5, label="mean XM"))
-    entries.append(
-        Line2D([], [], color=GREY, marker="o", markerfacecolor="white", markersize=4, linewidth=0, label="interpolated")
+    between = tuple(
+        Line2D([], [], color=d.color, marker=d.marker, markerfacecolor="white", markersize=4.5, linewidth=0)
+        for d in (FORWARD, BACKWARD)
     )
+    entries.append(between)
+    labels = [str(entry.get_label()) for entry in entries[:-1]] + ["interpolated"]
     if any(row["sf_um"] is not None or row["sb_um"] is not None for row in rows):
-        entries.append(Patch(color=GREY, alpha=0.3, linewidth=0, label="± two sigma"))
-    entries += [line for line in errors.get_lines() if "MPE" in str(line.get_label())]
-    entries += [bar for bar in errors.containers if bar.get_label() and not str(bar.get_label()).startswith("_")]
+        entries.append(tuple(Patch(color=d.color, alpha=0.3, linewidth=0) for d in (FORWARD, BACKWARD)))
+        labels.append("± 2s")
+    more: list[Any] = [line for line in errors.get_lines() if "MPE" in str(line.get_label())]
+    more += [bar for bar in errors.containers if bar.get_label() and not str(bar.get_label()).startswith("_")]
+    entries += more
     figure.legend(
         handles=entries,
+        labels=labels + [str(one.get_label()) for one in more],
+        handler_map={tuple: HandlerTuple(ndivide=None, pad=0.3)},
         loc="outside upper center",
         ncols=len(entries) if len(entries) <= 6 else 4,
         columnspacing=1.2,

@@ -22,8 +22,8 @@ LABELS = {
     "scale_ppm": "scale error\n(µm/m)",
     "reversal_um": "mean reversal\nXR (µm)",
     "r_eff_change_um": "R_eff − first\n(µm)",
-    "band_um": "band of XM\n(µm)",
-    "worst_two_sigma_um": "worst two-\nsigma (µm)",
+    "band_um": "range of XM\n(µm)",
+    "worst_two_sigma_um": "largest 2s\n(µm)",
 }
 
 
@@ -36,7 +36,8 @@ def history_figure(series: Sequence[Series], limits: Mapping[str, float], machin
     """One panel per quantity, a colour and a marker per direction of the gauge."""
     directions = sorted({one.direction for one in series})
     with figure_style():
-        figure = new_figure(WIDTH_MM, HEAD_MM + PANEL_MM * len(QUANTITIES))
+        single = len({entry.measured_at for one in series for entry in one.entries}) == 1
+        figure = new_figure(WIDTH_MM, HEAD_MM + PANEL_MM * len(QUANTITIES) * (0.5 if single else 1.0))
         panels = figure.subplots(len(QUANTITIES), 1, sharex=True)
         for axes, name in zip(panels, QUANTITIES, strict=True):
             for one in series:
@@ -45,11 +46,27 @@ def history_figure(series: Sequence[Series], limits: Mapping[str, float], machin
             _limits(axes, limits.get(name), QUANTITIES[name].signed)
             axes.set_ylabel(LABELS[name])
             axes.spines[["top", "right"]].set_visible(False)
-        _dates(panels[-1])
+        if single:
+            _single_date(panels, series)
+        else:
+            _dates(panels[-1])
         panels[0].set_title(_title(series, machine), loc="left", fontweight="bold")
         figure.align_ylabels(panels)
         figure.legend(handles=_legend(series, directions, limits), loc="outside upper center", ncols=5, frameon=False)
     return figure
+
+
+def _single_date(panels: Sequence[Axes], series: Sequence[Series]) -> None:
+    """One date is no history: the values are written beside their points, and the axis says what is missing."""
+    when = series[0].entries[0].measured_at
+    at = float(mdates.date2num(when))
+    for axes, name in zip(panels, QUANTITIES, strict=True):
+        axes.set_xlim(at - 1.0, at + 3.0)
+        axes.set_xticks([at], [when.date().isoformat()])
+        axes.margins(y=0.5)
+        told = [f"{one.direction}: {one.value[0]:.3g}" for one in series if one.quantity == name]
+        axes.text(at + 0.3, 0.5, "\n".join(told), transform=axes.get_xaxis_transform(), va="center", fontsize=6.5)
+    panels[-1].set_xlabel("date of measurement (a trend needs a second one)")
 
 
 def _title(series: Sequence[Series], machine: str) -> str:
@@ -78,6 +95,7 @@ def _draw(axes: Axes, one: Series, number: int) -> None:
     _draw_trend(axes, one, when, color)
     if np.isfinite(one.reach):
         low, high = one.centre - one.reach, one.centre + one.reach
+        low = low if QUANTITIES[one.quantity].signed else np.maximum(low, 0.0)  # no range is below nothing
         axes.fill_between(when, low, high, color=color, alpha=0.08, linewidth=0, zorder=1)
 
 
@@ -111,14 +129,14 @@ def _legend(series: Sequence[Series], directions: list[str], limits: Mapping[str
     ]
     trends = [one.trend for one in series if one.trend is not None]
     if any(trend.significant for trend in trends):
-        handles.append(Line2D([], [], color=GREY, label="drift beyond 2 u"))
+        handles.append(Line2D([], [], color=GREY, label="trend beyond 2 u"))
     if any(not trend.significant for trend in trends):
         handles.append(Line2D([], [], color=GREY, linestyle=(0, (4, 2)), label="trend within 2 u"))
     if any(np.isfinite(one.reach) for one in series):
-        handles.append(Line2D([], [], color=GREY, alpha=0.3, linewidth=5.0, label="control chart"))
+        handles.append(Line2D([], [], color=GREY, alpha=0.3, linewidth=5.0, label="control limits"))
     if any(one.beyond.any() for one in series):
         ring = {"marker": "o", "markersize": 8.0, "markerfacecolor": "none", "markeredgecolor": LIMIT_COLOR}
-        handles.append(Line2D([], [], linestyle="none", label="outside the chart", **ring))  # type: ignore[arg-type]
+        handles.append(Line2D([], [], linestyle="none", label="outside the control limits", **ring))  # type: ignore[arg-type]
     if limits:
         handles.append(Line2D([], [], color=LIMIT_COLOR, linestyle=(0, (1, 1.5)), label="limit"))
     return handles

@@ -1,7 +1,8 @@
 """Errors of length measurement against length, with the permissible error as a trumpet (ISO 10360-2).
 
-Every repeat is a mark; the marks of a position have one shape and colour and stand beside those of the others at the
-same length. The dashed lines are the permissible error less the expanded uncertainty: within them conformity is proven.
+Every repeat is a mark; the marks of a position have one shape and colour. Those of several positions at one length
+stand side by side, by points of print and not by millimetres of length. The dashed lines are the permissible error
+minus the expanded uncertainty: within them conformity is proven.
 """
 
 from __future__ import annotations
@@ -12,14 +13,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.transforms import ScaledTranslation
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
 from stepgauge.standards.iso10360 import KINDS, LengthTest, TestLength
+from stepgauge.standards.lengths import Kind
 
 WIDTH_MM, HEIGHT_MM = 170.0, 90.0
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-DODGE = 0.009
-"""Distance between the marks of neighbouring positions at one length, as a share of the longest length."""
+DODGE_PT = 1.6
+"""Distance between the marks of neighbouring positions at one length, points of print: no length is changed by it."""
 
 
 def length_test_figure(test: LengthTest) -> Figure:
@@ -30,12 +33,20 @@ def length_test_figure(test: LengthTest) -> Figure:
         panels = figure.subplots(1, len(kinds), sharey=True, squeeze=False)[0]
         for axes, kind in zip(panels, kinds, strict=True):
             _draw(axes, test, test.lengths(kind))
-            tail = "" if test.complete else " (test incomplete)"
-            axes.set_title(f"{kind}: {test.outcome(kind)}{tail}", loc="left", fontweight="bold")
-            axes.set_xlabel("length (mm)")
+            axes.set_title(_title(test, kind), loc="left", fontweight="bold")
+            axes.set_xlabel("nominal length (mm); positions side by side")
         panels[0].set_ylabel("error of indication (µm)")
         _legend(figure, test)
     return figure
+
+
+def _title(test: LengthTest, kind: Kind) -> str:
+    """The decision on the errors and, where there is a limit, on the range of the repeats."""
+    symbol = test.series.symbol.replace("E_0", "E$_0$").replace("E_150", "E$_{150}$")
+    head = f"{symbol}, bidirectional" if kind == "bidirectional" else "unidirectional, for information"
+    ranges = test.repeatability_outcome(kind)
+    said = f"{head}: {test.outcome(kind)}" + (f"\nrange of the repeats: {ranges}" if ranges else "")
+    return said if test.complete else f"{said} (test incomplete)"
 
 
 def _draw(axes: Axes, test: LengthTest, lengths: Sequence[TestLength]) -> None:
@@ -45,9 +56,9 @@ def _draw(axes: Axes, test: LengthTest, lengths: Sequence[TestLength]) -> None:
     numbers = [position.number for position in test.positions]
     for one in lengths:
         slot = numbers.index(one.position)
-        place = one.nominal_mm + DODGE * longest * (slot - (len(numbers) - 1) / 2.0)
+        aside = ScaledTranslation(DODGE_PT * (slot - (len(numbers) - 1) / 2.0) / 72.0, 0.0, axes.figure.dpi_scale_trans)
         axes.plot(
-            np.full(len(one.error_um), place),
+            np.full(len(one.error_um), one.nominal_mm),
             one.error_um,
             linestyle="none",
             marker=MARKERS[slot],
@@ -55,6 +66,7 @@ def _draw(axes: Axes, test: LengthTest, lengths: Sequence[TestLength]) -> None:
             color=CYCLE[slot],
             markerfacecolor="none",
             markeredgewidth=0.8,
+            transform=axes.transData + aside,
             zorder=3,
         )
     axes.set_xlim(-0.03 * longest, 1.06 * longest)

@@ -10,7 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
@@ -103,18 +105,30 @@ def _label(axes: Axes, test: AxisTest) -> None:
     p = test.parameters
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_xlabel(f"position on {test.nearest} (mm)")
-    axes.set_ylabel("deviation, position reached − target (µm)")
+    axes.set_ylabel("deviation: actual − target position (µm)")
     axes.set_title(f"{test.name}, {len(test.runs)} runs", loc="left", fontweight="bold")
     mean_B = f"{p.mean_B_um:.2f}".replace("-", "−")
-    axes.set_title(f"R = {p.R_um:.2f}, R↑ = {p.up.R_um:.2f}, R↓ = {p.down.R_um:.2f}, mean B = {mean_B} µm", loc="right")
+    values = (("R", f"{p.R_um:.2f}"), ("R↑", f"{p.up.R_um:.2f}"), ("R↓", f"{p.down.R_um:.2f}"), ("mean B", mean_B))
+    axes.set_title(", ".join(f"{name} = {value} µm" for name, value in values), loc="right")
 
 
 def _legend(figure: Figure) -> None:
-    entries: list[Line2D | Patch] = [
+    entries = [
         Line2D([], [], color=look.color, marker=look.marker, linewidth=1.2, label=f"mean {look.label}")
         for look in (UP, DOWN)
     ]
     entries.append(Line2D([], [], color=COLORS["model"], linewidth=1.0, label="mean of both"))
-    entries.append(Patch(color=COLORS["grey"], alpha=0.3, linewidth=0, label="± 2 s"))
     entries.append(Line2D([], [], color=REVERSAL, linewidth=2.2, label="largest reversal B"))
-    figure.legend(handles=entries, loc="outside upper center", ncols=len(entries), columnspacing=1.2, frameon=False)
+    both = tuple(
+        Patch(facecolor=to_rgba(look.color, 0.15), edgecolor=look.color, linewidth=0.6, linestyle=(0, (4, 2)))
+        for look in (UP, DOWN)
+    )
+    figure.legend(
+        handles=[*entries, both],
+        labels=[*(str(one.get_label()) for one in entries), "± 2 s"],
+        handler_map={tuple: HandlerTuple(ndivide=None, pad=0.3)},
+        loc="outside upper center",
+        ncols=len(entries) + 1,
+        columnspacing=1.2,
+        frameon=False,
+    )

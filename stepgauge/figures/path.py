@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any
@@ -26,6 +27,7 @@ MARGIN_MM = 45.0
 """How far around the gauge the figure looks; a home position farther off is beyond its edge."""
 DETAIL_BLOCKS = 3
 BLOCK_COLOR, RAIL_COLOR, EDGE_COLOR = "#B8C4CE", "#E6E6E6", "#5F6B75"
+BESIDE_STYLE: Any = (0, (3, 2))
 TRAVEL_COLOR, MEASURE_COLOR, STOP_COLOR = CYCLE[0], CYCLE[1], CYCLE[3]
 
 
@@ -161,11 +163,15 @@ def _draw_view(axes: Axes, view: View, local: Path, obstacles: Obstacles, stoppe
     _draw_gauge(axes, view, obstacles)
     start, end = local.start_mm[:, [0, view.vertical]], local.end_mm[:, [0, view.vertical]]
     pieces = np.stack([start, end], axis=1)
-    for kind, where, color, width in (
-        ("travel", ~local.measuring, TRAVEL_COLOR, 0.6),
-        ("measuring", local.measuring, MEASURE_COLOR, 1.4),
+    aside = ~local.measuring & _beside(local, obstacles, view)
+    for kind, where, color, width, style in (
+        ("travel", ~local.measuring & ~aside, TRAVEL_COLOR, 0.6, "solid"),
+        ("travel beside", aside, TRAVEL_COLOR, 0.6, BESIDE_STYLE),
+        ("measuring", local.measuring, MEASURE_COLOR, 1.4, "solid"),
     ):
-        axes.add_collection(LineCollection(list(pieces[where]), colors=color, linewidths=width, zorder=3, gid=kind))
+        lines = LineCollection(list(pieces[where]), colors=color, linewidths=width, linestyles=[style], zorder=3)
+        lines.set_gid(kind)
+        axes.add_collection(lines)
     probed = end[local.measuring][: -1 if stopped and local.measuring[-1] else None]
     axes.plot(*probed.T, linestyle="none", marker="o", markersize=1.8, color=MEASURE_COLOR, zorder=4, gid="probed")
     if stopped:
@@ -174,6 +180,14 @@ def _draw_view(axes: Axes, view: View, local: Path, obstacles: Obstacles, stoppe
     axes.set_title(view.title, loc="left")
     axes.set_xlabel("along the gauge a, from face 1 (mm)")
     axes.set_ylabel(view.label)
+
+
+def _beside(local: Path, obstacles: Obstacles, view: View) -> NDArray[np.bool_]:
+    """Pieces that pass the blocks on the near or the far side of what a view shows: drawn across them, not through."""
+    depth = 3 - view.vertical  # side where up is drawn, up where the side is
+    low, high = obstacles.low_mm[:-1, depth].min(), obstacles.high_mm[:-1, depth].max()
+    start, end = local.start_mm[:, depth], local.end_mm[:, depth]
+    return np.asarray((np.minimum(start, end) > high) | (np.maximum(start, end) < low))
 
 
 def _draw_gauge(axes: Axes, view: View, obstacles: Obstacles) -> None:
@@ -207,6 +221,7 @@ def _add_legend(figure: Figure, stopped: bool) -> None:
         Patch(facecolor=BLOCK_COLOR, edgecolor=EDGE_COLOR, linewidth=0.4, label="block"),
         Patch(facecolor=RAIL_COLOR, edgecolor=EDGE_COLOR, linewidth=0.4, label="rail"),
         Line2D([], [], color=TRAVEL_COLOR, linewidth=0.8, label="travel"),
+        Line2D([], [], color=TRAVEL_COLOR, linewidth=0.8, linestyle=BESIDE_STYLE, label="beside or above the blocks"),
         Line2D([], [], color=MEASURE_COLOR, linewidth=1.4, label="measuring"),
         Line2D([], [], color=MEASURE_COLOR, linewidth=0, marker="o", markersize=3, label="probed (tip centre)"),
     ]
@@ -282,11 +297,22 @@ def path_scene(
         traces,
         {
             "title": {"text": html.escape(title)},
-            "scene": {"aspectmode": "data", **axes},
+            "scene": {"aspectmode": "manual", "aspectratio": _aspect(traces), **axes},
             "margin": {"l": 0, "r": 0, "b": 0, "t": 40 if title else 0},
             "legend": {"itemsizing": "constant"},
         },
     )
+
+
+def _aspect(traces: Sequence[Any]) -> dict[str, float]:
+    """To scale, the longest side of what is shown at first as 1: so the start view holds all of it."""
+    shown = [one for one in traces if one.visible != "legendonly"]
+    size = {}
+    for axis in "xyz":
+        values = np.concatenate([np.array(one[axis], float) for one in shown])
+        size[axis] = float(np.nanmax(values) - np.nanmin(values))
+    longest = max(size.values())
+    return {axis: max(one / longest, 0.05) for axis, one in size.items()}
 
 
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])

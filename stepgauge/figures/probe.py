@@ -16,9 +16,9 @@ from stepgauge.probes.directions_map import DirectionMap, map_directions
 Array = NDArray[np.float64]
 
 QUANTITIES = (
-    ("trigger_force_N", "trigger force / N"),
-    ("deflection_um", "deflection / \N{MICRO SIGN}m"),
-    ("pretravel_um", "pre-travel / \N{MICRO SIGN}m"),
+    ("trigger_force_N", "trigger force (N)"),
+    ("deflection_um", "deflection (\N{MICRO SIGN}m)"),
+    ("pretravel_um", "pre-travel (\N{MICRO SIGN}m)"),
 )
 
 # More curves than this get a colour scale instead of a legend.
@@ -35,10 +35,8 @@ def draw_polar(found: DirectionMap, path: str | Path) -> None:
     fig = new_figure(82.0 * len(shown), 104.0)
     for i, (name, label) in enumerate(shown):
         axes: Any = fig.add_subplot(1, len(shown), i + 1, projection="polar")
-        angle = np.radians(np.append(found.azimuth_deg, found.azimuth_deg[:1] + 360.0))
-        values = getattr(found, name)
-        closed = np.column_stack([values, values[:, :1]]) if _goes_round(found.azimuth_deg) else values
-        _draw_rows(axes, found, angle[: closed.shape[1]], closed)
+        azimuth_deg, closed = _closed(found, getattr(found, name))
+        _draw_rows(axes, found, np.radians(azimuth_deg), closed)
         axes.set_ylim(0.0, 1.08 * float(closed[np.isfinite(closed)].max()))
         _label_rings(axes)
         axes.set_title(label)
@@ -52,8 +50,8 @@ def draw_curves(found: DirectionMap, path: str | Path) -> None:
     shown = _known(found)
     fig = new_figure(60.0 * len(shown) + 8.0, 80.0)
     for axes, (name, label) in zip(np.ravel(fig.subplots(1, len(shown), sharex=True)), shown, strict=True):
-        _draw_rows(axes, found, found.azimuth_deg, getattr(found, name))
-        axes.set_xlabel("azimuth of the normal / deg")
+        _draw_rows(axes, found, *_closed(found, getattr(found, name)))
+        axes.set_xlabel("azimuth of the normal (°)")
         axes.set_ylabel(label)
         axes.set_ylim(bottom=0.0)
         if np.ptp(found.azimuth_deg) > 180.0:
@@ -106,7 +104,7 @@ def _draw_scale(fig: Any, size: Array) -> None:
 
     scale = ScalarMappable(Normalize(float(size.min()), float(size.max())), _SCALE)
     bar = fig.colorbar(scale, cax=fig.add_axes((0.87, 0.2, 0.025, 0.6)))
-    bar.set_label("pre-travel / \N{MICRO SIGN}m")
+    bar.set_label("pre-travel (\N{MICRO SIGN}m)")
 
 
 def _label_rings(axes: Any) -> None:
@@ -124,6 +122,14 @@ def _label_rings(axes: Any) -> None:
 
 def _known(found: DirectionMap) -> list[tuple[str, str]]:
     return [(name, label) for name, label in QUANTITIES if np.isfinite(getattr(found, name)).any()]
+
+
+def _closed(found: DirectionMap, values: Array) -> tuple[Array, Array]:
+    """Azimuths and values ``(polar, azimuth)``; the first azimuth comes again at 360 deg where they go all round."""
+    if not _goes_round(found.azimuth_deg):
+        return found.azimuth_deg, values
+    azimuth = np.append(found.azimuth_deg, found.azimuth_deg[:1] + 360.0)
+    return azimuth, np.column_stack([values, values[:, :1]])
 
 
 def _goes_round(azimuth_deg: Array) -> bool:
@@ -162,7 +168,7 @@ def _equal_axes(axes: Any, reach: float, height: float) -> None:
     axes.set_box_aspect((2.0, 2.0, max(height / reach, 0.1)), zoom=1.0)
     axes.view_init(elev=38.0, azim=-60.0)
     for name, pane in (("x", axes.xaxis), ("y", axes.yaxis), ("z", axes.zaxis)):
-        getattr(axes, f"set_{name}label")(f"{name} / \N{MICRO SIGN}m", labelpad=-9.0 if name == "z" else -4.0)
+        getattr(axes, f"set_{name}label")(f"{name} (\N{MICRO SIGN}m)", labelpad=-9.0 if name == "z" else -4.0)
         pane.set_pane_color((1.0, 1.0, 1.0, 0.0))
         pane.set_tick_params(pad=-2.0)
     axes.locator_params(axis="z", nbins=2)

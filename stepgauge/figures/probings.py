@@ -61,7 +61,7 @@ def _legend(axes: Axes) -> list[Line2D]:
         Line2D([], [], color=d.color, marker=d.marker, markersize=4.0, label=d.label)
         for d in (FORWARD, BACKWARD)
     ]  # fmt: skip
-    handles.append(Line2D([], [], color=GREY, marker="|", markersize=8.0, linestyle="none", label="± two sigma"))
+    handles.append(Line2D([], [], color=GREY, marker="|", markersize=8.0, linestyle="none", label="± 2s"))
     handles.append(Line2D([], [], color=GREY, marker=".", linestyle="none", label="single probings, beside"))
     return handles + [line for line in axes.get_lines() if "MPE" in str(line.get_label())]
 
@@ -83,7 +83,7 @@ def repeatability_figure(table: pd.DataFrame) -> Figure:
         spread.set_xlabel("nominal position along the gauge, from face 1 (mm)")
         spread.set_ylim(bottom=0.0)
         single.set_title(f"{_title(table)}: repeatability", loc="left", fontweight="bold")
-        single.set_title(f"pooled two-sigma ±{2 * pooled:.2f} µm", loc="right")
+        single.set_title(f"pooled 2s: ±{2 * pooled:.2f} µm", loc="right")
         for axes in (single, spread):
             axes.spines[["top", "right"]].set_visible(False)
         figure.legend(handles=_spread_legend(), loc="outside upper center", ncols=5, frameon=False)
@@ -112,11 +112,11 @@ def _spread_legend() -> list[Line2D]:
     ways = [Line2D([], [], color=d.color, marker=d.marker, label=d.label.split()[0]) for d in (FORWARD, BACKWARD)]
     return [
         *ways,
-        Line2D([], [], color=GREY, marker="o", label="two sigma of a face"),
+        Line2D([], [], color=GREY, marker="o", label="2s of a face"),
         Line2D(
             [], [], color=GREY, marker="o", markerfacecolor="white", linestyle=(0, (2, 1.5)), label="range of a face"
         ),
-        Line2D([], [], color=GREY, linestyle=(0, (4, 2)), label="± pooled two sigma"),
+        Line2D([], [], color=GREY, linestyle=(0, (4, 2)), label="± pooled 2s"),
     ]
 
 

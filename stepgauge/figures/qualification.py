@@ -67,8 +67,8 @@ def draw_qualification(approach: Array, result: Qualification, path: str | Path)
             axes.axhline(0.0, color=COLORS["grey"], linewidth=0.6)
             for label, marker, color, values in series:
                 axes.plot(np.degrees(angle), values, marker, color=COLORS[color], label=label)
-            axes.set_xlabel(f"{name} about the stylus / deg")
-        left.set_ylabel("radial residual / \N{MICRO SIGN}m")
+            axes.set_xlabel(f"{name} about the stylus (°)")
+        left.set_ylabel("radial residual (\N{MICRO SIGN}m)")
         fig.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
 
 
@@ -81,11 +81,11 @@ def draw_compensation(approach: Array, pretravel_um: Array, stylus_axis: Sequenc
         dots = axes.scatter(azimuth, pretravel_um, c=np.degrees(elevation), s=9, cmap="viridis", vmin=0.0, vmax=90.0)
         _polar_title(axes, "pre-travel / \N{MICRO SIGN}m over the azimuth")
         axes.set_rlabel_position(112.5)
-        fig.colorbar(dots, ax=axes, label="elevation / deg", shrink=0.7, pad=0.12)
+        fig.colorbar(dots, ax=axes, label="elevation (°)", shrink=0.7, pad=0.12)
         plain = fig.add_subplot(up)
         plain.plot(np.degrees(elevation), pretravel_um, "o", markersize=3, color=COLORS["after"])
-        plain.set_xlabel("elevation above the equator / deg")
-        plain.set_ylabel("pre-travel taken off / \N{MICRO SIGN}m")
+        plain.set_xlabel("elevation above the equator (°)")
+        plain.set_ylabel("pre-travel taken off (\N{MICRO SIGN}m)")
 
 
 def draw_sphere_errors(
@@ -98,7 +98,7 @@ def draw_sphere_errors(
     azimuth, elevation = angles_rad(-approach @ probe_frame(stylus_axis).T)
     before, after = (-fit.residuals_um for fit in fits.values())
     sections = _sphere_sections(azimuth, elevation, before, after)
-    draw_sections(sections or [Section("all points, error / \N{MICRO SIGN}m", azimuth, before, after)], path)
+    draw_sections(sections or [Section("all points, error (\N{MICRO SIGN}m)", azimuth, before, after)], path)
 
 
 def draw_bench(
@@ -183,7 +183,7 @@ def _sphere_sections(azimuth: Array, elevation: Array, before: Array, after: Arr
     in_plane = np.where(np.cos(azimuth) >= 0.0, elevation, np.pi - elevation)
     candidates = (("across the stylus", level, azimuth), ("along the stylus", meridian, in_plane))
     return [
-        Section(f"{title}, error / \N{MICRO SIGN}m", angle[chosen], before[chosen], after[chosen])
+        Section(f"{title}, error (\N{MICRO SIGN}m)", angle[chosen], before[chosen], after[chosen])
         for title, chosen, angle in candidates
         if np.count_nonzero(chosen) > 2
     ]
@@ -200,8 +200,8 @@ def _draw_push(axes: Any, channels: Mapping[str, Array], events: Events) -> None
         axes.annotate(name, (time[0], level + 0.12 * height), fontsize="small", color=COLORS["grey"])
     _mark_readings(axes, events)
     axes.margins(y=0.09)
-    axes.set_xlabel("time / s")
-    axes.set_ylabel("displacement / \N{MICRO SIGN}m")
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel("displacement (\N{MICRO SIGN}m)")
     axes.legend(loc="center right", frameon=False)
 
 
@@ -225,4 +225,4 @@ def _draw_directions(axes: Any, results: Sequence[DirectionResult]) -> None:
     axes.set_ylim(*limits)
     axes.yaxis.set_major_locator(_few_ticks(limits))
     axes.set_rlabel_position(112.5)
-    _polar_title(axes, "pre-travel and its range / \N{MICRO SIGN}m")
+    _polar_title(axes, "pre-travel and its range (\N{MICRO SIGN}m)")

@@ -39,8 +39,8 @@ def draw_shares(path: str | Path, shares: pd.DataFrame, face: Array, position_mm
             rows = faces % 2 == odd
             _stack(axes, position_mm[faces[rows] - 1], by_face[rows])
             axes.set_title(name, loc="left")
-            axes.set_ylabel("Share along\napproach / µm")
-        panels[1].set_xlabel("Position along the gauge / mm")
+            axes.set_ylabel("Share along\napproach (µm)")
+        panels[1].set_xlabel("Position along the gauge (mm)")
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside right upper", frameon=False)
         if title:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
 from stepgauge.montecarlo.model import Model, Part
 from stepgauge.montecarlo.summary import Summary
+from stepgauge.standards.budget_sources import LABELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,7 +31,7 @@ def draw_uncertainty(folder: str | Path, model: Model, summary: Summary, suffix:
             upper, lower = figure.subplots(2, 1, sharex=True)
             _draw_interval(upper, model, summary, part)
             _draw_contributions(lower, model, summary, part)
-            lower.set_xlabel("Position along the gauge / mm")
+            lower.set_xlabel("Position along the gauge (mm)")
             figure.suptitle(f"{model.gauge.table.name} on {model.machine.table.name}, {summary.runs} runs")
             save_figure(figure, path)
         paths.append(path)
@@ -46,10 +47,12 @@ def _of_xm(summary: Summary, values: Array, part: Part) -> Array:
 def _draw_interval(axes: Axes, model: Model, summary: Summary, part: Part) -> None:
     position = model.gauge.position_mm[part.readings.faces - 1]
     low, high, mean = (_of_xm(summary, v, part) for v in (summary.low, summary.high, summary.mean))
-    axes.fill_between(position, low, high, color=COLORS["light"], alpha=0.5, linewidth=0, label="95 % interval")
+    axes.fill_between(
+        position, low, high, color=COLORS["light"], alpha=0.5, linewidth=0, label="95 % coverage interval"
+    )
     axes.plot(position, mean, "o-", color=COLORS["after"], label="mean of the runs")
     axes.axhline(0.0, color="black", linewidth=0.6)
-    axes.set_ylabel("Mean error XM / µm")
+    axes.set_ylabel("Mean error XM (µm)")
     axes.legend(loc="upper left", frameon=False)
 
 
@@ -58,12 +61,15 @@ def _draw_contributions(axes: Axes, model: Model, summary: Summary, part: Part) 
     total = _of_xm(summary, summary.u, part) ** 2
     defined = ~np.isnan(total)
     position = model.gauge.position_mm[part.readings.faces - 1][defined]
-    variance = {model.label(name): _of_xm(summary, u, part)[defined] ** 2 for name, u in summary.contribution.items()}
+    variance = {
+        LABELS.get(name) or model.label(name): _of_xm(summary, u, part)[defined] ** 2
+        for name, u in summary.contribution.items()
+    }
     order = sorted(variance, key=lambda name: variance[name].sum(), reverse=True)
     shown = {name: variance[name] for name in order[:MOST]}
     if len(order) > MOST:
         shown["others"] = np.sum([variance[name] for name in order[MOST:]], axis=0)
     axes.stackplot(position, *shown.values(), labels=list(shown), colors=[*CYCLE[:MOST], COLORS["grey"]], linewidth=0)
-    axes.plot(position, total[defined], color="black", label="all inputs")
-    axes.set_ylabel("Variance of XM / µm²")
+    axes.plot(position, total[defined], color="black", label="all contributions")
+    axes.set_ylabel("Variance of XM (µm²)")
     axes.legend(loc="upper left", frameon=False)

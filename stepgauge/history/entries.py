@@ -86,7 +86,7 @@ def read_entries(path: Path, root: Path, sha256: str, date_from: DateFrom = "rec
     InputError
         no evaluation, or nothing says when it was measured
     """
-    data = read_evaluation(path)
+    data = read_evaluation(path, with_inputs=False)
     name = path.relative_to(root).as_posix()
     moment, source = _moment(data, path, Path(name), date_from)
     try:

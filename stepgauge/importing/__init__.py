@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, reading
 from stepgauge.files import read_text
 from stepgauge.gauge import Gauge
 from stepgauge.importing.build import Import, ImportOptions, build_recording
@@ -22,7 +22,7 @@ from stepgauge.importing.sheet import TableLayout, read_sheet
 from stepgauge.moves import ProbingSettings, Program
 from stepgauge.placement import Placement
 from stepgauge.programs import DIALECTS, recognise
-from stepgauge.recording_checks import check_recording
+from stepgauge.recording.identity import check_recording
 
 
 @dataclass(frozen=True)
@@ -38,12 +38,17 @@ class LogFormat:
         return function
 
     def recognises(self, text: str) -> bool:
-        """Whether a text looks like this format."""
-        return bool(self._function("recognises")(text))
+        """Whether a text looks like this format; only its gist (:func:`gist`) is looked at."""
+        return bool(self._function("recognises")(gist(text)))
 
     def read(self, text: str, path: str | Path) -> ProbeLog:
         """The rows of a log; :class:`InputError` names the line of what is not understood."""
-        log = self._function("read")(text, str(path))
+        longest = max(enumerate(text.split("\n"), 1), key=lambda line: len(line[1]))
+        if len(longest[1]) > LONGEST_LINE:
+            where, found = f"{path}:{longest[0]}", f"{len(longest[1])} characters"
+            raise InputError(where, "the line is too long for a log", found=found, expected=f"up to {LONGEST_LINE}")
+        with reading(path, self.title):
+            log = self._function("read")(text, str(path))
         assert isinstance(log, ProbeLog)
         return log
 
@@ -63,13 +68,23 @@ FORMATS = {
     )
 }
 TABLES = ("csv", "xlsx")
+LONGEST_LINE, LINE_GIST = 4000, 500
+"""Characters of a line that a controller writes, and those that it is recognised by."""
+
+
+def gist(text: str) -> str:
+    """The lines of a text that are not blank, without the ends of long ones: what a format is known by.
+
+    Patterns that look for the beginning of a line take the square of the number of blank lines before it.
+    """
+    return "\n".join(line[:LINE_GIST] for line in text.split("\n") if line.strip())
 
 
 def recognise_log(path: str | Path) -> str:
     """Name of the format of a file, from its content; :class:`InputError` where it is none that is known."""
     if is_workbook(path):
         return "xlsx"
-    text = decode(path)[0]
+    text = gist(decode(path)[0])
     for known in FORMATS.values():
         if known.name not in TABLES and known.recognises(text):
             return known.name
@@ -89,7 +104,8 @@ def read_log(path: str | Path, source: str, layout: TableLayout | None = None) -
     """
     if source in TABLES:
         _check_layout(path, source, layout or TableLayout())
-        return read_sheet(path, source, layout or TableLayout())
+        with reading(path, FORMATS[source].title):
+            return read_sheet(path, source, layout or TableLayout())
     if layout not in (None, TableLayout()):
         raise InputError(
             path,
@@ -162,7 +178,8 @@ def read_run_program(path: str | Path, tip_radius_mm: float | None) -> tuple[Pro
     ``tip_radius_mm`` turns the surface points of programs that leave the radius to the controller into tip centres.
     """
     text = read_text(path)
-    dialect = recognise(text, path)
+    dialect = recognise(gist(text), path)
     settings = ProbingSettings() if tip_radius_mm is None else ProbingSettings(tip_radius_mm=tip_radius_mm)
-    program = dialect.read(text, path, settings)
+    with reading(path, "measuring program"):
+        program = dialect.read(text, path, settings)
     return program, program.settings.tip_radius_mm if "tip_radius_mm" in dialect.carries else None

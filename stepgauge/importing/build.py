@@ -21,7 +21,8 @@ from stepgauge.moves import Program
 from stepgauge.numerals import number
 from stepgauge.placement import Placement
 from stepgauge.recording import APPROACH, OPTIONAL, POSITION, TEMPERATURE_C, Recording
-from stepgauge.recording_checks import LARGEST_RADIUS_MM, axis_from_approaches, stated_serial
+from stepgauge.recording.columns import near_miss
+from stepgauge.recording.identity import LARGEST_RADIUS_MM, axis_from_approaches, stated_serial
 from stepgauge.units import temperature_hint, unit_hint
 
 Array = NDArray[np.float64]
@@ -68,6 +69,7 @@ def build_recording(
     stated = number(log.comments.get("tip_radius_mm", ""))
     if log.tip_radius_mm is None and np.isfinite(stated):
         log = replace(log, tip_radius_mm=float(stated))
+    _check_names(log)
     if gauge is not None and placement is not None:
         return _build_matched(log, gauge, placement, program, options)
     _check_end(log, options)
@@ -125,6 +127,17 @@ def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) ->
     )
     report = [f"{log.form}: {len(log)} rows, faces as stated", *words]
     return _finish(log, frame, gauge, radius, {}, [*report, *log.mapped, *_dropped(log)])
+
+
+def _check_names(log: ProbeLog) -> None:
+    """A column that is nearly one of ours would be a covariate, and what it says would not count."""
+    there = {*log.columns, *(["time_s"] if log.time_s is not None else [])}
+    absent = [name for name in OPTIONAL if name not in there]
+    for name in log.columns:
+        near = None if name in (*OPTIONAL, "cycle", "face") else near_miss(name, absent)
+        if near is not None:
+            expected = f'--column {near}="{name}" if it is that, or another name if it is not'
+            raise InputError(log.path, f"column {name!r} looks like {near}", found=name, expected=expected)
 
 
 def _finish(

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, reading
+from stepgauge.files import read_bytes
 from stepgauge.numerals import decimal_mark, looks_numeric
 
 Cell = str | float | datetime.datetime | datetime.time | datetime.timedelta
@@ -20,6 +21,11 @@ DELIMITERS = {"semicolon": ";", "tab": "\t", "bar": "|", "comma": ","}
 """Names of the delimiters, in the order in which they are tried: a comma may be a decimal mark."""
 SAMPLE = 500
 """Lines by which the delimiter is found."""
+LARGEST_UNPACKED = 60_000_000
+"""Bytes of a workbook when it is unpacked: a sheet of some 100,000 probings."""
+MOST_COLUMNS = 300
+MOST_BLANK = 50_000
+"""Blank rows of a sheet, and its columns; a cell in the last corner would stand for 16 billion cells."""
 COMMENT_MARKS = ("#", "//", "%", "$$", "!")
 
 
@@ -44,13 +50,13 @@ def is_workbook(path: str | Path) -> bool:
     try:
         with zipfile.ZipFile(path) as archive:
             return "xl/workbook.xml" in archive.namelist()
-    except (OSError, zipfile.BadZipFile, NotImplementedError, ValueError):
+    except (OSError, zipfile.BadZipFile, NotImplementedError, ValueError, EOFError, RuntimeError):
         return False
 
 
 def decode(path: str | Path) -> tuple[str, str]:
     """Text of a file and the name of its encoding: UTF-8, UTF-16 by its mark, else Windows-1252 (western Europe)."""
-    raw = _read_bytes(path)
+    raw = read_bytes(path)
     encodings = ("utf-16",) if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252")
     for encoding in encodings:
         try:
@@ -61,15 +67,6 @@ def decode(path: str | Path) -> tuple[str, str]:
             break
         return text, {"utf-8-sig": "UTF-8", "cp1252": "Windows-1252", "utf-16": "UTF-16"}[encoding]
     raise InputError(path, "this is not a text file", found=repr(raw[:16]), expected="a table as text (CSV)")
-
-
-def _read_bytes(path: str | Path) -> bytes:
-    try:
-        return Path(path).read_bytes()
-    except FileNotFoundError:
-        raise InputError(path, "no such file") from None
-    except OSError as error:
-        raise InputError(path, error.strerror or str(error)) from None
 
 
 def read_text_cells(path: str | Path, delimiter: str | None) -> Cells:
@@ -124,34 +121,49 @@ def _find_delimiter(path: str | Path, lines: Sequence[str]) -> str:
 
 def read_workbook_cells(path: str | Path, sheet: str | None) -> Cells:
     """Rows of a sheet of an Excel workbook, values as they were last computed."""
-    content = _read_bytes(path)
+    content = read_bytes(path)
     if not is_workbook(path):
         found, expected = repr(content[:12]), "a whole file of Excel (.xlsx)"
         raise InputError(path, "not an Excel workbook", found=found, expected=expected)
-    try:
-        name, left, grid = _read_grid(path, content, sheet)
-    except InputError:
-        raise
-    except Exception as error:  # a damaged workbook fails anywhere in the libraries that unpack and parse it
-        raise InputError(path, f"the workbook is damaged: {type(error).__name__}: {error}") from None
-    rows = [(n, row) for n, row in enumerate(grid, 1) if any(cell != "" for cell in row)]
+    _check_unpacked(path, content)
+    with reading(path, "workbook"):
+        name, left, rows, blank = _read_grid(path, content, sheet)
     comments = [str(row[0]) for _, row in rows if _is_comment(row)]
     rows = [(n, row) for n, row in rows if not _is_comment(row)]
     if not rows:
         raise InputError(path, f"sheet {name!r} is empty", expected="a header with x, y and z, and rows of numbers")
     notes = (f"sheet {name!r}" + (f" (dropped: sheets {', '.join(left)})" if left else ""),)
-    return Cells(str(path), [r for _, r in rows], [n for n, _ in rows], comments, len(grid) - len(rows), notes)
+    return Cells(str(path), [r for _, r in rows], [n for n, _ in rows], comments, blank + len(comments), notes)
 
 
-def _read_grid(path: str | Path, content: bytes, sheet: str | None) -> tuple[str, list[str], list[list[Cell]]]:
-    """Name of the sheet, names of the others, and its cells."""
+def _check_unpacked(path: str | Path, content: bytes) -> None:
+    """A workbook is packed: what it unpacks to is bounded before it is unpacked."""
+    with reading(path, "workbook"), zipfile.ZipFile(io.BytesIO(content)) as archive:
+        size = sum(part.file_size for part in archive.infolist())
+    if size > LARGEST_UNPACKED:
+        found, expected = f"{size / 1e6:.0f} MB unpacked", f"at most {LARGEST_UNPACKED / 1e6:.0f} MB"
+        raise InputError(path, "the workbook is too large", found=found, expected=f"{expected}; export it as CSV")
+
+
+def _read_grid(
+    path: str | Path, content: bytes, sheet: str | None
+) -> tuple[str, list[str], list[tuple[int, list[Cell]]], int]:
+    """Name of the sheet, names of the others, its rows that are not blank with their numbers, and how many are."""
     import openpyxl
 
     book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
     try:
         name = _choose_sheet(path, book.sheetnames, sheet)
-        grid = [[_cell(value) for value in row] for row in book[name].iter_rows(values_only=True)]
-        return name, [other for other in book.sheetnames if other != name], grid
+        rows: list[tuple[int, list[Cell]]] = []
+        number, width = 0, book[name].max_column or 0
+        if width > MOST_COLUMNS:
+            raise InputError(path, f"sheet {name!r} is too wide", found=f"{width} columns", expected=f"{MOST_COLUMNS}")
+        for number, values in enumerate(book[name].iter_rows(max_col=MOST_COLUMNS, values_only=True), 1):
+            if any(value is not None and value != "" for value in values):
+                rows.append((number, [_cell(value) for value in values]))
+            if number - len(rows) > MOST_BLANK:
+                raise InputError(path, f"sheet {name!r} has rows without an end", found=f"{number - len(rows)} blank")
+        return name, [other for other in book.sheetnames if other != name], rows, number - len(rows)
     finally:
         book.close()
 

@@ -1,8 +1,9 @@
-"""Dates and times of day in a table -> seconds since its first row."""
+"""Dates and times of day in a table or before the lines of a log -> seconds since its first row."""
 
 from __future__ import annotations
 
 import datetime
+import re
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -11,8 +12,13 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError
 
 Array = NDArray[np.float64]
-_DAYS = ("%Y-%m-%d", "%Y/%m/%d", "%d.%m.%Y", "%d.%m.%y", "%d/%m/%Y", "%m/%d/%Y")
+_DAYS = ("%Y-%m-%d", "%Y/%m/%d", "%d.%m.%Y", "%d.%m.%y", "%d/%m/%Y", "%m/%d/%Y", "%y:%m:%d", "%Y:%m:%d")
 _TIMES = ("%H:%M:%S.%f", "%H:%M:%S", "%H:%M", "%I:%M:%S %p", "%I:%M %p")
+_STAMP = re.compile(
+    r"(?<![\d.:])(?:\d{1,4}([-/.:])\d{1,2}\1\d{1,4}[T_ ]+)?"
+    r"\d{1,2}:\d\d(?::\d\d(?:[.,]\d{1,6})?)?(?!\d|:\d)(?: ?[AP]M)?",
+    re.ASCII,
+)
 _NO_DAY = datetime.datetime(1900, 1, 1)
 
 
@@ -24,7 +30,9 @@ def seconds_of(cells: Sequence[object], at: Callable[[int], str], header: str) -
     """
     if not any(isinstance(cell, str) for cell in cells):
         return _elapsed([_moment(cell) for cell in cells])
-    texts = [str(cell).strip().replace("T", " ").replace(",", ".") for cell in cells]
+    texts = [str(cell).strip().replace("T", " ").replace("_", " ").replace(",", ".") for cell in cells]
+    if any(re.search(r":\d\d\.\d+$", text) for text in texts):  # some clocks leave out a fraction that is 0
+        texts = [re.sub(r"(:\d\d:\d\d)$", r"\1.0", text) for text in texts]
     readings = [reading for style in _styles() if (reading := _parse_all(texts, style)) is not None]
     if not readings:
         row = next((i for i, text in enumerate(texts) if all(_parse_all([text], s) is None for s in _styles())), 0)
@@ -40,6 +48,12 @@ def seconds_of(cells: Sequence[object], at: Callable[[int], str], header: str) -
             expected="dates like 2026-03-02",
         )
     return elapsed[0]
+
+
+def stamp_in(text: str) -> str | None:
+    """The date and time of day that stands in a text, as it stands there; None where there is none."""
+    match = _STAMP.search(text)
+    return None if match is None else match[0]
 
 
 def _styles() -> list[str]:

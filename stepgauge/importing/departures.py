@@ -101,7 +101,7 @@ def _moved(comparison: Comparison, missing: Rows, extra: Rows) -> Rows:
 def refuse(comparison: Comparison, departures: Sequence[Departure]) -> NoReturn:
     """The error of the first departure, with a word on the others."""
     first, log, expected = departures[0], comparison.log, comparison.expected
-    more = _more(comparison, departures[1:]) + _failures(log)
+    more = _more(comparison, departures[1:])
     if first.kind in ACCEPTABLE:
         more += f" (--accept {first.kind} takes it as it is)"
     if first.row >= len(log):
@@ -109,9 +109,9 @@ def refuse(comparison: Comparison, departures: Sequence[Departure]) -> NoReturn:
     if first.point >= len(expected) and comparison.keyed == "place":
         raise InputError(
             log.at(first.row),
-            "the log goes on after the last point (two runs in one file?)",
+            f"the log goes on after the last point (two runs in one file?){_failures(log)}",
             found=f"{len(log)} points",
-            expected=f"{len(expected)} of {expected.source} (--accept runs counts the cycles on){_failures(log)}",
+            expected=f"{len(expected)} of {expected.source} (--accept runs counts the cycles on)",
         )
     if comparison.keyed == "place":
         _refuse_place(comparison, first, more)
@@ -145,7 +145,7 @@ def _refuse_place(comparison: Comparison, departure: Departure, more: str) -> No
         found += f", at face {expected.face[np.flatnonzero(comparison.key == comparison.row_key[row])[0]]}"
     raise InputError(
         log.at(row),
-        f"this is not {expected.title(departure.point)}: {what}",
+        f"this is not {expected.title(departure.point)}: {what}{_failures(log)}",
         found=found,
         expected=wanted + more,
     )
@@ -165,7 +165,7 @@ def _refuse_named(comparison: Comparison, departure: Departure, more: str) -> No
         what = "the program has no such point"
     end = f"the end, after point {n} of the program"
     wanted = f"{mine}: {expected.place(departure.point)}" if departure.point < n else end
-    raise InputError(log.at(departure.row), what, found=called, expected=wanted + more)
+    raise InputError(log.at(departure.row), what + _failures(log), found=called, expected=wanted + more)
 
 
 def _refuse_end(comparison: Comparison, point: int) -> NoReturn:
@@ -174,9 +174,9 @@ def _refuse_end(comparison: Comparison, point: int) -> NoReturn:
     raise InputError(
         log.at(len(log) - 1),
         f"the log ends before point {point + 1} ({line}{expected.place(point)}): the run was stopped, or the file is"
-        " cut",
+        f" cut{_failures(log)}",
         found=f"{point} points" + (f" and {log.cut}" if log.cut else ""),
-        expected=f"{len(expected)} of {expected.source}{_failures(log)} (--accept missing takes it as it is)",
+        expected=f"{len(expected)} of {expected.source} (--accept missing takes it as it is)",
     )
 
 

@@ -23,14 +23,14 @@ from stepgauge.units import LENGTH_MM
 Array = NDArray[np.float64]
 _STATEMENT = re.compile(r"(?:([A-Z]+)\(([^()]*)\)\s*=\s*)?([A-Z]+)(?:\s*[/=]\s*(.*))?", re.IGNORECASE | re.DOTALL)
 _MM = {"MM": 1.0, "CM": 10.0, "M": 1000.0, "INCH": LENGTH_MM["inch"]}
-_POINT = re.compile(r"C(\d+)F(\d+)|P(\d+)C(\d+)F(\d+)", re.IGNORECASE)
+_POINT = re.compile(r"C(\d{1,9})F(\d{1,9})|P(\d{1,9})C(\d{1,9})F(\d{1,9})", re.IGNORECASE | re.ASCII)
 _UNIT_LENGTH = 0.01
 """Normals are printed with a few digits; a vector this far from length 1 is no direction."""
 
 
 def recognises(text: str) -> bool:
     """Whether a measured point FA(..) is in the text."""
-    return re.search(r"(?im)^\s*FA\([^()\n]*\)\s*=\s*FEAT\s*/", text) is not None
+    return re.search(r"(?im)^[ \t]*FA\([^()\n]*\)[ \t]*=[ \t]*FEAT[ \t]*/", text) is not None
 
 
 class _Output:

@@ -20,6 +20,8 @@ QUANTITY = {
     "speed_mm_s": "speed",
     **{name: "temperature" for name in OPTIONAL if name.endswith("_C")},
 }
+LONGEST_HEADER = 200
+"""Characters of the name of a column; longer ones are text."""
 _SAY_NOTHING = """wert value val pos position koordinate koordinaten coordinate coord coords actual act ist istwert
     measured meas messwert gemessen achse axis punkt point tip centre center mitte mittelpunkt antastpunkt probe"""
 _FILLERS = frozenset(_SAY_NOTHING.split())
@@ -61,6 +63,9 @@ def read_header(cells: Sequence[str], mapping: Mapping[str, str]) -> list[Column
     chosen = {header.casefold(): target for target, header in mapping.items()}
     columns = []
     for place, header in enumerate(cells):
+        if len(header) > LONGEST_HEADER:
+            columns.append(Column(place, header[:LONGEST_HEADER], header[:LONGEST_HEADER], None, None))
+            continue
         name, unit = (header.strip(), None) if _target(header) in DIRECTIONS else split_unit(header)  # the k of i, j, k
         target = chosen.get(header.casefold()) or chosen.get(name.casefold())
         if target is None:

@@ -2,12 +2,12 @@
 
 A command has a tag, ``00010 PtMeas(X(..), Y(..), Z(..), IJK(..))``; the server answers with the same tag: ``&``
 accepted, ``# X(..), Y(..), Z(..)`` data, ``! Error(..)`` failed, ``%`` complete. Answers may come after later commands.
-The report is the tip centre, IJK the outward normal: the approach is minus that.
+The report is the tip centre. The approach is minus the commanded IJK, the outward normal: what a server reports as IJK
+is its own affair. Only PtMeas is read strictly; what the answers to other commands look like is not stated here.
 """
 
 from __future__ import annotations
 
-import datetime
 import math
 import re
 from collections import Counter
@@ -18,22 +18,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.importing.clock import seconds_of, stamp_in
 from stepgauge.importing.log import ProbeLog, counted, unit_vectors
 from stepgauge.numerals import number
 from stepgauge.recording import comment_lines
 
 Array = NDArray[np.float64]
-_LINE = re.compile(r"(?P<before>.*?)(?<![\d.:])(?P<tag>\d{5}|E\d{4})\s+(?P<rest>[A-Za-z&%#!].*)")
+_LINE = re.compile(r"(?P<before>.*?)(?<![\d.:])(?P<tag>\d{5}|E\d{4})\s+(?P<rest>[A-Za-z&%#!].*)", re.ASCII)
 _COMMAND = re.compile(r"(\w+)\((.*)\)")
 _FIELD = re.compile(r"([A-Za-z][\w.]*)\(([^()]*)\)")
-_TIME = re.compile(r"(?:(\d{4}-\d\d-\d\d)[T ])?(\d{1,2}:\d\d:\d\d(?:[.,]\d{1,6})?)")
+OTHER_NORMAL = 0.02
+"""A reported IJK that differs from the commanded one by more is said to be another."""
+_RADIUS_MM = (0.05, 20.0)
 _TEMPERATURES = {"part.temperature": "gauge_temperature_C", "parttemperature": "gauge_temperature_C"}
 _TEMPERATURES |= {f"scale{axis}.temperature": f"scale_temperature_{axis}_C" for axis in "xyz"}
 
 
 def recognises(text: str) -> bool:
     """Whether a tagged PtMeas and an answer with data are in the text."""
-    return bool(re.search(r"(?m)\b\d{5}\s+PtMeas\(", text) and re.search(r"(?m)\b\d{5}\s+#", text))
+    return bool(re.search(r"\b\d{5}[ \t]+PtMeas\(", text) and re.search(r"\b\d{5}[ \t]+#", text))
 
 
 @dataclass
@@ -46,7 +49,7 @@ class _Command:
     fields: dict[str, str] = field(default_factory=dict)
     state: dict[str, float] = field(default_factory=dict)
     answer_line: int = 0
-    seconds: float = math.nan
+    stamp: str | None = None
     failed: str = ""
 
 
@@ -58,9 +61,9 @@ class _Session:
         self.failures: list[tuple[int, str]] = []
         self.state: dict[str, float] = {}
         self.dropped: Counter[str] = Counter()
-        self.days, self.last_s, self.start_s = 0, -math.inf, math.nan
+        self.first: str | None = None
+        self.stamp: str | None = None
         self.ended = False
-        self.seconds = math.nan
 
     def fail(self, what: str, found: object = None, expected: object = None) -> NoReturn:
         raise InputError(f"{self.path}:{self.line}", what, found=found, expected=expected)
@@ -72,8 +75,8 @@ class _Session:
             self.dropped["lines without a tag"] += 1
             return
         tag, rest = match["tag"], match["rest"].strip()
-        self.seconds = self._seconds(match["before"])
-        self.start_s = self.seconds if math.isnan(self.start_s) else self.start_s
+        self.stamp = stamp_in(match["before"])
+        self.first = self.first or self.stamp
         if tag.startswith("E"):
             self.dropped["events"] += 1
         elif rest[0] in "&%#!":
@@ -83,7 +86,11 @@ class _Session:
 
     def _command(self, tag: str, rest: str) -> None:
         match = _COMMAND.fullmatch(rest)
-        if match is None or rest.count("(") != rest.count(")"):
+        whole = match is not None and rest.count("(") == rest.count(")")
+        if match is None or (match[1] == "PtMeas" and not whole):
+            if not rest.startswith("PtMeas"):
+                self.dropped["commands that are not understood"] += 1
+                return
             self.fail("the command is cut, or not understood", found=repr(rest[:60]), expected="PtMeas(X(..), ..)")
         waiting = self.open.pop(tag, None)
         if waiting is not None and waiting.name == "PtMeas":
@@ -108,11 +115,14 @@ class _Session:
 
     def _data(self, command: _Command, rest: str) -> None:
         found = dict(_FIELD.findall(rest))
+        if command.name != "PtMeas":
+            self._note_temperatures(found)
+            return
         if not found or rest.count("(") != rest.count(")"):
             self.fail("the answer is cut, or not understood", found=repr(rest[:60]), expected="# X(..), Y(..), Z(..)")
         command.fields |= found
         command.answer_line = self.line
-        command.seconds = self.seconds
+        command.stamp = self.stamp
         self._note_temperatures(found)
 
     def _note_temperatures(self, fields: dict[str, str]) -> None:
@@ -141,18 +151,6 @@ class _Session:
             if command.name == "PtMeas" and not command.failed:
                 self._unanswered(command)
 
-    def _seconds(self, before: str) -> float:
-        match = _TIME.search(before)
-        if match is None:
-            return math.nan
-        hours, minutes, rest = match[2].replace(",", ".").split(":")
-        seconds = int(hours) * 3600.0 + int(minutes) * 60.0 + float(rest)
-        if match[1]:
-            return datetime.date.fromisoformat(match[1]).toordinal() * 86400.0 + seconds
-        self.days += seconds < self.last_s - 43200.0
-        self.last_s = seconds
-        return self.days * 86400.0 + seconds
-
     def _number(self, text: str, what: str) -> float:
         value = number(text.strip())
         if not math.isfinite(value):
@@ -171,8 +169,9 @@ def read(text: str, path: str) -> ProbeLog:
     if not session.points:
         session.fail("the session has no measured points", expected="PtMeas answered with # X(..), Y(..), Z(..)")
     position = np.array([_position(session, point) for point in session.points])
-    seconds = np.array([point.seconds for point in session.points])
-    timed = bool(np.isfinite(seconds).all() and (np.diff(seconds) >= 0.0).all())
+    time_s, clock = _time_s(session)
+    approach, directions = _approaches(session)
+    radius, tool = _tip_radius_mm(session)
     columns, kept = _columns(session)
     comments = {key: value for key, value in comment_lines(lines).items() if not key[:5].isdigit()}
     return ProbeLog(
@@ -180,22 +179,45 @@ def read(text: str, path: str) -> ProbeLog:
         "I++ DME session",
         position,
         np.array([point.answer_line for point in session.points]),
-        approach=_approaches(session),
-        time_s=(seconds - session.start_s).round(6) if timed else None,
+        approach=approach,
+        time_s=time_s,
         columns=columns,
         comments=comments,
+        tip_radius_mm=radius,
         cut="" if session.ended else "no EndSession()",
         failures=tuple(session.failures),
         dropped=sum(1 for line in lines if not line.strip() or line.lstrip().startswith("#")),
-        mapped=("X, Y, Z are tip centres, approach = minus IJK" + (", time_s from the clock" if timed else ""), *kept),
-        left_out=(*counted(session.dropped), *_no_clock(seconds, timed)),
+        mapped=("X, Y, Z are tip centres, approach = minus IJK", *clock[:1], *directions, *tool, *kept),
+        left_out=(*counted(session.dropped), *clock[1:]),
     )
 
 
-def _no_clock(seconds: Array, timed: bool) -> tuple[str, ...]:
-    return (
-        () if timed or np.isnan(seconds).all() else ("dropped: times that are not there for all points, or run back",)
-    )
+def _time_s(session: _Session) -> tuple[Array | None, tuple[str, ...]]:
+    """Seconds since the first line of the session at each point; with words on what was mapped, or left out and why."""
+    stamps = [session.first, *(point.stamp for point in session.points)]
+    if not any(stamps):
+        return None, ()
+    whole = [stamp for stamp in stamps if stamp is not None]
+    if len(whole) < len(stamps):
+        return None, ("no time_s", "dropped: times that are not there for all points, or run back")
+    try:
+        seconds = seconds_of(whole, lambda _: session.path, "time")
+    except InputError as error:
+        return None, ("no time_s", f"dropped: times that are not understood ({error.found})")
+    if (np.diff(seconds) < 0.0).any():
+        return None, ("no time_s", "dropped: times that are not there for all points, or run back")
+    if len(seconds) > 2 and not np.ptp(seconds[1:]):
+        return None, ("no time_s", f"dropped: times, for the clock stands at {whole[-1]}")
+    return seconds[1:].round(6), ("time_s from the clock",)
+
+
+def _tip_radius_mm(session: _Session) -> tuple[float | None, tuple[str, ...]]:
+    """The effective radius ER of the server's tool, where all answers report the same."""
+    stated = {number(point.fields.get("ER", "").strip()) for point in session.points}
+    radius = next(iter(stated))
+    if len(stated) > 1 or not _RADIUS_MM[0] <= radius <= _RADIUS_MM[1]:
+        return None, ()
+    return radius, (f"the tool of the server has an effective radius ER of {radius:g} mm",)
 
 
 def _position(session: _Session, point: _Command) -> list[float]:
@@ -203,19 +225,33 @@ def _position(session: _Session, point: _Command) -> list[float]:
     return [session._number(point.fields[axis], axis) for axis in "XYZ"]
 
 
-def _approaches(session: _Session) -> Array | None:
-    """Minus the normals, from the answers where they report IJK, else from the commands; None unless all state one."""
-    approach = np.full((len(session.points), 3), np.nan)
+def _approaches(session: _Session) -> tuple[Array | None, tuple[str, ...]]:
+    """Minus the normals of the commands, or of the answers where these alone state them; None unless all state one.
+
+    With a word on answers that report another normal than was commanded.
+    """
+    approach, off = np.full((len(session.points), 3), np.nan), []
     for row, point in enumerate(session.points):
-        stated = point.fields.get("IJK") or dict(_FIELD.findall(point.arguments)).get("IJK")
+        commanded = dict(_FIELD.findall(point.arguments)).get("IJK")
+        reported = point.fields.get("IJK")
+        stated = commanded or reported
         if stated is None:
-            return None
+            return None, ()
         session.line = point.line
-        normal = np.array([session._number(part, "IJK") for part in stated.split(",")])
-        if normal.shape != (3,) or np.linalg.norm(normal) < 1e-9:
-            session.fail("IJK is no direction", found=stated, expected="three numbers, not all 0")
-        approach[row] = -normal
-    return unit_vectors(approach) + 0.0
+        approach[row] = -_normal(session, stated)
+        if commanded and reported:
+            session.line = point.answer_line
+            off.append(float(np.linalg.norm(_normal(session, reported) + approach[row])))
+    differ = sum(one > OTHER_NORMAL for one in off)
+    words = (f"IJK as commanded; {differ} of {len(off)} answers report another one, which was not used",)
+    return unit_vectors(approach) + 0.0, words if differ else ()
+
+
+def _normal(session: _Session, text: str) -> Array:
+    normal = np.array([session._number(part, "IJK") for part in text.split(",")])
+    if normal.shape != (3,) or np.linalg.norm(normal) < 1e-9:
+        session.fail("IJK is no direction", found=text, expected="three numbers, not all 0")
+    return np.asarray(normal / np.linalg.norm(normal)) if abs(np.linalg.norm(normal) - 1.0) > 1e-9 else normal
 
 
 def _columns(session: _Session) -> tuple[dict[str, Array], tuple[str, ...]]:

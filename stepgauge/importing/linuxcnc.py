@@ -22,7 +22,8 @@ from stepgauge.recording import comment_lines
 
 Array = NDArray[np.float64]
 _COLUMNS = {5: "n x y z success", 6: "n x y z success seconds", 9: "x y z a b c u v w"}
-_NUMBER = re.compile(r"[-+]?\d+(\.\d*)?")
+_NUMBER = re.compile(r"[-+]?\d+(\.\d*)?", re.ASCII)
+MOST_POINTS = 1e9
 
 
 def recognises(text: str) -> bool:
@@ -84,7 +85,12 @@ def _values(cells: list[str], width: int, where: str) -> list[float]:
 def _check_flags(values: Array, path: str, line: NDArray[np.int64]) -> None:
     point, success = values[:, 0], values[:, 4]
     for what, value, wrong, expected in (
-        ("the point's number", point, (point < 1) | (point != np.floor(point)), "a whole number from 1"),
+        (
+            "the point's number",
+            point,
+            (point < 1) | (point > MOST_POINTS) | (point != np.floor(point)),
+            "a whole number from 1",
+        ),
         ("the success flag", success, (success != 0) & (success != 1), "1 (contact) or 0 (none), from #5070"),
     ):
         if wrong.any():

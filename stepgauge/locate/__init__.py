@@ -2,7 +2,9 @@
 
 Points 1-8 lie on the beginning block, 9-16 on the end block: three on the front face, one on either side, one on top,
 one on the rail beside the block, one on the back face. All are tip centres. The front plane's normal N and the five
-other points fix the block's centre; the axis is the line through the two centres, never N.
+other points fix the block's centre; the axis is the line through the two centres, never N. The points are more than
+these need: what is redundant tests them (:mod:`stepgauge.locate.adjustment`, :mod:`stepgauge.locate.slips`) and, where
+it shows more scatter than was stated, enlarges the uncertainties (:mod:`stepgauge.locate.scatter`).
 """
 
 from __future__ import annotations
@@ -16,12 +18,15 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge
 from stepgauge.locate.blocks import Blocks, fit_up, solve_blocks
-from stepgauge.locate.checks import check_points
+from stepgauge.locate.scatter import find_scatter
+from stepgauge.locate.slips import check_points
 from stepgauge.placement import STANDING_COS, Placement, has_yaw, make_placement
 from stepgauge.tables import read_numbers
 
 Array = NDArray[np.float64]
 POINT_COLUMNS = ("point", "x_mm", "y_mm", "z_mm")
+FARTHEST_MM = 1e5
+"""No coordinate of a machine is farther from 0 than this."""
 ROLLED_DEG = 2.0
 """A gauge turned about its axis by less than this is taken to lie with its blocks up."""
 ROLL_RESIDUAL_MM = 0.2
@@ -42,6 +47,16 @@ def read_points(path: str | Path) -> Array:
         raise InputError(
             table.path, f"{len(missing)} of the 16 points missing", found=f"no {', '.join(map(str, missing))}"
         )
+    for name in POINT_COLUMNS[1:]:
+        far = np.abs(table[name]) > FARTHEST_MM
+        if far.any():
+            row = int(far.argmax())
+            raise InputError(
+                table.at(row),
+                f"point {numbers[row]:g} is in no machine",
+                found=f"{name} {table[name][row]:g}",
+                expected=f"at most {FARTHEST_MM:g} mm from 0",
+            )
     order = np.argsort(numbers)
     return np.column_stack([table[name][order] for name in POINT_COLUMNS[1:]])
 
@@ -77,10 +92,15 @@ def locate(
     up, notes = _choose_up(points, gauge, blocks)
     check_points(points, gauge, blocks, up, tip_radius_mm, where)
     found = solve_blocks(points, gauge, blocks, up)
+    scatter = find_scatter(points, gauge, blocks, up, repeatability_um)
     details: dict[str, Any] = {
-        "notes": notes,
+        "notes": [*notes, *scatter.notes],
         "angles": _angles(found),
-        "uncertainty": _uncertainty(points, gauge, blocks, up, repeatability_um),
+        "uncertainty": {
+            "repeatability_um": repeatability_um,
+            **_uncertainty(points, gauge, blocks, up, scatter.sigma_um),
+            **scatter.as_table(),
+        },
     }
     centre = found.centre_mm
     return make_placement(
@@ -140,9 +160,9 @@ def _tilt(found: Blocks) -> Array:
 
 
 def _uncertainty(
-    points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None, repeatability_um: float
+    points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None, sigma_um: Array
 ) -> dict[str, Any]:
-    """Standard uncertainties by linear propagation of independent coordinate errors (GUM 5.1.2)."""
+    """Standard uncertainties by linear propagation of independent coordinate errors (GUM 5.1.2), ``(16,)`` in um."""
     step = 1e-3
 
     def quantities(at: Array) -> Array:
@@ -156,14 +176,14 @@ def _uncertainty(
     plus, minus = quantities(points + steps), quantities(points - steps)
     change = plus - minus
     change[:, 10] = np.angle(np.exp(1j * change[:, 10]))  # yaw jumps by a turn at 180 deg
-    u = np.sqrt(((change / (2.0 * step)) ** 2).sum(axis=0)) * repeatability_um
+    each = np.repeat(sigma_um, 3)[:, None]
+    u = np.sqrt(((change / (2.0 * step) * each) ** 2).sum(axis=0))
 
     def digits(values: Array) -> list[float]:
         return [round(float(v), 4) for v in values]
 
     n1, n2 = np.hypot(u[6], u[7]) * 1e3, np.hypot(u[8], u[9]) * 1e3
     return {
-        "repeatability_um": repeatability_um,
         "c1_um": digits(u[0:3]),
         "c2_um": digits(u[3:6]),
         "yaw_urad": round(float(u[10]) * 1e3, 4),

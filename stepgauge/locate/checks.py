@@ -1,14 +1,14 @@
-"""Are the 16 points what they are claimed to be? If not, the single slip that explains them is named.
+"""Are the 16 points what they are claimed to be?
 
-A set of points is judged by complaints: facts about the located blocks that contradict the certificate. Where there are
-any, likely slips are undone one by one (inches, blocks swapped, two points swapped, a point on a neighbour block, other
-blocks than claimed); the one that leaves no complaint is the explanation.
+A set of points is judged by complaints: facts about the located blocks that contradict the certificate, and a test of
+the points against each other (:mod:`stepgauge.locate.adjustment`). What explains a complaint is looked for in
+:mod:`stepgauge.locate.slips`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge
-from stepgauge.locate.blocks import Blocks, fit_up, rough_axis, solve_blocks
+from stepgauge.locate.adjustment import BY_HAND_MM, adjust
+from stepgauge.locate.blocks import Blocks, solve_blocks
 from stepgauge.placement import block_distance_mm, distance_tolerance_mm
 
 Array = NDArray[np.float64]
@@ -33,34 +34,12 @@ EDGE_MM = 0.5
 """How far a point may seem to lie beyond the edge of its face."""
 BESIDE_MM = 30.0
 """How far along the gauge the rail may be touched from the block it belongs to."""
+CONTRADICTION = 4.1
+"""Largest normalised residual of points probed by hand: 0.1 % for the largest of all."""
 
 
-def check_points(
-    points: Array,
-    gauge: Gauge,
-    blocks: tuple[int, int],
-    up: Array | None,
-    tip_radius_mm: float | None,
-    where: str | Path,
-) -> None:
-    """Raise :class:`InputError` where the points contradict the certificate, with the slip that explains them."""
-    inches = _inches(points, gauge, blocks)
-    if inches:
-        raise InputError(where, *inches[:1], found=inches[1], expected=inches[2])
-    collinear = _collinear(points)
-    if collinear:
-        raise InputError(where, collinear, expected="three points that span the front face")
-    complaint = _complaint(points, gauge, blocks, up)
-    if complaint is None:
-        _check_tip(solve_blocks(points, gauge, blocks, up), tip_radius_mm, where)
-        return
-    slip = next((slip for turned in (False, True) for slip in _slips(points, gauge, blocks, turned)), None)
-    if slip:
-        raise InputError(where, slip, found=complaint)
-    raise InputError(where, complaint)
-
-
-def _check_tip(found: Blocks, tip_radius_mm: float | None, where: str | Path) -> None:
+def check_tip(found: Blocks, tip_radius_mm: float | None, where: str | Path) -> None:
+    """:class:`InputError` where the tip radius that somebody states is not the one that the points give."""
     if tip_radius_mm is not None and abs(found.tip_radius_mm - tip_radius_mm) > RADIUS_TOLERANCE_MM:
         raise InputError(
             where,
@@ -70,7 +49,8 @@ def _check_tip(found: Blocks, tip_radius_mm: float | None, where: str | Path) ->
         )
 
 
-def _inches(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> tuple[str, str, str] | None:
+def wrong_unit(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> tuple[str, str, str] | None:
+    """What is wrong, what was found and what was expected where the points look like inches or metres."""
     middle = points.reshape(2, 8, 3).mean(axis=1)
     found, certified = float(np.linalg.norm(middle[1] - middle[0])), block_distance_mm(gauge, *blocks)
     for factor, unit in ((1 / 25.4, "inches"), (1e-3, "metres"), (25.4, "mm multiplied by 25.4")):
@@ -79,7 +59,8 @@ def _inches(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> tuple[str, 
     return None
 
 
-def _collinear(points: Array) -> str | None:
+def collinear(points: Array) -> str | None:
+    """Which front points do not span their face, None if all do."""
     for block, first in ((0, 1), (1, 9)):
         p = points[8 * block : 8 * block + 3]
         sides = [np.linalg.norm(p[i] - p[j]) for i, j in ((0, 1), (1, 2), (2, 0))]
@@ -90,15 +71,16 @@ def _collinear(points: Array) -> str | None:
     return None
 
 
-def _complaint(points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None) -> str | None:
+def complaint(points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None) -> str | None:
     """The first contradiction between points and certificate, None if there is none."""
     try:
         found = solve_blocks(points, gauge, blocks, up)
     except np.linalg.LinAlgError:
         return "the points do not make two blocks"
-    if not np.isfinite(found.centre_mm).all():
+    far = 2.0 * block_distance_mm(gauge, *blocks)
+    if not np.linalg.norm(found.centre_mm[1] - found.centre_mm[0]) < far:
         return "the points do not make two blocks"
-    return next(_complaints(found, gauge, blocks), None)
+    return next(chain(_complaints(found, gauge, blocks), _agreement(points, found, gauge, blocks, up)), None)
 
 
 def _complaints(found: Blocks, gauge: Gauge, blocks: tuple[int, int]) -> Iterator[str]:
@@ -107,6 +89,17 @@ def _complaints(found: Blocks, gauge: Gauge, blocks: tuple[int, int]) -> Iterato
     yield from _squareness(found, tip)
     yield from _radius(found)
     yield from _extent(found, gauge, blocks, tip)
+
+
+def _agreement(points: Array, found: Blocks, gauge: Gauge, blocks: tuple[int, int], up: Array | None) -> Iterator[str]:
+    """The points against each other: the two blocks are equally wide and high, and longer by the same tip diameter."""
+    if adjust(points, gauge, blocks, up, BY_HAND_MM).worst > CONTRADICTION:
+        tip = np.array([_in_block(found, gauge, b) for b in (0, 1)])
+        wide, high = tip[:, 3, 1] - tip[:, 4, 1], tip[:, 5, 2] - tip[:, 6, 2]
+        yield (
+            f"the two blocks differ in width by {abs(wide[1] - wide[0]):.3f} mm, in height by"
+            f" {abs(high[1] - high[0]):.3f} mm, in length by {2.0 * abs(np.ptp(found.radius_mm)):.3f} mm"
+        )
 
 
 def _in_block(found: Blocks, gauge: Gauge, block: int) -> Array:
@@ -182,49 +175,9 @@ def _extent(found: Blocks, gauge: Gauge, blocks: tuple[int, int], tip: Array) ->
                 yield f"point {at + point} lies {beyond[worst] + EDGE_MM:.3f} mm beyond the edge of its face"
         if abs(p[6, 0]) > half[0] + BESIDE_MM:
             yield f"point {at + 7} is not beside its block but {abs(p[6, 0]):.1f} mm along the gauge from it"
-
-
-def _slips(points: Array, gauge: Gauge, blocks: tuple[int, int], turned: bool) -> Iterator[str]:
-    """Descriptions of the slips that, undone, leave no complaint; ``turned`` lets the gauge lie on its side."""
-
-    def explains(mended: Array, claimed: tuple[int, int] = blocks) -> bool:
-        if _collinear(mended) is not None:
-            return False
-        up = fit_up(mended, rough_axis(mended), gauge)[0] if turned else None
-        return _complaint(mended, gauge, claimed, up) is None
-
-    if explains(np.roll(points, 8, axis=0)):
-        yield "points 1-8 and 9-16 look swapped: the beginning block is the one whose front looks away from the other"
-    for one, other in combinations(range(16), 2):
-        mended = points.copy()
-        mended[[one, other]] = mended[[other, one]]
-        if explains(mended):
-            yield f"points {one + 1} and {other + 1} look swapped"
-    for point, block, mended in _moved_back(points, gauge, blocks):
-        if explains(mended):
-            yield f"point {point} looks like one on block {block}, not on block {blocks[(point - 1) // 8]}"
-    fitting = [pair for pair in combinations(range(1, gauge.n_blocks + 1), 2) if _fits(points, gauge, pair)]
-    if fitting and explains(points, fitting[0]):
-        others = f" (and {len(fitting) - 1} other pairs as far apart)" if len(fitting) > 1 else ""
-        yield (
-            f"these are not blocks {blocks[0]} and {blocks[1]}: the distance fits blocks"
-            f" {fitting[0][0]} and {fitting[0][1]}{others}; state them with --blocks"
-        )
-
-
-def _moved_back(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> Iterator[tuple[int, int, Array]]:
-    """Each point moved to its block from each of the four blocks next to it."""
-    axis = rough_axis(points)
-    for point in range(16):
-        own = blocks[point // 8]
-        for block in (own + 1, own - 1, own + 2, own - 2):
-            if 1 <= block <= gauge.n_blocks:
-                mended = points.copy()
-                mended[point] -= axis * (gauge.block_centre_mm[block - 1] - gauge.block_centre_mm[own - 1])
-                yield point + 1, block, mended
-
-
-def _fits(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> bool:
-    fronts = points.reshape(2, 8, 3)[:, [0, 1, 2, 7]].mean(axis=1)
-    found, certified = float(np.linalg.norm(fronts[1] - fronts[0])), block_distance_mm(gauge, *blocks)
-    return abs(found - certified) < 2.0 + distance_tolerance_mm(certified)
+        aside, least, most = abs(p[6, 1]), width / 2.0 + radius - EDGE_MM, gauge.rail_width_mm / 2.0 + EDGE_MM
+        if not least <= aside <= most:
+            yield (
+                f"point {at + 7} is not on the rail beside its block but {aside:.1f} mm to the side of the middle"
+                f" ({least:.1f} to {most:.1f} mm)"
+            )

@@ -379,6 +379,8 @@ def _part(
     recording: Recording, gauge: Gauge, section: tuple[int, int], number: int, first_row: int, sign: float
 ) -> Part:
     readings = project_readings(recording, gauge, section)
+    if readings.kept is not None:
+        recording = replace(recording, frame=recording.frame.iloc[readings.kept])
     if sign < 0:
         readings = replace(readings, off_mm=_mean_of_face(readings))
     columns: dict[str, Any] = {name: recording.frame[name].to_numpy() for name in recording.frame.columns}

@@ -60,8 +60,11 @@ def open_store(folder: Path | None, fingerprint: str, rows: int, quantities: int
         mode = "r+" if known else "w+"
         values = np.memmap(folder / _VALUES, np.float64, mode, shape=(rows, quantities))  # type: ignore[call-overload]
         done = np.memmap(folder / _DONE, np.uint8, mode, shape=(blocks,))  # type: ignore[call-overload]
-    except OSError as error:
-        raise InputError(folder, f"cannot keep the runs here: {error.strerror or error}") from None
-    if not known:
-        write_text(folder / _STATE, state)  # last: a folder without it is begun anew
+        if not known:
+            write_text(folder / _STATE, state, at_once=True)  # last: a folder without it is begun anew
+    except (OSError, InputError) as error:
+        if not known:
+            shutil.rmtree(folder, ignore_errors=True)
+        why = error.strerror or error if isinstance(error, OSError) else error.what
+        raise InputError(folder, f"cannot keep the runs here: {why}") from None
     return Store(values, done, folder)

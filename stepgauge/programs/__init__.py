@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 
@@ -17,7 +17,9 @@ class Dialect:
     """A programming language of a controller.
 
     ``decimals``: digits printed after the point of a coordinate; ``carries``: the settings that its text states, and
-    that a reader therefore takes from the text; ``newline``: what ends a line.
+    that a reader therefore takes from the text; ``newline``: what ends a line; ``states``: what besides must hold at
+    every move for the text to mean the planned moves; ``tool``: what the probe is called unless somebody says
+    otherwise, empty where the text does not say; ``comment``: the form of a comment, empty where there is none.
     """
 
     name: str
@@ -26,6 +28,9 @@ class Dialect:
     decimals: int
     carries: tuple[str, ...]
     newline: str = "\n"
+    states: Mapping[str, str] = field(default_factory=dict)
+    tool: str = ""
+    comment: str = ""
 
     @property
     def template(self) -> str:
@@ -52,9 +57,43 @@ DIALECTS = {
     dialect.name: dialect
     for dialect in (
         Dialect("jinyoung", "Jin Young CNC CMM (Pahk & Kim, Fig 4)", ".jyc", 3, ()),
-        Dialect("dmis", "DMIS 5.2", ".dmi", 6, (*_AUTOMATIC, "tip_radius_mm")),
-        Dialect("linuxcnc", "LinuxCNC 2.9 G-code (G38.2)", ".ngc", 6, ("search_mm", *_SPEEDS)),
-        Dialect("ippdme", "I++ DME 1.4 command file", ".ipp", 6, _AUTOMATIC, "\r\n"),
+        Dialect(
+            "dmis",
+            "DMIS 5.2",
+            ".dmi",
+            6,
+            (*_AUTOMATIC, "tip_radius_mm"),
+            states={"units": "MM", "coordinates": "MCS", "mode": "PROG", "tip compensation": "OFF"},
+            tool="PROBE",
+            comment="$$ {}",
+        ),
+        Dialect(
+            "linuxcnc",
+            "LinuxCNC 2.9 G-code (G38.2)",
+            ".ngc",
+            6,
+            ("search_mm", *_SPEEDS),
+            states={
+                "units": "G21",
+                "distances": "G90",
+                "feed": "G94",
+                "coordinates": "G54",
+                "tool length": "G49",
+                "tool radius": "G40",
+                "path": "G61",
+            },
+            comment="({})",
+        ),
+        Dialect(
+            "ippdme",
+            "I++ DME 1.4 command file",
+            ".ipp",
+            6,
+            _AUTOMATIC,
+            "\r\n",
+            states={"coordinates": "MachineCsy"},
+            tool="StepGaugeProbe",
+        ),
     )
 }
 

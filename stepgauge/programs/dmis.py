@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import replace
 
 from stepgauge.moves import ProbingSettings, Program
 from stepgauge.programs.reading import Reader
 
-_STATEMENT = re.compile(r"(?:([A-Z]+\([\w-]+\))\s*=\s*)?([A-Z]+)(?:\s*/\s*(.*))?")
-_NO_MOVE = {"DMISMN", "FILNAM", "SNSLCT", "MODE", "OUTPUT", "TEXT", "DISPLY", "DATSET", "FEAT", "ENDFIL"}
+_STATEMENT = re.compile(r"(?:([A-Z]+)\(([\w-]+)\)\s*=\s*)?([A-Z]+)(?:\s*/\s*(.*))?", re.ASCII)
+_NO_MOVE = {"DMISMN", "FILNAM", "OUTPUT", "TEXT", "DISPLY", "FEAT", "ENDFIL"}
 _SPEED_UNITS = {"MPM": 1000.0 / 60.0, "MMPS": 1.0}
 
 
@@ -42,9 +41,10 @@ def statements(text: str, reader: Reader) -> Iterator[str]:
 
 class _Interpreter:
     def __init__(self, reader: Reader) -> None:
-        self.reader, self.settings = reader, reader.settings
+        self.reader = reader
+        self.sensors: dict[str, tuple[float, tuple[float, float, float] | None]] = {}
+        self.label = ""
         self.feature: str | None = None
-        self.millimetres = False
         self.ended = False
 
     def statement(self, statement: str) -> None:
@@ -54,7 +54,8 @@ class _Interpreter:
             self.reader.fail("statement not understood", found=repr(statement))
         if self.ended:
             self.reader.fail("statement after ENDFIL", found=repr(statement))
-        major, arguments = match[2], [part.strip() for part in (match[3] or "").split(",")]
+        self.label, major = match[2] or "", match[3]
+        arguments = [part.strip() for part in (match[4] or "").split(",")]
         self.ended = major == "ENDFIL"
         action = getattr(self, f"_{major.lower()}", None)
         if action is not None:
@@ -67,24 +68,62 @@ class _Interpreter:
             self.reader.fail(
                 "only millimetres are read", found=f"UNITS/{','.join(arguments)}", expected="UNITS/MM,ANGDEC"
             )
-        self.millimetres = True
+        self.reader.states["units"] = "MM"
 
     def _prcomp(self, arguments: list[str]) -> None:
         if arguments != ["OFF"]:
             self.reader.fail(
                 "tip centres are wanted", found=f"PRCOMP/{','.join(arguments)}", expected="PRCOMP/OFF (no compensation)"
             )
+        self.reader.states["tip compensation"] = "OFF"
+
+    def _datset(self, arguments: list[str]) -> None:
+        if arguments != ["MCS"]:
+            self.reader.fail(
+                "only coordinates of the machine are read",
+                found=f"DATSET/{','.join(arguments)}",
+                expected="DATSET/MCS",
+            )
+        self.reader.states["coordinates"] = "MCS"
+
+    def _mode(self, arguments: list[str]) -> None:
+        if arguments[0] != "PROG":
+            self.reader.fail(
+                "the path is not that of the program", found=f"MODE/{','.join(arguments)}", expected="MODE/PROG,MAN"
+            )
+        self.reader.states["mode"] = "PROG"
 
     def _snsdef(self, arguments: list[str]) -> None:
-        diameter = self.reader.number(arguments[-1], "SNSDEF tip diameter")
-        self.settings = replace(self.settings, tip_radius_mm=diameter / 2.0)
+        if self.label in self.sensors:
+            self.reader.fail("the sensor is defined twice", found=f"S({self.label})")
+        radius = self.reader.number(arguments[-1], "SNSDEF tip diameter") / 2.0
+        self.sensors[self.label] = radius, self._stylus(arguments)
+
+    def _stylus(self, arguments: list[str]) -> tuple[float, float, float] | None:
+        """The direction of PROBE,FIXED,CART,dx,dy,dz,i,j,k,diameter; None of other sensors."""
+        if arguments[:3] != ["PROBE", "FIXED", "CART"] or len(arguments) != 10:
+            return None
+        i, j, k = self.reader.direction(self.reader.numbers(arguments[6:9], 3, "SNSDEF"), "the stylus of SNSDEF")
+        return i, j, k
+
+    def _snslct(self, arguments: list[str]) -> None:
+        name = arguments[0].removeprefix("S(").removesuffix(")")
+        if len(arguments) != 1 or name not in self.sensors:
+            self.reader.fail(
+                "the sensor that is selected is not defined here",
+                found=f"SNSLCT/{','.join(arguments)}",
+                expected="one of " + ", ".join(f"S({known})" for known in self.sensors) if self.sensors else "SNSDEF",
+            )
+        radius, self.reader.stylus = self.sensors[name]
+        self.reader.set(tip_radius_mm=radius)
+        self.reader.states["tool"] = name
 
     def _snset(self, arguments: list[str]) -> None:
         names = {"APPRCH": "standoff_mm", "SEARCH": "search_mm", "RETRCT": "retract_mm"}
         if len(arguments) != 2 or arguments[0] not in names:
             self.reader.fail("SNSET not understood", found=",".join(arguments), expected="APPRCH, SEARCH or RETRCT, mm")
         value = self.reader.number(arguments[1], f"SNSET/{arguments[0]}")
-        self.settings = replace(self.settings, **{names[arguments[0]]: value})
+        self.reader.set(**{names[arguments[0]]: value})
 
     def _fedrat(self, arguments: list[str]) -> None:
         names = {"MESVEL": "measuring_speed_mm_s", "POSVEL": "travel_speed_mm_s"}
@@ -93,7 +132,7 @@ class _Interpreter:
                 "FEDRAT not understood", found=",".join(arguments), expected="MESVEL or POSVEL, MPM or MMPS, speed"
             )
         speed = self.reader.number(arguments[2], f"FEDRAT/{arguments[0]}") * _SPEED_UNITS[arguments[1]]
-        self.settings = replace(self.settings, **{names[arguments[0]]: speed})
+        self.reader.set(**{names[arguments[0]]: speed})
 
     def _meas(self, arguments: list[str]) -> None:
         if arguments[0] != "POINT" or len(arguments) != 3:
@@ -119,12 +158,12 @@ class _Interpreter:
             self.reader.fail("PTMEAS outside of MEAS and ENDMES")
         values = self.reader.numbers([a for a in arguments if a != "CART"], 6, "PTMEAS")
         normal = self.reader.direction(values[3:], "the normal")
-        radius = self.settings.tip_radius_mm
+        radius = self.reader.settings.tip_radius_mm
         tip = [surface + radius * n for surface, n in zip(values[:3], normal, strict=True)]
         self.reader.measure(tip, [-n for n in normal], self.feature)
 
     def _check_units(self) -> None:
-        if not self.millimetres:
+        if "units" not in self.reader.states:
             self.reader.fail("a move before the units are set", expected="UNITS/MM,ANGDEC first")
 
 
@@ -136,4 +175,4 @@ def read(text: str, path: str, settings: ProbingSettings) -> Program:
         interpreter.statement(statement.upper())
     if not interpreter.ended or interpreter.feature is not None:
         reader.fail("the program is cut short", expected="ENDMES and ENDFIL" if interpreter.feature else "ENDFIL")
-    return reader.finish(interpreter.settings)
+    return reader.finish()

@@ -7,12 +7,11 @@ stand-off, searches and retracts by itself.
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 from stepgauge.moves import ProbingSettings, Program
 from stepgauge.programs.reading import Reader
 
-_COMMAND = re.compile(r"(\d{5}) (\w+)\((.*)\)")
+_COMMAND = re.compile(r"(\d{5}) (\w+)\((.*)\)", re.ASCII)
 _FIELD = re.compile(r"\s*([A-Z]+)\(([^()]*)\)\s*(?:,|$)")
 _PROPERTY = re.compile(r"Tool\.(PtMeasPar|GoToPar)\.(Speed|Accel|Approach|Search|Retract)\(([^()]*)\)")
 _PROPERTIES = {
@@ -22,7 +21,9 @@ _PROPERTIES = {
     "PtMeasPar.Retract": "retract_mm",
     "GoToPar.Speed": "travel_speed_mm_s",
 }
-_NO_MOVE = {"StartSession", "ClearAllErrors", "Home", "IsHomed", "SetTool", "ChangeTool", "OnPtMeasReport", "GetProp"}
+_BEFORE_MOVES = {"StartSession", "ClearAllErrors", "Home", "SetTool", "ChangeTool", "OnPtMeasReport", "SetCoordSystem"}
+"""These move the machine, or change what a position means: once the program moves, they make it another one."""
+_NO_MOVE = {"IsHomed", "GetProp"}
 
 
 def recognises(text: str) -> bool:
@@ -32,12 +33,12 @@ def recognises(text: str) -> bool:
 
 class _Interpreter:
     def __init__(self, reader: Reader) -> None:
-        self.reader, self.settings = reader, reader.settings
+        self.reader = reader
         self.session_ended = self.file_ended = False
 
     def line(self, text: str) -> None:
         """Take one line."""
-        if self.file_ended:
+        if self.file_ended and text != ":":
             self.reader.fail("text after the end of the file", found=repr(text))
         if text == ":":
             self.file_ended = True
@@ -52,11 +53,35 @@ class _Interpreter:
             self.reader.fail("command after EndSession()", found=repr(text))
         name, arguments = match[2], match[3]
         self.session_ended = name == "EndSession"
-        action = {"GoTo": self._go_to, "PtMeas": self._pt_meas, "SetProp": self._set_prop}.get(name)
+        if name in _BEFORE_MOVES and self.reader.moved:
+            self.reader.fail("this command belongs before the first move", found=repr(text))
+        action = {
+            "GoTo": self._go_to,
+            "PtMeas": self._pt_meas,
+            "SetProp": self._set_prop,
+            "SetTool": self._tool,
+            "ChangeTool": self._tool,
+            "SetCoordSystem": self._coordinates,
+        }.get(name)
         if action is not None:
             action(arguments)
-        elif name not in _NO_MOVE and not self.session_ended:
+        elif name not in _BEFORE_MOVES | _NO_MOVE and not self.session_ended:
             self.reader.fail("command not understood", found=repr(text))
+
+    def _tool(self, arguments: str) -> None:
+        name = arguments.strip().strip('"')
+        if not name:
+            self.reader.fail("the tool has no name", expected='SetTool("name")')
+        self.reader.states["tool"] = name
+
+    def _coordinates(self, arguments: str) -> None:
+        if arguments.strip() != "MachineCsy":
+            self.reader.fail(
+                "only coordinates of the machine are read",
+                found=f"SetCoordSystem({arguments})",
+                expected="SetCoordSystem(MachineCsy)",
+            )
+        self.reader.states["coordinates"] = "MachineCsy"
 
     def _fields(self, arguments: str, expected: set[str]) -> dict[str, str]:
         fields = {match[1]: match[2] for match in _FIELD.finditer(arguments)}
@@ -77,7 +102,7 @@ class _Interpreter:
         normal = self.reader.direction(
             self.reader.numbers([part.strip() for part in fields["IJK"].split(",")], 3, "IJK"), "IJK"
         )
-        radius = self.settings.tip_radius_mm
+        radius = self.reader.settings.tip_radius_mm
         tip = [surface + radius * n for surface, n in zip(self._position(fields), normal, strict=True)]
         self.reader.measure(tip, [-n for n in normal])
 
@@ -88,7 +113,7 @@ class _Interpreter:
         name = _PROPERTIES.get(f"{match[1]}.{match[2]}")
         value = self.reader.number(match[3], arguments.split("(")[0])
         if name is not None:
-            self.settings = replace(self.settings, **{name: value})
+            self.reader.set(**{name: value})
 
 
 def read(text: str, path: str, settings: ProbingSettings) -> Program:
@@ -100,4 +125,4 @@ def read(text: str, path: str, settings: ProbingSettings) -> Program:
             interpreter.line(raw.strip())
     if not (interpreter.session_ended and interpreter.file_ended):
         reader.fail("the program is cut short", expected="EndSession() and a last line ':'")
-    return reader.finish(interpreter.settings)
+    return reader.finish()

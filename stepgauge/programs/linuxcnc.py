@@ -7,14 +7,23 @@ centre at contact.
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 from stepgauge.moves import ProbingSettings, Program
 from stepgauge.programs.reading import Reader
 
-_WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
+_WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))", re.ASCII)
 _PARAMETER = re.compile(r"#<(\w+)>=(.+)")
-_STATES = {17, 21, 40, 49, 54, 61, 80, 90, 94}
+_STATES = {
+    21: "units",
+    40: "tool radius",
+    49: "tool length",
+    54: "coordinates",
+    61: "path",
+    90: "distances",
+    94: "feed",
+}
+_NO_EFFECT = {17, 80}
+_M_CODES = {2.0, 30.0, 66.0}
 _READ_INPUT, _INPUT_WORDS = 66.0, "PELQ"
 _REFUSED = {20: "G21 (mm)", 91: "G90 (absolute)", 93: "G94 (mm/min)", 95: "G94 (mm/min)", 31: "G38.2"}
 
@@ -29,10 +38,9 @@ class _Interpreter:
 
     def __init__(self, reader: Reader) -> None:
         self.reader = reader
-        self.settings = reader.settings
         self.motion: float | None = None
+        self.feed_mm_s: float | None = None
         self.position: dict[str, float] = {}
-        self.units_given = False
         self.ended = False
 
     def block(self, text: str) -> None:
@@ -44,20 +52,26 @@ class _Interpreter:
             self._parameter(parameter[1], parameter[2])
             return
         if text == "%":
-            self.ended = self.units_given
+            self.ended = "units" in self.reader.states
             return
         words = self._words(text)
         for value in words.pop("G", []):
             self._state(value)
         codes = set(words.pop("M", []))
+        if codes - _M_CODES:
+            self.reader.fail("M code not understood", found=", ".join(f"M{code:g}" for code in codes - _M_CODES))
         self.ended = bool({2.0, 30.0} & codes)
         if _READ_INPUT in codes:  # reads an input of the controller into #5399 and moves nothing
             words = {letter: values for letter, values in words.items() if letter not in _INPUT_WORDS}
-        self._move({letter: values[-1] for letter, values in words.items()})
+        twice = [letter for letter, values in words.items() if len(values) > 1]
+        if twice:
+            self.reader.fail("the same word twice in a line", found=", ".join(twice), expected="one of each")
+        self._move({letter: values[0] for letter, values in words.items()})
 
     def _parameter(self, name: str, value: str) -> None:
+        number = self.reader.number(value, f"#<{name}>")
         if name == "_search_mm":
-            self.settings = replace(self.settings, search_mm=self.reader.number(value, "#<_search_mm>"))
+            self.reader.set(search_mm=number)
         elif not name.startswith("_n"):
             self.reader.fail("named parameter not understood", found=f"#<{name}>", expected="#<_search_mm> or #<_n>")
 
@@ -74,9 +88,10 @@ class _Interpreter:
             self.motion = code
         elif code in _REFUSED:
             self.reader.fail(f"G{code:g} is not accepted", expected=_REFUSED[int(code)])
-        elif code not in _STATES:
+        elif code in _STATES:
+            self.reader.states[_STATES[int(code)]] = f"G{code:g}"
+        elif code not in _NO_EFFECT:
             self.reader.fail("G code not understood", found=f"G{code:g}")
-        self.units_given |= code == 21
 
     def _move(self, words: dict[str, float]) -> None:
         if "F" in words:
@@ -91,11 +106,10 @@ class _Interpreter:
     def _feed(self, speed_mm_s: float) -> None:
         if speed_mm_s <= 0:
             self.reader.fail("the feed must be positive", found=f"F{speed_mm_s * 60:g}")
-        which = "measuring_speed_mm_s" if self.motion == 38.2 else "travel_speed_mm_s"
-        self.settings = replace(self.settings, **{which: speed_mm_s})
+        self.feed_mm_s = speed_mm_s
 
     def _go(self, target: dict[str, float]) -> None:
-        if not self.units_given:
+        if "units" not in self.reader.states:
             self.reader.fail("a move before the units are set", expected="G21 first")
         if self.motion is None:
             self.reader.fail("coordinates without a motion", expected="G0, G1 or G38.2")
@@ -104,12 +118,15 @@ class _Interpreter:
             missing = ", ".join(axis for axis in "XYZ" if axis not in self.position)
             self.reader.fail("the position is not complete", found=f"no {missing} yet", expected="X, Y and Z")
         end = [self.position[axis] for axis in "XYZ"]
+        if self.feed_mm_s is not None and self.motion != 0.0:
+            which = "measuring_speed_mm_s" if self.motion == 38.2 else "travel_speed_mm_s"
+            self.reader.set(**{which: self.feed_mm_s})  # a feed holds until there is another, searches or not
         if self.motion == 38.2:
             approach = self.reader.from_here(end, "G38.2")
-            target_mm = [p - self.settings.search_mm * d for p, d in zip(end, approach, strict=True)]
+            target_mm = [p - self.reader.settings.search_mm * d for p, d in zip(end, approach, strict=True)]
             self.reader.measure(target_mm, approach)
         else:
-            self.reader.goto(end)
+            self.reader.goto(end, as_fast_as_it_can=self.motion == 0.0)
 
 
 def read(text: str, path: str, settings: ProbingSettings) -> Program:
@@ -124,4 +141,4 @@ def read(text: str, path: str, settings: ProbingSettings) -> Program:
             interpreter.block(block)
     if not interpreter.ended:
         reader.fail("the program is cut short", expected="M2 or % at the end")
-    return reader.finish(interpreter.settings)
+    return reader.finish()

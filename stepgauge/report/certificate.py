@@ -1,4 +1,4 @@
-"""A calibration certificate in the order of ISO/IEC 17025:2017, 7.8.2.1 and 7.8.4.1; what is not stated says so."""
+"""What a laboratory states of a calibration (ISO/IEC 17025:2017, 7.8.2.1 and 7.8.4.1), or does not state."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 from stepgauge.certificate_file import Contact, Laboratory, Person
 from stepgauge.gauge import Gauge
 from stepgauge.report.numbers import clean, number
+from stepgauge.report.sections import Section
 from stepgauge.standards.budget_files import StoredBudget
 from stepgauge.statements import ONLY_ITEMS, traceability, uncertainty_text
 
@@ -21,19 +22,10 @@ PLACES = {
 Row = tuple[str, str | None]
 
 
-def certificate_content(
-    evaluation: dict[str, Any], said: Laboratory, gauge: Gauge | None, budget: StoredBudget | None
-) -> dict[str, Any]:
-    """Sections before and after the results, each with its clause; None where a value is not stated."""
+def end_mark(said: Laboratory, title: str) -> str:
+    """The end of the last page."""
     number_text = said.certificate.number
-    end = f"End of calibration certificate {number_text}" if number_text else "End of the calibration certificate"
-    return {
-        "number": _text(number_text),
-        "issued": said.certificate.issued.isoformat() if said.certificate.issued else None,
-        "before": _before(evaluation, said),
-        "after": _after(evaluation, said, gauge, budget),
-        "end": end,
-    }
+    return f"End of {title.lower()} {number_text}" if number_text else f"End of the {title.lower()}"
 
 
 def not_stated(said: Laboratory) -> list[str]:
@@ -64,27 +56,28 @@ def _text(value: object) -> str | None:
     return clean(value) or None if value is not None else None
 
 
-def _section(title: str, clause: str, rows: Sequence[Row]) -> dict[str, Any]:
-    return {
-        "title": title,
-        "clause": clause,
-        "rows": [{"label": label, "value": _text(value)} for label, value in rows],
-    }
+def _section(title: str, rows: Sequence[Row]) -> Section:
+    return Section(title, [(label, _text(value)) for label, value in rows])
 
 
-def _before(evaluation: dict[str, Any], said: Laboratory) -> list[dict[str, Any]]:
+def identity_sections(evaluation: dict[str, Any], said: Laboratory) -> list[Section]:
+    """Who calibrated what for whom, when, where and how: the head of page 1."""
     head, item = said.certificate, said.item
     place = ", ".join(part for part in (PLACES.get(head.place or ""), head.place_text) if part)
     days = [day.isoformat() if day else None for day in (head.performed_from, head.performed_to)]
     performed = " to ".join(dict.fromkeys(day for day in days if day)) or None
     identity: list[Row] = [("Number", head.number)]
     if head.replaces:
-        identity.append(("Replaces certificate", head.replaces))
-    dates: list[Row] = [
+        identity.append(("Replaces", head.replaces))
+    identity += [
         ("Item received", head.received.isoformat() if head.received else None),
         ("Calibrated", performed),
         ("Issued", head.issued.isoformat() if head.issued else None),
+        ("Place", place or None),
+        ("Procedure", said.method.name or None),
     ]
+    if said.method.standards:
+        identity.append(("Standards", ", ".join(said.method.standards)))
     machine = evaluation["comments"].get("machine")
     described: list[Row] = [
         ("Item", item.name or machine),
@@ -96,18 +89,11 @@ def _before(evaluation: dict[str, Any], said: Laboratory) -> list[dict[str, Any]
     ]
     if item.software:
         described.append(("Software", item.software))
-    method: list[Row] = [("Procedure", said.method.name or None)]
-    if said.method.standards:
-        method.append(("Standards", ", ".join(said.method.standards)))
-    method.append(("Principle", "Step gauge, touch-trigger probing of both sides of every block; see the results"))
     return [
-        _section("Laboratory", "7.8.2.1 b", _contact(said.laboratory, laboratory=True)),
-        _section("Place of the calibration", "7.8.2.1 c", [("Performed", place or None)]),
-        _section("Certificate", "7.8.2.1 d", identity),
-        _section("Customer", "7.8.2.1 e", _contact(said.customer)),
-        _section("Method", "7.8.2.1 f", method),
-        _section("Item calibrated", "7.8.2.1 g", described),
-        _section("Dates", "7.8.2.1 h, i, j", dates),
+        _section("Laboratory", _contact(said.laboratory, laboratory=True)),
+        _section("Customer", _contact(said.customer)),
+        _section("Item calibrated", described),
+        _section("Calibration", identity),
     ]
 
 
@@ -117,9 +103,10 @@ def _contact(contact: Contact, laboratory: bool = False) -> list[Row]:
     return [*rows, ("Accreditation", contact.accreditation)] if laboratory else rows
 
 
-def _after(
+def closing_sections(
     evaluation: dict[str, Any], said: Laboratory, gauge: Gauge | None, budget: StoredBudget | None
-) -> list[dict[str, Any]]:
+) -> list[Section]:
+    """Uncertainty, conditions, traceability, adjustment, conformity, scope and persons: after the results."""
     told, own = said.statements, evaluation["gauge"]
     traced = None if gauge is None else traceability(said, gauge)
     if traced is None:
@@ -128,25 +115,24 @@ def _after(
     uncertainty = None if budget is None else uncertainty_text(budget, assumptions=False)
     conformity = "No statement of conformity is made."
     sections = [
-        _section("Measurement uncertainty", "7.8.4.1 a", [("Expanded", uncertainty)]),
-        _section("Conditions", "7.8.4.1 b", _conditions(evaluation, said)),
-        _section("Metrological traceability", "7.8.4.1 c", [("Traceable", traced)]),
-        _section("Adjustment or repair", "7.8.4.1 d", [("Before and after", told.adjustment)]),
+        _section("Measurement uncertainty", [("Expanded", uncertainty)]),
+        _section("Conditions", _conditions(evaluation, said)),
+        _section("Metrological traceability", [("Traceable", traced)]),
+        _section("Adjustment or repair", [("Before and after", told.adjustment)]),
         _section(
             "Conformity",
-            "7.8.4.1 e, 7.8.6",
             [("Statement", told.conformity), ("Decision rule", told.decision_rule)]
             if told.conformity
             else [("Statement", conformity)],
         ),
-        _section("Additions, deviations, exclusions", "7.8.2.1 n", [("Of the method", said.method.deviations)]),
-        _section("Scope", "7.8.2.1 l", [("Validity", ONLY_ITEMS)]),
-        _section("Persons", "7.8.2.1 o", [_person(one) for one in said.persons] or [("Authorised by", None)]),
+        _section("Additions, deviations, exclusions", [("Of the method", said.method.deviations)]),
+        _section("Scope", [("Validity", ONLY_ITEMS)]),
+        _section("Persons", [_person(one) for one in said.persons] or [("Authorised by", None)]),
     ]
     if told.external:
-        sections.insert(-1, _section("External providers", "7.8.2.1 p", [("Provided", told.external)]))
+        sections.insert(-1, _section("External providers", [("Provided", told.external)]))
     if told.remarks:
-        sections.insert(-1, _section("Remarks", "", [("Remarks", told.remarks)]))
+        sections.insert(-1, _section("Remarks", [("Remarks", told.remarks)]))
     return sections
 
 

@@ -2,62 +2,68 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.iso10360 import length_test_figure
-from stepgauge.figures.style import save_figure
 from stepgauge.machine_file import Machine
-from stepgauge.report.content import Stated, figure_svg
+from stepgauge.report.content import figure_svg
 from stepgauge.report.numbers import number, quantity
+from stepgauge.report.page import Column, Page, PrintedTable, Stated
 from stepgauge.report.sections import Section, certificate_section
-from stepgauge.report.standards import (
-    Column,
-    PrintedTable,
-    StandardReport,
-    machine_lines,
-    recording_lines,
-    rules_table,
-    standard_content,
-    unmet,
-    write_standard_report,
-)
+from stepgauge.report.standards import machine_lines, recording_lines, rules_table, test_content, write_test
 from stepgauge.standards.iso10360 import KINDS, LengthTest
-from stepgauge.standards.iso10360_files import length_test_to_dict, verdicts, write_length_test
+from stepgauge.standards.iso10360_files import length_test_to_dict, write_length_test
+from stepgauge.standards.iso10360_statements import verdicts
 
 CONTRIBUTIONS = ("certificate", "expansion", "temperature", "alignment", "fixture", "tip diameter")
+INFORMATION = "unidirectional, for information"
 METHOD = (
-    "The error is the indicated length less the certified one at the gauge's recorded temperature. A unidirectional "
-    "length lies between faces of one side; a bidirectional one between the front of a block and the back of a later "
-    "one, and the effective tip diameter is taken off. Conformity is proven where |E| ≤ MPE − U, nonconformity where "
-    "|E| > MPE + U; between these nothing is proven (ISO 14253-1). U is k times the test value uncertainty, in which "
-    "the machine has no part (ISO/TS 23165). The repeatability range is the largest minus the smallest error of the "
-    "three repeats; what makes the test uncertain is the same in all three, so nothing is taken off its limit."
+    "The error is the indicated length minus the certified one at the gauge's recorded temperature. A bidirectional "
+    "length lies between the front of a block and the back of a later one, and the effective tip diameter is"
+    " subtracted; "
+    "a unidirectional one lies between faces of one side. Conformity is proven where |E| ≤ MPE − U, nonconformity"
+    " where "
+    "|E| > MPE + U; between these nothing is proven (ISO 14253-1). U covers the test procedure only, not the machine "
+    "(ISO/TS 23165). The repeatability range R_0 is the largest minus the smallest error of three repeats; what"
+    " makes the "
+    "test uncertain is the same in all three, so that nothing is subtracted from its limit."
 )
 
 
-def length_test_content(test: LengthTest, stated: Stated, machine: Machine | None) -> dict[str, Any]:
-    """The content of the report (see :func:`stepgauge.report.standards.standard_content`)."""
-    data = length_test_to_dict(test)
-    name = machine.table.name if machine else test.comments.get("machine")
-    report = StandardReport(
+def length_test_content(
+    test: LengthTest, stated: Stated, machine: Machine | None, further: Sequence[LengthTest] = ()
+) -> dict[str, Any]:
+    """The content of the report (see :class:`stepgauge.report.page.Page`); ``further`` series beside E0."""
+    data = length_test_to_dict(test, further)
+    tests, every = [test, *further], [data, *data["further"]]
+    page = Page(
         "Length measurement test",
         "Errors of length measurement of a coordinate measuring machine by ISO 10360-2:2009, with a step gauge",
-        _summary(data),
-        [*verdicts(test), *unmet(data["rules"])],
-        [certificate_section(data, test.gauge), _specification(data), _conditions(data), _recording(data, machine)],
-        [(figure_svg(length_test_figure(test)), caption(data))],
-        rules_table(data["rules"], data["excluded"]),
-        [
-            _positions(data),
-            _uncertainties(data),
-            *(_errors(data, kind) for kind in KINDS if data["results"][kind]),
-        ],
-        METHOD,
+        (),
+        _summary(every),
         ("iso10360.json", data),
-        [f"contribution to U: {what}" for what in test.missing],
+        overall=data["overall"]["text"],
+        figures=[(figure_svg(length_test_figure(one)), caption(two)) for one, two in zip(tests, every, strict=True)],
+        sections=[
+            certificate_section(data, test.gauge),
+            _specification(data),
+            _conditions(data),
+            _recording(data, machine),
+        ],
+        tables=[
+            *(_rules(each) for each in every),
+            *(_positions(each) for each in every),
+            _uncertainties(data),
+            *(_errors(each, kind) for each in every for kind in KINDS if each["results"][kind]),
+        ],
+        lists=[("Statements", [text for one in (test, *further) for text in verdicts(one)])],
+        method=METHOD,
+        not_stated=[f"contribution to U: {what}" for what in test.missing],
     )
-    return standard_content(report, stated, test.gauge, name)
+    return test_content(page, stated, test.gauge, machine.table.name if machine else test.comments.get("machine"))
 
 
 def report_length_test(
@@ -67,17 +73,22 @@ def report_length_test(
     machine: Machine | None = None,
     template: str | Path | None = None,
     suffix: str = "png",
+    further: Sequence[LengthTest] = (),
 ) -> tuple[list[Path], tuple[str, ...]]:
-    """Write all files of a test into a folder (made if missing): JSON, CSV, figure and report; paths, and notes.
+    """Write all files of a test into a folder (made if missing): JSON, CSV, figures and report; paths, and notes.
 
-    ``template``: your own Typst template; ``suffix`` of the figure: png, svg or pdf. A template that fails
+    ``template``: your own Typst template; ``suffix`` of the figures: png, svg or pdf. A template that fails
     (:class:`InputError`) does so before anything is written.
     """
-    figure, report = Path(folder) / f"iso10360-figure.{suffix}", Path(folder) / "iso10360.pdf"
-    notes = write_standard_report(report, length_test_content(test, stated, machine), template)
-    paths = write_length_test(folder, test)
-    save_figure(length_test_figure(test), figure)
-    return [*paths, figure, report], notes
+    tails = ["", *(f"-{one.series.key}" for one in further)]
+    figures = [
+        (f"iso10360-figure{tail}.{suffix}", length_test_figure(one))
+        for one, tail in zip((test, *further), tails, strict=True)
+    ]
+    content = length_test_content(test, stated, machine, further)
+    return write_test(
+        folder, "iso10360", content, [lambda into: write_length_test(into, test, further)], figures, template
+    )
 
 
 def caption(data: dict[str, Any]) -> str:
@@ -87,40 +98,64 @@ def caption(data: dict[str, Any]) -> str:
         for kind, result in data["results"].items()
         if result
     ]
-    return f"Errors of indication against length, and ± {data['mpe']['text']}. " + "; ".join(said) + "."
+    symbol = data["series"]["symbol"]
+    return (
+        f"Errors {symbol} against nominal length, and ± MPE = ± {data['mpe']['text']}; the marks of positions are"
+        " set side"
+        " by side about the nominal length. " + "; ".join(said) + "."
+    )
 
 
-def _summary(data: dict[str, Any]) -> PrintedTable:
+def _summary(every: Sequence[dict[str, Any]]) -> PrintedTable:
     columns = [
-        Column("Lengths", words=True),
-        Column("Errors"),
-        Column("Largest |E| / MPE", "%"),
-        Column("Largest E", "µm"),
+        Column("Characteristic", words=True),
+        Column("Test values"),
+        Column("Largest"),
+        Column("Limit", words=True),
+        Column("Largest share of the limit"),
         Column("Decision", words=True),
-        Column("Largest range", "µm"),
-        Column("Decision on range", words=True),
     ]
-    rows = [
-        (
-            kind,
-            str(result["errors"]),
-            number(100.0 * result["largest_share_of_mpe"], 0),
-            number(result["largest_error_um"], 2),
-            result["outcome"],
-            number(result["largest_range_um"], 2),
-            result["repeatability_outcome"] or "no limit stated",
-        )
-        for kind, result in data["results"].items()
-        if result
+    rows = [row for data in every for kind in KINDS if data["results"][kind] for row in _results(data, kind)]
+    title = "Result" if all(data["complete"] for data in every) else "Result of an incomplete test"
+    return PrintedTable(title, columns, rows, stripe=0)
+
+
+def _results(data: dict[str, Any], kind: str) -> list[list[str]]:
+    """The errors, and the range of the three repeats."""
+    result, limit, of_test = data["results"][kind], data["repeatability_limit_um"], kind == "bidirectional"
+    symbol = data["series"]["symbol"]
+    errors = [
+        symbol if of_test else INFORMATION,
+        str(result["errors"]),
+        quantity(result["largest_error_um"], 2, "µm"),
+        f"± {data['mpe']['text']}",
+        quantity(100.0 * result["largest_share_of_mpe"], 0, "%"),
+        result["outcome"],
     ]
-    return PrintedTable("Result" if data["complete"] else "Result of an incomplete test", columns, rows)
+    if data["series"]["key"] != "e0" or result["largest_range_um"] is None:
+        return [errors]
+    share = None if limit is None else 100.0 * result["largest_range_um"] / limit
+    ranges = [
+        "R_0" if of_test else "range of repeats, unidirectional",
+        str(result["errors"] // 3),
+        quantity(result["largest_range_um"], 2, "µm"),
+        "none stated" if limit is None else quantity(limit, 2, "µm"),
+        quantity(share, 0, "%"),
+        result["repeatability_outcome"] or "none",
+    ]
+    return [errors, ranges]
+
+
+def _rules(data: dict[str, Any]) -> PrintedTable:
+    table = rules_table(data["rules"], data["excluded"])
+    return table if data["series"]["key"] == "e0" else replace(table, title=f"Rules: {data['series']['name']}")
 
 
 def _specification(data: dict[str, Any]) -> Section:
     section = Section("Specification and decision")
-    section.add("MPE of E", f"± {data['mpe']['text']}")
+    section.add("E_0,MPE", f"± {data['mpe']['text']}")
     limit = data["repeatability_limit_um"]
-    section.add("Limit of the range R", quantity(limit, 2, "µm") if limit is not None else "not stated")
+    section.add("R_0,MPL", quantity(limit, 2, "µm") if limit is not None else "not stated")
     section.add("Decision rule", data["decision_rule"])
     section.add("Coverage factor", f"k = {data['coverage_factor']:g}")
     return section
@@ -150,7 +185,8 @@ def _positions(data: dict[str, Any]) -> PrintedTable:
     columns = [
         Column("Position"),
         Column("Along (x, y, z)", words=True),
-        Column("Nearest of Table 1", words=True),
+        Column("Nearest line", words=True),
+        Column("Chosen by", words=True),
         Column("Off", "°"),
         Column("Travel along it", "mm"),
         Column("Longest", "mm"),
@@ -162,6 +198,7 @@ def _positions(data: dict[str, Any]) -> PrintedTable:
             str(one["position"]),
             "(" + ", ".join(number(value, 4) for value in one["axis"]) + ")",
             one["orientation"] or "–",
+            {True: "the standard", False: "the user", None: "–"}[one["mandatory"]],
             number(one["orientation_off_deg"], 2),
             number(one["line_mm"], 1),
             number(one["longest_mm"], 1),
@@ -170,7 +207,9 @@ def _positions(data: dict[str, Any]) -> PrintedTable:
         )
         for one in data["positions"]
     ]
-    return PrintedTable("Measuring positions", columns, rows)
+    tail = "" if data["series"]["key"] == "e0" else f": {data['series']['name']}"
+    note = "The standard demands the four body diagonals; the other positions are the user's choice."
+    return PrintedTable(f"Measuring positions{tail}", columns, rows, note if not tail else "")
 
 
 def _uncertainties(data: dict[str, Any]) -> PrintedTable:
@@ -196,9 +235,11 @@ def _errors(data: dict[str, Any], kind: str) -> PrintedTable:
     columns += [Column(f"E{repeat + 1}", "µm") for repeat in range(repeats)]
     columns += [Column("Range", "µm"), Column("MPE", "µm"), Column("U", "µm"), Column("Decision", words=True)]
     rows = [_error_row(one, repeats) for one in data["lengths"] if one["kind"] == kind]
-    return PrintedTable(
-        f"Errors of {kind} lengths", columns, rows, "E1, E2, E3: errors of the repeats. – not measured or not defined."
-    )
+    series = data["series"]
+    tail = f" ({series['name']})" if series["key"] != "e0" else ""
+    of_test = f"Errors {series['symbol']} of bidirectional lengths", "Errors of unidirectional lengths, for information"
+    title = of_test[kind != "bidirectional"] + tail
+    return PrintedTable(title, columns, rows, "E1, E2, E3: errors of the repeats. – not measured or not defined.")
 
 
 def _error_row(one: dict[str, Any], repeats: int) -> list[str]:

@@ -6,55 +6,46 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.iso230 import positioning_figure
-from stepgauge.figures.style import save_figure
 from stepgauge.machine_file import Machine
-from stepgauge.report.content import Stated, figure_svg
+from stepgauge.report.content import figure_svg
 from stepgauge.report.numbers import number
+from stepgauge.report.page import Column, Page, PrintedTable, Stated
 from stepgauge.report.sections import Section, certificate_section
-from stepgauge.report.standards import (
-    Column,
-    PrintedTable,
-    StandardReport,
-    machine_lines,
-    recording_lines,
-    rules_table,
-    standard_content,
-    unmet,
-    write_standard_report,
-)
+from stepgauge.report.standards import machine_lines, recording_lines, rules_table, test_content, unmet, write_test
+from stepgauge.standards.iso230_decision import PARAMETERS
 from stepgauge.standards.iso230_files import assumptions, positioning_to_dict, write_positioning
 from stepgauge.standards.positioning import AxisTest, PositioningTest
 
-NAMES = ("A", "A_up", "A_down", "E", "E_up", "E_down", "M", "R", "R_up", "R_down", "B", "mean_B")
 LABELS = {"A_up": "A↑", "A_down": "A↓", "E_up": "E↑", "E_down": "E↓", "R_up": "R↑", "R_down": "R↓", "mean_B": "mean B"}
 METHOD = (
     "With the mean x̄ and the standard deviation s (n − 1) of the runs at each target in each direction (↑ up, ↓ down): "
     "B at a target is x̄↑ − x̄↓, and B the largest of them without its sign; R↑ and R↓ are the largest 4 s; R is the "
     "largest of 2 s↑ + 2 s↓ + |B|, 4 s↑ and 4 s↓; E is the range of x̄ (of one direction, or of both), M the range of "
-    "(x̄↑ + x̄↓) / 2; A is the largest x̄ + 2 s less the smallest x̄ − 2 s. (ISO 230-2:2006, terms 2.10 to 2.24.)"
+    "(x̄↑ + x̄↓) / 2; A is the largest x̄ + 2 s minus the smallest x̄ − 2 s. (ISO 230-2:2014, terms and definitions.)"
 )
 
 
 def positioning_content(test: PositioningTest, stated: Stated, machine: Machine | None) -> dict[str, Any]:
-    """The content of the report (see :func:`stepgauge.report.standards.standard_content`)."""
+    """The content of the report (see :class:`stepgauge.report.page.Page`)."""
     data = positioning_to_dict(test)
     rules = [{**rule, "asks": _of(one, rule["asks"], data)} for one in data["axes"] for rule in one["rules"]]
     excluded = [{**part, "what": _of(one, part["what"], data)} for one in data["axes"] for part in one["excluded"]]
-    name = machine.table.name if machine else test.comments.get("machine")
-    report = StandardReport(
+    page = Page(
         "Positioning test",
-        "Accuracy and repeatability of positioning by ISO 230-2, with a step gauge",
+        "Accuracy and repeatability of positioning of numerically controlled axes by ISO 230-2:2014, with a step gauge",
+        (),
         _summary(data),
-        [*assumptions(test), *unmet(rules)],
-        [certificate_section(data, test.gauge), _conditions(data), _recording(data, machine)],
-        [(figure_svg(positioning_figure(one)), caption(one)) for one in test.axes],
-        rules_table(rules, excluded),
-        [_targets(one) for one in data["axes"]],
-        METHOD,
         ("iso230.json", data),
-        ["measurement uncertainty of A, E, M, R and B"],
+        overall=data["overall"],
+        statements=unmet(rules),
+        figures=[(figure_svg(positioning_figure(one)), caption(one)) for one in test.axes],
+        sections=[certificate_section(data, test.gauge), _conditions(data), _recording(data, machine)],
+        tables=[rules_table(rules, excluded), *(_targets(one) for one in data["axes"])],
+        lists=[("What the results rest on", assumptions(test))],
+        method=METHOD,
+        not_stated=[] if test.requirement.expanded_um is not None else ["measurement uncertainty of A, E, M, R and B"],
     )
-    return standard_content(report, stated, test.gauge, name)
+    return test_content(page, stated, test.gauge, machine.table.name if machine else test.comments.get("machine"))
 
 
 def _of(one: dict[str, Any], text: str, data: dict[str, Any]) -> str:
@@ -74,14 +65,13 @@ def report_positioning(
     ``template``: your own Typst template; ``suffix`` of the figures: png, svg or pdf. A template that fails
     (:class:`InputError`) does so before anything is written.
     """
-    report = Path(folder) / "iso230.pdf"
-    notes = write_standard_report(report, positioning_content(test, stated, machine), template)
-    paths = write_positioning(folder, test)
-    for one in test.axes:
-        tail = f"-placement-{one.placement}" if len(test.axes) > 1 else ""
-        paths.append(Path(folder) / f"iso230-figure{tail}.{suffix}")
-        save_figure(positioning_figure(one), paths[-1])
-    return [*paths, report], notes
+    several = len(test.axes) > 1
+    figures = [
+        (f"iso230-figure{f'-placement-{one.placement}' if several else ''}.{suffix}", positioning_figure(one))
+        for one in test.axes
+    ]
+    content = positioning_content(test, stated, machine)
+    return write_test(folder, "iso230", content, [lambda into: write_positioning(into, test)], figures, template)
 
 
 def caption(one: AxisTest) -> str:
@@ -94,14 +84,14 @@ def caption(one: AxisTest) -> str:
 
 
 def _summary(data: dict[str, Any]) -> PrintedTable:
-    columns = [Column("Axis", words=True), *(Column(LABELS.get(name, name), "µm") for name in NAMES)]
+    columns = [Column("Axis", words=True), *(Column(LABELS.get(name, name), "µm") for name in PARAMETERS)]
     rows = [
         [one["name"] if one["axis"] else f"near {one['name'].split()[2]}"]
-        + [number(one["parameters_um"][name], 2) for name in NAMES]
+        + [number(one["parameters_um"][name], 2) for name in PARAMETERS]
         for one in data["axes"]
     ]
     return PrintedTable(
-        "Result" if data["complete"] else "Result; not every rule of the standard is met", columns, rows
+        "Result" if data["complete"] else "Result; not every rule of the standard is met", columns, rows, stripe=0
     )
 
 

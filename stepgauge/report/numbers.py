@@ -22,14 +22,20 @@ def uncertain(value: float | None, expanded: float | None, most: int = 5) -> tup
     """A value and its expanded uncertainty as a certificate states them.
 
     The uncertainty has two significant digits and the value is rounded to the same decimal place (GUM 7.2.6; ILAC-P14),
-    with at most ``most`` decimals. Where the uncertainty is zero or unknown, the value has two decimals.
+    with at most ``most`` decimals. Rounding never takes more than 5 % off the uncertainty: it is then rounded up. Where
+    the uncertainty is zero or unknown, the value has two decimals.
     """
     if expanded is None or math.isnan(expanded) or expanded <= 0.0:
         return number(value, 2), number(expanded, 2)
     place = math.floor(math.log10(float(f"{expanded:.1e}")))
     step = min(1 - place, most)
-    rounded = [None if one is None else round(one, step) for one in (value, expanded)]
-    return number(rounded[0], max(step, 0)), number(rounded[1], max(step, 0))
+    near = round(expanded, step)
+    sure = near if near >= LEAST_LEFT * expanded else math.ceil(expanded * 10.0**step) / 10.0**step
+    return number(None if value is None else round(value, step), max(step, 0)), number(sure, max(step, 0))
+
+
+LEAST_LEFT = 0.95
+"""Share of an expanded uncertainty that rounding must leave (EA-4/02 M)."""
 
 
 def aligned(texts: Sequence[str]) -> list[str]:

@@ -113,6 +113,7 @@ def render_html(content: dict[str, Any], template: str | Path | None = None) -> 
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters["image"] = svg_address
+    environment.filters["symbols"] = with_indices
     text = read_text(source)
     try:
         page = environment.from_string(text).render(report=content).encode("utf-8")
@@ -122,6 +123,20 @@ def render_html(content: dict[str, Any], template: str | Path | None = None) -> 
         raise InputError(f"{source}:{_jinja_line(error)}", f"template: {error}") from None
     _check_use(source, r"\breport\b", "a Jinja file with {{ report }}")
     return Pages(page)
+
+
+SYMBOLS = re.compile(r"\b(R_eff|[ER]_0,MP[EL]|E_150|[ER]_0|P_(?:Form|Size)|L_Dia|d_(?:60|t))\b")
+
+
+def with_indices(text: str) -> Any:
+    """Text for HTML, escaped, its symbols with an index (the same ones as in ``report.typ``)."""
+    from markupsafe import Markup, escape
+
+    parts = SYMBOLS.split(text)
+    shown = [
+        Markup("{}<sub>{}</sub>").format(*part.split("_", 1)) if i % 2 else escape(part) for i, part in enumerate(parts)
+    ]
+    return Markup("").join(shown)
 
 
 def svg_address(svg: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,12 +23,12 @@ class Section:
     """A titled list of labelled values; ``missing`` names what was not stated."""
 
     title: str
-    rows: list[tuple[str, str]] = field(default_factory=list)
+    rows: list[tuple[str, str | None]] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
 
     def add(self, label: str, value: object) -> None:
-        """A line of the section."""
-        self.rows.append((label, clean(value)))
+        """A line of the section; None is printed as not stated."""
+        self.rows.append((label, None if value is None else clean(value)))
 
     def as_dict(self) -> dict[str, Any]:
         """Plain containers for a template."""
@@ -182,14 +183,49 @@ def _ranges(numbers: list[int]) -> str:
     return ", ".join(str(run[0]) if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs)
 
 
-def recording_section(evaluation: dict[str, Any]) -> Section:
+def recording_section(evaluation: dict[str, Any], title: str = "Recording") -> Section:
     """The recording and what it says of itself."""
-    section = Section("Recording")
-    names = [Path(name).name for name in evaluation["recording"].split(", ") if name]
-    section.add("File", ", ".join(names) or "not stated")
-    for key, value in sorted(evaluation["comments"].items()):
-        if key != "import":  # how the file was read is for its reader, and "log" says where it came from
-            section.add(key, value)
-    if not {"date", "measured", "time"} & set(evaluation["comments"]):
-        section.missing.append(DATE_MISSING)
+    section = Section(title)
+    section.add("File", file_names(evaluation["recording"].split(", ")) or "not stated")
+    add_comments(section, evaluation["comments"])
     return section
+
+
+def file_names(paths: Iterable[str]) -> str:
+    """Names without folders, which say nothing to who reads a report."""
+    return ", ".join(Path(path).name for path in paths if path)
+
+
+COMMENTS = {
+    "gauge": "Gauge, as recorded",
+    "gauge_serial": "Gauge serial number",
+    "machine": "Machine, as recorded",
+    "program": "Program",
+    "seed": "Seed of the simulation",
+    "tip_radius_mm": "Nominal tip radius",
+    "measured": "Measured",
+    "date": "Date",
+    "time": "Time",
+    "log": "Log",
+}
+UNITS = {"_mm": "mm", "_um": "µm", "_C": "°C", "_s": "s", "_deg": "°"}
+OF_THE_READER = {"import"}
+"""How a file was read is for its reader; "log" says where it came from."""
+
+
+def add_comments(section: Section, comments: dict[str, str]) -> None:
+    """What a recording says of itself, in words and with units; a missing date is remarked."""
+    for key, value in sorted(comments.items()):
+        if key not in OF_THE_READER:
+            section.add(*comment_line(key, value))
+    if not {"date", "measured", "time"} & set(comments):
+        section.missing.append(DATE_MISSING)
+
+
+def comment_line(key: str, value: str) -> tuple[str, str]:
+    """Label and value of a comment: ``tip_radius_mm: 2`` is "Nominal tip radius", "2 mm"."""
+    unit = next((unit for end, unit in UNITS.items() if key.endswith(end)), "")
+    stem = key[: -len(next(end for end in UNITS if key.endswith(end)))] if unit else key
+    label = COMMENTS.get(key) or stem.replace("_", " ").strip().capitalize()
+    shown = file_names(value.split("; ")) if key == "program" else value
+    return label, f"{shown} {unit}".strip()

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from stepgauge.certificate_file import read_laboratory
+from stepgauge.certificate_file import check_filled, read_laboratory
 from stepgauge.gauge import read_gauge
 from stepgauge.machine_file import read_machine
 from stepgauge.placement import read_placements
@@ -41,4 +41,7 @@ def read_sources(
     sure = read_budget(budget) if budget else None
     if sure is not None and budget:
         check_budget(sure, evaluation, budget)
-    return Sources(steps, cmm, lies, sure, read_laboratory(laboratory) if laboratory else None)
+    said = read_laboratory(laboratory) if laboratory else None
+    if said is not None:
+        check_filled(said)
+    return Sources(steps, cmm, lies, sure, said)

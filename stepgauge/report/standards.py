@@ -1,128 +1,69 @@
-"""Reports of standard tests: one structure that ``templates/reports/standard.typ`` prints for any of them.
+"""Reports of tests by a standard: what they share beside :mod:`stepgauge.report.page`.
 
 As everywhere, what nobody stated is listed as not stated and nothing is filled in.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from stepgauge import __version__
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
-from stepgauge.report.content import Stated
-from stepgauge.report.numbers import clean, number
+from stepgauge.report.numbers import number
+from stepgauge.report.page import (
+    Column,
+    Page,
+    PrintedTable,
+    Stated,
+    identity_section,
+    measured_and_approved,
+    said,
+    unsaid,
+)
 from stepgauge.report.render import write_report
-from stepgauge.report.sections import Section
-from stepgauge.resources import folder
+from stepgauge.report.sections import Section, add_comments, file_names
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
-def write_standard_report(
-    path: str | Path, content: dict[str, Any], template: str | Path | None = None
-) -> tuple[str, ...]:
-    """Write a report of :func:`standard_content` through a Typst template (None: the shipped one); returns notes."""
-    return write_report(path, content, template or folder("templates") / "reports" / "standard.typ")
+def test_content(page: Page, stated: Stated, gauge: Gauge | None, machine: str | None) -> dict[str, Any]:
+    """The content of a report of a test: identity, places to sign and what is missing are added to its page."""
+    missing = [*unsaid(stated), *([] if said(machine) else ["machine"])]
+    page.identity = [identity_section(stated, machine)]
+    page.signatures = measured_and_approved(stated)
+    page.not_stated = [*missing, *(what for one in page.sections for what in one.missing), *page.not_stated]
+    page.example = gauge is not None and gauge.certificate.example
+    return page.as_dict(stated)
 
 
-@dataclass(frozen=True)
-class Column:
-    """A column of a table: name, unit, and whether its cells are numbers (set right) or words (set left)."""
-
-    name: str
-    unit: str = ""
-    words: bool = False
+test_content.__test__ = False  # type: ignore[attr-defined]
 
 
-@dataclass(frozen=True)
-class PrintedTable:
-    """A table of text; ``note`` stands below it."""
+def write_test(
+    folder: str | Path,
+    name: str,
+    content: dict[str, Any],
+    files: Sequence[Any],
+    figures: Sequence[tuple[str, Figure]],
+    template: str | Path | None = None,
+) -> tuple[list[Path], tuple[str, ...]]:
+    """Write the files of a test into a folder (made if missing); ``NAME.pdf`` first, for its template may fail.
 
-    title: str
-    columns: Sequence[Column]
-    rows: Sequence[Sequence[str]]
-    note: str = ""
+    ``files``: functions of the folder that write JSON and CSV and return paths; ``figures``: file name and figure.
+    Returns all paths, and notes on the report.
+    """
+    from stepgauge.figures.style import save_figure
 
-    def as_dict(self) -> dict[str, Any]:
-        """Plain containers for a template; every row must have a cell for every column."""
-        if any(len(row) != len(self.columns) for row in self.rows):
-            raise ValueError(f"table {self.title!r}: a row has another number of cells than there are columns")
-        columns = [{"name": one.name, "unit": one.unit, "words": one.words} for one in self.columns]
-        return {"title": self.title, "columns": columns, "rows": [list(row) for row in self.rows], "note": self.note}
-
-
-@dataclass
-class StandardReport:
-    """What a report of a standard test says; ``figures`` are pairs of SVG and caption, ``data`` a name and JSON."""
-
-    title: str
-    subtitle: str
-    summary: PrintedTable
-    statements: Sequence[str]
-    sections: list[Section]
-    figures: Sequence[tuple[str, str]]
-    rules: PrintedTable
-    tables: Sequence[PrintedTable]
-    method: str
-    data: tuple[str, dict[str, Any]]
-    missing: list[str] = field(default_factory=list)
-
-
-def standard_content(report: StandardReport, stated: Stated, gauge: Gauge, machine: str | None) -> dict[str, Any]:
-    """The content of a report, as plain text in plain containers; ``machine`` is its name where it is known."""
-    file_name, data = report.data
-    asked = (
-        ("report number", stated.number),
-        ("customer", stated.customer),
-        ("place of measurement", stated.location),
-        ("operator", stated.operator),
-        ("machine", machine),
-    )
-    missing = [what for what, value in asked if not _said(value)]
-    missing += [what for section in report.sections for what in section.missing] + report.missing
-    return {
-        "title": report.title,
-        "subtitle": report.subtitle,
-        "number": _said(stated.number),
-        "date": stated.date.isoformat(),
-        "date_parts": [stated.date.year, stated.date.month, stated.date.day],
-        "example": gauge.certificate.example,
-        "simulated": "seed" in data["comments"],
-        "identity": [
-            {"label": label, "value": _said(value)}
-            for label, value in (
-                ("Report number", stated.number),
-                ("Date of report", stated.date.isoformat()),
-                ("Customer", stated.customer),
-                ("Place of measurement", stated.location),
-                ("Machine", machine),
-                ("Operator", stated.operator),
-            )
-        ],
-        "summary": report.summary.as_dict(),
-        "statements": [clean(text) for text in report.statements],
-        "sections": [section.as_dict() for section in report.sections],
-        "figures": [{"svg": svg, "caption": caption} for svg, caption in report.figures],
-        "rules": report.rules.as_dict(),
-        "tables": [table.as_dict() for table in report.tables],
-        "remarks": _said(stated.remarks),
-        "not_stated": missing,
-        "method": report.method,
-        "signatures": [{"role": "Measured by", "name": _said(stated.operator)}, {"role": "Approved by", "name": None}],
-        "data": {"name": file_name, "text": json.dumps(data, indent=1, ensure_ascii=False)},
-        "version": __version__,
-    }
-
-
-def _said(text: str | None) -> str | None:
-    return clean(text) or None if text is not None else None
-
-
-def _file_names(paths: Sequence[str]) -> str:
-    return ", ".join(Path(path).name for path in paths if path)
+    report = Path(folder) / f"{name}.pdf"
+    notes = write_report(report, content, template)
+    paths = [path for write in files for path in write(folder)]
+    for file, figure in figures:
+        save_figure(figure, Path(folder) / file)
+        paths.append(Path(folder) / file)
+    return [*paths, report], notes
 
 
 def rules_table(rules: Sequence[dict[str, Any]], excluded: Sequence[dict[str, str]] = ()) -> PrintedTable:
@@ -130,7 +71,8 @@ def rules_table(rules: Sequence[dict[str, Any]], excluded: Sequence[dict[str, st
     words = {True: "met", False: "not met", None: "not checked"}
     rows = [(words[rule["met"]], rule["asks"], rule["found"], rule["source"]) for rule in rules]
     rows += [("left out", part["what"], part["reason"], part["source"]) for part in excluded]
-    columns = [Column(name, words=True) for name in ("", "What is asked, or left out", "Found, or why", "Source")]
+    heads = (("Rule", 0.0), ("What is asked, or left out", 1.0), ("Found, or why", 1.0), ("Source", 0.8))
+    columns = [Column(name, words=True, share=share) for name, share in heads]
     return PrintedTable("Rules of the standard, and what was left out", columns, rows)
 
 
@@ -143,7 +85,7 @@ def unmet(rules: Sequence[dict[str, Any]]) -> list[str]:
 def machine_lines(section: Section, machine: Machine | None) -> None:
     """The machine as its file has it."""
     if machine is None:
-        section.missing.append("machine and its travel (--machine)")
+        section.missing.append("machine and its travel (machine file)")
         return
     travel = ", ".join(f"{number(low, 0)} to {number(high, 0)}" for low, high in machine.travel_mm)
     section.add("Travel x, y, z (mm)", travel)
@@ -152,8 +94,5 @@ def machine_lines(section: Section, machine: Machine | None) -> None:
 
 def recording_lines(section: Section, data: dict[str, Any]) -> None:
     """The recording's files and what they say of themselves."""
-    section.add("Recordings", _file_names(data["recording"].split(", ")) or "not stated")
-    for key, value in sorted(data["comments"].items()):
-        section.add(key, _file_names(value.split("; ")) if key == "program" else value)
-    if not {"date", "measured", "time"} & set(data["comments"]):
-        section.missing.append("date of the measurement (the recording does not say)")
+    section.add("Recordings", file_names(data["recording"].split(", ")) or "not stated")
+    add_comments(section, data["comments"])

@@ -1,7 +1,9 @@
 """ISO 10360-2: errors of length measurement, their repeatability range, and whether they keep the permissible error.
 
-Seven positions, five lengths each, three repeats. Certified positions are brought to the recorded gauge temperature;
-readings are left as they are (the convention of :mod:`stepgauge.evaluate`).
+Seven positions, five lengths each, three repeats: 105 errors E0 of bidirectional lengths. Further series use the same
+equations: E150 with the stylus offset, and the length of normal expansion beside a gauge of low expansion. Certified
+positions are brought to the recorded gauge temperature; readings are left as they are (the convention of
+:mod:`stepgauge.evaluate`).
 """
 
 from __future__ import annotations
@@ -18,9 +20,10 @@ from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.placement import Placement
 from stepgauge.recording import Recording
-from stepgauge.recording_checks import check_recording
+from stepgauge.recording.identity import check_recording
 from stepgauge.standards.decision import Outcome, decide, together
-from stepgauge.standards.iso10360_rules import POSITIONS, excluded_parts, rules_of
+from stepgauge.standards.iso10360_rules import excluded_parts, rules_of
+from stepgauge.standards.iso10360_series import E0, Series
 from stepgauge.standards.length_uncertainty import TestConditions, TestUncertainty, length_uncertainty
 from stepgauge.standards.lengths import (
     REPEATS,
@@ -29,11 +32,12 @@ from stepgauge.standards.lengths import (
     Kind,
     candidates,
     choose,
+    doubtful_rule,
     face_table,
     length_errors_um,
     nominal_length_mm,
 )
-from stepgauge.standards.measuring_line import line_length_mm, orientation_of
+from stepgauge.standards.measuring_line import DIAGONALS, SAME_DIRECTION_DEG, line_length_mm, orientation_of
 from stepgauge.standards.mpe import Mpe
 from stepgauge.standards.rules import Excluded, Rule
 from stepgauge.standards.tip import TipDiameter, tip_diameter
@@ -41,7 +45,9 @@ from stepgauge.standards.tip import TipDiameter, tip_diameter
 Array = NDArray[np.float64]
 KINDS: tuple[Kind, Kind] = ("bidirectional", "unidirectional")
 MOST_REMEASURED = 5
-REMEASURE_SOURCE = "ISO 10360-2:2009, compliance with specifications (acceptance test)"
+REMEASURE_SOURCE = (
+    "ISO 10360-2:2009, compliance with specifications; how often, ten times or three, is unconfirmed: see the standard"
+)
 
 
 @dataclass(frozen=True)
@@ -54,11 +60,15 @@ class Specification:
 
 @dataclass(frozen=True)
 class Choices:
-    """The tester's choices: a stated tip diameter in mm, the side of unidirectional lengths, nominal lengths in mm."""
+    """The tester's choices: a stated tip diameter in mm, the side of unidirectional lengths, nominal lengths in mm.
+
+    ``normal_too``: a length of normal expansion is tested, too, as the standard asks beside a gauge of low expansion.
+    """
 
     tip_diameter_mm: float | None = None
     side: Literal["fronts", "backs"] = "fronts"
     lengths_mm: tuple[float, ...] | None = None
+    normal_too: bool = False
 
 
 @dataclass(frozen=True)
@@ -104,6 +114,13 @@ class Position:
     off_deg: float | None = None
     line_mm: float | None = None
 
+    @property
+    def mandatory(self) -> bool | None:
+        """Whether it lies along a body diagonal, which the standard demands; None without the machine's travel."""
+        if self.orientation_number is None or self.off_deg is None:
+            return None
+        return self.orientation_number <= DIAGONALS and self.off_deg <= SAME_DIRECTION_DEG
+
     def longest_mm(self) -> float:
         """The longest nominal test length, mm; 0 without any."""
         return max((one.nominal_mm for one in self.lengths), default=0.0)
@@ -126,6 +143,7 @@ class LengthTest:
     excluded: tuple[Excluded, ...]
     path: str = ""
     comments: Mapping[str, str] = field(default_factory=dict)
+    series: Series = E0
 
     def lengths(self, kind: Kind) -> list[TestLength]:
         """All test lengths of one kind."""
@@ -146,7 +164,7 @@ class LengthTest:
         return None if limit is None or not ranges else decide(max(ranges), limit, 0.0)
 
     def remeasure(self, kind: Kind) -> list[TestLength]:
-        """Lengths whose single error outside the conformance zone the standard lets be measured again, ten times.
+        """Lengths whose single error outside the conformance zone the standard lets be measured again.
 
         Allowed for at most five lengths with one such repeat each; else the list is empty.
         """
@@ -178,6 +196,7 @@ def length_test(
     choices: Choices | None = None,
     machine: Machine | None = None,
     placements: Sequence[Placement] = (),
+    series: Series = E0,
 ) -> LengthTest:
     """Test of the errors of length measurement with a step gauge (ISO 10360-2:2009, clause 6).
 
@@ -190,6 +209,7 @@ def length_test(
     choices : tip diameter and lengths
     machine : its travel tells which positions were measured, and how long they should be
     placements : where the gauge lay, in order; default: the axis is the mean approach
+    series : which of the standard's series of lengths the recording is
 
     Raises
     ------
@@ -204,10 +224,9 @@ def length_test(
         raise InputError(
             recording.path, "one placement file per position", found=len(placements), expected=f"{len(numbers)} or none"
         )
-    _check_different(recording)
     conditions, choices = conditions or TestConditions(), choices or Choices()
     tip = tip_diameter(recording, gauge, placements, choices.tip_diameter_mm, conditions.tip_diameter_u_um)
-    used = numbers[:POSITIONS]
+    used = numbers[: series.positions]
     lies: Sequence[Placement | None] = placements or [None] * len(used)
     maker = _PositionMaker(gauge, specification, conditions, choices, tip, machine)
     tables = [face_table(recording, gauge, number, place) for number, place in zip(used, lies, strict=False)]
@@ -220,25 +239,13 @@ def length_test(
         conditions,
         tip,
         positions,
-        rules_of(positions, numbers, gauge, tip, machine),
-        excluded_parts(positions, numbers, tip),
+        rules_of(series, positions, numbers, gauge, tip, machine, choices.normal_too)
+        + doubtful_rule(tables, REMEASURE_SOURCE),
+        excluded_parts(series, positions, numbers, tip),
         recording.path,
         recording.comments,
+        series,
     )
-
-
-def _check_different(recording: Recording) -> None:
-    """No two positions may have the very same readings: one file given twice is no second position."""
-    seen: dict[bytes, int] = {}
-    for number in recording.placements:
-        first = seen.setdefault(recording.of_placement(number).position_mm.tobytes(), number)
-        if first != number:
-            raise InputError(
-                recording.path,
-                f"placement {number} repeats the readings of placement {first}",
-                found="the same coordinates to the last digit",
-                expected="a recording of its own for every position",
-            )
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,12 @@ from stepgauge.evaluation_files import TEMPERATURE_CONVENTION
 from stepgauge.files import write_json, write_text
 from stepgauge.standards.decision import DECISION_SOURCE
 from stepgauge.standards.gauge_table import gauge_to_dict
-from stepgauge.standards.iso10360 import KINDS, REMEASURE_SOURCE, LengthTest, Position, TestLength
+from stepgauge.standards.iso10360 import KINDS, LengthTest, Position, TestLength
 from stepgauge.standards.iso10360_rules import describe
+from stepgauge.standards.iso10360_series import E0
+from stepgauge.standards.iso10360_statements import STANDARD, overall, statements
 from stepgauge.standards.length_uncertainty import SOURCE as UNCERTAINTY_SOURCE
 from stepgauge.standards.lengths import Kind
-from stepgauge.standards.rules import incomplete
 from stepgauge.tables import csv_text
 
 CSV_COLUMNS = (
@@ -35,13 +37,19 @@ CSV_COLUMNS = (
 )
 
 
-def length_test_to_dict(test: LengthTest) -> dict[str, Any]:
-    """Everything the test says, as JSON types (undefined values are None)."""
+def length_test_to_dict(test: LengthTest, further: Sequence[LengthTest] = ()) -> dict[str, Any]:
+    """Everything the test says, as JSON types (undefined values are None); ``further`` series in the same form."""
     specification, tip = test.specification, test.tip
     return {
         "format": "stepgauge iso10360 1",
         "stepgauge": __version__,
-        "standard": "ISO 10360-2:2009",
+        "standard": STANDARD,
+        "series": {
+            "key": test.series.key,
+            "symbol": test.series.symbol,
+            "name": test.series.name,
+            "unconfirmed": test.series.unconfirmed,
+        },
         "recording": test.path,
         "comments": dict(test.comments),
         "gauge": gauge_to_dict(test.gauge),
@@ -64,9 +72,11 @@ def length_test_to_dict(test: LengthTest) -> dict[str, Any]:
         "rules": [rule.as_dict() for rule in test.rules],
         "excluded": [part.as_dict() for part in test.excluded],
         "results": {kind: _result(test, kind) for kind in KINDS},
+        "overall": overall([test, *further]).as_dict() if test.series is E0 else None,
         "statements": statements(test),
         "positions": [_position(position) for position in test.positions],
         "lengths": [_length(one) for kind in KINDS for one in test.lengths(kind)],
+        "further": [length_test_to_dict(one) for one in further],
     }
 
 
@@ -94,6 +104,7 @@ def _position(position: Position) -> dict[str, Any]:
         "position": position.number,
         "axis": [float(v) for v in position.table.axis],
         "orientation": position.orientation,
+        "mandatory": position.mandatory,
         "orientation_off_deg": position.off_deg,
         "line_mm": position.line_mm,
         "longest_mm": longest,
@@ -120,60 +131,6 @@ def _length(one: TestLength) -> dict[str, Any]:
     }
 
 
-def statements(test: LengthTest) -> list[str]:
-    """What can be said of the machine, and what the test leaves open, in sentences."""
-    return verdicts(test) + [text[0].upper() + text[1:] + "." for text in incomplete(test.rules)]
-
-
-def verdicts(test: LengthTest) -> list[str]:
-    """What can be said of the machine, without the rules that were not met."""
-    said = [_verdict(test, kind) for kind in KINDS if test.lengths(kind)]
-    said += [text for kind in KINDS for text in _repeatability(test, kind)]
-    said += [text for kind in KINDS for text in _remeasure(test, kind)]
-    if test.missing:
-        said.append(
-            f"The test value uncertainty ({UNCERTAINTY_SOURCE}) is too small by what was not stated: "
-            + "; ".join(test.missing)
-            + "."
-        )
-    return said
-
-
-def _verdict(test: LengthTest, kind: Kind) -> str:
-    words = {
-        "conforms": "conformity with the permissible error is proven",
-        "does not conform": "nonconformity with the permissible error is proven",
-        "not decidable": "neither conformity nor nonconformity is proven: an error lies within the uncertainty of the"
-        " limit",
-    }
-    outcome = test.outcome(kind)
-    assert outcome is not None
-    tail = ", with the contributions to U that were stated" if test.missing else ""
-    tail += "" if test.complete else ", for what was measured: the test is not complete"
-    name = "E" if kind == "bidirectional" else "unidirectional errors, which alone are no E of the standard"
-    return f"{kind.capitalize()} lengths ({name}): {words[outcome]} ({DECISION_SOURCE}){tail}."
-
-
-def _repeatability(test: LengthTest, kind: Kind) -> list[str]:
-    outcome = test.repeatability_outcome(kind)
-    if outcome is None:
-        return []
-    largest = max(one.range_um for one in test.lengths(kind) if not math.isnan(one.range_um))
-    limit = test.specification.repeatability_um
-    return [f"Repeatability range of {kind} lengths: {largest:.2f} µm, limit {limit:g} µm: {outcome}."]
-
-
-def _remeasure(test: LengthTest, kind: Kind) -> list[str]:
-    again = test.remeasure(kind)
-    if not again:
-        return []
-    where = "; ".join(describe(one) for one in again)
-    return [
-        "The standard allows these lengths, with one repeat each outside the conformance zone, to be measured again ten"
-        f" times ({REMEASURE_SOURCE}): {where}."
-    ]
-
-
 def length_test_csv(test: LengthTest) -> str:
     """One row per error."""
     lengths = [one for kind in KINDS for one in test.lengths(kind)]
@@ -188,9 +145,12 @@ def _row(one: TestLength, repeat: int) -> list[str]:
     return [*cells, "" if math.isnan(one.range_um) else f"{one.range_um:.6g}"]
 
 
-def write_length_test(folder: str | Path, test: LengthTest) -> list[Path]:
-    """Write ``iso10360.json`` and ``iso10360.csv`` into a folder (made if missing); returns their paths."""
+def write_length_test(folder: str | Path, test: LengthTest, further: Sequence[LengthTest] = ()) -> list[Path]:
+    """Write ``iso10360.json``, ``iso10360.csv`` and ``iso10360-SERIES.csv`` of further series; returns their paths."""
     json_path, csv_path = Path(folder) / "iso10360.json", Path(folder) / "iso10360.csv"
-    write_json(json_path, length_test_to_dict(test))
+    write_json(json_path, length_test_to_dict(test, further))
     write_text(csv_path, length_test_csv(test))
-    return [json_path, csv_path]
+    more = [Path(folder) / f"iso10360-{one.series.key}.csv" for one in further]
+    for one, path in zip(further, more, strict=True):
+        write_text(path, length_test_csv(one))
+    return [json_path, csv_path, *more]

@@ -10,56 +10,107 @@ import numpy as np
 
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
+from stepgauge.standards.iso10360_series import E0, E150, NORMAL, Series
 from stepgauge.standards.lengths import LENGTHS, REPEATS
-from stepgauge.standards.measuring_line import LONGEST_SHARE, ORIENTATIONS, POSITIONS_SOURCE, SAME_DIRECTION_DEG
+from stepgauge.standards.measuring_line import (
+    DIAGONALS,
+    LONGEST_SHARE,
+    ORIENTATIONS,
+    POSITIONS_SOURCE,
+    SAME_DIRECTION_DEG,
+)
 from stepgauge.standards.rules import Excluded, Rule
 from stepgauge.standards.tip import TipDiameter
 
 if TYPE_CHECKING:
     from stepgauge.standards.iso10360 import Position, TestLength
 
-POSITIONS = 7
-DIAGONALS = 4
 TEST = "ISO 10360-2:2009, clause 6 (acceptance and reverification tests)"
 LARGEST_GAP = 0.4
 """No two neighbouring lengths of a position may be farther apart than this share of the longest. The standard asks for
 lengths well spread over the line without a number; this one is ours."""
 NORMAL_EXPANSION_PER_K = (8e-6, 13e-6)
+LOW_EXPANSION_PER_K = 2e-6
+"""Below this a gauge is one of low expansion and one more length, of normal expansion, belongs to the test."""
 
 
 def rules_of(
+    series: Series,
     positions: Sequence[Position],
     numbers: Sequence[int],
     gauge: Gauge,
     tip: TipDiameter | None,
     machine: Machine | None,
+    normal_too: bool = False,
 ) -> tuple[Rule, ...]:
-    """Every rule of the test, in the order in which a tester goes through them.
+    """Every rule of a series, in the order in which a tester goes through them.
 
-    ``numbers`` are the placements of the recording, of which ``positions`` are the ones used.
+    ``numbers`` are the placements of the recording, of which ``positions`` are the ones used; ``normal_too``: whether a
+    length of normal expansion is tested beside this series.
     """
+    count, least = len(numbers), series.least_lengths
+    lengths = "5 lengths" if least == LENGTHS else "a length" if least == 1 else f"{least} lengths"
+    ask = f"{series.positions} positions" if series.positions > 1 else "one position"
     return (
-        Rule(POSITIONS_SOURCE, f"{POSITIONS} positions", f"{len(numbers)} in the recording", len(numbers) >= POSITIONS),
-        _diagonals(positions, machine),
-        _each(positions, f"{LENGTHS} lengths in each position", _count_lengths, LENGTHS),
+        Rule(POSITIONS_SOURCE, ask, f"{count} in the recording", count >= series.positions),
+        *((_diagonals(positions, machine), _free(positions, machine)) if series is E0 else ()),
+        _each(positions, f"{lengths} in each position", _count_lengths, least),
         _each(positions, f"{REPEATS} repeats of each length", _count_repeats, REPEATS),
-        _longest(positions, machine),
-        _spread(positions),
+        *((_longest(positions, machine),) if series is E0 else ()),
+        *((_spread(positions),) if series is not NORMAL else ()),
+        *((_offset(machine),) if series is E150 else ()),
         _bidirectional(tip),
-        _expansion(gauge),
+        _expansion(series, gauge, normal_too),
         _temperature(positions),
     )
 
 
 def _diagonals(positions: Sequence[Position], machine: Machine | None) -> Rule:
-    asks = f"{DIAGONALS} of the positions along the four body diagonals of the measuring volume"
+    asks = f"{DIAGONALS} of the positions along the four body diagonals of the measuring volume, which are mandatory"
     if machine is None:
-        return Rule(POSITIONS_SOURCE, asks, "the machine's travel was not given (--machine)", None)
-    seen = {one.orientation_number for one in positions if (one.off_deg or 0.0) <= SAME_DIRECTION_DEG}
+        return Rule(POSITIONS_SOURCE, asks, NO_TRAVEL, None)
+    seen = {one.orientation_number for one in positions if one.mandatory}
     missing = [one for one in ORIENTATIONS[:DIAGONALS] if one.number not in seen]
     if not missing:
         return Rule(POSITIONS_SOURCE, asks, f"all found, to {SAME_DIRECTION_DEG:g}°", True)
     return Rule(POSITIONS_SOURCE, asks, "not measured: " + "; ".join(one.name for one in missing), False)
+
+
+NO_TRAVEL = "the machine's travel was not given (--machine)"
+
+
+def _free(positions: Sequence[Position], machine: Machine | None) -> Rule:
+    """Further positions beyond one along each diagonal; which ones is the user's choice."""
+    free = E0.positions - DIAGONALS
+    asks = f"{free} further positions of the user's choice (by default parallel to the axes)"
+    if machine is None:
+        return Rule(POSITIONS_SOURCE, asks, NO_TRAVEL, None)
+    chosen, seen = [], set()
+    for one in positions:
+        first = one.mandatory and one.orientation_number not in seen
+        seen.add(one.orientation_number)
+        chosen += [] if first else [f"position {one.number}: {_direction(one)}"]
+    return Rule(POSITIONS_SOURCE, asks, "; ".join(chosen) or "none", len(chosen) >= free)
+
+
+def _direction(one: Position) -> str:
+    if (one.off_deg or 0.0) <= SAME_DIRECTION_DEG:
+        return str(one.orientation)
+    return f"{one.off_deg:.0f}° off the line {one.orientation}"
+
+
+OFFSET_MM, OFFSET_WITHIN_MM = 150.0, 15.0
+
+
+def _offset(machine: Machine | None) -> Rule:
+    """The stylus as the machine file has it, square to a vertical ram."""
+    source = "ISO 10360-2:2009, error of length measurement with the ram axis stylus tip offset"
+    asks = f"the tip {OFFSET_MM:g} mm off the axis of the ram (here: within {OFFSET_WITHIN_MM:g} mm, unconfirmed)"
+    if machine is None:
+        return Rule(source, asks, "the machine's stylus was not given (--machine)", None)
+    probe = machine.probe
+    off_mm = float(np.hypot(*probe.stylus_direction[:2])) * (probe.shank_length_mm + probe.body_length_mm)
+    return Rule(source, asks, f"{off_mm:.0f} mm by the machine file", abs(off_mm - OFFSET_MM) <= OFFSET_WITHIN_MM)
 
 
 def _each(positions: Sequence[Position], asks: str, count: Callable[[Position], int], wanted: int) -> Rule:
@@ -80,7 +131,7 @@ def _count_repeats(position: Position) -> int:
 def _longest(positions: Sequence[Position], machine: Machine | None) -> Rule:
     asks = f"longest length at least {LONGEST_SHARE:.0%} of the machine's travel along the measured line"
     if machine is None:
-        return Rule(TEST, asks, "the machine's travel was not given (--machine)", None)
+        return Rule(TEST, asks, NO_TRAVEL, None)
     short = [
         f"position {one.number}: {one.longest_mm():.1f} mm, asked {LONGEST_SHARE * (one.line_mm or 0.0):.1f} mm"
         for one in positions
@@ -114,14 +165,22 @@ def _bidirectional(tip: TipDiameter | None) -> Rule:
     return Rule(source, asks, f"{tip.diameter_mm:.5f} mm, {tip.origin} as such", True)
 
 
-def _expansion(gauge: Gauge) -> Rule:
+def _expansion(series: Series, gauge: Gauge, normal_too: bool) -> Rule:
+    """Normal expansion; a gauge of low expansion will do for E0 where one length of normal expansion is tested, too."""
     low, high = NORMAL_EXPANSION_PER_K
     alpha = gauge.table.expansion_per_K
+    found = f"{alpha * 1e6:g} × 10⁻⁶ / K"
+    met = low <= alpha <= high
+    if alpha < LOW_EXPANSION_PER_K and series is E0:
+        found += ": low expansion; the further length of normal expansion " + (
+            "is tested, too" if normal_too else "is missing (--normal)"
+        )
+        met = normal_too
     return Rule(
-        "ISO 10360-2:2009, terms and definitions (normal CTE material)",
+        "ISO 10360-2:2009, terms and definitions (material of normal expansion)",
         f"a gauge of normal expansion, {low * 1e6:g} to {high * 1e6:g} × 10⁻⁶ / K",
-        f"{alpha * 1e6:g} × 10⁻⁶ / K",
-        low <= alpha <= high,
+        found,
+        met,
     )
 
 
@@ -137,12 +196,14 @@ def _temperature(positions: Sequence[Position]) -> Rule:
 
 
 def excluded_parts(
-    positions: Sequence[Position], numbers: Sequence[int], tip: TipDiameter | None
+    series: Series, positions: Sequence[Position], numbers: Sequence[int], tip: TipDiameter | None
 ) -> tuple[Excluded, ...]:
     """Placements, cycles and faces of the recording that the test does not use."""
     parts = [
-        Excluded(f"placement {number}", f"{POSITIONS} positions are tested, the first ones are used", POSITIONS_SOURCE)
-        for number in numbers[POSITIONS:]
+        Excluded(
+            f"placement {number}", f"{series.positions} positions are tested, the first are used", POSITIONS_SOURCE
+        )
+        for number in numbers[series.positions :]
     ]
     parts += _left(positions, _cycles_left, f"{REPEATS} repeats are tested, the first complete ones are used")
     parts += _left(positions, partial(_faces_left, tip=tip), f"{LENGTHS} lengths of each kind are tested")

@@ -9,11 +9,15 @@ from stepgauge import __version__
 from stepgauge.evaluation_files import TEMPERATURE_CONVENTION
 from stepgauge.files import write_json, write_text
 from stepgauge.standards.gauge_table import gauge_to_dict
+from stepgauge.standards.iso230_decision import parameters_um
 from stepgauge.standards.positioning import PAIRINGS, AxisTest, PositioningTest
 from stepgauge.standards.rules import incomplete
 from stepgauge.tables import csv_text, result_cell
 
-SIGN_CONVENTION = "a deviation is the position reached less the target: certified less indicated position"
+STANDARD = "ISO 230-2:2014 with Amendment 1:2016"
+SIGN_CONVENTION = (
+    "a deviation is the actual position minus the target position, that is certified minus indicated position"
+)
 TARGET_COLUMNS = (
     "target_mm",
     "along_gauge_mm",
@@ -36,7 +40,7 @@ def positioning_to_dict(test: PositioningTest) -> dict[str, Any]:
     return {
         "format": "stepgauge iso230 1",
         "stepgauge": __version__,
-        "standard": "ISO 230-2 (terms of 2006, clause 2; the same formulas in 2014)",
+        "standard": STANDARD,
         "recording": test.path,
         "comments": dict(test.comments),
         "gauge": gauge_to_dict(test.gauge),
@@ -45,6 +49,9 @@ def positioning_to_dict(test: PositioningTest) -> dict[str, Any]:
         "sign_convention": SIGN_CONVENTION,
         "temperature_convention": TEMPERATURE_CONVENTION,
         "complete": test.complete,
+        "tolerances_um": dict(test.requirement.tolerance_um),
+        "expanded_uncertainty_um": test.requirement.expanded_um,
+        "overall": test.requirement.text([(one.name, parameters_um(one.parameters)) for one in test.axes]),
         "statements": statements(test),
         "axes": [axis_to_dict(one) for one in test.axes],
     }
@@ -63,20 +70,7 @@ def axis_to_dict(one: AxisTest) -> dict[str, Any]:
         "measured_mm": [float(one.targets.machine_mm.min()), float(one.targets.machine_mm.max())],
         "axis_travel_mm": one.travel_mm,
         "gauge_temperature_C": one.temperature_C,
-        "parameters_um": {
-            "A": p.A_um,
-            "A_up": p.up.A_um,
-            "A_down": p.down.A_um,
-            "E": p.E_um,
-            "E_up": p.up.E_um,
-            "E_down": p.down.E_um,
-            "M": p.M_um,
-            "R": p.R_um,
-            "R_up": p.up.R_um,
-            "R_down": p.down.R_um,
-            "B": p.B_um,
-            "mean_B": p.mean_B_um,
-        },
+        "parameters_um": parameters_um(p),
         "targets": target_rows(one),
         "deviations_up_um": p.up.x_um.tolist(),
         "deviations_down_um": p.down.x_um.tolist(),
@@ -115,8 +109,9 @@ def statements(test: PositioningTest) -> list[str]:
 def assumptions(test: PositioningTest) -> list[str]:
     """What is taken for granted to see probed faces as positioning."""
     return [
-        "Every block is a target: its face touched on the way up stands for the approach in the positive direction, the"
-        " other one, less the tip diameter, for that in the negative; " + PAIRINGS[test.pairing] + ".",
+        "Every block is a target position: the face probed in the positive direction stands for the positive"
+        " approach, the"
+        " other face, minus the tip diameter, for the negative approach; " + PAIRINGS[test.pairing] + ".",
         f"Tip diameter {test.tip.diameter_mm:.5f} mm: {test.tip.origin}. An error of it moves every reversal value B by"
         " as much. A diameter qualified on a sphere of this machine has the machine's reversal in it.",
         "The scatter is that of positioning and probe together.",

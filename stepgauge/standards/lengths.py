@@ -19,6 +19,8 @@ from stepgauge.evaluate import Readings, project_readings
 from stepgauge.gauge import Gauge
 from stepgauge.placement import Placement
 from stepgauge.recording import POSITION, Recording
+from stepgauge.recording.repeats import LeftOut
+from stepgauge.standards.rules import Rule
 
 Array = NDArray[np.float64]
 Kind = Literal["bidirectional", "unidirectional"]
@@ -34,7 +36,8 @@ class FaceTable:
     """Readings of one placement: ``off_mm (cycles, faces)`` is position along the axis minus certified position at the
     recorded gauge temperature, NaN where a cycle has no reading of a face. The tip is still in it.
 
-    ``point_mm``: the mean tip centre; ``temperature_C``: mean of the gauge, None where it was not recorded.
+    ``point_mm``: the mean tip centre; ``temperature_C``: mean of the gauge, None where it was not recorded;
+    ``doubtful``: readings that their repeats contradict.
     """
 
     placement: int
@@ -44,6 +47,7 @@ class FaceTable:
     cycles: NDArray[np.int64]
     faces: NDArray[np.int64]
     off_mm: Array
+    doubtful: tuple[LeftOut, ...] = ()
 
     def of_face(self, face: int) -> Array:
         """Readings of one face by cycle, ``(cycles,)``; NaN where it was not probed."""
@@ -64,7 +68,7 @@ def face_table(recording: Recording, gauge: Gauge, number: int, placement: Place
     part = recording.of_placement(number)
     frame = part.frame
     section = int(frame["face"].min() + 1) // 2, int(frame["face"].max() + 1) // 2
-    readings = project_readings(part, gauge, section, None if placement is None else placement.axis)
+    readings = project_readings(part, gauge, section, None if placement is None else placement.axis, leave_out=False)
     _check_once(part, number)
     table = _by_cycle_and_face(frame, readings)
     temperature = frame.get("gauge_temperature_C")
@@ -76,6 +80,23 @@ def face_table(recording: Recording, gauge: Gauge, number: int, placement: Place
         table.index.to_numpy(np.int64),
         table.columns.to_numpy(np.int64),
         table.to_numpy(float),
+        readings.left_out,
+    )
+
+
+def doubtful_rule(tables: Sequence[FaceTable], source: str) -> tuple[Rule, ...]:
+    """A rule that is not met where a reading contradicts its repeats; none where they agree.
+
+    A standard judges what was measured, so such a reading is used; whoever signs must know of it.
+    """
+    found = [f"placement {table.placement}: {one}" for table in tables for one in table.doubtful]
+    if not found:
+        return ()
+    more = f" and {len(found) - 5} more" if len(found) > 5 else ""
+    return (
+        Rule(
+            source, "readings without slips", "used, but far from their repeats: " + "; ".join(found[:5]) + more, False
+        ),
     )
 
 

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-POSITIONS_SOURCE = "ISO 10360-2:2009, clause 6, Table 1 (orientation in the measuring volume)"
+POSITIONS_SOURCE = "ISO 10360-2:2009, clause 6 (measuring positions)"
 LONGEST_SHARE = 0.66
 """The longest test length of a position, as a share of the travel along that line (ISO 10360-2:2009, clause 6)."""
+DIAGONALS = 4
+"""The first of :data:`ORIENTATIONS` are the body diagonals, which are mandatory; the others are the user's choice."""
 SAME_DIRECTION_DEG = 10.0
 """A gauge turned less than this from a diagonal or an axis is taken to lie along it: it is laid by hand, and what is
 tested is the line it lies on."""
@@ -45,7 +47,8 @@ ORIENTATIONS = (
     Orientation(6, "along y", (0.5, 0, 0.5), (0.5, 1, 0.5)),
     Orientation(7, "along z", (0.5, 0.5, 0), (0.5, 0.5, 1)),
 )
-"""Table 1 of ISO 10360-2:2009: four body diagonals, and by default one position along each axis."""
+"""ISO 10360-2:2009: four body diagonals, which are mandatory, and three positions of the user's choice, by default
+along the axes."""
 
 
 def line_length_mm(point_mm: ArrayLike, direction: ArrayLike, travel_mm: Array) -> float:

@@ -71,4 +71,5 @@ class Mpe:
 
     def with_units(self) -> str:
         """As printed on a figure or in a report."""
-        return f"{self} µm, L in mm" if np.isfinite(self.divisor) else f"{self} µm"
+        text = f"({self})" if np.isfinite(self.divisor) and not np.isfinite(self.cap_um) else f"{self}"
+        return f"{text} µm, L in mm" if np.isfinite(self.divisor) else f"{text} µm"

@@ -23,10 +23,11 @@ from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.placement import Placement
 from stepgauge.recording import Recording
-from stepgauge.recording_checks import check_recording
+from stepgauge.recording.identity import check_recording
 from stepgauge.standards.iso230 import AxisParameters, axis_parameters
+from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement
 from stepgauge.standards.iso230_rules import rules_of
-from stepgauge.standards.lengths import FaceTable, face_table
+from stepgauge.standards.lengths import FaceTable, doubtful_rule, face_table
 from stepgauge.standards.rules import Excluded, Rule
 from stepgauge.standards.tip import TipDiameter, tip_diameter
 
@@ -91,6 +92,7 @@ class PositioningTest:
     axes: tuple[AxisTest, ...]
     path: str = ""
     comments: Mapping[str, str] = field(default_factory=dict)
+    requirement: Requirement = NO_REQUIREMENT
 
     @property
     def complete(self) -> bool:
@@ -105,6 +107,7 @@ def positioning_test(
     pairing: Pairing = "middle",
     machine: Machine | None = None,
     placements: Sequence[Placement] = (),
+    requirement: Requirement = NO_REQUIREMENT,
 ) -> PositioningTest:
     """Accuracy and repeatability of positioning from a recording of a step gauge (ISO 230-2).
 
@@ -116,6 +119,7 @@ def positioning_test(
     pairing : how front and back of a block become one target, see :data:`PAIRINGS`
     machine : its travel tells how much of the axis was measured
     placements : where the gauge lay, in order; default: the axis is the mean approach
+    requirement : tolerances of the parameters, and their expanded uncertainty
 
     Raises
     ------
@@ -137,7 +141,7 @@ def positioning_test(
         _axis_test(face_table(recording, gauge, number, place), gauge, tip, pairing, machine)
         for number, place in zip(numbers, lies, strict=True)
     )
-    return PositioningTest(gauge, tip, pairing, axes, recording.path, recording.comments)
+    return PositioningTest(gauge, tip, pairing, axes, recording.path, recording.comments, requirement)
 
 
 def _axis_test(table: FaceTable, gauge: Gauge, tip: TipDiameter, pairing: Pairing, machine: Machine | None) -> AxisTest:
@@ -158,7 +162,8 @@ def _axis_test(table: FaceTable, gauge: Gauge, tip: TipDiameter, pairing: Pairin
         _deviations(*_errors_um(table, gauge, tip, pairing, blocks, runs), against),
         table.temperature_C,
         None if machine is None else float(np.ptp(machine.travel_mm[nearest])),
-        rules_of(middle, len(runs), off_deg, ALONG_AXIS_DEG, tip, table.temperature_C),
+        rules_of(middle, len(runs), off_deg, ALONG_AXIS_DEG, tip, table.temperature_C)
+        + doubtful_rule([table], "ISO 230-2, test procedure"),
         _excluded(table, blocks, runs),
     )
 
@@ -230,7 +235,7 @@ def _readings(table: FaceTable, faces: Counts, runs: Counts) -> Array:
 
 
 def _excluded(table: FaceTable, blocks: Counts, runs: Counts) -> tuple[Excluded, ...]:
-    source = "ISO 230-2:2006, 4.3 (each target in each run, in both directions)"
+    source = "ISO 230-2:2014 (each target in each run, in both directions)"
     parts = []
     cycles = [str(cycle) for cycle in table.cycles if cycle not in runs]
     if cycles:

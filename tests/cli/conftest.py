@@ -40,6 +40,15 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
     return call
 
 
+def again(run: Run, files: Path) -> Path:
+    """The program of ``files`` run once more: the same placing of the gauge, other readings."""
+    path = files / "again.csv"
+    common = ("-g", "step-gauge-420", "-m", files / "machine.toml", "-p", files / "placement.toml")
+    result = run("simulate", files / "program.dmi", *common, "--seed", 5, "-o", path)
+    assert result.code == 0, result.err
+    return path
+
+
 @pytest.fixture
 def files(tmp_path: Path, run: Run) -> Path:
     """A folder with points, machine, placement, program and recording of the demo's gauge, blocks 1 to 4."""
@@ -48,6 +57,8 @@ def files(tmp_path: Path, run: Run) -> Path:
     (tmp_path / "narrow.toml").write_text(
         (tmp_path / "machine.toml").read_text().replace("x = [0, 700]", "x = [0, 340]")
     )
+    points = (tmp_path / "points.csv").read_text()
+    (tmp_path / "slip.csv").write_text(points.replace("345.5350,311.0655", "345.5350,302.0655"))
     common = ("-g", "step-gauge-420", "-m", tmp_path / "machine.toml")
     placement, program = tmp_path / "placement.toml", tmp_path / "program.dmi"
     for line in (

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from stepgauge.cli import main
+from stepgauge.files import write_json
 from stepgauge.recording import read_recording, write_recording
 from tests.cli.conftest import Result, Run
 from tests.conftest import ROOT
@@ -125,7 +126,7 @@ def test_an_incomplete_evaluation_is_named(run: Run, tmp_path: Path, before: dic
     path = tmp_path / "before" / "evaluation.json"
     data = json.loads(path.read_text())
     del data["placements"][0]["origin_mm"]
-    path.write_text(json.dumps(data))
+    write_json(path, data)
     result = run("compensate", path, "--axis", "x", "--to", "csv", "-o", tmp_path / "x.csv")
     assert result.code == 2
     assert "origin_mm" in result.err
@@ -138,7 +139,7 @@ def test_an_older_evaluation_says_what_is_unknown(run: Run, tmp_path: Path, befo
     del data["gauge"]["expansion_uncertainty_per_K"]
     for row in data["placements"][0]["faces"]:
         del row["u_certificate_um"]
-    path.write_text(json.dumps(data))
+    write_json(path, data)
     result = run("compensate", path, "--axis", "x", "--to", "csv", "-o", tmp_path / "x.csv")
     assert result.code == 0
     assert "not in the stated uncertainty: the gauge's certificate" in result.err

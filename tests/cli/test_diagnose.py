@@ -176,7 +176,7 @@ def broken(path: Path, old: str, new: str) -> Path:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["{tmp}/none.csv", "-g", "step-gauge-420", "-m", "bridge-cmm"], ["none.csv", "No such file"]),
+        (["{tmp}/none.csv", "-g", "step-gauge-420", "-m", "bridge-cmm"], ["none.csv", "no such file"]),
         (["{good}", "-g", "no-gauge", "-m", "bridge-cmm"], ["no-gauge", "step-gauge-420"]),
         (["{good}", "-g", "step-gauge-420", "-m", "no-machine"], ["no-machine", "bridge-cmm"]),
         (["{broken}", "-g", "step-gauge-420", "-m", "bridge-cmm"], ["broken.csv:", "is not a"]),

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.conftest import Run
+from tests.cli.conftest import Run, again
 
 MAGIC = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 GAUGE = ("-g", "step-gauge-420")
@@ -25,7 +25,7 @@ def test_every_figure_in_every_format(run: Run, files: Path, suffix: str) -> Non
 
 
 def test_several_placements_have_figures_of_their_own(run: Run, files: Path) -> None:
-    both = (files / "recording.csv", files / "recording.csv")
+    both = (files / "recording.csv", again(run, files))
     result = run("figures", *both, *GAUGE, "--only", "error", "--only", "arrows", "-o", files / "f")
     assert result.code == 0, result.err
     names = {path.name for path in (files / "f").iterdir()}

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from stepgauge.cli import VERBS
-from tests.cli.conftest import Run
+from tests.cli.conftest import Run, again
 from tests.conftest import ROOT
 
 G = ("-g", "step-gauge-420")
@@ -69,17 +69,23 @@ def test_plan_without_a_machine_says_that_the_travel_is_unchecked(run: Run, file
     assert b"\r\n" in (files / "p.ipp").read_bytes()
 
 
-def test_plan_with_the_users_template_reads_it_back_or_says_that_it_could_not(run: Run, files: Path) -> None:
-    mine = files / "mine.j2"
+def test_plan_writes_nothing_that_cannot_be_read_back_unless_asked_by_name(run: Run, files: Path) -> None:
+    mine, out = files / "mine.j2", files / "p.txt"
     mine.write_text("{% for p in points %}P {{ p.measure.tip.x | fixed(3) }}\n{% endfor %}")
-    line = ("plan", files / "placement.toml", *G, "-d", "dmis", "--template", mine, "-o", files / "p.txt")
-    result = run(*line)
+    line = ("plan", files / "placement.toml", *G, "-d", "dmis", "--template", mine, "-o", out)
+    refused(run(*line), "mine.j2", "cannot be read back", "--unchecked")
+    assert not out.exists()
+    result = run(*line, "--unchecked")
     assert result.code == 0
-    assert "was not read back" in result.err
-    assert (files / "p.txt").read_text().startswith("P 351.9")
+    assert "NOT CHECKED: " in result.err
+    assert out.read_text().startswith("$$ NOT CHECKED: stepgauge did not read this text back\nP 351.9")
+    mine.write_text("; {{ checked }}\n" + mine.read_text())
+    assert run(*line, "--unchecked").code == 0
+    assert out.read_text().startswith("; NOT CHECKED")
     shipped = (ROOT / "templates/programs/dmis.j2").read_text()
     mine.write_text(shipped.replace("{{ p.x | fixed(6) }}", "{{ (p.x + 1) | fixed(6) }}"))
-    refused(run(*line), "mine.j2", "makes other moves than planned")
+    for more in ((), ("--unchecked",)):
+        refused(run(*line, *more), "mine.j2", "another one than planned", "line 15: x = ", "planned ")
 
 
 def test_simulate_knows_every_dialect_by_its_text(run: Run, files: Path) -> None:
@@ -140,14 +146,15 @@ def test_evaluate_writes_json_csv_and_figure(run: Run, files: Path) -> None:
 
 def test_evaluate_takes_several_recordings_as_placements(run: Run, files: Path) -> None:
     recording = files / "recording.csv"
-    result = run("evaluate", recording, recording, *G, "--r-eff", "all", "--blocks", "1:3", "-o", files / "two")
+    result = run("evaluate", recording, again(run, files), *G, "--r-eff", "all", "--blocks", "1:3", "-o", files / "two")
     assert result.code == 0, result.err
     data = json.loads((files / "two/evaluation.json").read_text())
     assert [one["placement"] for one in data["placements"]] == [1, 2]
     assert data["r_eff_origin"] == "all"
     assert data["blocks"] == [1, 3]
     # a relative error in both placements is the same; the mean of two equal radii has less uncertainty
-    assert data["u_r_eff_mm"] == pytest.approx(data["placements"][0]["u_r_eff_mm"] / 2**0.5)
+    each = [one["u_r_eff_mm"] for one in data["placements"]]
+    assert data["u_r_eff_mm"] == pytest.approx((each[0] ** 2 + each[1] ** 2) ** 0.5 / 2.0)
 
 
 def test_the_report_is_printable(run: Run, files: Path) -> None:
@@ -193,6 +200,17 @@ BAD = [
     (["plan", "placement.toml", *G, "-d", "dmis", "--home", "1,2", "-o", "out"], ["--home", "1,2", "X,Y,Z"]),
     (["plan", "placement.toml", *G, "-d", "dmis", "--standoff", "7", "-o", "out"], ["tip ball", "block", "--standoff"]),
     (["plan", "placement.toml", *G, "-d", "dmis", "--cycles", "0", "-o", "out"], ["cycles"]),
+    (
+        ["plan", "placement.toml", *G, "-m", "machine.toml", "-d", "dmis", "--measuring-speed", "3000", "-o", "out"],
+        ["--measuring-speed", "3000 mm/s", "0.01 to 12 mm/s", "max_measuring_speed_mm_s"],
+    ),
+    (
+        ["plan", "placement.toml", *G, "-d", "dmis", "--measuring-speed", "1e-7", "-o", "out"],
+        ["--measuring-speed", "1e-07"],
+    ),
+    (["plan", "placement.toml", *G, "-d", "dmis", "--unchecked", "-o", "out"], ["--unchecked", "--template"]),
+    (["plan", "placement.toml", *G, "-d", "ippdme", "--tool", "a)b", "-o", "out"], ["--tool", "a)b"]),
+    (["locate", "slip.csv", *G, "-o", "out"], ["slip.csv: point 1 is off by 9.000 mm", "near (345."]),
     (
         ["plan", "placement.toml", *G, "-m", "narrow.toml", "-d", "dmis", "-o", "out"],
         ["travel is too small by", "mm in x"],
@@ -276,7 +294,7 @@ def test_the_command_runs_as_a_module_without_a_traceback(tmp_path: Path) -> Non
     line = [sys.executable, "-m", "stepgauge", "evaluate", "none.csv", "-g", "step-gauge-420", "-o", "x"]
     done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 2
-    assert done.stderr.strip().splitlines() == ["stepgauge: error: none.csv: No such file or directory"]
+    assert done.stderr.strip().splitlines() == ["stepgauge: error: none.csv: no such file"]
     assert list(tmp_path.iterdir()) == []
 
 

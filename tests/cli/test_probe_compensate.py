@@ -9,6 +9,7 @@ from click.testing import CliRunner
 
 from stepgauge.cli.probe import compensate, qualify
 from stepgauge.errors import InputError
+from stepgauge.files import write_json
 from stepgauge.physics import directions
 from stepgauge.physics.sphere import fit_sphere
 
@@ -79,7 +80,7 @@ def test_other_columns_are_kept(tmp_path, qualification):
 def test_wrong_qualifications_are_named(tmp_path, qualification, edit, part):
     data = json.loads(qualification.read_text())
     edit(data)
-    qualification.write_text(json.dumps(data))
+    write_json(qualification, data)
     result = run(
         sphere_points(tmp_path / "p.csv", directions.five_points()), "-q", qualification, "-o", tmp_path / "c.csv"
     )

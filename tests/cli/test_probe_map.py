@@ -173,7 +173,7 @@ def test_curves_show_the_numbers(tmp_path, monkeypatch):
     np.testing.assert_array_equal(pretravel.lines[1].get_ydata()[:-1], found.pretravel_um[1])
     assert force.lines[0].get_ydata()[-1] == found.trigger_force_N[0, 0]
     assert [axes.get_ylabel() for axes in drawn[1].axes] == [
-        "trigger force / N",
-        "deflection / \N{MICRO SIGN}m",
-        "pre-travel / \N{MICRO SIGN}m",
+        "trigger force (N)",
+        "deflection (\N{MICRO SIGN}m)",
+        "pre-travel (\N{MICRO SIGN}m)",
     ]

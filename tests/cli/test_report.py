@@ -54,7 +54,7 @@ def test_own_template_from_a_copy_of_the_shipped_one(result: Path, tmp_path: Pat
 
     shipped_text = (folder("templates") / "reports" / "report.typ").read_text(encoding="utf-8")
     own = tmp_path / "own.typ"
-    own.write_text(shipped_text.replace("[Result]", "[Our result]"), encoding="utf-8")
+    own.write_text(shipped_text.replace("#report.result.title", "Our result"), encoding="utf-8")
     assert run(result, "--template", own, "-o", tmp_path / "report.pdf") == 0
     assert "Our result" in PdfReader(tmp_path / "report.pdf").pages[0].extract_text()
 

@@ -21,6 +21,7 @@ from stepgauge.dcc.units import LENGTH, MICROMETRE
 from stepgauge.dcc.write import machine_certificate, uncertain
 from stepgauge.dcc.xml import parse_xml, validate
 from stepgauge.errors import InputError
+from stepgauge.files import write_json
 from stepgauge.recording import write_recording
 from tests.dcc.made import SAID, SCHEMA, evaluated, laboratory, machine_xml, measured, needs_schema
 from tests.measured import shipped
@@ -88,7 +89,7 @@ def test_it_says_who_what_and_when() -> None:
         "traceable through Step gauge 420, serial number SG-420-001, certificate EXAMPLE-2026-0420",
         "Simulated recording: no machine was measured",
         "is an example: this is not a real calibration",
-        "Not stated and therefore not counted: temperature of the scales",
+        "Contributions not evaluated: temperature of the scales",
         "The machine was not adjusted",
     ):
         assert words in text
@@ -236,7 +237,7 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert (code, "expected NAME.xml" in said) == (2, True)
     other = json.loads((result / "budget.json").read_text())
     other["quantities"][-1]["value_um"] += 1.0
-    (result / "budget.json").write_text(json.dumps(other))
+    write_json(result / "budget.json", other)
     code, said = call(capsys, *write, "-o", out)
     assert (code, "budget of another evaluation: xr of placement 1, face 11" in said) == (2, True), said
 

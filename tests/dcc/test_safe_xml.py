@@ -87,7 +87,7 @@ def test_missing_and_large_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         read_xml(tmp_path / "none.xml")
     monkeypatch.setattr("stepgauge.dcc.xml.LARGEST_BYTES", 100)
     (tmp_path / "large.xml").write_text(machine_xml())
-    with pytest.raises(InputError, match="too large for a certificate"):
+    with pytest.raises(InputError, match="the file is too large"):
         read_xml(tmp_path / "large.xml")
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -112,3 +114,84 @@ def test_points_stand_in_the_order_of_their_commands() -> None:
     np.testing.assert_array_equal(log.position_mm, read().position_mm)
     assert log.time_s is None
     assert log.left_out[-1] == "dropped: times that are not there for all points, or run back"
+
+
+def with_lines(*lines: str) -> str:
+    """The session with lines of a client that looks around before it measures."""
+    first, rest = SESSION.split("2026-03-02 10:00:02.000", 1)
+    return first + "".join(f"2026-03-02 10:00:01.500 {line}\n" for line in lines) + "2026-03-02 10:00:02.000" + rest
+
+
+OTHER_ANSWERS = [
+    ("EnumTools()", 'Name("StepGaugeProbe"', "NoTool"),
+    ("EnumProp(Tool.PtMeasPar())", '"Speed", "Number"', '"Tool.PtMeasPar"'),
+    ("EnumAllProp(Tool())", '"Tool.Id()"', "<Tool id='1'>(((</Tool>"),
+    ("GetErrorInfo(1006)", '"Surface not found :-("', ""),
+    ("AlignTool(0,0,1, 0)", "0, 0, 1", "0.5, 20"),
+    ("GetProp(Tool.Name())", 'Tool.Name("a(b")', ""),
+]
+
+
+@pytest.mark.parametrize(("command", "one", "other"), OTHER_ANSWERS)
+def test_answers_to_other_commands_may_look_as_they_like(command: str, one: str, other: str) -> None:
+    """Every client enumerates the tools first; only the answers to PtMeas are read strictly."""
+    answers = (f"-> 00100 {command}", "<- 00100 &", f"<- 00100 # {one}", f"<- 00100 # {other}", "<- 00100 %")
+    log = read(with_lines(*answers))
+    np.testing.assert_array_equal(log.position_mm, read().position_mm)
+    assert command.split("(")[0] in log.left_out[0]
+
+
+def stamped(day: str, separator: str) -> str:
+    return SESSION.replace("2026-03-02 ", day + separator)
+
+
+@pytest.mark.parametrize(
+    ("day", "separator"),
+    [("26:11:22", "_"), ("2026/11/22", " "), ("22.11.2026", " "), ("2026-11-22", "T"), ("2026:11:22", "_")],
+)
+def test_time_stamps_with_their_date_are_read_in_the_forms_that_servers_write(day: str, separator: str) -> None:
+    log = read(stamped(day, separator))
+    assert log.time_s is not None
+    assert log.time_s.tolist() == [3.5, 5.75]
+
+
+def test_times_pass_midnight_with_their_date() -> None:
+    text = stamped("26:11:22", "_").replace("26:11:22_10:00:05", "26:11:23_00:00:05")
+    log = read(text.replace("26:11:22_10:00:0", "26:11:22_23:59:5"))
+    assert log.time_s is not None
+    assert log.time_s.tolist() == [3.5, 15.75]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (SESSION.replace("2026-03-02 10:", "26:11:22 99:"), "not understood"),
+        (re.sub(r"2026-03-02 10:00:\d\d\.\d{3}", "10:00:00.000", SESSION), "the clock stands at 10:00:00.000"),
+        (SESSION.replace("2026-03-02 10:00:05.750 <- ", ""), "not there for all points"),
+    ],
+)
+def test_times_that_cannot_be_used_are_left_out_with_a_word(text: str, words: str) -> None:
+    log = read(text)
+    assert log.time_s is None
+    assert words in log.left_out[-1]
+    assert "no time_s" in log.mapped
+
+
+def test_the_commanded_direction_counts_and_not_what_the_server_reports() -> None:
+    """Some servers always answer IJK(0,0,1)."""
+    text = SESSION.replace("Z(30.003), ER", "Z(30.003), IJK(0,0,1), ER").replace(
+        "Y(21.002)", "Y(21.002), IJK(0,0.6,0.8)"
+    )
+    log = read(text)
+    np.testing.assert_array_equal(log.approach, read().approach)
+    assert "IJK as commanded; 1 of 2 answers report another one, which was not used" in log.mapped
+    alone = read(text.replace(", IJK(-1, 0, 0))", ")").replace(", IJK(0, 0.6, 0.8))", ")"))
+    assert alone.approach is not None
+    np.testing.assert_array_equal(alone.approach, [[0, 0, -1], [0, -0.6, -0.8]])
+
+
+def test_the_radius_of_the_servers_tool_is_that_of_all_answers() -> None:
+    assert read().tip_radius_mm is None  # 0.5 and 0.25
+    log = read(SESSION.replace("ER(0.25)", "ER(0.5)"))
+    assert log.tip_radius_mm == 0.5
+    assert "effective radius ER of 0.5 mm" in " ".join(log.mapped)

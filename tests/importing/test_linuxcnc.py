@@ -363,3 +363,9 @@ def test_the_verb_writes_nothing_when_the_log_does_not_fit(files: list[str]):
 def test_the_verb_offers_every_format_there_is():
     source = next(option for option in command.params if option.name == "source")
     assert list(source.type.choices) == list(FORMATS)  # type: ignore[attr-defined]
+
+
+def test_a_number_of_a_point_beyond_all_counting_is_refused() -> None:
+    text = "1 1.0 2.0 3.0 1\n" + "9" * 30 + " 1.0 2.0 3.0 1\n"
+    with pytest.raises(InputError, match=r"log:2: the point's number is wrong"):
+        FORMATS["linuxcnc"].read(text, "log")

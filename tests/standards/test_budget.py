@@ -18,6 +18,7 @@ from scipy import stats
 from stepgauge.errors import InputError
 from stepgauge.evaluate import evaluate
 from stepgauge.evaluation_files import evaluation_to_dict
+from stepgauge.files import write_json
 from stepgauge.gauge import Gauge, read_gauge
 from stepgauge.machine_file import Machine, StandardUncertainty, UncertaintyTable, read_machine
 from stepgauge.montecarlo import Model, recording_model, run_monte_carlo
@@ -378,9 +379,14 @@ def test_a_file_that_is_no_budget_is_named(tmp_path: Path) -> None:
     for text, message in (
         ("{", "budget.json:1: not valid JSON"),
         ('{"format": "stepgauge evaluation 1"}', "not a budget"),
-        (json.dumps({**data, "quantities": [{**data["quantities"][0], "k": 0.5}]}), r"key quantities.0.k is wrong"),
+        (json.dumps(data), "this budget has no checksum"),
+        (json.dumps({**data, "checksum": "0" * 64}), "this budget was changed after it was written"),
+        ({**data, "quantities": [{**data["quantities"][0], "k": 0.5}]}, r"key quantities.0.k is wrong"),
     ):
-        (tmp_path / "budget.json").write_text(text)
+        if isinstance(text, dict):
+            write_json(tmp_path / "budget.json", text)
+        else:
+            (tmp_path / "budget.json").write_text(text)
         with pytest.raises(InputError, match=message):
             read_budget(tmp_path)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,8 +12,10 @@ from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
 from stepgauge.recording import Recording
-from stepgauge.standards.iso10360 import Choices, Specification, length_test
-from stepgauge.standards.iso10360_files import length_test_csv, length_test_to_dict, statements
+from stepgauge.standards.iso10360 import Choices, LengthTest, Specification, length_test
+from stepgauge.standards.iso10360_files import length_test_csv, length_test_to_dict
+from stepgauge.standards.iso10360_series import E150, NORMAL
+from stepgauge.standards.iso10360_statements import overall, statements
 from stepgauge.standards.length_uncertainty import TestConditions, length_uncertainty
 from stepgauge.standards.measuring_line import ORIENTATIONS
 from stepgauge.standards.mpe import Mpe
@@ -151,7 +154,7 @@ def test_a_complete_test_of_a_good_machine() -> None:
 
 def test_without_a_machine_the_travel_rules_are_not_checked() -> None:
     test = length_test(seven(), GAUGE, SPEC, ALL, STATED)
-    assert sum(rule.met is None for rule in test.rules) == 2
+    assert sum(rule.met is None for rule in test.rules) == 3
     assert not test.complete
 
 
@@ -169,6 +172,69 @@ def test_missing_diagonals_are_named() -> None:
     rule = next(rule for rule in test.rules if "body diagonals" in rule.asks)
     assert rule.met is False
     assert rule.found.count("body diagonal") == 4
+
+
+def test_mandatory_and_free_positions_are_told_apart() -> None:
+    """Four diagonals are the standard's choice, three axes the user's."""
+    test = length_test(seven(), GAUGE, SPEC, ALL, STATED, CUBE)
+    assert [one.mandatory for one in test.positions] == [True] * 4 + [False] * 3
+    free = next(rule for rule in test.rules if "user's choice" in rule.asks)
+    assert free.met
+    assert free.found == "position 5: along x; position 6: along y; position 7: along z"
+    four = length_test(seven(only=4), GAUGE, SPEC, ALL, STATED, CUBE)
+    assert next(rule for rule in four.rules if "user's choice" in rule.asks).met is False
+    assert rules_met(four)["4 of the positions along the four body diagonals of the measuring volume"]
+
+
+def low_expansion(normal_too: bool) -> bool | None:
+    table = GAUGE.table.model_copy(update={"expansion_per_K": 0.5e-6})
+    choices = replace(STATED, normal_too=normal_too)
+    test = length_test(seven(), replace(GAUGE, table=table), SPEC, ALL, choices, CUBE)
+    return next(rule.met for rule in test.rules if "normal expansion" in rule.asks)
+
+
+def test_a_gauge_of_low_expansion_needs_a_length_of_normal_expansion() -> None:
+    assert low_expansion(normal_too=False) is False
+    assert low_expansion(normal_too=True)
+    one = length_test(made(GAUGE, faces=[1, 42]), GAUGE, SPEC, ALL, STATED, CUBE, series=NORMAL)
+    assert [rule.asks for rule in one.rules if not rule.met] == []
+
+
+def offset(recording: Recording, probe_mm: float) -> LengthTest:
+    """E150 with a horizontal stylus of this length and no body."""
+    update = {"stylus_direction": (1.0, 0.0, 0.0), "stylus_length_mm": probe_mm, "body_length_mm": 0.0}
+    machine = replace(CUBE, probe=CUBE.probe.model_copy(update=update))
+    return length_test(recording, GAUGE, replace(SPEC, repeatability_um=None), ALL, STATED, machine, series=E150)
+
+
+def test_e150_is_a_series_of_its_own() -> None:
+    """An offset of 150 mm with 10 urad of pitch: 1.5 um at 600 mm, here as 3 ppm of the length."""
+    recording = joined(
+        *(made(GAUGE, lambda _, f: 3e-3 * GAUGE.position_mm[f - 1], start_mm=START_MM + n) for n in (0, 9))
+    )
+    test = offset(recording, 150.0)
+    assert test.lengths("bidirectional")[-1].error_um == pytest.approx([3e-3 * 410.0] * 3, abs=1e-6)
+    assert [rule.asks for rule in test.rules if not rule.met] == []
+    assert next(rule for rule in offset(recording, 100.0).rules if "off the axis" in rule.asks).met is False
+    said = overall([length_test(seven(), GAUGE, SPEC, ALL, STATED, CUBE), test])
+    assert [name.partition(" ")[0] for name, _ in said.parts] == ["E_0,MPE", "R_0,MPL", "E_150,MPE"]
+    assert "unconfirmed" in " ".join(statements(test))
+
+
+def test_one_statement_for_the_machine_with_its_decision_rule() -> None:
+    """Errors within and ranges beyond their limits are no conformity: the worst characteristic decides."""
+    wide = seven(lambda cycle, face: 2.0 * (cycle == 2) * (face == 42))
+    said = overall([length_test(wide, GAUGE, replace(SPEC, mpe=Mpe.parse("9")), ALL, STATED, CUBE)])
+    assert {name.partition(" ")[0]: one for name, one in said.parts} == {
+        "E_0,MPE": "conforms",
+        "R_0,MPL": "does not conform",
+    }
+    assert said.outcome == "does not conform"
+    assert said.text.startswith("The machine does not conform.")
+    assert "Decision rule: ISO 14253-1" in said.text
+    assert "E_150: not tested" in said.open
+    fronts = length_test(made(GAUGE, faces=range(1, 42, 2)), GAUGE, SPEC, ALL)
+    assert overall([fronts]).outcome is None
 
 
 def test_what_is_left_out_is_named() -> None:

@@ -37,7 +37,7 @@ def test_a_cap_may_stand_beside_it_but_not_twice() -> None:
 
 
 def test_units_are_printed_where_they_matter() -> None:
-    assert Mpe.parse("1.8 + L/350").with_units() == "1.8 + L/350 µm, L in mm"
+    assert Mpe.parse("1.8 + L/350").with_units() == "(1.8 + L/350) µm, L in mm"
     assert Mpe.parse("2.5").with_units() == "2.5 µm"
 
 

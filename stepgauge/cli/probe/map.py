@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from stepgauge.probes.directions_map import DirectionMap
 
 # More directions than this are a slip of the step, not a wish.
-_MOST = 2_000_000
+_MOST = 200_000
 
 
 def parse_angles(text: str, option: str, low: float, high: float) -> list[float]:
@@ -23,7 +23,9 @@ def parse_angles(text: str, option: str, low: float, high: float) -> list[float]
 
     Raises :class:`InputError` naming ``option`` for anything else and for angles outside ``low`` to ``high``.
     """
-    angles = [angle for part in text.split(",") for angle in _expand(part.strip(), option)]
+    angles = [angle for part in text.split(",")[:_MOST] for angle in _expand(part.strip(), option)]
+    if len(angles) > _MOST:
+        raise InputError(option, "too many angles", found=len(angles), expected=f"at most {_MOST}")
     for angle in angles:
         if not low <= angle <= high:
             raise InputError(option, "angle out of range", found=f"{angle:g}", expected=f"{low:g} to {high:g} deg")

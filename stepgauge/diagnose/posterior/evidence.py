@@ -95,6 +95,7 @@ class Evidence:
         self.visited: dict[tuple[object, ...], State] = {}
         self._bases: dict[tuple[object, ...], _Base] = {}
         self._products: dict[tuple[object, ...], Array] = {}
+        self._squares: dict[int, Array] = {}
 
     def __call__(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float | None = None) -> State:
         """The hypothesis of some terms and a scatter; ``near_um``: a first guess of the scatter."""
@@ -151,7 +152,12 @@ class Evidence:
         return replace(state, log_posterior=state.log_posterior - WRONG_SIGN * wrong)
 
     def squares(self, state: State) -> Array:
-        """Expected squared residual of each row over its variance, for given other rows, ``(n,)``."""
+        """Expected squared residual of each row over its variance, for given other rows, ``(n,)``; computed once."""
+        if id(state) not in self._squares:
+            self._squares[id(state)] = self._expected_squares(state)
+        return self._squares[id(state)]
+
+    def _expected_squares(self, state: State) -> Array:
         base = self._base(state.scatter)
         columns = np.vstack([base.raw, *(term.columns for term in state.terms)])
         own = np.einsum("kn,kn->n", columns, state.covariance @ columns)

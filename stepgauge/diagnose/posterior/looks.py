@@ -280,7 +280,7 @@ class _Features:
             own = evidence[first : first + one.atoms] - np.log(one.atoms)
             total = float(np.logaddexp.reduce(own, axis=None))
             atom, k = np.unravel_index(own.argmax(), own.shape)
-            volume = total - float(own[atom, k]) + one.sizes.log_weight[k] - float(np.log(one.atoms))
+            volume = total - float(own[atom, k]) + float(one.sizes.log_weight[k]) - float(np.log(one.atoms))
             yield Look(one, total + one.log_odds, volume, int(atom), float(sizes[k]))
             first += one.atoms
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from stepgauge.diagnose.posterior.problem import Problem, Term
 from stepgauge.diagnose.posterior.scatter import Scatter, Scatters
 
 Array = NDArray[np.float64]
+Columns = TypeVar("Columns", bound=NDArray[Any])
 FREE_UM = 1e3
 """Prior standard deviation of a nuisance of which nothing is known: far beyond what is left of any origin."""
 
@@ -26,15 +28,15 @@ class Rows:
             self.left = np.sqrt(1.0 - self.told**2)
             self.back = np.argsort(problem.order)
 
-    def __call__(self, columns: Array) -> Array:
-        """Columns ``(..., n)`` with independent rows of one variance."""
+    def __call__(self, columns: Columns) -> Columns:
+        """Columns ``(..., n)`` with independent rows of one variance, in their own precision."""
         scaled = columns * self.scale.astype(columns.dtype)
         if not self.correlated:
-            return np.asarray(scaled)
+            return cast(Columns, scaled)
         told, left = self.told.astype(columns.dtype), self.left.astype(columns.dtype)
         turn = scaled[..., self.order]
         turn[..., 1:] -= told[1:] * turn[..., :-1].copy()
-        return np.asarray(turn / left)
+        return cast(Columns, turn / left)
 
     def adjoint(self, columns: Array) -> Array:
         """The transposed map of columns ``(n, q)``."""

@@ -87,13 +87,14 @@ def mixed(gram: Array, mix: Array) -> Array:
 
 
 def _basis(shares: Array) -> Array:
-    """Independent ones of the shares ``(k, n)``, those that leave out most rows first: nothing cancels in mixtures."""
-    found = np.zeros((0, shares.shape[1]))
-    for row in shares[np.argsort(np.linalg.norm(shares, axis=1), kind="stable")]:
-        left = row - _mixture(row[None], found)[0] @ found
-        if np.linalg.norm(left) > DEPENDENT * np.linalg.norm(row):
-            found = np.vstack([found, row])
-    return found
+    """Independent ones of the shares ``(k, n)``, each the farthest from those before it: mixtures stay of order one."""
+    unit = shares / np.maximum(np.linalg.norm(shares, axis=1, keepdims=True), 1e-300)
+    chosen: list[int] = []
+    left = unit
+    while (far := np.linalg.norm(left, axis=1)).max() > DEPENDENT:
+        chosen.append(int(np.flatnonzero(far > 0.999 * far.max())[0]))
+        left = unit - _mixture(unit, unit[chosen]) @ unit[chosen]
+    return np.asarray(shares[chosen])
 
 
 def _mixture(shares: Array, basis: Array) -> Array:

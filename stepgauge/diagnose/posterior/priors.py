@@ -31,6 +31,7 @@ class SizePriors(Table):
     """How amplitudes spread about what is usual."""
 
     spread: float = Field(gt=1.0)
+    shortest_mm: float = Field(ge=0.0)
     steps: list[float] = Field(min_length=1)
 
     def about(self, usual: float) -> Sizes:

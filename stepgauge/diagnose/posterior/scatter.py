@@ -106,7 +106,7 @@ class Scatters:
         bound += float(special.betaln(1.0 + some, rate + n - some) - special.betaln(1.0, rate))
         return self.changed(scatter, weight=weight, tails=OUTLYING, freedom=np.inf, outlying=chance, bound=bound)
 
-    def heavy(self, scatter: Scatter, square: Array, freedom: float) -> Scatter:
+    def heavy(self, scatter: Scatter, freedom: float, square: Array) -> Scatter:
         """The same with tails of Student's distribution with ``freedom`` degrees of freedom."""
         a0 = b0 = freedom / 2.0
         a, b = a0 + 0.5, b0 + 0.5 * square

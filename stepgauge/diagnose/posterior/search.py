@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations, islice
 
 import numpy as np
@@ -196,10 +197,10 @@ class Search:
             yield tried(normal)
         first = self._robust(state)
         if state.scatter.tails == OUTLYING or (first.max() > NEAR_OUTLYING and first.max() > 0.0):
-            yield self._weighed(tried, first, lambda square: self.scatters.outlying(normal, square))
+            yield self._weighed(tried, first, partial(self.scatters.outlying, normal))
         if state.scatter.tails == HEAVY or _kurtosis(first) > 0.0:
             for freedom in self.priors.scatter.heavy_freedoms:
-                yield self._weighed(tried, first, lambda square, f=freedom: self.scatters.heavy(normal, square, f))
+                yield self._weighed(tried, first, partial(self.scatters.heavy, normal, freedom))
 
     def _robust(self, state: State) -> Array:
         """Squares of what is left by the scatter of the middle half of the rows: bad rows do not hide one another."""

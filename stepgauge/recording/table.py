@@ -6,32 +6,20 @@ import re
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import islice, takewhile
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, reader
 from stepgauge.files import replacing
+from stepgauge.outputs import was_read
 from stepgauge.parquet import is_parquet, read_parquet, write_parquet
+from stepgauge.recording.columns import APPROACH, COUNTS, KNOWN, OPTIONAL, POSITION, REQUIRED, near_miss
 from stepgauge.units import temperature_hint
 
 Array = NDArray[np.float64]
-POSITION = ["x_mm", "y_mm", "z_mm"]
-APPROACH = ["approach_i", "approach_j", "approach_k"]
-REQUIRED = ["cycle", "face", *POSITION, *APPROACH]
-OPTIONAL = [
-    "placement",
-    "time_s",
-    "speed_mm_s",
-    "gauge_temperature_C",
-    "scale_temperature_x_C",
-    "scale_temperature_y_C",
-    "scale_temperature_z_C",
-]
-COUNTS = ["placement", "cycle", "face"]
 _DECIMALS = {**dict.fromkeys(POSITION, 7), **dict.fromkeys(APPROACH, 10), "time_s": 4}
 PIECE_ROWS = 100_000
 """Rows written at a time."""
@@ -39,6 +27,10 @@ PROBINGS = "probings"
 """Comment with the number of rows, by which a file that was cut is known."""
 MOST_COUNT = 10_000_000
 """Larger numbers of cycles, faces or placements are no counts."""
+LARGEST_MM = 100_000.0
+"""No machine of this kind has coordinates of 100 m."""
+LONGEST_HEADER = 10_000_000
+"""Characters of a header, or of the comments above it."""
 TEMPERATURE_C = (-10.0, 60.0)
 """Temperatures of gauge and scales that may be, deg C."""
 
@@ -83,12 +75,18 @@ class Recording:
         return Recording(self.frame, {**self.comments, **given}, self.path)
 
 
+@reader("recording")
 def read_recording(path: str | Path) -> Recording:
     """Read and check a recording, CSV or (by its extension) Parquet.
 
-    :class:`InputError` names the line or column of: missing columns, text or NaN in a number column, counts that are
-    not whole numbers from 1, approaches that are not unit vectors, temperatures that are not deg C, speeds below 0.
+    :class:`InputError` names the line or column of: missing columns, names that are nearly a known one, text or NaN in
+    a number column, counts that are not whole numbers from 1, coordinates beyond 100 m, approaches that are not unit
+    vectors, temperatures that are not deg C, speeds below 0.
     """
+    if Path(path).exists() and not Path(path).is_file():
+        kind = "a folder" if Path(path).is_dir() else "a device or a pipe"
+        raise InputError(path, "this is no file", found=kind, expected="a recording (CSV)")
+    was_read(path)
     if is_parquet(path):
         frame, comments = read_parquet(path)
         header = 0  # rows are counted from 1
@@ -139,12 +137,19 @@ def _read_csv(path: str | Path, skipped: int) -> pd.DataFrame:
 
 
 def _check_header(path: str | Path, skipped: int) -> None:
-    """Every column once: pandas would rename the second."""
+    """Every column once (pandas would rename the second), and parted by commas."""
+    where = f"{path}:{skipped + 1}"
     with Path(path).open(encoding="utf-8-sig") as file:
-        header = [name.strip() for name in next(islice(file, skipped, None), "").split(",")]
+        for _ in range(skipped):
+            file.readline()
+        line = file.readline(LONGEST_HEADER)
+    header = [name.strip() for name in line.split(",")]
+    if len(header) == 1 and any(mark in line for mark in ";\t|"):
+        what = "the columns are not separated by commas"
+        raise InputError(where, what, found=line, expected="a recording, which 'stepgauge import' makes of any table")
     twice = [name for name in header if header.count(name) > 1]
     if twice:
-        raise InputError(f"{path}:{skipped + 1}", f"column {twice[0]!r} is there twice", found=",".join(header)[:200])
+        raise InputError(where, f"column {twice[0]!r} is there twice", found=line)
 
 
 def comment_lines(lines: Iterable[str]) -> dict[str, str]:
@@ -160,25 +165,43 @@ def comment_lines(lines: Iterable[str]) -> dict[str, str]:
 
 def _read_comments(path: str | Path) -> tuple[dict[str, str], int]:
     """``# key: value`` lines before the header, and how many lines they are."""
-    try:
-        with Path(path).open(encoding="utf-8-sig") as file:
-            lines = list(takewhile(lambda line: line.startswith("#"), file))
-            return comment_lines(lines), len(lines)
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not a UTF-8 text file"
-        raise InputError(path, reason or str(error)) from None
+    lines, size = list[str](), 0
+    with Path(path).open("rb") as raw:
+        _refuse_other_kinds(path, raw.read(4))
+    with Path(path).open(encoding="utf-8-sig") as file:
+        while (line := file.readline(LONGEST_HEADER)).startswith("#"):
+            lines.append(line)
+            size += len(line)
+            if size > LONGEST_HEADER:
+                raise InputError(path, "the comments above the header have no end", expected="# key: value")
+    return comment_lines(lines), len(lines)
+
+
+def _refuse_other_kinds(path: str | Path, beginning: bytes) -> None:
+    if beginning.startswith(b"PK"):
+        expected = "a recording (CSV), which 'stepgauge import' makes of a workbook"
+        raise InputError(path, "this is an Excel workbook or another archive", expected=expected)
+    if beginning[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise InputError(path, "this is text in UTF-16", expected="a recording (CSV, UTF-8); try 'stepgauge import'")
 
 
 def _check_columns(frame: pd.DataFrame, path: str | Path, line: int) -> None:
-    frame.columns = frame.columns.str.strip()
-    missing = [name for name in REQUIRED if name not in frame.columns]
+    frame.columns = frame.columns.astype(str).str.strip()
+    absent = [name for name in KNOWN if name not in frame.columns]
+    near = {near_miss(name, absent): name for name in frame.columns if name not in KNOWN}
+    missing = [name for name in REQUIRED if name in absent]
+    for name in (missing[:1], absent)[not missing]:
+        if name in near:
+            raise InputError(
+                f"{path}:{line}",
+                f"column {near[name]!r} is not known, and {name!r} is missing",
+                found=near[name],
+                expected=f"{name}, or a name that is less like it for what is something else",
+            )
     if missing:
-        raise InputError(
-            f"{path}:{line}",
-            f"column {missing[0]!r} is missing",
-            found=",".join(map(str, frame.columns))[:200],
-            expected=",".join(REQUIRED),
-        )
+        found = ",".join(frame.columns)
+        what = f"column {missing[0]!r} is missing"
+        raise InputError(f"{path}:{line}", what, found=found, expected=",".join(REQUIRED))
     if frame.empty:
         raise InputError(path, "the recording has a header but no rows")
 
@@ -227,6 +250,11 @@ def _check_values(frame: pd.DataFrame, path: str | Path, first_line: int) -> Non
         _refuse(wrong, frame, path, first_line, name, "is not a count", "a whole number from 1")
         if counts.dtype != np.int64:
             frame[name] = counts.astype(np.int64)
+    for name in POSITION:
+        column = frame[name].to_numpy(float)
+        if max(column.max(), -column.min()) > LARGEST_MM:
+            beyond = np.abs(column) > LARGEST_MM
+            _refuse(beyond, frame, path, first_line, name, "is no coordinate of a machine", "within 100 m (unit?)")
     i, j, k = (frame[name].to_numpy(float) for name in APPROACH)
     size = i * i
     size += j * j

@@ -1,0 +1,33 @@
+"""The recording, the table that every later step reads, and whether its rows can be readings of a gauge."""
+
+from __future__ import annotations
+
+from stepgauge.recording.columns import APPROACH, COUNTS, OPTIONAL, POSITION, REQUIRED
+from stepgauge.recording.table import (
+    PROBINGS,
+    TEMPERATURE_C,
+    Recording,
+    comment_lines,
+    is_recording_file,
+    join_recordings,
+    read_recording,
+    read_recordings,
+    write_recording,
+)
+
+__all__ = [
+    "APPROACH",
+    "COUNTS",
+    "OPTIONAL",
+    "POSITION",
+    "PROBINGS",
+    "REQUIRED",
+    "TEMPERATURE_C",
+    "Recording",
+    "comment_lines",
+    "is_recording_file",
+    "join_recordings",
+    "read_recording",
+    "read_recordings",
+    "write_recording",
+]

@@ -1,0 +1,217 @@
+"""Whether a recording is what it says it is: this gauge, these faces, tip centres in mm, approached as stated.
+
+Every verb that sets a recording against a gauge asks here, so that a file that lies is refused everywhere with the same
+evidence.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.gauge import Gauge
+from stepgauge.numerals import number
+from stepgauge.recording.columns import POSITION
+from stepgauge.recording.rows import check_beside, check_copies, check_rows, dot
+from stepgauge.recording.table import Recording
+from stepgauge.units import unit_hint
+
+Array = NDArray[np.float64]
+WRONG_GAUGE_MM = 0.5
+"""A face farther than this (plus 0.1 % of its distance) from its certified place is not that face."""
+RADIUS_MM, RADIUS_SHARE = 0.1, 0.3
+"""The effective radius is the tip radius less the pre-travel: farther apart than the larger of a length and a share of
+the tip radius, one of them is not true. A mistaken radius is off by half of it, all of it, or twice."""
+LARGEST_RADIUS_MM = 25.0
+
+
+def check_recording(recording: Recording, gauge: Gauge) -> None:
+    """Every check of gross errors, placement by placement (the axis is the mean approach).
+
+    :class:`InputError` names the evidence: another serial number, faces the gauge does not have, faces approached from
+    the wrong side, swapped or reversed, positions in another unit or of another gauge, points that are no tip centres,
+    points beside the gauge, temperatures and times that no thermometer or clock gave, readings that are there twice.
+    """
+    check_gauge(recording, gauge)
+    check_copies(recording)
+    for placement in recording.placements:
+        part = recording.of_placement(placement)
+        face = part.frame["face"].to_numpy()
+        columns = [part.frame[name].to_numpy(float) for name in POSITION]
+        approach = list(part.approach.T)
+        axis = axis_from_approaches(approach, face, recording.path)
+        check_approaches(dot(approach, axis), face, recording.path)
+        along = dot(columns, axis)
+        off_mm = along - certified_mm(part, gauge, face)
+        check_positions(off_mm, along, face, gauge, recording.path)
+        check_beside(columns, axis, face, gauge, recording.path)
+        check_tip(off_mm, face, part)
+        check_rows(part)
+
+
+def check_gauge(recording: Recording, gauge: Gauge) -> None:
+    """Serial number and highest face of the recording against the gauge's."""
+    serial = stated_serial(recording.comments)
+    if serial not in (None, gauge.table.serial):
+        raise InputError(
+            recording.path,
+            "this is the recording of another gauge",
+            found=f"gauge_serial {serial}",
+            expected=f"{gauge.table.serial} ({gauge.table.name})",
+        )
+    highest = int(recording.frame["face"].max())
+    if highest > gauge.n_faces:
+        raise InputError(
+            recording.path,
+            f"{gauge.table.name} has no face {highest}",
+            found=f"face {highest}",
+            expected=f"1 to {gauge.n_faces} (is this the recording of another gauge?)",
+        )
+
+
+def stated_serial(comments: Mapping[str, str]) -> str | None:
+    """The gauge's serial number that a recording states in its comments (``gauge_serial`` or ``serial``)."""
+    for key in ("gauge_serial", "serial"):
+        if key in comments:
+            return comments[key].strip()
+    match = re.search(r"\bserial[: ]+(\S+)", comments.get("gauge", ""))
+    return match[1] if match else None
+
+
+def axis_from_approaches(approach: Sequence[Array], face: NDArray[np.int64], path: str) -> Array:
+    """Mean of the approaches to fronts minus mean of those to backs, as a unit vector."""
+    front = (face % 2).astype(float)
+    n_fronts = front.sum()
+    n_backs = len(face) - n_fronts
+    forward = np.array([np.einsum("i,i->", column, front) for column in approach])
+    backward = np.array([column.sum() for column in approach]) - forward
+    axis = forward / max(n_fronts, 1.0) - backward / max(n_backs, 1.0)
+    size = float(np.linalg.norm(axis))
+    if size < 1e-3:
+        raise InputError(path, "the approaches give no gauge axis", expected="fronts probed one way, backs the other")
+    return axis / size
+
+
+def check_approaches(along: Array, face: NDArray[np.int64], path: str) -> None:
+    """Fronts are approached along the axis, backs against it; ``along (n,)``: cosine of each approach to it."""
+    against = along * np.where(face % 2 == 1, 1.0, -1.0) < 0.5
+    if against.any():
+        row = int(against.argmax())
+        side, way = ("front", "along") if face[row] % 2 else ("back", "against")
+        raise InputError(
+            path,
+            f"probing {row + 1} approaches its face from the wrong side (faces swapped?)",
+            found=f"face {face[row]}, a {side}, approached with {along[row]:+.3f} along the axis",
+            expected=f"an approach {way} the axis",
+        )
+
+
+def certified_mm(recording: Recording, gauge: Gauge, face: NDArray[np.int64]) -> Array:
+    """Certified position of the face of every row at its gauge temperature, mm."""
+    certified = gauge.position_mm[face - 1]
+    if "gauge_temperature_C" in recording.frame:
+        warmer_K = recording.frame["gauge_temperature_C"].to_numpy() - gauge.table.reference_temperature_C
+        certified = certified * (1.0 + gauge.table.expansion_per_K * warmer_K)
+    return certified
+
+
+def check_positions(off_mm: Array, along: Array, face: NDArray[np.int64], gauge: Gauge, path: str) -> None:
+    """Every face must be where the certificate puts it, apart from the tip's width and the machine's errors.
+
+    Fronts are held against fronts and backs against backs. ``off_mm``, ``along (n,)``: position along the axis minus
+    certified position, and that position itself.
+    """
+    count = np.bincount(face)
+    seen = np.flatnonzero(count)
+    mean = np.bincount(face, off_mm)[seen] / count[seen]
+    level = {side: float(np.median(mean[seen % 2 == side])) for side in (0, 1) if (seen % 2 == side).any()}
+    tip = abs(level.get(0, 0.0) - level.get(1, 0.0)) if len(level) == 2 else 0.0
+    slots = np.array([level.get(number % 2, 0.0) for number in range(len(count))])
+    beside = off_mm - slots[face]
+    if max(beside.max(), -beside.min()) <= WRONG_GAUGE_MM and tip <= 2 * LARGEST_RADIUS_MM:
+        _check_sides(mean, seen, path)
+        return
+    certified = gauge.position_mm[face - 1]
+    slope = float(np.polyfit(certified, along, 1)[0]) if np.ptp(certified) else 1.0
+    if -1.5 < slope < -0.5:
+        _refuse_reversed(along, certified, face, slope, path)
+    reach = np.abs(certified - np.median(certified))
+    wrong = np.abs(beside) > WRONG_GAUGE_MM + 1e-3 * reach
+    if wrong.any() or tip > 2 * LARGEST_RADIUS_MM:
+        row = int(np.abs(beside).argmax() if not wrong.any() else wrong.argmax())
+        measured, nominal = np.ptp(along), np.ptp(certified)
+        raise InputError(
+            path,
+            f"probing {row + 1} of face {face[row]} is not where {gauge.table.name} has that face"
+            f"{unit_hint(abs(slope), 1.0) and unit_hint(float(measured), float(measured / abs(slope)))}",
+            found=f"{beside[row]:+.3f} mm off; measured span {measured:.3f} mm",
+            expected=f"certified span {nominal:.3f} mm between the same faces",
+        )
+    _check_sides(mean, seen, path)
+
+
+def _check_sides(mean_off_mm: Array, faces: NDArray[np.int64], path: str) -> None:
+    """Backs are read one tip diameter farther than fronts; nearer means that the names are swapped."""
+    sides = [mean_off_mm[faces % 2 == side] for side in (1, 0)]
+    if not all(side.size for side in sides):
+        return
+    radius_mm = float(np.median(sides[1]) - np.median(sides[0])) / 2.0
+    if radius_mm < -RADIUS_MM:
+        raise InputError(
+            path,
+            "fronts and backs are swapped: the blocks look shorter than certified",
+            found=f"an effective tip radius of {radius_mm:.3f} mm",
+            expected="a radius above 0; odd faces are fronts, probed from the beginning of the gauge towards its end",
+        )
+
+
+def _refuse_reversed(along: Array, certified: Array, face: NDArray[np.int64], slope: float, path: str) -> None:
+    """The positions fall along the mean approach: the directions are reversed, or fronts and backs are swapped."""
+    rising = -along
+    sizes = [
+        rising[face == back].mean() - rising[face == back - 1].mean()
+        for back in np.unique(face[face % 2 == 0])
+        if (face == back - 1).any()
+    ]
+    swapped = bool(sizes) and float(np.median(sizes)) < 0.0
+    what = (
+        "fronts and backs are swapped: fronts lie behind the backs of their blocks"
+        if swapped
+        else "the approaches are reversed: they point out of the faces, as surface normals do (I++ and DMIS IJK)"
+    )
+    raise InputError(
+        path,
+        what,
+        found=f"positions that change by {slope:+.4f} mm per certified mm along the mean approach to the fronts"
+        + (f", and fronts {abs(float(np.median(sizes))):.3f} mm behind their backs" if swapped else ""),
+        expected="+1: approaches into the material, fronts (odd faces) along the gauge",
+    )
+
+
+def check_tip(off_mm: Array, face: NDArray[np.int64], recording: Recording) -> None:
+    """The effective radius against the tip radius that the recording states, if it does (comment ``tip_radius_mm``)."""
+    stated = number(recording.comments.get("tip_radius_mm", ""))
+    if not np.isfinite(stated):
+        return
+    sides = [off_mm[face % 2 == side] for side in (1, 0)]
+    if not all(side.size for side in sides):
+        return
+    radius_mm = float(sides[1].mean() - sides[0].mean()) / 2.0
+    if abs(radius_mm - stated) <= max(RADIUS_MM, RADIUS_SHARE * stated):
+        return
+    reasons = (
+        (0.0, "the points are compensated by the tip radius, not tip centres"),
+        (stated / 2.0, "a diameter was taken for the radius"),
+        (2.0 * stated, "a radius was taken for the diameter"),
+    )
+    why = next((reason for value, reason in reasons if abs(radius_mm - value) < RADIUS_MM), "another tip or gauge")
+    raise InputError(
+        recording.path,
+        f"the blocks are not read as wide as with the tip that is stated: {why}",
+        found=f"an effective radius of {radius_mm:.4f} mm",
+        expected=f"about tip_radius_mm {stated:g}",
+    )

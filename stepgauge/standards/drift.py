@@ -1,0 +1,177 @@
+"""ISO 230-3:2020: drift tests, of displacements and temperatures over time.
+
+ETVE (environmental temperature variation error): the machine stands still, displacement sensors between spindle and
+table record; the ETVE of a channel is the range of its displacement over the test. Linear axis (thermal distortion by
+moving the axis): two target positions are measured again and again while the axis moves; d_60 is the range of the
+displacement in the first 60 min, d_t the range over the whole time of moving, of each target and of their distance.
+The text of the standard was not at hand: what is taken from secondary sources is marked as unconfirmed
+(:data:`UNCONFIRMED`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.gauge import Gauge
+from stepgauge.recording import Recording
+from stepgauge.recording_checks import check_recording
+from stepgauge.standards.lengths import face_table
+from stepgauge.tables import Rows, read_rows
+
+Array = NDArray[np.float64]
+Kind = Literal["etve", "axis"]
+STANDARD = "ISO 230-3:2020"
+FIRST_S = 3600.0
+"""The first 60 min, that of d_60."""
+LONGEST_AXIS_MM = 2000.0
+SETTLED_SHARE = 0.15
+UNCONFIRMED = {
+    "etve": ("a test of 24 h at least: unconfirmed", "a reading every 5 min at least: unconfirmed"),
+    "axis": (
+        "the end of the test where the last 60 min change less than 15 % of the first 60 min: unconfirmed",
+        "d_60 and d_t as ranges of the displacement: unconfirmed",
+    ),
+}
+NAMES = {
+    "etve": "environmental temperature variation error (ETVE)",
+    "axis": "thermal distortion by moving a linear axis",
+}
+
+
+@dataclass(frozen=True)
+class Drift:
+    """Displacements in um and temperatures in deg C over time in s: names to arrays of the same shape ``(n,)``."""
+
+    path: str
+    time_s: Array
+    displacement_um: Mapping[str, Array]
+    temperature_C: Mapping[str, Array]
+    comments: Mapping[str, str] = field(default_factory=dict)
+    span_mm: float | None = None
+
+
+@dataclass(frozen=True)
+class Channel:
+    """What a displacement did: ranges over the whole test, the first and the last 60 min, and its change at the end,
+    um.
+
+    ``last_hour_um`` is None in a test of less than two hours.
+    """
+
+    name: str
+    range_um: float
+    first_hour_um: float
+    end_um: float
+    last_hour_um: float | None
+
+
+@dataclass(frozen=True)
+class DriftTest:
+    """A drift test: the data and what follows from them, one channel per displacement."""
+
+    kind: Kind
+    drift: Drift
+    channels: tuple[Channel, ...]
+
+    @property
+    def values_um(self) -> dict[str, float]:
+        """Range of every displacement over the test by name, um: the ETVE, or d_t."""
+        return {one.name: one.range_um for one in self.channels}
+
+    @property
+    def duration_s(self) -> float:
+        """From the first to the last reading."""
+        return float(np.ptp(self.drift.time_s))
+
+    @property
+    def settled(self) -> float | None:
+        """Largest range of the last 60 min over the largest of the first 60 min; None in less than two hours."""
+        last = [one.last_hour_um for one in self.channels if one.last_hour_um is not None]
+        first = max(one.first_hour_um for one in self.channels)
+        return max(last) / first if last and first > 0.0 else None
+
+    @property
+    def temperature_ranges_K(self) -> dict[str, float]:
+        """Range of every temperature over the test."""
+        return {name: float(np.ptp(values)) for name, values in self.drift.temperature_C.items()}
+
+
+def drift_test(drift: Drift, kind: Kind) -> DriftTest:
+    """Evaluate displacements over time; :class:`InputError` for fewer than three readings or times that do not rise."""
+    time = drift.time_s
+    if len(time) < 3:
+        raise InputError(drift.path, "too few readings for a drift", found=len(time), expected="3 at least")
+    wrong = np.flatnonzero(np.diff(time) <= 0.0)
+    if len(wrong):
+        found = f"{time[wrong[0] + 1]:g} s after {time[wrong[0]]:g} s"
+        raise InputError(drift.path, "time_s does not rise", found=found, expected="readings in the order of time")
+    channels = tuple(_channel(name, time - time[0], um) for name, um in drift.displacement_um.items())
+    return DriftTest(kind, drift, channels)
+
+
+def _channel(name: str, since_s: Array, um: Array) -> Channel:
+    """Ranges of one displacement; ``since_s`` counts from the first reading."""
+    first = float(np.ptp(um[since_s <= FIRST_S]))
+    last = float(np.ptp(um[since_s >= since_s[-1] - FIRST_S])) if since_s[-1] >= 2.0 * FIRST_S else None
+    return Channel(name, float(np.ptp(um)), first, float(um[-1] - um[0]), last)
+
+
+def read_drift(path: str) -> Drift:
+    """A table with ``time_s``, displacements ``NAME_um`` and temperatures ``NAME_C``.
+
+    :class:`InputError` where there is no displacement, or a cell is no number.
+    """
+    rows = read_rows(path, ("time_s",))
+    um, degrees = (_ending(rows, end) for end in ("_um", "_C"))
+    if not um:
+        found = ",".join(rows.header)
+        raise InputError(path, "no displacement", found=found, expected="columns like x_um beside time_s")
+    return Drift(path, rows.numbers(["time_s"])[:, 0], um, degrees, _comments(path))
+
+
+def _ending(rows: Rows, end: str) -> dict[str, Array]:
+    names = [name for name in rows.header if name.endswith(end)]
+    values = rows.numbers(names) if names else np.empty((len(rows.cells), 0))
+    return {name.removesuffix(end): values[:, i] for i, name in enumerate(names)}
+
+
+def _comments(path: str) -> dict[str, str]:
+    from stepgauge.standards.iso10360_5 import read_comments
+
+    return read_comments(path)
+
+
+def drift_of_recording(recording: Recording, gauge: Gauge) -> Drift:
+    """Displacements of the axis at both ends of a step gauge, cycle by cycle: a linear-axis test with the gauge as
+    reference.
+
+    Fronts and backs of the first and the last complete block are targets approached in the positive and the negative
+    direction: ``P1 +``, ``P1 -``, ``P2 +``, ``P2 -``, and ``P2 - P1`` is the change of their distance. Readings are
+    compared with the first cycle; certified positions are brought to the recorded gauge temperature first, so that
+    the gauge's own expansion is no drift of the machine. :class:`InputError` without times or with fewer than two
+    blocks.
+    """
+    check_recording(recording, gauge)
+    if "time_s" not in recording.frame:
+        raise InputError(recording.path, "a drift needs times", found="no column time_s", expected="time_s")
+    number = recording.placements[0]
+    table, frame = face_table(recording, gauge, number), recording.of_placement(number).frame
+    times = frame.groupby("cycle")["time_s"].mean().reindex(table.cycles).to_numpy(float)
+    complete = np.isfinite(table.off_mm).all(axis=0)
+    fronts = [int(f) for f in table.faces[complete] if f % 2 and f + 1 in table.faces[complete]]
+    if len(fronts) < 2:
+        raise InputError(recording.path, "too few complete blocks", found=len(fronts), expected="2, one at each end")
+    ends = {"P1 +": fronts[0], "P1 −": fronts[0] + 1, "P2 +": fronts[-1], "P2 −": fronts[-1] + 1}
+    um = {name: 1e3 * (table.of_face(face) - table.of_face(face)[0]) for name, face in ends.items()}
+    um["P2 − P1"] = (um["P2 +"] + um["P2 −"] - um["P1 +"] - um["P1 −"]) / 2.0
+    columns = [str(name) for name in frame if str(name).endswith("_temperature_C")]
+    degrees = frame.groupby("cycle")[columns].mean().reindex(table.cycles)
+    temperatures = {name.removesuffix("_temperature_C"): degrees[name].to_numpy(float) for name in columns}
+    span = float(gauge.block_centre_mm[fronts[-1] // 2] - gauge.block_centre_mm[fronts[0] // 2])
+    return Drift(recording.path, times, um, temperatures, recording.comments, span)

@@ -1,0 +1,61 @@
+"""A drift test as files: ``iso230-3.json`` and ``iso230-3.csv`` (a row per channel)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from stepgauge import __version__
+from stepgauge.files import write_json, write_text
+from stepgauge.standards.drift import NAMES, STANDARD, UNCONFIRMED, Channel, DriftTest
+from stepgauge.standards.drift_rules import rules_of
+from stepgauge.standards.iso230_decision import Requirement
+from stepgauge.tables import csv_text, result_cell
+
+COLUMNS = ("channel", "range_um", "first_hour_um", "end_um", "last_hour_um")
+
+
+def drift_to_dict(test: DriftTest, requirement: Requirement) -> dict[str, Any]:
+    """Everything the test says, as JSON types."""
+    rules = rules_of(test)
+    return {
+        "format": "stepgauge iso230-3 1",
+        "stepgauge": __version__,
+        "standard": STANDARD,
+        "test": test.kind,
+        "name": NAMES[test.kind],
+        "recording": test.drift.path,
+        "comments": dict(test.drift.comments),
+        "duration_s": test.duration_s,
+        "readings": len(test.drift.time_s),
+        "span_mm": test.drift.span_mm,
+        "channels": [_channel(one) for one in test.channels],
+        "settled": test.settled,
+        "temperature_ranges_K": test.temperature_ranges_K,
+        "tolerances_um": dict(requirement.tolerance_um),
+        "expanded_uncertainty_um": requirement.expanded_um,
+        "outcomes": requirement.outcomes(test.values_um),
+        "overall": requirement.text([("", test.values_um)]),
+        "complete": all(rule.met for rule in rules),
+        "rules": [rule.as_dict() for rule in rules],
+        "unconfirmed": list(UNCONFIRMED[test.kind]),
+    }
+
+
+def _channel(one: Channel) -> dict[str, Any]:
+    return {
+        "channel": one.name,
+        "range_um": one.range_um,
+        "first_hour_um": one.first_hour_um,
+        "end_um": one.end_um,
+        "last_hour_um": one.last_hour_um,
+    }
+
+
+def write_drift(folder: str | Path, test: DriftTest, requirement: Requirement) -> list[Path]:
+    """Write both files into a folder (made if missing); returns their paths."""
+    paths = [Path(folder) / "iso230-3.json", Path(folder) / "iso230-3.csv"]
+    write_json(paths[0], drift_to_dict(test, requirement))
+    rows = [[result_cell(_channel(one)[name]) for name in COLUMNS] for one in test.channels]
+    write_text(paths[1], csv_text(COLUMNS, rows))
+    return paths

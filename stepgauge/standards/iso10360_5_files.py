@@ -1,0 +1,105 @@
+"""A probing test as files: ``iso10360-5.json`` and ``iso10360-5.csv`` (a row per point)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stepgauge import __version__
+from stepgauge.files import write_json, write_text
+from stepgauge.standards.decision import DECISION_SOURCE
+from stepgauge.standards.iso10360_5 import STANDARD, UNCONFIRMED, ProbingTest, Value
+from stepgauge.standards.iso10360_5_rules import rules_of
+from stepgauge.tables import csv_text
+
+CSV_COLUMNS = ("stylus", "point", "x_mm", "y_mm", "z_mm", "radial_deviation_um")
+WORDS = {
+    "conforms": "The probing performance conforms.",
+    "does not conform": "The probing performance does not conform.",
+    "not decidable": "Neither conformity nor nonconformity of the probing performance is proven.",
+}
+
+
+def probing_to_dict(test: ProbingTest) -> dict[str, Any]:
+    """Everything the test says, as JSON types."""
+    rules = rules_of(test)
+    return {
+        "format": "stepgauge iso10360-5 1",
+        "stepgauge": __version__,
+        "standard": STANDARD,
+        "recording": ", ".join(one.path for one in test.styli),
+        "comments": test.comments,
+        "sphere": {
+            "diameter_mm": test.sphere.diameter_mm,
+            "u_diameter_um": test.sphere.u_diameter_um,
+            "form_um": test.sphere.form_um,
+            "u_form_um": test.sphere.u_form_um,
+        },
+        "decision_rule": DECISION_SOURCE,
+        "coverage_factor": test.limits.coverage_factor,
+        "complete": all(rule.met for rule in rules),
+        "overall": overall(test),
+        "values": [_value(one) for one in test.values],
+        "centre_ranges_um": test.ranges_um().tolist() if test.multiple else None,
+        "styli": [
+            {
+                "file": Path(one.path).name,
+                "points": len(one.surface_mm),
+                "tip_diameter_mm": one.tip_diameter_mm,
+                "from_sphere": one.from_sphere.tolist(),
+                "centre_mm": one.fit.centre_mm.tolist(),
+                "diameter_mm": 2.0 * one.fit.radius_mm - one.tip_diameter_mm,
+                "form_um": one.fit.form_error_um,
+            }
+            for one in test.styli
+        ],
+        "rules": [rule.as_dict() for rule in rules],
+        "uncertainty_not_stated": test.missing,
+        "unconfirmed": list(UNCONFIRMED if test.multiple else UNCONFIRMED[-1:]),
+    }
+
+
+def _value(one: Value) -> dict[str, Any]:
+    return {
+        "name": one.name,
+        "symbol": one.symbol,
+        "value_um": one.value_um,
+        "limit_um": one.limit_um,
+        "expanded_uncertainty_um": one.expanded_um,
+        "outcome": one.outcome,
+    }
+
+
+def overall(test: ProbingTest) -> str:
+    """The sentence of page 1, with the decision rule."""
+    limited = [one for one in test.values if one.limit_um is not None]
+    if not limited:
+        return "No statement of conformity is made: no permissible error was stated. Decision rule: none applied."
+    rule = f"Decision rule: {DECISION_SOURCE}."
+    if test.outcome is None:
+        left = "; ".join(test.missing)
+        return f"Conformity is not proven: the uncertainty of the test is incomplete ({left}). {rule}"
+    said = "; ".join(f"{one.name}, MPE {one.limit_um:g} µm: {one.outcome}" for one in limited)
+    return f"{WORDS[test.outcome]} {said}. {rule}"
+
+
+def probing_csv(test: ProbingTest) -> str:
+    """One row per surface point, with its distance from the sphere through all points."""
+    rows: list[list[object]] = []
+    start = 0
+    for number, one in enumerate(test.styli, 1):
+        residuals = test.fit.residuals_um[start : start + len(one.surface_mm)]
+        start += len(one.surface_mm)
+        for point, (place, off) in enumerate(zip(np.round(one.surface_mm, 7), residuals, strict=True), 1):
+            rows.append([number, point, *place.tolist(), f"{off:.4f}"])
+    return csv_text(CSV_COLUMNS, rows)
+
+
+def write_probing(folder: str | Path, test: ProbingTest) -> list[Path]:
+    """Write both files into a folder (made if missing); returns their paths."""
+    paths = [Path(folder) / "iso10360-5.json", Path(folder) / "iso10360-5.csv"]
+    write_json(paths[0], probing_to_dict(test))
+    write_text(paths[1], probing_csv(test))
+    return paths

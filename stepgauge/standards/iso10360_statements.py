@@ -1,0 +1,133 @@
+"""What a length test by ISO 10360-2 says of the machine, and what it leaves open, in sentences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from stepgauge.standards.decision import DECISION_SOURCE, Outcome, together
+from stepgauge.standards.iso10360 import KINDS, REMEASURE_SOURCE, LengthTest
+from stepgauge.standards.iso10360_rules import describe
+from stepgauge.standards.iso10360_series import E0, E150
+from stepgauge.standards.length_uncertainty import SOURCE as UNCERTAINTY_SOURCE
+from stepgauge.standards.lengths import Kind
+from stepgauge.standards.rules import incomplete
+
+STANDARD = "ISO 10360-2:2009"
+WORDS = {
+    "conforms": "conformity is proven",
+    "does not conform": "nonconformity is proven",
+    "not decidable": "neither conformity nor nonconformity is proven: a value lies within U of the limit",
+}
+NAMES = {
+    "bidirectional": "{symbol}, bidirectional lengths",
+    "unidirectional": "Unidirectional lengths (for information; not {symbol} of ISO 10360-2)",
+}
+
+
+@dataclass(frozen=True)
+class Overall:
+    """One decision on the machine: of each characteristic (symbol with its limit) and of all together.
+
+    ``outcome`` is None where nothing that the standard asks for was tested; ``open`` says what is not tested.
+    """
+
+    outcome: Outcome | None
+    parts: tuple[tuple[str, Outcome], ...]
+    open: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """The sentence of page 1, with the decision rule."""
+        said = [f"{name}: {outcome}" for name, outcome in self.parts]
+        rule = f"Decision rule: {DECISION_SOURCE}."
+        if self.outcome is None:
+            return f"No statement of conformity with {STANDARD}: no bidirectional length was tested. {rule}"
+        head = {
+            "conforms": "What was tested conforms; the test is not complete.",
+            "does not conform": "The machine does not conform.",
+            "not decidable": "Neither conformity nor nonconformity of the machine is proven.",
+        }[self.outcome]
+        if self.outcome == "conforms" and not self.open:
+            head = "The machine conforms."
+        left = f" Open: {'; '.join(self.open)}." if self.open else ""
+        return f"{head} {'; '.join(said)}.{left} {rule}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain JSON types."""
+        parts = [{"characteristic": name, "outcome": outcome} for name, outcome in self.parts]
+        return {"outcome": self.outcome, "parts": parts, "open": list(self.open), "text": self.text}
+
+
+def overall(tests: Sequence[LengthTest]) -> Overall:
+    """The decision on E0, R0 and E150 together; ``tests``: the series E0 first."""
+    parts: list[tuple[str, Outcome]] = []
+    left: list[str] = []
+    for test in tests:
+        outcome, ranges = test.outcome("bidirectional"), test.repeatability_outcome("bidirectional")
+        head = test.series.limit if test.series in (E0, E150) else f"{test.series.limit}, {test.series.name}"
+        if outcome is not None:
+            parts.append((f"{head} = ± {test.specification.mpe.with_units()}", outcome))
+        if ranges is not None and test.series is E0:
+            parts.append((f"R_0,MPL = {test.specification.repeatability_um:g} µm", ranges))
+        left += [f"{test.series.symbol}: {rule.asks}" for rule in test.rules if not rule.met]
+        left += [f"contribution to U not stated: {what}" for what in test.missing]
+    if tests[0].specification.repeatability_um is None:
+        left.append("R_0: no limit stated")
+    if all(test.series is not E150 for test in tests):
+        left.append("E_150: not tested")
+    outcomes = [outcome for _, outcome in parts]
+    known = tests[0].outcome("bidirectional") is not None
+    return Overall(together(outcomes) if known else None, tuple(parts), tuple(dict.fromkeys(left)))
+
+
+def statements(test: LengthTest) -> list[str]:
+    """What can be said of the machine, and what the test leaves open, in sentences."""
+    return verdicts(test) + [text[0].upper() + text[1:] + "." for text in incomplete(test.rules)]
+
+
+def verdicts(test: LengthTest) -> list[str]:
+    """What can be said of the machine, without the rules that were not met."""
+    said = [_verdict(test, kind) for kind in KINDS if test.lengths(kind)]
+    said += [text for kind in KINDS for text in _repeatability(test, kind)]
+    said += [text for kind in KINDS for text in _remeasure(test, kind)]
+    if test.missing:
+        said.append(
+            f"The test value uncertainty ({UNCERTAINTY_SOURCE}) is too small by what was not stated: "
+            + "; ".join(test.missing)
+            + "."
+        )
+    if test.series.unconfirmed:
+        said.append(f"{test.series.symbol}: {test.series.unconfirmed}.")
+    return said
+
+
+def _verdict(test: LengthTest, kind: Kind) -> str:
+    outcome = test.outcome(kind)
+    assert outcome is not None
+    tail = ", with the contributions to U that were stated" if test.missing else ""
+    tail += "" if test.complete else ", for what was measured: the test is not complete"
+    return f"{NAMES[kind].format(symbol=test.series.symbol)}: {WORDS[outcome]}{tail}."
+
+
+def _repeatability(test: LengthTest, kind: Kind) -> list[str]:
+    outcome = test.repeatability_outcome(kind)
+    if outcome is None:
+        return []
+    largest = max(one.range_um for one in test.lengths(kind) if not math.isnan(one.range_um))
+    limit = test.specification.repeatability_um
+    name = "R_0" if kind == "bidirectional" and test.series is E0 else f"Range of three repeats, {kind} lengths"
+    return [f"{name}: largest {largest:.2f} µm, limit {limit:g} µm: {outcome}."]
+
+
+def _remeasure(test: LengthTest, kind: Kind) -> list[str]:
+    again = test.remeasure(kind)
+    if not again:
+        return []
+    where = "; ".join(describe(one) for one in again)
+    return [
+        "The standard lets these lengths, with one repeat each outside the conformance zone, be measured again"
+        f" ({REMEASURE_SOURCE}): {where}."
+    ]

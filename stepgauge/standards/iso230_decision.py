@@ -1,0 +1,83 @@
+"""Tolerances of the parameters of ISO 230-2, and the decision on an axis by the rule of ISO 14253-1."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from stepgauge.errors import InputError
+from stepgauge.standards.decision import DECISION_SOURCE, Outcome, decide, together
+from stepgauge.standards.iso230 import AxisParameters
+
+PARAMETERS = ("A", "A_up", "A_down", "E", "E_up", "E_down", "M", "R", "R_up", "R_down", "B", "mean_B")
+"""In the order in which the standard's report has them."""
+
+
+def parameters_um(found: AxisParameters) -> dict[str, float]:
+    """The parameters of an axis by name, um."""
+    up, down = found.up, found.down
+    values = [found.A_um, up.A_um, down.A_um, found.E_um, up.E_um, down.E_um, found.M_um]
+    values += [found.R_um, up.R_um, down.R_um, found.B_um, found.mean_B_um]
+    return dict(zip(PARAMETERS, values, strict=True))
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """Tolerances by parameter, um; ``expanded_um`` of the parameters (ISO/TR 230-9), None where nobody stated it."""
+
+    tolerance_um: Mapping[str, float] = field(default_factory=dict)
+    expanded_um: float | None = None
+
+    @classmethod
+    def parse(
+        cls, texts: Sequence[str], expanded_um: float | None = None, names: Sequence[str] = PARAMETERS
+    ) -> Requirement:
+        """``A=10``, ``R_up=4``: :class:`InputError` for another form or name, or a limit that is not above zero."""
+        limits: dict[str, float] = {}
+        for text in texts:
+            name, _, value = text.partition("=")
+            try:
+                limit = float(value)
+            except ValueError:
+                limit = float("nan")
+            if name not in names or not 0.0 < limit < float("inf"):
+                expected = f"NAME=UM with NAME one of {', '.join(names)}, e.g. {names[0]}=10"
+                raise InputError("--tolerance", "this is no tolerance", found=repr(text), expected=expected)
+            limits[name] = limit
+        return cls(limits, expanded_um)
+
+    def outcomes(self, values_um: Mapping[str, float]) -> dict[str, Outcome]:
+        """The decision on each parameter that has a tolerance; empty without a stated uncertainty."""
+        u = self.expanded_um
+        return (
+            {} if u is None else {name: decide(values_um[name], limit, u) for name, limit in self.tolerance_um.items()}
+        )
+
+    def text(self, parts: Sequence[tuple[str, Mapping[str, float]]]) -> str:
+        """The sentence of page 1, with the decision rule; ``parts``: names of axes (or none) and parameters in um."""
+        if not self.tolerance_um:
+            return "No statement of conformity is made: no tolerance was stated. Decision rule: none applied."
+        if self.expanded_um is None:
+            return (
+                f"{self._compared(parts)} Conformity is not proven: the uncertainty of the parameters was not stated."
+                f" Decision rule: {DECISION_SOURCE}; it needs that uncertainty."
+            )
+        every = [outcome for _, values in parts for outcome in self.outcomes(values).values()]
+        head = {
+            "conforms": "The parameters conform.",
+            "does not conform": "The parameters do not conform.",
+            "not decidable": "Neither conformity nor nonconformity is proven.",
+        }[together(every)]
+        return f"{head} {self._compared(parts)} U = {self.expanded_um:g} µm. Decision rule: {DECISION_SOURCE}."
+
+    def _compared(self, parts: Sequence[tuple[str, Mapping[str, float]]]) -> str:
+        said = []
+        for part, values in parts:
+            decided, head = self.outcomes(values), f"{part}: " if part else ""
+            for name, limit in self.tolerance_um.items():
+                told = f": {decided[name]}" if name in decided else ""
+                said.append(f"{head}{name} = {values[name]:.2f} µm, tolerance {limit:g} µm{told}")
+        return "; ".join(said) + "."
+
+
+NO_REQUIREMENT = Requirement()

@@ -1,0 +1,72 @@
+"""``stepgauge probe sphere`` and ``iso10360-5`` as a user runs them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from pypdf import PdfReader
+
+from tests.cli.conftest import Run
+
+SPHERE = ("--sphere-diameter", 25, "--tip-diameter", 5.991)
+SURE = ("--sphere-form", 0.1, "--u-sphere-form", 0.03, "--u-sphere-diameter", 0.1)
+
+
+@pytest.fixture
+def points(run: Run, tmp_path: Path) -> Path:
+    path = tmp_path / "sphere.csv"
+    assert run("probe", "sphere", "omp40-2-50mm", "--sphere-diameter", 25, "-o", path).code == 0
+    return path
+
+
+def text_of(path: Path) -> str:
+    return " ".join("\n".join(page.extract_text() for page in PdfReader(path).pages).split())
+
+
+def test_one_stylus(run: Run, points: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    result = run("iso10360-5", points, *SPHERE, *SURE, "--mpe-form", 12, "--mpe-size", 10, "--number", "N-5", "-o", out)
+    assert result.code == 0, result.err
+    data = json.loads((out / "iso10360-5.json").read_text())
+    assert [one["outcome"] for one in data["values"]] == ["conforms", "conforms"]
+    assert len((out / "iso10360-5.csv").read_text().splitlines()) == 26
+    text = text_of(out / "iso10360-5.pdf")
+    for words in (
+        "N-5",
+        "ISO 10360-5:2020",
+        "The probing performance conforms",
+        "Decision rule",
+        "Simulated recording",
+    ):
+        assert words in text
+    assert "P_Form" not in text  # set with an index
+    assert text.index("Styli") < text.index("name, date, signature")
+
+
+def test_the_range_of_the_points_is_that_of_the_probe(run: Run, tmp_path: Path) -> None:
+    """Without scatter, P_Form of the virtual points is what qualify calls the form error."""
+    points = tmp_path / "s.csv"
+    run("probe", "sphere", "omp40-2-50mm", "--scatter", 0, "-o", points)
+    run("iso10360-5", points, *SPHERE, "-o", tmp_path / "out")
+    run("probe", "qualify", points, "--sphere-diameter", 25, "--tip-diameter", 6, "-o", tmp_path / "q.json")
+    form = json.loads((tmp_path / "out" / "iso10360-5.json").read_text())["values"][0]["value_um"]
+    assert form == pytest.approx(json.loads((tmp_path / "q.json").read_text())["form_error_um"], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        (("{p}", "--sphere-diameter", 25, "--tip-diameter", 2.99, "-o", "{o}"), ["contradict", "15.49"]),
+        (("{p}", "{p}", *SPHERE, "-o", "{o}"), ["the same points"]),
+        (("{p}", "--sphere-diameter", 25, "-o", "{o}"), ["--tip-diameter"]),
+        (("none.csv", *SPHERE, "-o", "{o}"), ["none.csv", "no such file"]),
+    ],
+)
+def test_wrong_input(run: Run, points: Path, tmp_path: Path, line: tuple, words: list[str]) -> None:
+    result = run("iso10360-5", *(str(part).format(p=points, o=tmp_path / "out") for part in line))
+    assert result.code == 2
+    for word in words:
+        assert word in result.err
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,175 @@
+"""Only the checked plan reaches a controller: hostile templates, unread statements, speeds beyond the machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stepgauge.errors import InputError
+from stepgauge.machine_file import MachineTable
+from stepgauge.moves import ProbingSettings, Program
+from stepgauge.plan import PlanOptions, make_program
+from stepgauge.planning import ProbingChoice, check_tool, checked_program, make_settings, program_text
+from stepgauge.programs import DIALECTS
+from tests.build import make_gauge, make_machine, make_pose
+from tests.conftest import ROOT
+
+
+def plan(**settings: float) -> Program:
+    gauge = make_gauge(3)
+    placement = make_pose(0.3, 0.01, origin=(100.0, -50.0, 30.0)).placement(gauge)
+    return make_program(placement, gauge, PlanOptions(1, 3, cycles=1), ProbingSettings(**settings))
+
+
+def changed(folder: Path, dialect: str, old: str, new: str, count: int = 1) -> Path:
+    """The shipped template of a dialect with a piece replaced."""
+    text = (ROOT / "templates/programs" / DIALECTS[dialect].template).read_text()
+    assert old in text
+    path = folder / "mine.j2"
+    path.write_text(text.replace(old, new, count))
+    return path
+
+
+REACHES = [
+    "{{ program.position_mm.put([0], [1.0]) }}",
+    "{{ program.position_mm.fill(0) }}",
+    "{{ points[0].measure.tip.sort() }}",
+    "{{ program.position_mm.tofile('FILE') }}",
+    "{{ settings.dump('FILE') }}",
+    "{{ points[0].__setattr__('name', 'x') }}",
+    "{{ points[0]._replace(name='x') }}",
+]
+
+
+@pytest.mark.parametrize("reach", REACHES)
+def test_a_template_sees_values_that_it_cannot_change_or_write(tmp_path: Path, reach: str) -> None:
+    template, program = tmp_path / "mine.j2", plan()
+    before = program.position_mm.copy()
+    template.write_text(reach.replace("FILE", str(tmp_path / "written")))
+    with pytest.raises(InputError, match=r"mine\.j2:1: .*(no attribute|unsafe)"):
+        program_text(program, "jinyoung", template)
+    np.testing.assert_array_equal(program.position_mm, before)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.j2"]
+
+
+ENDLESS = [
+    "{{ 'A' * 10**9 }}{{ version }}",
+    "{{ 1.0 | fixed(10**9) }}",
+    "{% for i in range(99999) %}{% for j in range(99999) %}{% set k = i %}{% endfor %}{% endfor %}{{ version }}",
+    "{% for i in range(99999) %}{{ version * 999 }}{% endfor %}",
+    "{{ 9 ** (9 ** 9) }}{{ version }}",
+    "{% macro m() %}{{ m() }}{% endmacro %}{{ m() }}{{ version }}",
+]
+
+
+@pytest.mark.parametrize("text", ENDLESS)
+def test_a_template_without_an_end_is_ended(tmp_path: Path, text: str) -> None:
+    template = tmp_path / "mine.j2"
+    template.write_text(text)
+    with pytest.raises(InputError, match=r"mine\.j2.*template: .*(end|memory|decimals|recursion)"):
+        program_text(plan(), "jinyoung", template)
+
+
+UNREAD = [
+    ("linuxcnc", "G21 G90", "G20 G90"),
+    ("linuxcnc", "G21 G90", "G10 L2 P1 Z-50\nG21 G90"),
+    ("linuxcnc", "G21 G90", "G92 Z50\nG21 G90"),
+    ("linuxcnc", "G54", "G55"),
+    ("linuxcnc", "M2", "g0 z-500\nM2"),
+    ("linuxcnc", "M2", "M3 S1000\nM2"),
+    ("linuxcnc", "G54 ", ""),
+    ("linuxcnc", "G49 ", ""),
+    ("linuxcnc", " F{{ measuring }}", ""),
+    ("linuxcnc", "#<_n>=0", "#<_n>=0 G1 X-500"),
+    ("linuxcnc", "G38.2 {{", "G38.2 X0 {{"),
+    ("linuxcnc", "F{{ travel }}", "F{{ loop.index * 100 }}"),
+    ("linuxcnc", "G1 {{ xyz(move.tip) }} F{{ travel }}", "G0 {{ xyz(move.tip) }}"),
+    ("linuxcnc", "#<_search_mm>={{ settings.search_mm | fixed(6) }}\n", ""),
+    ("linuxcnc", "G1 {{", "; {{ '\\x0c' }}G1 {{"),
+    ("dmis", "D(MCS)=DATSET/MCS", "D(X)=DATSET/DAT(A),XDIR"),
+    ("dmis", "D(MCS)=DATSET/MCS\n", ""),
+    ("dmis", "SNSLCT/S({{ program.tool }})", "SNSLCT/S(OTHER)"),
+    ("dmis", "SNSLCT/S({{ program.tool }})\n", ""),
+    ("dmis", "MODE/PROG,MAN", "MODE/AUTO"),
+    ("dmis", "PRCOMP/OFF\n", ""),
+    ("dmis", "SNSET/RETRCT,{{ settings.retract_mm | fixed(6) }}\n", ""),
+    ("dmis", "{% for point in points %}", "{% for point in points %}\nFEDRAT/POSVEL,MPM,{{ loop.index }}.0"),
+    ("dmis", "(2 * settings.tip_radius_mm)", "(settings.tip_radius_mm)"),
+    ("ippdme", "{{ send('SetCoordSystem(MachineCsy)') -}}\n", ""),
+    ("ippdme", "SetCoordSystem(MachineCsy)", "SetCoordSystem(PartCsy)"),
+    ("ippdme", "SetTool(\"' ~ program.tool ~ '\")", 'SetTool("Other")'),
+    ("ippdme", "{{ send('EndSession()') -}}", "{{ send('Home()') -}}\n{{ send('EndSession()') -}}"),
+    ("jinyoung", "END;", "MV 0 0 0 ;\nEND;"),
+]
+
+
+@pytest.mark.parametrize(("dialect", "old", "new"), UNREAD)
+def test_a_text_that_may_do_something_else_than_planned_is_no_program(
+    tmp_path: Path, dialect: str, old: str, new: str
+) -> None:
+    template = changed(tmp_path, dialect, old, new)
+    with pytest.raises(InputError, match=r"cannot be read back|another one than planned|control character|xyz"):
+        program_text(plan(), dialect, template)
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_an_unchanged_copy_of_the_shipped_template_makes_the_same_text(tmp_path: Path, dialect: str) -> None:
+    own = changed(tmp_path, dialect, "", "")
+    assert program_text(plan(), dialect, own).text == program_text(plan(), dialect).text
+
+
+@pytest.mark.parametrize("dialect", ["dmis", "linuxcnc", "ippdme"])
+def test_a_speed_that_its_digits_round_away_is_seen(dialect: str) -> None:
+    with pytest.raises(InputError, match=r"measuring speed 0 mm/s, planned 1e-07 mm/s|the feed must be positive"):
+        program_text(plan(measuring_speed_mm_s=1e-7), dialect)
+
+
+def test_a_dialect_without_comments_asks_the_template_to_say_that_it_is_not_checked(tmp_path: Path) -> None:
+    template = changed(tmp_path, "ippdme", "SetCoordSystem(MachineCsy)", "AlignTool(1)")
+    with pytest.raises(InputError, match=r"cannot say that it is not checked; expected \{\{ checked \}\}"):
+        program_text(plan(), "ippdme", template, unchecked=True)
+
+
+def test_the_stylus_points_where_the_plan_was_checked_with(tmp_path: Path) -> None:
+    """A steep gauge is clear of a stylus that stands square to it, and of no other."""
+    gauge, pose = make_gauge(5), make_pose(0.3, 1.0)
+    square = tuple(float(value) for value in -pose.rotation[2])
+    machine = make_machine(stylus_direction=square)
+    settings = make_settings(gauge, machine, 2.0, ProbingChoice())
+    program = checked_program(pose.placement(gauge), gauge, machine, PlanOptions(1, 5, cycles=1), settings)
+    assert f"{square[0]:.9f},{square[1]:.9f},{square[2]:.9f},4.000000" in program_text(program, "dmis").text
+    template = changed(tmp_path, "dmis", "{{ ijk(program.stylus) }}", "0.0,0.0,-1.0")
+    with pytest.raises(InputError, match=r"the stylus points along \(0\.0, 0\.0, -1\.0\), planned"):
+        program_text(program, "dmis", template)
+
+
+def test_speeds_are_held_against_the_machine() -> None:
+    gauge, machine = make_gauge(3), make_machine()  # measures at 3 mm/s, travels at 50 mm/s
+    for choice in (
+        ProbingChoice(measuring_speed_mm_s=3000.0),
+        ProbingChoice(measuring_speed_mm_s=12.1),
+        ProbingChoice(measuring_speed_mm_s=1e-7),
+        ProbingChoice(travel_speed_mm_s=51.0),
+    ):
+        with pytest.raises(InputError, match=r"--(measuring|travel)-speed: .* beyond the limit"):
+            make_settings(gauge, machine, 2.0, choice)
+    table = MachineTable(
+        **{**machine.table.model_dump(), "max_travel_speed_mm_s": 80.0, "max_measuring_speed_mm_s": 2.0}
+    )
+    limited = type(machine)(table, machine.probe)
+    fast = ProbingChoice(measuring_speed_mm_s=1.5, travel_speed_mm_s=80.0)
+    assert make_settings(gauge, limited, 2.0, fast).travel_speed_mm_s == 80.0
+    with pytest.raises(InputError, match=r"found 3 mm/s; expected 0\.01 to 2 mm/s"):
+        make_settings(gauge, limited, 2.0, ProbingChoice())
+
+
+def test_the_tool_has_the_name_that_its_controller_knows() -> None:
+    for dialect, words in (("dmis", "SNSLCT/S(RUBY4)"), ("ippdme", 'SetTool("RUBY4")')):
+        named = Program(**{**plan().__dict__, "tool": "RUBY4"})
+        assert words in program_text(named, dialect).text
+    assert "tool StepGaugeProbe must have 2 mm" in program_text(plan(), "ippdme").note
+    for dialect, name in (("linuxcnc", "RUBY4"), ("ippdme", 'x") Home("')):
+        with pytest.raises(InputError, match="--tool"):
+            check_tool(name, dialect)
