@@ -16,7 +16,7 @@ from stepgauge.diagnose.engine import diagnose
 from stepgauge.diagnose.files import Inputs, diagnosis_to_dict
 from stepgauge.diagnose.result import Diagnosis, Finding
 from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine
+from stepgauge.machine_file import Machine, MachineTable
 from stepgauge.recording import Recording
 from tests.build import make_gauge, make_machine
 from tests.diagnose.made import ALONG_X, ALONG_Y, by_hand, side_of
@@ -27,11 +27,11 @@ STEPS = make_gauge(blocks=10)
 Um = Callable[[pd.DataFrame], Array]
 
 
-def cmm(noise_um: float = NOISE_UM, travel_mm: float = 1000.0) -> Machine:
-    """A machine without errors that says how well it repeats."""
+def cmm(noise_um: float = NOISE_UM) -> Machine:
+    """A machine without errors, 1 m each way, that says how well it repeats."""
     plain = make_machine()
-    travel = {axis: [0.0, travel_mm] for axis in "xyz"}
-    return replace(plain, table=plain.table.model_copy(update={"repeatability_um": noise_um, "travel_mm": travel}))
+    stated = plain.table.model_dump() | {"repeatability_um": noise_um, "travel_mm": dict.fromkeys("xyz", (0.0, 1000.0))}
+    return replace(plain, table=MachineTable.model_validate(stated))
 
 
 def told(recording: Recording, steps: Gauge = STEPS, noise_um: float = NOISE_UM) -> Diagnosis:

@@ -96,7 +96,7 @@ def test_the_bound_of_outlying_rows_is_below_the_exact_number_and_near_it(bad: t
 @pytest.mark.parametrize("freedom", [3.0, 7.0])
 def test_the_bound_of_heavy_tails_is_below_the_exact_number_and_near_it(freedom: float) -> None:
     um = NOISE_UM * np.random.default_rng(6).standard_t(freedom, FEW)
-    found = bounded(um, lambda all_, plain, square: all_.heavy(plain, square, freedom))
+    found = bounded(um, lambda all_, plain, square: all_.heavy(plain, freedom, square))
     wanted = student(um, freedom)
     assert wanted - 1.5 < found.log_posterior < wanted + 0.1
 
@@ -123,5 +123,5 @@ def test_each_facet_has_its_price_and_no_other() -> None:
         np.log(prior.certificate / len(prior.certificate_factors))
     )
     assert scatters.changed(plain, rounded=True).log_prior == pytest.approx(np.log(prior.rounded))
-    heavy = scatters.heavy(scatters.changed(plain, correlation=0.5), np.ones(FEW), 3.0)
+    heavy = scatters.heavy(scatters.changed(plain, correlation=0.5), 3.0, np.ones(FEW))
     assert scatters.without_tails(heavy).key == scatters.changed(plain, correlation=0.5).key
