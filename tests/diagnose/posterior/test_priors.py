@@ -73,7 +73,6 @@ def test_what_is_wrong_in_a_file_is_named(text: str, said: str, tmp_path: Path) 
         ("[shapes]\nperiod_mm = [200.0, 0.004]\n", "period_mm"),
     ],
 )
-@pytest.mark.xfail(strict=True, reason="kinds that are none, lists of unlike length and ranges turned round are taken")
 def test_what_would_be_misread_is_named(text: str, said: str, tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(text)
