@@ -159,7 +159,7 @@ def lacking(said: Mapping[str, Any]) -> list[str]:
 
 
 def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """What has no law, by covariate: each once, with the faces and forms seen in it, and the largest probability."""
+    """What has no law, by covariate: each once, with the faces, all forms seen in it, and the largest probability."""
     found: dict[str, dict[str, Any]] = {}
     for one in unexplained:
         row = found.setdefault(one["covariate"], {"covariate": one["covariate"], "sides": [], "where": [], "p": []})

@@ -22,7 +22,7 @@ from stepgauge.diagnose.covariates import covariates, mask
 from stepgauge.diagnose.forms import SMOOTH, Form
 from stepgauge.diagnose.library import Family
 from stepgauge.diagnose.located import located, regime
-from stepgauge.diagnose.posterior.answer import Answer, Place, Rival
+from stepgauge.diagnose.posterior.answer import Alternative, Answer, Place, Rival
 from stepgauge.diagnose.posterior.evidence import State
 from stepgauge.diagnose.posterior.metric import Metric
 from stepgauge.diagnose.posterior.priors import Priors
@@ -166,7 +166,7 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
             min(sum(one.share for one in rivals), 1.0),
             solved.displacement_um(data),
             own=answer.probability([label]),
-            confounded_with=kinds,
+            confounded_with=(*kinds, *_together(several, label)),
             alternatives=same,
             members=tuple(_members(said, rivals, widened, model, data)),
             several=tuple(
@@ -175,6 +175,12 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
                 if label in one.gone and all(c.named for c in one.come)
             ),
         )
+
+
+def _together(several: list[Alternative], label: str) -> tuple[str, ...]:
+    """Several laws that may stand in place of one, each as their kinds: ``scale_error + squareness``."""
+    instead = [one.come for one in several if one.gone == (label,) and all(c.named for c in one.come)]
+    return tuple(dict.fromkeys(" + ".join(sorted(c.kind for c in come)) for come in instead))
 
 
 def _set(said: Said, least: float) -> list[Rival]:

@@ -117,7 +117,9 @@ def _covariates_that_matter(diagnosis: Diagnosis) -> list[str]:
     """Where the disagreement was located first, then position and time; sides and ways are no axes of their own."""
     found = [one.covariate for one in (*diagnosis.located, *diagnosis.unexplained)]
     located = [covariate for covariate in found if covariate not in ("side", WAY)]
-    always = ["position", "time" if diagnosis.data.has_time else "order"]
+    always = ["time" if diagnosis.data.has_time else "order"]
+    if np.ptp(diagnosis.data.probings.certified_mm()) > 0.0:
+        always.insert(0, "position")
     return list(dict.fromkeys(always + located))[:MOST_COLUMNS]
 
 
