@@ -169,7 +169,7 @@ def test_a_bow_of_two_coefficients_is_no_loop_of_sixteen() -> None:
         time = frame["time_s"].to_numpy().copy()
         second = (frame["cycle"] == 2).to_numpy()
         time[second] = time[second][::-1]
-        return replace(recording, frame=frame.assign(time_s=time))
+        return replace(recording, frame=frame.assign(time_s=time).sort_values("time_s").reset_index(drop=True))
 
     def bow(f: pd.DataFrame) -> Array:
         return 4.0 * ((f["x_mm"].to_numpy() - 350.0) / 90.0) ** 2 * side_of(f)
