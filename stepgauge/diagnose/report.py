@@ -122,8 +122,8 @@ def limits(said: Mapping[str, Any]) -> list[str]:
     measured, found = said["measured"], []
     if not said["noise"]["from_repeats"]:
         found.append(
-            "No face was probed twice under the same conditions. The noise had to be taken from what is left beside a"
-            " smooth change along the gauge: structure finer than that counts as noise, and a slow one may hide."
+            "No face was probed twice under the same conditions. The noise rests on the repeatability that the machine"
+            " file states and on what is left beside the model: structure from face to face may count as noise."
         )
     elif said["noise"]["dof"] < FEW_DOF:
         found.append(
@@ -159,7 +159,7 @@ def lacking(said: Mapping[str, Any]) -> list[str]:
 
 
 def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """What has no law, by covariate: each once, with the faces and forms seen in it, and the largest probability."""
+    """What has no law, by covariate: each once, with the faces, all forms seen in it, and the largest probability."""
     found: dict[str, dict[str, Any]] = {}
     for one in unexplained:
         row = found.setdefault(one["covariate"], {"covariate": one["covariate"], "sides": [], "where": [], "p": []})

@@ -63,8 +63,8 @@ class Separation:
     def command(self, name: str, gauge: str, machine: str) -> str:
         """The ``stepgauge plan`` command of the run, with its placement in the file ``name``.toml."""
         speed = "" if self.run.speed_mm_s is None else f" --measuring-speed {self.run.speed_mm_s:g}"
-        files = f"-g {quote(gauge)} -m {quote(machine)}"
-        return f"stepgauge plan {name}.toml {files} -d dmis --cycles {CYCLES}{speed} -o {name}.dmi"
+        files = f"{name}.toml -g {quote(gauge)} -m {quote(machine)}"
+        return f"stepgauge plan {files} -d dmis --cycles {CYCLES}{speed} -o {name}.dmi"
 
     def placement_text(self) -> str:
         """The placement file of the run."""

@@ -23,6 +23,7 @@ from tests.diagnose.made import (
     machine,
     made,
     record,
+    too_few,
 )
 
 COMMON = ("-g", "step-gauge-420", "-m", "bridge-cmm")
@@ -83,7 +84,7 @@ def test_verdicts(effects: tuple[dict[str, Any], ...], verdict: str, named: set[
 
 
 def test_too_little_to_tell_is_a_verdict_and_no_error(tmp_path: Path, run: Run) -> None:
-    path = as_file(tmp_path, record(machine(), [ALONG_X], cycles=1))
+    path = as_file(tmp_path, too_few())
     assert run("diagnose", path, *COMMON, "-o", tmp_path / "out").code == 0
     assert diagnosis(tmp_path / "out")["verdict"] == "insufficient"
     assert (tmp_path / "out" / "diagnosis.md").is_file()

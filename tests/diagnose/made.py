@@ -85,11 +85,16 @@ def made_unknown(name: str = "pair") -> tuple[Recording, Diagnosis]:
     )
 
 
+def too_few() -> Recording:
+    """Three blocks touched twice: six repeats do not say how large the noise is."""
+    recording = record(machine(), [ALONG_X], cycles=2)
+    return replace(recording, frame=recording.frame[recording.frame["face"] <= 6].reset_index(drop=True))
+
+
 @lru_cache
 def made_insufficient() -> tuple[Recording, Diagnosis]:
-    """Every face touched once: nothing says how large the noise is."""
-    recording = record(machine(), [ALONG_X], cycles=1)
-    return recording, diagnose(recording, gauge(), machine())
+    """Too few repeats."""
+    return too_few(), diagnose(too_few(), gauge(), machine())
 
 
 def rms(values: Any) -> float:

@@ -157,12 +157,20 @@ def test_the_report_says_what_the_json_says(name: str) -> None:
     assert "nan" not in text
 
 
-def test_the_report_of_no_repeats_says_what_that_costs() -> None:
+def test_the_report_says_what_a_recording_that_cannot_tell_should_have_had() -> None:
     text = report_text(said("insufficient"))
-    assert "No face was probed twice" in text
-    assert "every face probed at least twice" in text
+    assert "more cycles: too few repeats" in first_page(text)
+    assert "degrees of freedom only; more cycles would sharpen it" in text
     assert "The gauge lay in one place" in text
     assert "The gauge lay in one place" not in report_text(said("scale"))
+
+
+def test_the_report_of_no_repeats_says_what_that_costs() -> None:
+    data = said("null")
+    data["noise"]["from_repeats"] = False
+    assert "No face was probed twice" in report_text(data)
+    assert "No face was probed twice" not in report_text(said("null"))
+    assert "every face probed at least twice" in report_text(data | {"verdict": "insufficient"})
 
 
 def first_page(text: str) -> str:
@@ -208,8 +216,8 @@ def test_what_to_do_stands_before_the_evidence_for_it() -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_a_probability_is_told_to_two_digits_and_never_as_certain(name: str) -> None:
     text = report_text(said(name))
-    assert "1.000" not in text
     assert "probability 1" not in text
+    assert "| 1.00 |" not in text
 
 
 def test_the_odds_and_the_predictive_check_are_in_the_report() -> None:

@@ -234,14 +234,15 @@ class Search:
     def _instead(self, state: State, places: tuple[int, ...]) -> State:
         """The best with one other term, or one other and the best beside it, in some places."""
         base = self.without(state, *places)
-        best = base
-        for look in self._proposed(base, 3):
-            one = self.added(base, look)
-            best = max(best, one, key=_worth)
-            if len(places) == 1 and one.log_posterior > state.log_posterior - NEARLY:
-                two = (self.added(one, next_one) for next_one in islice(self._proposed(one, 1), 1))
-                best = max(best, *two, one, key=_worth)
-        return best
+        ones = [self.added(base, look) for look in self._proposed(base, 3)]
+        if len(places) > 1 or not ones:
+            return max((base, *ones), key=_worth)
+        others = [one for one in ones if one.labels != state.labels] or ones
+        near = max(others, key=_worth)
+        twos = []
+        if near.log_posterior > state.log_posterior - NEARLY:
+            twos = [self.added(near, look) for look in islice(self._proposed(near, 1), 1)]
+        return max((base, *ones, *twos), key=_worth)
 
     def polished(self, state: State) -> State:
         """Each term's shape and size once more beside the others."""

@@ -144,7 +144,7 @@ def test_products_of_mapped_columns_are_those_with_the_inverse_covariance(
     columns = np.random.default_rng(3).normal(size=(4, ROWS))
     inverse = np.linalg.inv(dense_covariance(one, scatter, beside, 0.4))
     wanted = columns @ inverse @ columns.T
-    np.testing.assert_allclose(metric(columns) @ metric(columns).T, wanted, atol=1e-3 * np.abs(wanted).max())
+    np.testing.assert_allclose(metric(columns) @ metric(columns).T, wanted, atol=1e-5 * np.abs(wanted).max())
 
 
 def test_a_good_certificate_counts_beside_a_free_origin() -> None:

@@ -56,24 +56,12 @@ def test_the_shipped_file_is_a_file_of_priors(tmp_path: Path) -> None:
         ("[wrong]\nkey = 1\n", "wrong"),
         ("decision = 3\n", "decision"),
         ("not toml", "mine.toml"),
-    ],
-)
-def test_what_is_wrong_in_a_file_is_named(text: str, said: str, tmp_path: Path) -> None:
-    path = tmp_path / "mine.toml"
-    path.write_text(text)
-    with pytest.raises(InputError, match=said):
-        read_priors(path)
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
         ("[laws.kinds]\nrol = { odds = 1.0, usual = 1.0 }\n", "rol"),
         ("[forms]\nsizes = [1.0, 2.0]\n", "size"),
         ("[shapes]\nperiod_mm = [200.0, 0.004]\n", "period_mm"),
     ],
 )
-def test_what_would_be_misread_is_named(text: str, said: str, tmp_path: Path) -> None:
+def test_what_is_wrong_in_a_file_is_named(text: str, said: str, tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(text)
     with pytest.raises(InputError, match=said):
