@@ -379,11 +379,11 @@ def test_what_origins_take_is_taken_out_of_stacks_as_of_single_rows() -> None:
 
 
 def test_a_large_scale_error_is_not_judged_in_its_own_coordinates() -> None:
-    """Two per cent: a signature in recorded coordinates would make it 2 % smaller than it is."""
-    found = told(bent(lambda r: 0.02e3 * (r.frame["x_mm"].to_numpy() - 350.0) * side(r) * lies_on(r)))
+    """Two per mille: a signature in recorded coordinates would make it 0.2 % smaller than it is."""
+    found = told(bent(lambda r: 0.002e3 * (r.frame["x_mm"].to_numpy() - 350.0) * side(r) * lies_on(r)))
     assert "scale_error" in {name for one in found.findings for name in (one.kind, *one.confounded_with)}
     ppm = found.findings[0].parameters["ppm"]
-    assert ppm.value == pytest.approx(20_000.0, rel=1e-3)
+    assert ppm.value == pytest.approx(2_000.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("direction", [(1.0, 0.0, 0.0), BETWEEN])
