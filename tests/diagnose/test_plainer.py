@@ -90,7 +90,7 @@ def test_a_length_that_grows_with_a_column_is_told_and_imitated() -> None:
     found = told(bent(lambda r: 0.4 * (load - middle) * (x_mm(r) / 105.0) * side(r) * lies_on(r), loaded))
     assert found.verdict == "unknown"
     assert not found.findings
-    assert (found.unexplained[0].covariate, found.unexplained[0].form) == ("load", "growing length")
+    assert (found.unexplained[0].covariate, found.unexplained[0].form) == ("load", "changing length")
     laws = model_unknown(found)
     assert "load" in laws[0].effects[0].formula
     assert "x_mm" in laws[0].effects[0].formula
