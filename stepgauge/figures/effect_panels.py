@@ -129,7 +129,7 @@ class Panel:
 
     def seen(self, data: Residuals) -> NDArray[np.bool_]:
         """Rows of the placements in which the effect shows beyond their origins; all, where these are what it tells."""
-        if self.drawn == "marks":
+        if self.drawn in ("marks", "stairs"):
             return np.ones(len(data), bool)
         size = np.abs(data.without_origins(self.share_um))
         shows = size > SEEN * float(size.max())

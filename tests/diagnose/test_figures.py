@@ -124,7 +124,7 @@ def test_what_repeats_is_drawn_over_its_period() -> None:
 
 def test_every_effect_and_every_law_without_a_name_has_a_panel() -> None:
     _, found = made("pair")
-    assert len(panels(found, [])) == 2
+    assert len(panels(found, [])) == len(found.findings)
     _, unknown = made_unknown()
     laws = model_unknown(unknown)
     titles = [panel.title for panel in panels(unknown, laws)]
