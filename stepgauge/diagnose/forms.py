@@ -139,7 +139,7 @@ def _said(data: Residuals, priors: Priors) -> Iterator[_Said]:
         yield from _products(position, slow, priors)
     if position is not None and goes_both_ways(data):
         yield from _of_ways(position, data, priors)
-    yield from _levels(data)
+    yield from _levels(data, priors)
 
 
 def _different(found: Sequence[Covariate]) -> list[Covariate]:
@@ -282,12 +282,15 @@ def _of_ways(position: Covariate, data: Residuals, priors: Priors) -> Iterator[_
     yield _Said(WAY, "", LOOP, loops, kernels, ("approach", "gauge"))
 
 
-def _levels(data: Residuals) -> Iterator[_Said]:
+def _levels(data: Residuals, priors: Priors) -> Iterator[_Said]:
     """Levels of their own for cycles, faces, placements; harmonics of the approach's azimuth about the stylus."""
     both = ("approach", "gauge")
     run = runs_of(data)[1]
     if 1 < run.max() < len(data) / FEWEST_IN_CYCLE:
         yield _Said("cycle", "", LEVELS, [_indicators(run)], (LEVELS,), both)
+        if (position := data.probings.certified_mm()).std() > 0.0:
+            lengths = [_indicators(run) * standard(position)]
+            yield _Said("cycle", "", LENGTH, lengths, (LEVELS,), ("gauge",), priors.forms.product, "position")
     if data.group.max() < len(data) / 2:
         yield _Said("face", "", LEVELS, [_indicators(data.group)], (LEVELS,), both)
     if data.placement.max() > 0:

@@ -8,7 +8,7 @@ criterion prefers is taken: it is meant to be read and simulated, and decides no
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,18 @@ from stepgauge.diagnose.covariates import (
     pause_of,
     runs_of,
 )
-from stepgauge.diagnose.forms import BEAT, DECAY, HARMONICS, LAGGED, LENGTH, LEVELS, OVERTONES, TREND, WAVE
+from stepgauge.diagnose.forms import (
+    BEAT,
+    DECAY,
+    HARMONICS,
+    LAGGED,
+    LENGTH,
+    LEVELS,
+    OVERTONES,
+    PERIODS_PER_SPAN,
+    TREND,
+    WAVE,
+)
 from stepgauge.diagnose.located import SCATTER, UNDETERMINED
 from stepgauge.diagnose.posterior.metric import Metric
 from stepgauge.diagnose.posterior.priors import shipped_priors
@@ -59,6 +70,8 @@ TERMS_PER_FORMULA = 6
 KNOTS = (3, 5, 9, 17)
 """Bends of a function to try."""
 FEW_KNOTS = 4
+FINER = 17
+"""Periods that are tried about the one of the grid."""
 UNSEEN = 1e-6
 """Share of a term that must be left once the origins of the placements are fitted."""
 
@@ -122,12 +135,24 @@ def _best_law(
     best, worth = None, 0.0
     price = float(np.log(max(int(used.sum()), 2)))
     for side in [located.side] if located.side in AXES else ["approach", "gauge"]:
-        for terms in _terms(located, side, data):
-            fitted = _fit(terms, data, metric, left_um, used)
-            if fitted.terms and fitted.gain - price * len(fitted.terms) > worth:
-                worth = fitted.gain - price * len(fitted.terms)
-                best = _law(located, side, fitted)
+        for near in _about(located, data):
+            for terms in _terms(near, side, data):
+                fitted = _fit(terms, data, metric, left_um, used)
+                if fitted.terms and fitted.gain - price * len(fitted.terms) > worth:
+                    worth = fitted.gain - price * len(fitted.terms)
+                    best = _law(near, side, fitted)
     return best
+
+
+def _about(located: Located, data: Residuals) -> Iterator[Located]:
+    """The form with periods within a step of the grid that it was found on; of other forms itself."""
+    one = next((c for c in covariates(data) if c.name == located.covariate), None)
+    if located.form != WAVE or one is None:
+        yield located
+        return
+    turns = float(np.ptp(one.values)) / float(located.numbers)
+    for near in turns + np.linspace(-1.0, 1.0, FINER) / PERIODS_PER_SPAN:
+        yield replace(located, numbers=float(np.ptp(one.values)) / near)
 
 
 @dataclass(frozen=True)
@@ -208,6 +233,8 @@ def _of_covariate(located: Located, side: str, one: Covariate, name: str, data: 
         first, second = located.numbers
         angles = [f"(2 * pi * position_mm / {first:.12g})", f"(2 * pi * {name} / {second:.12g})"]
         yield [f"{a}{angles[0]} * {b}{angles[1]}" for a in ("sin", "cos") for b in ("sin", "cos")]
+    elif located.form == LENGTH and one.name == "cycle":
+        yield [f"{level} * {_length(side, data)}" for level in _levels("cycle", data)]
     elif located.form == LENGTH:
         late = _late(name, located.numbers)
         length = _length(side, data)

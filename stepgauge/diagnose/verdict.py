@@ -4,7 +4,7 @@
 2. What is said is a law if the laws of the place are likelier together than its forms: the likeliest kind, with all
    other laws that have more than ``in_set`` of the place's probability as its set. Otherwise it is the likeliest form.
 3. A law whose size is less than ``determined`` standard uncertainties is not named, however likely; nor is one beside a
-   form that is told over the covariate that it lives in, for a free function of time may hold any law in time.
+   form that is told over the covariate that it lives in, for a free function of time may hold a step or a drift in it.
 4. Outliers, growing and correlated scatter are said if their probability is at least ``stated``. Correlated scatter
    makes the verdict ``unknown`` where nothing has a name beside it.
 """
@@ -35,6 +35,8 @@ from stepgauge.diagnose.solve import Estimate, Fitted, Solved, solve
 Array = NDArray[np.float64]
 FAINT = 0.3
 """Share of its largest weight below which a reading says too little of a form."""
+LEAST_ODDS = 1e-4
+"""Odds against the best hypothesis from which several laws in place of one are listed, with their odds."""
 MOST_FORMS = 3
 """Covariates that a place without a law is told with."""
 
@@ -128,7 +130,7 @@ def _determined(state: State, term: Term, least: float) -> bool:
 def _within_forms(laws: list[Said], forms: list[Said]) -> list[Said]:
     """The laws that a form over their own covariate may hold (rule 3)."""
     told = {one.lead.candidate.kind for one in forms}
-    return [one for one in laws if told & _lives_in(one.family)]
+    return [one for one in laws if told & _lives_in(one.family) and "phase_deg" not in one.family.law.model_fields]
 
 
 def _lives_in(family: Family) -> set[str]:
@@ -145,7 +147,7 @@ def _lives_in(family: Family) -> set[str]:
 
 def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Iterator[Finding]:
     """The laws that are told; ``wider``: factor on uncertainties for what the predictive check has found."""
-    several = answer.alternatives(priors.decision.in_set)
+    several = answer.alternatives(LEAST_ODDS)
     for said, solved in zip(model.laws, model.fitted.solved, strict=True):
         rivals = _set(said, priors.decision.in_set)
         label = said.lead.candidate.label
@@ -157,7 +159,7 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
                 if one.candidate.kind == solved.family.kind and one.candidate.source.label != solved.family.label
             )
         )
-        widened = _widened(solved, _spread_factor(answer, model.state, label) * wider)
+        widened = _widened(solved, _spread_factor(answer, model.state, label, priors) * wider)
         yield Finding(
             solved.family.kind,
             solved.family.label,
@@ -167,7 +169,7 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
             min(sum(one.share for one in rivals), 1.0),
             solved.displacement_um(data),
             own=answer.probability([label]),
-            confounded_with=(*kinds, *_together(several, label)),
+            confounded_with=(*kinds, *_together(several, label, priors.decision.in_set)),
             alternatives=same,
             members=tuple(_members(said, rivals, widened, model, data)),
             several=tuple(
@@ -178,9 +180,10 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
         )
 
 
-def _together(several: list[Alternative], label: str) -> tuple[str, ...]:
-    """Several laws that may stand in place of one, each as their kinds: ``scale_error + squareness``."""
-    instead = [one.come for one in several if one.gone == (label,) and all(c.named for c in one.come)]
+def _together(several: list[Alternative], label: str, least: float) -> tuple[str, ...]:
+    """Several laws that may well stand in place of one, as their kinds: ``scale_error + squareness``."""
+    near = [one for one in several if one.gone == (label,) and one.odds >= least]
+    instead = [one.come for one in near if all(c.named for c in one.come)]
     return tuple(dict.fromkeys(" + ".join(sorted(c.kind for c in come)) for come in instead))
 
 
@@ -219,9 +222,9 @@ def choices_of(solved: Solved) -> dict[str, object]:
     return {**solved.family.choices, "direction": getattr(solved.effect, "direction", None)}
 
 
-def _spread_factor(answer: Answer, state: State, label: str) -> float:
+def _spread_factor(answer: Answer, state: State, label: str, priors: Priors) -> float:
     """By how much a size is less certain over all hypotheses that hold it than in the one that is told."""
-    spread = answer.spread(label)
+    spread = answer.spread(label, priors.decision.in_set)
     place = next((i for i, term in enumerate(state.terms) if term.candidate.label == label), None)
     if spread is None or place is None:
         return 1.0

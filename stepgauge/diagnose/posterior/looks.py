@@ -40,7 +40,8 @@ class Look:
     """A candidate beside a hypothesis.
 
     ``gain``: what it adds to the log posterior, prior included; ``volume``: what the shapes and sizes together have
-    over the evidence of the best one, their prior included (negative as a rule); ``atom``, ``sd``: that shape and size.
+    over the evidence of the best one, their prior included (negative as a rule); ``atom``, ``sd``: that shape and size;
+    ``by_atom``: log evidence of each shape, of laws.
     """
 
     candidate: Candidate
@@ -48,11 +49,27 @@ class Look:
     volume: float
     atom: int
     sd: float
+    by_atom: Array | None = None
 
     def term(self) -> Term:
         """The candidate with the shape and size that looked best."""
         columns = self.candidate.columns(self.atom)
         return Term(self.candidate, self.atom, columns, self.sd, self.candidate.log_odds + self.volume)
+
+    def peaks(self, most: int) -> list[int]:
+        """Other shapes that look better than their neighbours on the grid, the best first: aliases of a period."""
+        if self.by_atom is None or not isinstance(self.candidate, Law) or len(self.by_atom) < 3:
+            return []
+        inside = self.by_atom[1:-1]
+        tops = 1 + np.flatnonzero((inside > self.by_atom[:-2]) & (inside > self.by_atom[2:]))
+        ranked = tops[np.argsort(-self.by_atom[tops])]
+        return [int(atom) for atom in ranked if atom != self.atom][:most]
+
+    def volume_of(self, atom: int) -> float:
+        """The volume with another shape in place of the one that looked best."""
+        assert isinstance(self.candidate, Law)
+        weight = self.candidate.log_weight
+        return self.volume + float(weight[atom] - weight[self.atom])
 
 
 @dataclass(frozen=True)
@@ -90,14 +107,15 @@ class Looker:
         found = [look for table in self.tables for look in table.looks(dots, beside)]
         return sorted([*found, *self.smooth.looks(beside)], key=lambda look: -look.gain)
 
-    def pairs(self, state: State, most: int) -> list[tuple[Look, Look]]:
+    def pairs(self, state: State, most: int, without: frozenset[str]) -> list[tuple[Look, Look]]:
         """The likeliest pairs of laws of one shape and one amplitude each beside a hypothesis.
 
         Two laws may explain together what neither does alone; all pairs are looked at, at each step of the sizes.
         """
-        beside, (laws, white) = self._beside(state), self.plain
-        if len(laws) < 2:
+        keep = [i for i, law in enumerate(self.plain[0]) if law.label not in without]
+        if len(keep) < 2:
             return []
+        beside, laws, white = self._beside(state), [self.plain[0][i] for i in keep], self.plain[1][keep]
         dot, lost = white @ beside.left, white @ beside.lost
         gram = white @ white.T - lost @ lost.T
         first, second = np.triu_indices(len(laws), 1)
@@ -188,7 +206,8 @@ class _Table:
             k, atom = np.unravel_index(evidence[:, first:end].argmax(), (len(evidence), end - first))
             row = first + atom
             volume = float(sum_ - evidence[k, row] + self.weight[k, row])
-            yield Look(law, float(sum_) + law.log_odds, volume, int(atom), float(self.sizes[k, row]))
+            sd, own = float(self.sizes[k, row]), by_row[first:end]
+            yield Look(law, float(sum_) + law.log_odds, volume, int(atom), sd, own)
 
 
 def _tables(patterns: Sequence[Patterns], metric: Metric) -> list[_Table]:
@@ -364,9 +383,9 @@ class Looks:
             self._looks[key] = self._looker(state, scatters).looks(state)
         return self._looks[key]
 
-    def pairs(self, state: State, scatters: Scatters, most: int) -> list[tuple[Look, Look]]:
-        """The likeliest pairs of plain laws beside a hypothesis."""
-        return self._looker(state, scatters).pairs(state, most)
+    def pairs(self, state: State, scatters: Scatters, most: int, without: frozenset[str]) -> list[tuple[Look, Look]]:
+        """The likeliest pairs of plain laws beside a hypothesis, some of them left out by their labels."""
+        return self._looker(state, scatters).pairs(state, most, without)
 
     def _looker(self, state: State, scatters: Scatters) -> Looker:
         sigma_um = state.sigma_um if state.scatter.correlation else min(state.sigma_um, self.problem.within_um)

@@ -32,8 +32,10 @@ BEAM = 2
 MOST_TERMS = 6
 PROPOSED, PROPOSED_FORMS = 4, 2
 """Laws and forms that are tried beside a hypothesis."""
-PROPOSED_PAIRS = 2
+PROPOSED_PAIRS = 3
 """Pairs of plain laws that are."""
+COARSE, PEAKS = 5.0, 4
+"""Gain of a fitted shape over the grid's from which the grid is too coarse to choose by, nats; peaks tried then."""
 HOPELESS = -6.0
 """Gain of a look below which a candidate is not tried, nats."""
 FARTHER = 4.0
@@ -82,15 +84,21 @@ class Search:
 
     def added(self, state: State, look: Look) -> State:
         """The hypothesis with one term more; of a shape on the grid or near it, whichever is likelier."""
-        term = look.term()
-        best = self._with(state, term)
-        candidate = look.candidate
-        if isinstance(candidate, Law) and candidate.refine is not None:
-            refined = candidate.refine(look.atom, state.left_um)
-            if refined is not None:
-                again = Term(candidate, look.atom, refined.columns, term.sd, term.log_prior, refined.shape)
-                best = max(best, self._narrowed(state, again, best), key=_worth)
+        grid = self._with(state, look.term())
+        best = max(grid, self._between(state, look, look.atom, grid), key=_worth)
+        if best.log_posterior > grid.log_posterior + COARSE:
+            others = (self._between(state, look, atom, grid) for atom in look.peaks(PEAKS))
+            best = max((best, *others), key=_worth)
         return best
+
+    def _between(self, state: State, look: Look, atom: int, grid: State) -> State:
+        """The hypothesis with a shape fitted near a point of the grid; that of the grid where it cannot be."""
+        law = look.candidate
+        refined = law.refine(atom, state.left_um) if isinstance(law, Law) and law.refine is not None else None
+        if refined is None:
+            return grid
+        log_prior = law.log_odds + look.volume_of(atom)
+        return self._narrowed(state, Term(law, atom, refined.columns, look.sd, log_prior, refined.shape), grid)
 
     def _narrowed(self, state: State, term: Term, grid: State) -> State:
         """The hypothesis with a fitted shape, whose peak may be narrower than the grid's step.
@@ -125,11 +133,10 @@ class Search:
         yield from islice(_two_of_a_kind(look for look in looks if look.candidate.named), most)
         yield from islice(_two_of_a_kind(look for look in looks if not look.candidate.named), PROPOSED_FORMS)
 
-    def _paired(self, state: State) -> Iterator[State]:
+    def _paired(self, state: State, without: frozenset[str] = frozenset()) -> Iterator[State]:
         """The hypothesis with two plain laws more that explain together what neither does alone."""
-        for one, other in self.looks.pairs(state, self.scatters, PROPOSED_PAIRS):
-            if not {one.candidate.label, other.candidate.label} & state.labels:
-                yield self._with(self._with(state, one.term()), other.term())
+        for one, other in self.looks.pairs(state, self.scatters, PROPOSED_PAIRS, without | state.labels):
+            yield self._with(self._with(state, one.term()), other.term())
 
     def _weeded(self, state: State) -> State:
         """Without the terms that it is likelier without; the newest stays."""
@@ -242,7 +249,7 @@ class Search:
     def _instead(self, state: State, places: tuple[int, ...]) -> State:
         """The best with one other term, or one other and the best beside it, in some places."""
         base = self.without(state, *places)
-        ones = [*(self.added(base, look) for look in self._proposed(base, 3)), *self._paired(base)]
+        ones = [*(self.added(base, look) for look in self._proposed(base, 3)), *self._paired(base, state.labels)]
         if len(places) > 1 or not ones:  # two for one and one for two end here
             return max((base, *ones), key=_worth)
         others = [one for one in ones if one.labels != state.labels] or ones
