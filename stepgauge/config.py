@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import math
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -11,8 +10,10 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from stepgauge.errors import InputError, reading
-from stepgauge.files import read_text
+from stepgauge.files import LARGEST_NUMBER, read_text
 
+LEAST_NUMBER = 1e-30
+"""No quantity of ours is smaller, in whatever unit, and not zero."""
 Vector3 = Annotated[tuple[float, float, float], Field(strict=False)]
 """Three numbers, written as a TOML array."""
 
@@ -43,9 +44,10 @@ def parse_toml(text: str, path: str | Path) -> dict[str, Any]:
 
 
 def _check_finite(value: object, path: str | Path, key: str) -> None:
-    """``nan`` and ``inf`` are numbers of TOML, but of no file of ours."""
-    if isinstance(value, float) and not math.isfinite(value):
-        raise InputError(path, f"key {key} is wrong", found=value, expected="a finite number")
+    """``nan`` and ``inf`` are numbers of TOML, but of no file of ours; nor are those that overflow when squared."""
+    if isinstance(value, float | int) and not (value == 0 or LEAST_NUMBER <= abs(value) <= LARGEST_NUMBER):
+        expected = f"a finite number, 0 or {LEAST_NUMBER:g} to {LARGEST_NUMBER:g} in size"
+        raise InputError(path, f"key {key} is wrong", found=value, expected=expected)
     if isinstance(value, dict):
         for name, one in value.items():
             _check_finite(one, path, f"{key}.{name}" if key else name)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import os
 import stat
 from pathlib import Path
@@ -27,6 +26,8 @@ __all__ = [
     "write_json",
     "write_text",
 ]
+LARGEST_NUMBER = 1e15
+"""No quantity of ours is larger, in whatever unit."""
 MOST_FOLDERS_UP = 3
 """A file farther up than this from a result is none that is kept with it."""
 LARGEST_BYTES = 64_000_000
@@ -161,8 +162,8 @@ def parse_json(text: str, path: str | Path) -> Any:
 
     def finite(number: str) -> float:
         value = float(number)
-        if not math.isfinite(value):
-            raise InputError(path, "a number is not finite", found=number)
+        if not abs(value) <= LARGEST_NUMBER:
+            raise InputError(path, "a number is not finite, or too large", found=number)
         return value
 
     with reading(path, "JSON file"):

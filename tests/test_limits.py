@@ -89,6 +89,8 @@ def test_devices_folders_and_other_kinds_are_no_files(tmp_path: Path) -> None:
         f"a = {'9' * 5000}\n",
         f"a = {'[' * 3000}\n",
         "a = nan\n",
+        "diameter_mm = 1e-320\n",
+        "size = 1e308\n",
         "[uncertainty]\nyaw_urad = [1.0, inf]\n",
     ],
 )

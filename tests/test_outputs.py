@@ -138,8 +138,9 @@ def test_a_result_that_was_changed_is_refused_whatever_its_layout(tmp_path: Path
     ("text", "words"),
     [
         ('{"a": 1, "a": 2}', "key 'a' is there twice"),
-        ('{"a": NaN}', "a number is not finite; found NaN"),
-        ('{"a": 1e999}', "a number is not finite; found 1e999"),
+        ('{"a": NaN}', "a number is not finite, or too large; found NaN"),
+        ('{"a": 1e999}', "a number is not finite, or too large; found 1e999"),
+        ('{"expansion_uncertainty_per_K": 1e308}', "too large; found 1e308"),
         ('{"a": ' + "9" * 5000 + "}", "the JSON file is damaged: ValueError: Exceeds the limit"),
         ("[" * 100_000, "not a JSON file: nested too deeply"),
     ],

@@ -1,10 +1,10 @@
 """A line-spacing calibration of the National Bureau of Standards as a stepgauge gauge, machine and recording.
 
-    python convert.py lnspcg.dat folder [placements]
+    python convert.py spacings.csv folder [placements]
 
-``lnspcg.dat`` is the worksheet of NBS Technical Note 1164 (C. Croarkin, R. Varner: Measurement assurance for
-dimensional measurements on integrated circuit photomasks) as Dataplot distributes it: certified spacing, observed
-spacing in um and three derived columns, 4 runs over 10 spacings. Writes gauge.toml, gauge.csv, machine.toml and
+``spacings.csv`` has the values of Worksheet A of NBS Technical Note 1164 (C. Croarkin, R. Varner: Measurement assurance
+for dimensional measurements on integrated circuit photomasks): certified and observed spacing in um, 4 runs over 10
+spacings. Writes gauge.toml, gauge.csv, machine.toml and
 recording.csv into the folder.
 
 A spacing is the distance between two lines, so it becomes that of a front face at zero and a back face: an instrument
@@ -21,13 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.files import read_text, write_text
-from stepgauge.tables import write_table
+from stepgauge.files import write_text
+from stepgauge.tables import read_numbers, write_table
 
 Array = NDArray[np.float64]
 
 RUNS, SPACINGS = 4, 10
-COLUMNS = 5
 # A block is a line here; this much narrower than the least step between spacings, so that no two overlap.
 LINE_UM = 0.7
 EDGE_RADIUS_MM = 0.0005
@@ -68,20 +67,13 @@ tip_radius_mm = 0.0005
 """
 
 
-def read_worksheet(path: str | Path) -> Array:
+def read_spacings(path: str | Path) -> Array:
     """Certified and observed spacings in um, (runs, spacings, 2)."""
-    rows = []
-    for line in read_text(path).splitlines():
-        parts = line.split()
-        try:
-            numbers = [float(part) for part in parts]
-        except ValueError:
-            continue
-        if len(numbers) == COLUMNS:
-            rows.append(numbers[:2])
-    if len(rows) != RUNS * SPACINGS:
-        raise InputError(path, "not the worksheet", found=f"{len(rows)} rows of numbers", expected=RUNS * SPACINGS)
-    return np.array(rows).reshape(RUNS, SPACINGS, 2)
+    table = read_numbers(path, ("run", "certified_um", "observed_um"))
+    runs = np.column_stack([table["certified_um"], table["observed_um"]])
+    if len(runs) != RUNS * SPACINGS or not np.array_equal(table["run"], np.repeat(np.arange(1, RUNS + 1), SPACINGS)):
+        raise InputError(path, "not four runs in order", found=f"{len(runs)} rows", expected=RUNS * SPACINGS)
+    return runs.reshape(RUNS, SPACINGS, 2)
 
 
 def faces_um(spacings: Array) -> Array:
@@ -104,8 +96,8 @@ def recording_rows(runs: Array, placements: bool = False) -> list[list[object]]:
     return rows
 
 
-def main(worksheet: str | Path, folder: str | Path, placements: bool = False) -> None:
-    runs, target = read_worksheet(worksheet), Path(folder)
+def main(spacings: str | Path, folder: str | Path, placements: bool = False) -> None:
+    runs, target = read_spacings(spacings), Path(folder)
     faces = 1e-3 * faces_um(runs[0, :, 0])
     rows = [[k, f"{x:.6f}", f"{x:.6f}", "0.01"] for k, x in enumerate(faces, 1)]
     write_text(target / "gauge.toml", GAUGE)

@@ -76,7 +76,7 @@ TASKS: Tasks = {
         "export": ("stepgauge.cli.export", "recording -> DMIS, I++ DME, LinuxCNC, CSV, Excel"),
     },
     "Evaluate": {
-        "evaluate": ("stepgauge.cli.evaluate", "recording + certificate -> errors, two-sigma bands"),
+        "evaluate": ("stepgauge.cli.evaluate", "recording + certificate -> errors with 2s bands"),
         "iso10360": ("stepgauge.cli.iso10360", "recordings -> length measurement test of ISO 10360-2"),
         "iso10360-5": ("stepgauge.cli.iso10360_5", "points on a sphere -> probing test of ISO 10360-5"),
         "iso230": ("stepgauge.cli.iso230", "recording -> positioning accuracy by ISO 230-2"),
@@ -91,8 +91,8 @@ TASKS: Tasks = {
         "history": ("stepgauge.cli.history", "many evaluations of a machine -> trends, warnings"),
     },
     "Understand and improve the machine": {
-        "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> what is wrong with it"),
-        "effects": ("stepgauge.cli.effects", "what can bend readings: equations, parameters"),
+        "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> what departs from it"),
+        "effects": ("stepgauge.cli.effects", "systematic effects: equations, parameters"),
         "compensate": ("stepgauge.cli.compensate", "evaluation -> an error table for a controller"),
         "probe": ("stepgauge.cli.probe", "the probe itself: map, qualify, compensate, bench"),
     },

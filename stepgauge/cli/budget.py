@@ -78,7 +78,7 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
 
     Counted are the gauge's certificate with its correlation, the temperatures and expansions of gauge and scales,
     probing, resolution, alignment, repeatability and every uncertain value of the machine file; R_eff enters XB through
-    its own readings. What no file states is not made up: it is listed as not included, with the key that would state
+    its own readings. What no file states is not made up: it is listed as not evaluated, with the key that would state
     it. In the machine file:
 
     \b
@@ -127,7 +127,7 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
     stored = read_budget(written[0])
     written += draw_budget(output, stored, options["suffix"])
     for what, how in budget.not_included:
-        say(f"not included: {what}; state it by {how}")
+        say(f"not evaluated: {what}; state it by {how}")
     for part in model.parts:
         for line in (stored.find("r_eff", part.placement, None), farthest(stored, part.placement)):
             if line is not None:

@@ -44,7 +44,7 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any
     """Draw what a metrologist wants to see of a measurement. Sizes are the printed ones; svg and pdf are vectors.
 
     \b
-    error          error against position with two-sigma band, and MPE lines
+    error          error against position with 2s band, and MPE lines
     bidirectional  single probings and means of both ways of probing
     repeatability  single probings from the mean of their face; two sigma and range
     arrows         mean errors of all placements in the machine's travel, magnified

@@ -41,14 +41,14 @@ if TYPE_CHECKING:
 @machine_option(False, "Machine file or shipped name: its travel tells whether positions and lengths are those asked.")
 @PLACEMENTS
 @click.option(
-    "--offset",
+    "--offset-recording",
     "offset_files",
     multiple=True,
     metavar="RECORDING",
     help="Recording with the stylus tip 150 mm off the axis of the ram: E150. Once per position, two of them.",
 )
-@click.option("--mpe-offset", metavar="LIMIT", help='E150,MPE, "A + L/K"; needed with --offset.')
-@click.option("--offset-machine", metavar="MACHINE", help="Machine file with the stylus of the --offset recordings.")
+@click.option("--mpe-offset", metavar="LIMIT", help='E150,MPE, "A + L/K"; needed with --offset-recording.')
+@click.option("--offset-machine", metavar="MACHINE", help="Machine file with the stylus of the --offset-recording.")
 @click.option(
     "--normal",
     "normal_file",
@@ -160,7 +160,7 @@ def _check_options(options: dict[str, Any]) -> None:
         ("normal_gauge", "normal_file"),
     ):
         if options[one] not in (None, ()) and options[other] in (None, ()):
-            first, second = (f"--{name.removesuffix('_files').removesuffix('_file')}" for name in (one, other))
+            first, second = (f"--{name.replace('_files', '_recording').removesuffix('_file')}" for name in (one, other))
             raise click.UsageError(f"{first} needs {second}.".replace("_", "-"))
 
 

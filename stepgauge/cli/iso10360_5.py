@@ -26,12 +26,30 @@ LIMITS = {"P_Form": "mpe_form", "P_Size": "mpe_size", "L_Dia": "mpe_location"}
     metavar="MM",
     help="Effective tip diameter as the machine's qualification gave it, mm; once for all styli or once for each.",
 )
-@click.option("--mpe-form", type=POSITIVE, metavar="UM", help="Maximum permissible error of P_Form, um.")
-@click.option("--mpe-size", type=POSITIVE, metavar="UM", help="Maximum permissible error of P_Size, um.")
-@click.option("--mpe-location", type=POSITIVE, metavar="UM", help="Maximum permissible error of L_Dia, um.")
-@click.option("--u-sphere-diameter", type=NOT_NEGATIVE, metavar="UM", help="Standard uncertainty of the diameter, um.")
-@click.option("--sphere-form", type=NOT_NEGATIVE, metavar="UM", help="Form error of the test sphere, um.")
-@click.option("--u-sphere-form", type=NOT_NEGATIVE, metavar="UM", help="Standard uncertainty of that form error, um.")
+@click.option(
+    "--mpe-form", type=POSITIVE, metavar="UM", help="Maximum permissible error of P_Form, um. Default: no decision."
+)
+@click.option(
+    "--mpe-size", type=POSITIVE, metavar="UM", help="Maximum permissible error of P_Size, um. Default: no decision."
+)
+@click.option(
+    "--mpe-location", type=POSITIVE, metavar="UM", help="Maximum permissible error of L_Dia, um. Default: no decision."
+)
+@click.option(
+    "--u-sphere-diameter",
+    type=NOT_NEGATIVE,
+    metavar="UM",
+    help="Standard uncertainty of the diameter, um. Default: not stated.",
+)
+@click.option(
+    "--sphere-form", type=NOT_NEGATIVE, metavar="UM", help="Form error of the test sphere, um. Default: not stated."
+)
+@click.option(
+    "--u-sphere-form",
+    type=NOT_NEGATIVE,
+    metavar="UM",
+    help="Standard uncertainty of that form error, um. Default: not stated.",
+)
 @click.option(
     "--coverage-factor",
     "-k",

@@ -147,7 +147,7 @@ def _told(
     plain = Metric(search.problem, model.state.scatter, search.scatters, model.state.sigma_um)
     checks = predictive_checks(search.problem, model.state, plain)
     wider = widening(checks, search.problem, model.state, plain)
-    told = list(findings(model, answer, data, priors, wider))
+    told = list(findings(model, answer, found.data, priors, wider))
     left = list(unexplained(model, answer, found.data))
     if len(found.data) < len(data):
         told = _on_all_rows(told, model, data)

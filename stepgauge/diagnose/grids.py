@@ -14,6 +14,8 @@ from stepgauge.effects import Effect, Parameter
 Array = NDArray[np.float64]
 FEWEST_PERIODS = 2.0
 """Periods within the travel or the time of the measurement from which something repeats: less of one is a bow."""
+FEWEST_ALONG = 1.25
+"""The same along an axis, where a period that is hardly seen has aliases at the pitch of the faces."""
 MOST_PERIODS = 4000
 MOST_FREQUENCIES = 2500
 RHYTHM = np.linspace(0.0, 1.0, 41)
@@ -44,7 +46,7 @@ def _coordinate(choices: dict[str, Any], data: Residuals) -> Array:
 
 def _periods_mm(choices: dict[str, Any], data: Residuals) -> Array:
     span = max(float(np.ptp(_coordinate(choices, data))), 1.0)
-    frequency = np.arange(FEWEST_PERIODS / span, 0.5, 1.0 / (3.0 * span))[:MOST_PERIODS]
+    frequency = np.arange(FEWEST_ALONG / span, 0.5, 1.0 / (3.0 * span))[:MOST_PERIODS]
     return 1.0 / frequency
 
 

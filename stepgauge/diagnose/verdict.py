@@ -74,7 +74,7 @@ def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) 
     every = [Said(place, lead, terms[lead.candidate.label]) for place, lead in said if lead.candidate.label in terms]
     laws, forms = ([one for one in every if one.lead.candidate.named is named] for named in (True, False))
     model = _fitted(search, state, laws, forms, data)
-    vague = [*_undetermined(model, priors.decision.determined), *_within_forms(laws, forms)]
+    vague = [*_undetermined(state, laws, priors.decision.determined), *_within_forms(laws, forms)]
     if vague:
         kept = [one for one in laws if one not in vague]
         model = _fitted(search, state, kept, [*forms, *vague], data)
@@ -112,9 +112,17 @@ def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], d
     return Model(state, tuple(laws), tuple(forms), fitted, metric)
 
 
-def _undetermined(model: Model, least: float) -> list[Said]:
-    """The laws whose sizes the fit does not determine (rule 3)."""
-    return [one for one, solved in zip(model.laws, model.fitted.solved, strict=True) if not _determined(solved, least)]
+def _undetermined(state: State, laws: list[Said], least: float) -> list[Said]:
+    """The laws whose sizes the recording does not determine (rule 3), their shapes being what they are."""
+    return [one for one in laws if not _determined(state, one.term, least)]
+
+
+def _determined(state: State, term: Term, least: float) -> bool:
+    place = next((i for i, other in enumerate(state.terms) if other is term), None)
+    if place is None:
+        return True
+    mean, covariance = state.amplitudes(place)
+    return float(mean @ np.linalg.pinv(covariance) @ mean) >= least**2
 
 
 def _within_forms(laws: list[Said], forms: list[Said]) -> list[Said]:
@@ -133,13 +141,6 @@ def _lives_in(family: Family) -> set[str]:
         axes = [value for value in family.choices.values() if value in ("x", "y", "z")]
         return {"position", *(f"machine {axis}" for axis in axes)}
     return {first}
-
-
-def _determined(solved: Solved, least: float) -> bool:
-    assert solved.family.law is not None
-    sizes = [p.name for p in solved.family.law.parameters() if p.role == "linear"] or ["mrad"]
-    known = [solved.parameters[name] for name in sizes if name in solved.parameters]
-    return all(one.u is not None and abs(one.value) >= least * one.u for one in known)
 
 
 def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Iterator[Finding]:

@@ -20,7 +20,7 @@ from stepgauge.evaluate import PlacementResult
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
 
 Array = NDArray[np.float64]
-WIDTH_MM, HEIGHT_MM = 170.0, 130.0
+WIDTH_MM, HEIGHT_MM = 140.0, 130.0
 LONG, SHORT, GREY = CYCLE[0], CYCLE[1], COLORS["grey"]
 LARGEST_SHARE = 0.16
 """Length of the largest arrow over the diagonal of the box."""
@@ -41,7 +41,7 @@ def arrows_figure(results: Sequence[PlacementResult], travel_mm: Array | None = 
     with figure_style():
         figure = new_figure(WIDTH_MM, HEIGHT_MM)
         figure.set_layout_engine("none")  # it would shrink the box to its widest label
-        axes = figure.add_axes((0.0, 0.13, 1.0, 0.83), projection="3d", computed_zorder=False)
+        axes = figure.add_axes((0.0, 0.16, 1.0, 0.80), projection="3d", computed_zorder=False)
         _draw_box(axes, box)
         for result in results:
             _draw_placement(axes, result, magnification, box)
@@ -50,7 +50,7 @@ def arrows_figure(results: Sequence[PlacementResult], travel_mm: Array | None = 
         title = f"{machine + ': ' if machine else ''}Mean errors XM in the {where}, {_grouped(magnification)} times"
         figure.text(0.02, 0.965, title, fontsize=8.5, fontweight="bold")
         figure.text(0.02, 0.018, _caption(magnification, largest_um), fontsize=7.5)
-        figure.legend(handles=_legend(), loc="lower center", bbox_to_anchor=(0.5, 0.045), ncols=3, frameon=False)
+        figure.legend(handles=_legend(), loc="lower center", bbox_to_anchor=(0.5, 0.07), ncols=3, frameon=False)
     return figure
 
 
@@ -125,7 +125,7 @@ def _label(axes: Any, box: Array) -> None:
         getattr(axes, f"set_{letter}label")(f"{letter} (mm)")
         ticks = max(2, round(8 * (high - low) / float(np.ptp(box, axis=1).max())))
         axes.locator_params(axis=letter, nbins=ticks)
-    axes.set_box_aspect(np.ptp(box, axis=1), zoom=1.3)
+    axes.set_box_aspect(np.ptp(box, axis=1), zoom=1.12)
     axes.view_init(elev=25, azim=-68)
     axes.xaxis.pane.fill = axes.yaxis.pane.fill = axes.zaxis.pane.fill = False
 
@@ -136,8 +136,8 @@ def _grouped(value: float) -> str:
 
 def _caption(magnification: float, largest_um: float) -> str:
     return (
-        f"1 µm is drawn as {magnification * 1e-3:g} mm of the machine; largest |XM| {largest_um:.2f} µm."
-        " Errors are along the gauge and drawn across it."
+        f"1 µm is drawn as {magnification * 1e-3:g} mm of the machine; largest |XM| {largest_um:.2f} µm.\n"
+        "Errors are along the gauge and drawn across it."
     )
 
 

@@ -21,7 +21,7 @@ GREY = COLORS["grey"]
 
 
 def bidirectional_figure(table: pd.DataFrame, mpe: Mpe | None = None) -> Figure:
-    """Errors of single probings (dots), their means by face and two-sigma bars, for both ways of probing."""
+    """Errors of single probings (dots), their means by face and 2s bars, for both ways of probing."""
     with figure_style():
         figure = new_figure(WIDTH_MM, HEIGHT_MM)
         axes = figure.subplots()

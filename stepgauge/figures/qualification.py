@@ -60,7 +60,7 @@ def draw_qualification(approach: Array, result: Qualification, path: str | Path)
     azimuth, elevation = angles_rad(-approach @ probe_frame(result.stylus_axis).T)
     series = [("mean effective radius", "o", "before", result.residuals_um)]
     if result.residuals_compensated_um is not None:
-        series.append(("lobes taken off", "*", "after", result.residuals_compensated_um))
+        series.append(("corrected for the lobes", "*", "after", result.residuals_compensated_um))
     with _drawing(path, 160.0, 75.0) as fig:
         left, right = fig.subplots(1, 2, sharey=True)
         for axes, angle, name in ((left, azimuth, "azimuth"), (right, elevation, "elevation")):
@@ -85,7 +85,7 @@ def draw_compensation(approach: Array, pretravel_um: Array, stylus_axis: Sequenc
         plain = fig.add_subplot(up)
         plain.plot(np.degrees(elevation), pretravel_um, "o", markersize=3, color=COLORS["after"])
         plain.set_xlabel("elevation above the equator (°)")
-        plain.set_ylabel("pre-travel taken off (\N{MICRO SIGN}m)")
+        plain.set_ylabel("correction for the pre-travel (\N{MICRO SIGN}m)")
 
 
 def draw_sphere_errors(

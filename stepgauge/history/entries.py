@@ -38,8 +38,8 @@ QUANTITIES = {
         Quantity("scale_ppm", "scale error: slope of XM", "um/m", True),
         Quantity("reversal_um", "mean reversal XR", "um", True),
         Quantity("r_eff_change_um", "R_eff minus the first", "um", True),
-        Quantity("band_um", "band of XM", "um", False),
-        Quantity("worst_two_sigma_um", "worst two-sigma", "um", False),
+        Quantity("band_um", "range of XM", "um", False),
+        Quantity("worst_two_sigma_um", "largest 2s", "um", False),
     )
 }
 

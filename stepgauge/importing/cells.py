@@ -154,13 +154,18 @@ def _read_grid(
     book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
     try:
         name = _choose_sheet(path, book.sheetnames, sheet)
+        grid = book[name]
+        grid.reset_dimensions()  # what the file says of its size may be wrong, and would cut it
         rows: list[tuple[int, list[Cell]]] = []
-        number, width = 0, book[name].max_column or 0
-        if width > MOST_COLUMNS:
-            raise InputError(path, f"sheet {name!r} is too wide", found=f"{width} columns", expected=f"{MOST_COLUMNS}")
-        for number, values in enumerate(book[name].iter_rows(max_col=MOST_COLUMNS, values_only=True), 1):
-            if any(value is not None and value != "" for value in values):
-                rows.append((number, [_cell(value) for value in values]))
+        number = 0
+        for number, values in enumerate(grid.iter_rows(max_col=MOST_COLUMNS + 1, values_only=True), 1):
+            last = max((i for i, value in enumerate(values, 1) if value is not None and value != ""), default=0)
+            if last > MOST_COLUMNS:
+                raise InputError(
+                    path, f"row {number} of sheet {name!r} is too wide", expected=f"{MOST_COLUMNS} columns"
+                )
+            if last:
+                rows.append((number, [_cell(value) for value in values[:last]]))
             if number - len(rows) > MOST_BLANK:
                 raise InputError(path, f"sheet {name!r} has rows without an end", found=f"{number - len(rows)} blank")
         return name, [other for other in book.sheetnames if other != name], rows, number - len(rows)

@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 TIMES = 8.0
 """A reading is left out beyond so many standard deviations of one probing: by chance once in 1e15 readings."""
+ODD_TIMES = 6.0
+"""A face or a block is said to stand out beyond so many: it is used all the same, so a false alarm costs a glance."""
 LEAST_UM = 2.0
 """Nothing nearer than this to its repeats is left out, however well they agree."""
 STEPS = 4.0
@@ -162,7 +164,7 @@ def odd_faces(faces: Rows, at_mm: Array, level_um: Array, u_um: Array) -> list[t
             continue
         off, weight = _beside_neighbours(at_mm[rows], level_um[rows])
         scatter = float(np.quantile(np.abs(off / weight), CALM)) / CALM_SIGMA
-        limit = weight * np.maximum(TIMES * scatter, LEAST_UM + 4.0 * u_um[rows])
+        limit = weight * np.maximum(ODD_TIMES * scatter, LEAST_UM + 4.0 * u_um[rows])
         size = np.abs(off) / limit
         peak = (size > 1.0) & (size >= np.r_[0.0, size[:-1]]) & (size >= np.r_[size[1:], 0.0])
         found += [(int(faces[rows[i]]), float(off[i])) for i in np.flatnonzero(peak)]
@@ -181,7 +183,7 @@ def odd_blocks(faces: Rows, level_um: Array, u_um: Array) -> list[tuple[int, flo
     size = level_um[fronts + 1] - level_um[fronts]
     off = size - np.median(size)
     u = np.hypot(u_um[fronts], u_um[fronts + 1])
-    limit = np.maximum(TIMES * _TO_SIGMA * np.median(np.abs(off)), LEAST_UM / 2.0 + 4.0 * u)
+    limit = np.maximum(ODD_TIMES * _TO_SIGMA * np.median(np.abs(off)), LEAST_UM / 2.0 + 4.0 * u)
     rows = np.flatnonzero(np.abs(off) > limit)
     few = max(1.0, len(fronts) / 4.0)
     return [(int(faces[fronts[i]] + 1) // 2, float(off[i])) for i in rows] if 0 < rows.size <= few else []

@@ -90,8 +90,8 @@ class EvaluationTable(_Stored):
     r_eff_origin: str = Field(description="first or all")
     r_eff_meaning: str = Field(description="where the effective radius comes from")
     span_mm: float = Field(description="longest span")
-    band_um: float | None = Field(description="largest band of the mean error")
-    worst_two_sigma_um: float | None = Field(description="worst two-sigma")
+    band_um: float | None = Field(description="largest range of the mean error")
+    worst_two_sigma_um: float | None = Field(description="largest 2s")
     temperature_convention: str = Field(description="what was corrected to which temperature")
     placements: list[PlacementRow] = Field(min_length=1, description="results by placement")
 

@@ -52,7 +52,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Band:
-    """The band of XM (its largest minus its smallest value) of a placement, um: no linear quantity, by Monte Carlo."""
+    """The range of XM (its largest minus its smallest value) of a placement, um: no linear quantity, by Monte Carlo."""
 
     placement: int
     value: float

@@ -106,7 +106,7 @@ def budget_csv(budget: Budget) -> str:
         cells = [row[name] for name in COLUMNS] + [line.contribution.get(name, 0.0) for name in names]
         cells += [line.through_radius, line.same_terms_u, *(line.monte_carlo or ("", "", ""))]
         rows.append(["inf" if i == 6 and cell is None else result_cell(cell) for i, cell in enumerate(cells)])
-    header = [*COLUMNS, *(f"u: {name}" for name in names), "of these through r_eff", *RUN_COLUMNS]
+    header = [*COLUMNS, *(f"u: {name}" for name in names), "of which via r_eff", *RUN_COLUMNS]
     return csv_text(header, rows)
 
 
@@ -156,7 +156,7 @@ class StoredSource(_Stored):
 
 
 class StoredBand(_Stored):
-    """The band of XM of one placement, by Monte Carlo."""
+    """The range of XM of one placement, by Monte Carlo."""
 
     placement: int
     value_um: float
@@ -166,7 +166,7 @@ class StoredBand(_Stored):
 
 
 class StoredGap(_Stored):
-    """What nobody stated."""
+    """A contribution that was not evaluated."""
 
     what: str
     state_by: str

@@ -157,7 +157,8 @@ class LengthTest:
     def repeatability_outcome(self, kind: Kind) -> Outcome | None:
         """The decision on the repeatability ranges; None without a limit or without repeats.
 
-        What makes a test value uncertain is the same in all repeats of a length, so nothing is taken off the limit.
+        What makes a test value uncertain is the same in all repeats of a length, so nothing is subtracted from the
+        limit.
         """
         ranges = [one.range_um for one in self.lengths(kind) if np.isfinite(one.range_um)]
         limit = self.specification.repeatability_um
@@ -180,7 +181,7 @@ class LengthTest:
 
     @property
     def missing(self) -> list[str]:
-        """Contributions to the test value uncertainty that nobody stated."""
+        """Contributions to the test value uncertainty that were not evaluated."""
         names: dict[str, None] = {}
         for kind in KINDS:
             for one in self.lengths(kind):

@@ -217,8 +217,8 @@ def _stylus(points: ProbedPoints, sphere: TestSphere, tip_mm: float) -> StylusPo
     normal = points.position_mm - fit.centre_mm
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     if (np.einsum("ij,ij->i", normal, points.approach) > 0.0).any():
-        expected = "approaches towards the sphere"
-        raise InputError(path, "points were approached from within the sphere", expected=expected)
+        towards = "approaches towards the sphere"
+        raise InputError(path, "points were approached from within the sphere", expected=towards)
     mean = normal.mean(axis=0)
     return StylusPoints(path, points.position_mm - normal * tip_mm / 2.0, fit, tip_mm, mean / np.linalg.norm(mean))
 

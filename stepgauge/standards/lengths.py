@@ -1,7 +1,7 @@
 """Lengths between faces of a step gauge, repeat by repeat: which five are tested, and their errors.
 
 A unidirectional length goes from front to front or from back to back and needs no tip diameter. A bidirectional one
-goes from the front of a block to the back of a later one, over the outside: the effective tip diameter is taken off.
+goes from the front of a block to the back of a later one, over the outside: the effective tip diameter is subtracted.
 """
 
 from __future__ import annotations
@@ -168,7 +168,8 @@ def nominal_length_mm(gauge: Gauge, faces: Faces) -> float:
 def length_errors_um(table: FaceTable, faces: Faces, cycles: NDArray[np.int64], tip_diameter_mm: float) -> Array:
     """Error of the length in each of the cycles, um: indicated minus certified at the recorded gauge temperature.
 
-    The tip diameter is taken off a length from a front to a back, and is of no consequence between faces of one side.
+    The tip diameter is subtracted from a length from a front to a back, and is of no consequence between faces of one
+    side.
     """
     rows = np.isin(table.cycles, cycles)
     read = table.of_face(faces[1])[rows] - table.of_face(faces[0])[rows]

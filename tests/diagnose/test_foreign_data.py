@@ -81,7 +81,7 @@ def test_fea_columns_of_the_thesis_are_read_under_their_own_names(tmp_path):
     assert found.fits[1].quantum == pytest.approx(0.1)
 
 
-# NBS Technical Note 1164 (lnspcg.dat): z = 0.987 w + 0.24 um.
+# NBS Technical Note 1164 (spacings.csv): z = 0.987 w + 0.24 um.
 
 PUBLISHED_SLOPE, PUBLISHED_OFFSET_UM, ODD_RUN = 0.987, 0.24, 2
 
@@ -105,7 +105,7 @@ def spacings_um(folder):
 
 
 def test_line_spacing_files_keep_the_published_fit_and_the_odd_run(convert, tmp_path):
-    convert.main(SPACING / "lnspcg.dat", tmp_path)
+    convert.main(SPACING / "spacings.csv", tmp_path)
     run, certified, observed, zero = spacings_um(tmp_path)
     assert len(observed) == 40
     assert zero == pytest.approx(np.zeros(4), abs=1e-4)
@@ -118,7 +118,7 @@ def test_line_spacing_files_keep_the_published_fit_and_the_odd_run(convert, tmp_
 
 
 def test_line_spacing_shows_its_scale_error_with_the_published_slope(convert, tmp_path):
-    convert.main(SPACING / "lnspcg.dat", tmp_path, placements=True)
+    convert.main(SPACING / "spacings.csv", tmp_path, placements=True)
     gauge, machine = read_gauge(tmp_path / "gauge.toml"), read_machine(tmp_path / "machine.toml")
     found = diagnose(read_recording(tmp_path / "recording.csv"), gauge, machine)
     assert [finding.kind for finding in found.findings] == ["scale_error"]
@@ -130,7 +130,7 @@ def test_line_spacing_shows_its_scale_error_with_the_published_slope(convert, tm
 def test_line_spacing_refuses_another_worksheet(convert, tmp_path):
     other = tmp_path / "other.dat"
     other.write_text("1 2 3 4 5\n")
-    with pytest.raises(InputError, match="not the worksheet"):
+    with pytest.raises(InputError, match="column run is missing"):
         convert.main(other, tmp_path / "out")
 
 

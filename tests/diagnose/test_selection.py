@@ -273,7 +273,6 @@ def test_a_slow_swing_is_no_quick_one_that_the_rhythm_of_the_touches_makes_slow(
     assert not names(found)
 
 
-@pytest.mark.xfail(strict=True, reason="longer periods than half the travel are none, so an alias of 2.03 mm is named")
 def test_a_period_that_is_hardly_seen_twice_is_that_period_or_none() -> None:
     """One sine and a half over the gauge."""
     recording = clean((ALONG_X,))

@@ -440,14 +440,14 @@ def test_command_line(tmp_path: Path) -> None:
         return result.output
 
     said = call("-p", str(tmp_path / "placement.toml"), "--runs", "200", "--u-gauge-temperature", "0.1")
-    assert "not included: resolution; state it by resolution_um in [uncertainty]" in said
-    assert "not included: alignment" not in said
+    assert "not evaluated: resolution; state it by resolution_um in [uncertainty]" in said
+    assert "not evaluated: alignment" not in said
     assert "Monte Carlo u" in said
     assert (tmp_path / "out" / "budget-1.png").stat().st_size > 20_000
     stored = read_budget(tmp_path / "out")
     assert {source.name for source in stored.sources} >= {"alignment", "gauge temperature", "certificate"}
     full = call("--runs", "0", "--certificate-correlation", "1", "--coverage", "99", "--blocks", "1:3")
-    assert "not included: alignment" in full
+    assert "not evaluated: alignment" in full
     assert "99 %" in full
     assert read_budget(tmp_path / "out").quantities[-1].face == 5
     assert "too few runs" in call("--runs", "1")

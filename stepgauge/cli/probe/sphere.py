@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 @output("Table of recorded tip centres to write (CSV), as qualify, iso10360-5 and compensate read it.")
 @click.option("--sphere-diameter", type=POSITIVE, default=25.0, show_default=True, metavar="MM", help="Sphere, mm.")
 @click.option(
-    "--points",
+    "--count",
     type=click.IntRange(5, 10_000),
     default=25,
     show_default=True,
     help="25 are the pattern that ISO 10360-5 recommends; other counts are spread evenly over the hemisphere.",
 )
 @click.option("--scatter", type=NOT_NEGATIVE, default=0.2, show_default=True, metavar="UM", help="One sigma, um.")
-@click.option("--seed", type=int, default=1, show_default=True, help="Seed of the scatter.")
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of the scatter.")
 @click.option(
     "--stylus-direction",
     callback=_direction,
@@ -49,7 +49,7 @@ def command(probe: str, output: str, **options: Any) -> None:
     from stepgauge.tables import csv_text
 
     held = read_probe(probe, options["stylus_direction"])
-    rows = probed_sphere(held, options["sphere_diameter"], options["points"], options["scatter"], options["seed"])
+    rows = probed_sphere(held, options["sphere_diameter"], options["count"], options["scatter"], options["seed"])
     head = f"# probe: {held.name or probe}\n# seed: {options['seed']}\n"
     write_text(output, head + csv_text([*POSITION, *APPROACH], rows.round(7).tolist()))
     say_written(output)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,6 +90,41 @@ class Looker:
         found = [look for table in self.tables for look in table.looks(dots, beside)]
         return sorted([*found, *self.smooth.looks(beside)], key=lambda look: -look.gain)
 
+    def pairs(self, state: State, most: int) -> list[tuple[Look, Look]]:
+        """The likeliest pairs of laws of one shape and one amplitude each beside a hypothesis.
+
+        Two laws may explain together what neither does alone; all pairs are looked at, at each step of the sizes.
+        """
+        beside, (laws, white) = self._beside(state), self.plain
+        if len(laws) < 2:
+            return []
+        dot, lost = white @ beside.left, white @ beside.lost
+        gram = white @ white.T - lost @ lost.T
+        first, second = np.triu_indices(len(laws), 1)
+        odds = np.array([law.log_odds for law in laws])
+        found: list[tuple[float, int, int, int]] = []
+        for k in range(min(len(law.sizes.sd) for law in laws)):
+            sd = np.array([law.sizes.sd[k] for law in laws])
+            weight = odds + np.array([law.sizes.log_weight[k] for law in laws])
+            ridge = beside.scatter / sd**2
+            a, b, c = gram[first, first] + ridge[first], gram[first, second], gram[second, second] + ridge[second]
+            det = np.maximum(a * c - b**2, ridge[first] * ridge[second])
+            square = (c * dot[first] ** 2 - 2.0 * b * dot[first] * dot[second] + a * dot[second] ** 2) / det
+            price = 0.5 * (np.log(det) - np.log(ridge[first] * ridge[second]))
+            gain = beside.student(square) - price + weight[first] + weight[second]
+            found += [(float(gain[i]), int(first[i]), int(second[i]), k) for i in np.argsort(-gain)[:most]]
+        return [
+            (_alone(laws[i], k, gain), _alone(laws[j], k, gain)) for gain, i, j, k in sorted(found, reverse=True)[:most]
+        ]
+
+    @cached_property
+    def plain(self) -> tuple[list[Law], Array]:
+        """Laws of one shape and one amplitude, and their mapped signatures ``(m, n)``."""
+        laws = [law for table in self.tables for law in table.laws if law.atoms == law.dimension == 1]
+        laws = [law for law in laws if law.named and not law.positive and len(law.sizes.sd) > 1]
+        columns = np.array([law.columns(0)[0] for law in laws]).reshape(len(laws), len(self.white))
+        return laws, self.metric(columns)
+
     def _beside(self, state: State) -> _Beside:
         left, lost = self.white, np.zeros((len(self.white), 0))
         if state.terms:
@@ -98,6 +134,11 @@ class Looker:
             lost = solve_triangular(factor, white, lower=True).T
             left = left - lost @ (lost.T @ left)
         return _Beside(left, lost, float(self.white @ left), float(self.metric.dof))
+
+
+def _alone(law: Law, size: int, gain: float) -> Look:
+    """A look at a law of one shape with one of its sizes."""
+    return Look(law, gain, float(law.sizes.log_weight[size]), 0, float(law.sizes.sd[size]))
 
 
 @dataclass(frozen=True)
@@ -323,9 +364,13 @@ class Looks:
             self._looks[key] = self._looker(state, scatters).looks(state)
         return self._looks[key]
 
+    def pairs(self, state: State, scatters: Scatters, most: int) -> list[tuple[Look, Look]]:
+        """The likeliest pairs of plain laws beside a hypothesis."""
+        return self._looker(state, scatters).pairs(state, most)
+
     def _looker(self, state: State, scatters: Scatters) -> Looker:
         sigma_um = state.sigma_um if state.scatter.correlation else min(state.sigma_um, self.problem.within_um)
-        key = (state.scatter.key, round(float(np.log(sigma_um)) / LIKE_SIGMA))
+        key = (*state.scatter.alike, round(float(np.log(sigma_um)) / LIKE_SIGMA))
         if key not in self._lookers:
             metric = Metric(self.problem, state.scatter, scatters, sigma_um)
             self._lookers[key] = Looker(self.problem, metric, self.patterns)

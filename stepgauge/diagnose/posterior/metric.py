@@ -13,6 +13,8 @@ from stepgauge.diagnose.posterior.scatter import Scatter, Scatters
 
 Array = NDArray[np.float64]
 Columns = TypeVar("Columns", bound=NDArray[Any])
+ROUNDING = 1e-14
+"""Share of the largest variance of a nuisance below which another is rounding: a free origin has very much."""
 FREE_UM = 1e3
 """Prior standard deviation of a nuisance of which nothing is known: far beyond what is left of any origin."""
 
@@ -92,7 +94,7 @@ class Metric:
         sd = np.concatenate([sd, *(np.full(len(term.columns), term.sd) for term in beside)])
         wide = self.rows(columns / sigma_um) * sd[:, None]
         value, vector = np.linalg.eigh(wide @ wide.T)
-        keep = value > 1e-10 * value[-1]
+        keep = value > ROUNDING * value[-1]
         value, vector = value[keep], vector[:, keep]
         self.basis = wide.T @ (vector / np.sqrt(value))
         self.kept = 1.0 / np.sqrt(1.0 + value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import tomllib
 from functools import cache
 from importlib.resources import files
@@ -10,10 +11,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from stepgauge.config import Table, check_table, read_toml
 from stepgauge.diagnose.posterior.problem import Sizes
+from stepgauge.errors import InputError
 
 Array = NDArray[np.float64]
 FILE = "priors.toml"
@@ -71,7 +73,12 @@ class FormPriors(Table):
     size_weights: list[float] = Field(min_length=1)
     lengths: list[float] = Field(min_length=1)
     lags: list[float] = Field(min_length=1)
-    regime: float = Field(gt=0.0)
+
+    @model_validator(mode="after")
+    def _paired(self) -> FormPriors:
+        if len(self.sizes) != len(self.size_weights):
+            raise ValueError("as many size_weights as sizes")
+        return self
 
     def about(self, scale_um: float) -> Sizes:
         """The mixture over the stated repeatability."""
@@ -107,6 +114,13 @@ class Priors(Table):
     shapes: dict[str, list[float]]
     laws: LawPriors
 
+    @model_validator(mode="after")
+    def _ranges(self) -> Priors:
+        for name, ends in self.shapes.items():
+            if len(ends) != 2 or not 0.0 < ends[0] < ends[1]:
+                raise ValueError(f"for {name} two positive numbers, the smaller one first")
+        return self
+
 
 def priors_text() -> str:
     """The shipped file with its reasons."""
@@ -121,7 +135,14 @@ def shipped_priors() -> Priors:
 
 def read_priors(path: str | Path) -> Priors:
     """The shipped priors with what a file says in their place (:class:`InputError` where it is not one)."""
-    return check_table(Priors, _over(tomllib.loads(priors_text()), read_toml(path)), path)
+    own = read_toml(path)
+    for kind in own.get("laws", {}).get("kinds", {}):
+        known = shipped_priors().laws.kinds
+        if kind not in known:
+            near = difflib.get_close_matches(kind, known, 1)
+            expected = f"{near[0]}?" if near else ", ".join(known)
+            raise InputError(path, f"key laws.kinds.{kind} is no kind of law", expected=expected)
+    return check_table(Priors, _over(tomllib.loads(priors_text()), own), path)
 
 
 def _over(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:

@@ -49,6 +49,12 @@ class Scatter:
         return self.growth, self.correlation, self.certificate, self.rounded, tails
 
     @property
+    def alike(self) -> tuple[object, ...]:
+        """What makes two models nearly the same: the weights of the rows by their mean."""
+        mean = round(float(self.weight.mean()) * 50.0)
+        return self.growth, self.correlation, self.certificate, self.rounded, self.tails, self.freedom, mean
+
+    @property
     def kind(self) -> tuple[object, ...]:
         """What tells one model from another, without the numbers in it."""
         growth = None if self.growth is None else self.growth[0]

@@ -32,6 +32,8 @@ BEAM = 2
 MOST_TERMS = 6
 PROPOSED, PROPOSED_FORMS = 4, 2
 """Laws and forms that are tried beside a hypothesis."""
+PROPOSED_PAIRS = 2
+"""Pairs of plain laws that are."""
 HOPELESS = -6.0
 """Gain of a look below which a candidate is not tried, nats."""
 FARTHER = 4.0
@@ -108,8 +110,8 @@ class Search:
         """The likeliest hypotheses with one term more: of laws alone, and of all."""
         found: dict[int, State] = {}
         for head in heads:
-            for look in self._proposed(head):
-                state = self._weeded(self.added(head, look))
+            for state in (*(self.added(head, look) for look in self._proposed(head)), *self._paired(head)):
+                state = self._weeded(state)
                 found[id(state)] = state
         ranked = sorted(found.values(), key=_worth, reverse=True)
         laws = [state for state in ranked if state.named][:BEAM]
@@ -122,6 +124,12 @@ class Search:
         looks = [look for look in self.beside(state) if look.gain > HOPELESS]
         yield from islice(_two_of_a_kind(look for look in looks if look.candidate.named), most)
         yield from islice(_two_of_a_kind(look for look in looks if not look.candidate.named), PROPOSED_FORMS)
+
+    def _paired(self, state: State) -> Iterator[State]:
+        """The hypothesis with two plain laws more that explain together what neither does alone."""
+        for one, other in self.looks.pairs(state, self.scatters, PROPOSED_PAIRS):
+            if not {one.candidate.label, other.candidate.label} & state.labels:
+                yield self._with(self._with(state, one.term()), other.term())
 
     def _weeded(self, state: State) -> State:
         """Without the terms that it is likelier without; the newest stays."""
@@ -234,14 +242,13 @@ class Search:
     def _instead(self, state: State, places: tuple[int, ...]) -> State:
         """The best with one other term, or one other and the best beside it, in some places."""
         base = self.without(state, *places)
-        best = base
-        for look in self._proposed(base, 3):
-            one = self.added(base, look)
-            best = max(best, one, key=_worth)
-            if len(places) == 1 and one.log_posterior > state.log_posterior - NEARLY:
-                two = (self.added(one, next_one) for next_one in islice(self._proposed(one, 1), 1))
-                best = max(best, *two, one, key=_worth)
-        return best
+        ones = [*(self.added(base, look) for look in self._proposed(base, 3)), *self._paired(base)]
+        if len(places) > 1 or not ones:  # two for one and one for two end here
+            return max((base, *ones), key=_worth)
+        others = [one for one in ones if one.labels != state.labels] or ones
+        near = max(others, key=_worth)
+        twos = [self.added(near, look) for look in islice(self._proposed(near, 1), 1)]
+        return max((base, *ones, *twos), key=_worth)
 
     def polished(self, state: State) -> State:
         """Each term's shape and size once more beside the others."""
@@ -256,8 +263,6 @@ NEAR_OUTLYING = 9.0
 """Square of what is left, over the variance, from which a row may be an outlier."""
 MEDIAN_SQUARE = 0.4549
 """Median of chi-square with one degree of freedom."""
-NEARLY = 12.0
-"""How far below the best a hypothesis may be for two terms in place of one to be tried, nats."""
 
 
 def _worth(state: State) -> float:
