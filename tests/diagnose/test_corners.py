@@ -50,12 +50,7 @@ def test_a_sine_stays_an_oscillation(period_s: float) -> None:
 
 @pytest.mark.parametrize(
     "form",
-    [
-        "sine",
-        pytest.param(
-            SAWTOOTH, marks=pytest.mark.xfail(strict=True, reason="a wave's period is the grid's: 104 mm for 97")
-        ),
-    ],
+    ["sine", SAWTOOTH],
 )
 def test_a_wave_along_the_travel_is_told_without_times(form: str) -> None:
     """Sines along a scale are a law's, sawtooths nobody's; nothing asks for a time that was not recorded."""

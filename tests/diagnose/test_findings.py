@@ -160,7 +160,6 @@ def test_two_laws_that_explain_all_are_better_than_one_and_a_form() -> None:
 # 5. A few coefficients that explain all.
 
 
-@pytest.mark.xfail(strict=True, reason="'adequate' at P(adequate) = 3e-14: the law of the one place is not determined")
 def test_a_bow_of_two_coefficients_is_no_loop_of_sixteen() -> None:
     """Thirty-six rows, there and back."""
     steps = make_gauge(blocks=9)

@@ -184,8 +184,9 @@ class Answer:
     def spread(self, label: str, least: float) -> tuple[Array, Array] | None:
         """Posterior mean ``(d,)`` and covariance of a term's amplitudes over the hypotheses that hold it.
 
-        Those whose odds against the best one are at least ``least``: an interval is no wider for what lies outside of it
-        with less than its own probability. None where it is not in the best one, or where their signatures are not of one shape.
+        Of those, the ones whose odds against the best one are at least ``least``: an interval is no wider for what
+        lies outside of it with less than its own probability. None where it is not in the best one, or where their
+        signatures are not of one shape.
         """
         held = []
         near = self.best.log_posterior + float(np.log(least))

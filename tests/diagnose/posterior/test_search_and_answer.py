@@ -108,13 +108,13 @@ def test_nothing_is_adequate_with_a_probability_that_holds() -> None:
 
 def test_the_spread_of_an_amplitude_holds_all_hypotheses_that_have_it() -> None:
     found = answered(SLOPE + WAVE)
-    spread = found.spread("slope")
+    spread = found.spread("slope", 1e-3)
     assert spread is not None
     place = next(i for i, term in enumerate(found.best.terms) if term.candidate.label == "slope")
     mean, covariance = found.best.amplitudes(place)
     assert abs(spread[0][0] - mean[0]) < np.sqrt(covariance[0, 0])
     assert spread[1][0, 0] >= 0.9 * covariance[0, 0]
-    assert found.spread("step") is None
+    assert found.spread("step", 1e-3) is None
 
 
 def test_the_decision_knows_nothing_of_gauges_probes_and_recordings() -> None:
