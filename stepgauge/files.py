@@ -107,7 +107,8 @@ def write_json(path: str | Path, data: Any) -> None:
     """
     if isinstance(data, dict) and "format" in data:
         made_from = [_input(place, sha256, Path(path)) for place, sha256 in inputs().items()]
-        data = {**data, **({"inputs": made_from} if made_from else {})}
+        key = "made_from" if "inputs" in data else "inputs"  # a Monte Carlo has inputs of another sort
+        data = {**data, **({key: made_from} if made_from else {})}
         data["checksum"] = checksum(data)
     write_text(path, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
 
@@ -121,7 +122,7 @@ def _input(place: Path, sha256: str, result: Path) -> dict[str, str]:
 
 def check_inputs(data: dict[str, Any], path: str | Path) -> None:
     """:class:`InputError` where a file that a result was made from is still there and has changed since."""
-    stated = data.get("inputs", [])
+    stated = data.get("made_from", data.get("inputs", []))
     named = [one for one in stated if isinstance(one, dict) and "file" in one] if isinstance(stated, list) else []
     for one in named:
         place = Path(path).parent / str(one["file"])

@@ -211,7 +211,7 @@ def test_an_effect_that_cannot_act_is_named_with_its_machine_file() -> None:
 
 def test_unknown_effects_and_parameters_are_refused() -> None:
     with pytest.raises(
-        InputError, match=r"effect\[2\]\.kind is not a known effect; found 'gremlins'; expected .*scale_error"
+        InputError, match=r"effect\[2\]\.kind is not a known effect; found 'gremlins'; expected .*angular_error"
     ):
         make_effects([{"kind": "scale_error", "axis": "x", "ppm": 1.0}, {"kind": "gremlins"}], "m.toml")
     with pytest.raises(InputError, match=r"effect\[1\]\.ppb is not known"):

@@ -83,12 +83,12 @@ class _Said:
     beside: str = ""
 
 
-def form_candidates(data: Residuals, priors: Priors) -> list[Candidate]:
-    """All forms that a recording may show, each on every side on which it may live."""
+def form_candidates(data: Residuals, priors: Priors, scale_um: float) -> list[Candidate]:
+    """All forms that a recording may show, each on every side on which it may live; sizes go by ``scale_um``."""
     said = [one for one in _said(data, priors) if len(one.features) and one.sides]
     total = sum(one.share for one in said)
     sides = {side: mask(data, side) for one in said for side in one.sides}
-    sizes = priors.forms.about(data.machine.table.repeatability_um)
+    sizes = priors.forms.about(scale_um)
     found: list[Candidate] = []
     for one in said:
         odds = float(np.log(priors.forms.odds * one.share / total / len(one.sides)))

@@ -33,7 +33,7 @@ def make_problem(data: Residuals, priors: Priors, without: Collection[str] = ())
     scatters = Scatters(bare, priors)
     metric = Metric(bare, scatters.plain(), scatters, bare.within_um)
     laws = law_candidates(data, priors, metric, without)
-    return replace(bare, candidates=(*laws, *form_candidates(data, priors)))
+    return replace(bare, candidates=(*laws, *form_candidates(data, priors, bare.scale_um)))
 
 
 def bare_problem(data: Residuals) -> Problem:
@@ -43,9 +43,10 @@ def bare_problem(data: Residuals) -> Problem:
     shown = certified.any(axis=1)
     u_um = np.asarray(data.gauge.u_um)[data.face.min() - 1 :][: len(certified)]
     origins = (data.placement == np.arange(data.placement.max() + 1)[:, None]) * data.side
-    return Problem(
+    stated_um = float(data.machine.table.repeatability_um)
+    problem = Problem(
         um=data.um,
-        scale_um=float(data.machine.table.repeatability_um),
+        scale_um=stated_um,
         certified=certified[shown],
         certified_u=np.maximum(u_um[shown], 1e-4),
         free=origins.astype(float),
@@ -56,6 +57,8 @@ def bare_problem(data: Residuals) -> Problem:
         group=data.group,
         candidates=(),
     )
+    # a machine file may say that readings repeat perfectly, and means that it does not know
+    return problem if stated_um > 0.0 else replace(problem, scale_um=problem.within_um)
 
 
 def _gaps(data: Residuals) -> Array:

@@ -172,7 +172,9 @@ def test_what_a_formula_may_name_is_listed_and_understood() -> None:
     frame[APPROACH] = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
     seen = Probings(frame, Setting.of(read_machine("bridge-cmm"), read_gauge("step-gauge-420")))
     for name in listed:
-        (effect,) = make_effects([{"kind": "empirical", "formula": name.replace("_N", "_5")}], "machine.toml")
+        (effect,) = make_effects(
+            [{"kind": "empirical", "formula": name.replace("_N", "_5").replace("COLUMN", "time_s")}], "machine.toml"
+        )
         assert np.isfinite(along_approach_um(effect, seen)).all()
 
 

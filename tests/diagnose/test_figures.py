@@ -196,7 +196,7 @@ PANELS: list[tuple[str, tuple[str, str, str], object, str, str]] = [
         "smooth",
     ),
     (
-        "0.03 * (rest_s - 5)",
+        "0.3 * (rest_s - 5)",
         ("rest before the touch", "both", "trend"),
         None,
         "rest before the touch / s",

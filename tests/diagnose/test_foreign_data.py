@@ -124,7 +124,7 @@ def test_line_spacing_shows_its_scale_error_with_the_published_slope(convert, tm
     assert [finding.kind for finding in found.findings] == ["scale_error"]
     ppm = found.findings[0].parameters["ppm"]
     assert abs(ppm.value - 1e6 * (PUBLISHED_SLOPE - 1.0)) < 2.0 * ppm.u < 6000.0
-    assert any("along the gauge" in each.where for each in found.located)
+    assert {"position", "machine x"} & {each.covariate for each in found.located}
 
 
 def test_line_spacing_refuses_another_worksheet(convert, tmp_path):
