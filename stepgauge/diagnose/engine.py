@@ -148,7 +148,7 @@ def _told(
     checks = predictive_checks(search.problem, model.state, plain)
     wider = widening(checks, search.problem, model.state, plain)
     told = list(findings(model, answer, found.data, priors, wider))
-    left = list(unexplained(model, answer, found.data))
+    left = list(unexplained(model, answer, found.data, priors))
     if len(found.data) < len(data):
         told = _on_all_rows(told, model, data)
     told, placements = with_separations(told, model, found.data)

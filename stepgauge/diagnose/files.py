@@ -107,8 +107,8 @@ def diagnosis_to_dict(
         "stepgauge": __version__,
         "verdict": diagnosis.verdict,
         "effects": [_finding(finding, diagnosis, inputs, Path(folder)) for finding in diagnosis.findings],
-        "located": [_located(one) for one in diagnosis.located],
-        "unexplained": [_located(one) for one in diagnosis.unexplained],
+        "located": [_located(one, one in diagnosis.unexplained) for one in diagnosis.located],
+        "unexplained": [_located(one, True) for one in diagnosis.unexplained],
         "empirical": [_law(law, diagnosis) for law in laws],
         "fit": _fit(diagnosis, laws),
         "noise": _noise(diagnosis),
@@ -218,13 +218,15 @@ def _in_folder(text: str, placements: Mapping[str, str], folder: Path) -> str:
     return text
 
 
-def _located(one: Located) -> dict[str, Any]:
+def _located(one: Located, left: bool) -> dict[str, Any]:
+    """A form; ``left``: whether it is left beside what is named, or only where the residuals were systematic before."""
     return {
         "covariate": one.covariate,
         "side": one.side,
         "where": one.where,
         "share": one.share,
-        "probability": one.probability,
+        "probability" if left else "probability_if_alone": one.probability,
+        "p_value": 1.0 - one.probability,
         "form": one.form,
     }
 

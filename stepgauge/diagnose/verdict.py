@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from stepgauge.diagnose.covariates import covariates, mask
 from stepgauge.diagnose.forms import SMOOTH, Form
 from stepgauge.diagnose.library import Family
-from stepgauge.diagnose.located import located, regime
+from stepgauge.diagnose.located import UNDETERMINED, located, regime
 from stepgauge.diagnose.posterior.answer import Alternative, Answer, Place, Rival
 from stepgauge.diagnose.posterior.evidence import State
 from stepgauge.diagnose.posterior.metric import Metric
@@ -236,10 +236,19 @@ def _widened(solved: Solved, factor: float) -> dict[str, Estimate]:
     return {name: one if one.u is None else replace(one, u=one.u * factor) for name, one in solved.parameters.items()}
 
 
-def unexplained(model: Model, answer: Answer, data: Residuals) -> Iterator[Located]:
+def _vague(said: Said, answer: Answer) -> Located:
+    """A place where a law would fit, but with a size that is not determined: something is there, and has no name."""
+    where = sorted(_lives_in(said.family))[0]
+    words = f"looks like {said.family.label}, whose size this recording does not determine"
+    return Located(where, "both", UNDETERMINED, words, 1.0, answer.probability([said.lead.candidate.label]))
+
+
+def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors) -> Iterator[Located]:
     """The forms that are told, one to a covariate, the likeliest first."""
     for said in model.forms:
         if said.lead.candidate.named:
+            if not _determined(model.state, said.term, priors.decision.determined):
+                yield _vague(said, answer)
             continue
         first: dict[str, Rival] = {}
         for one in sorted(said.place.rivals, key=lambda one: -one.share):

@@ -195,13 +195,6 @@ PANELS: list[tuple[str, tuple[str, str, str], object, str, str]] = [
         "round / mm",
         "smooth",
     ),
-    (
-        "0.3 * (rest_s - 5)",
-        ("rest before the touch", "both", "trend"),
-        None,
-        "rest before the touch / s",
-        "proportion",
-    ),
     ("way * 0.6", ("direction of travel", "both", "loop"), None, "position along", "on the way back"),
     ("1.3 * step(placement - 1.5)", ("placement", "both", "levels"), None, "placement", "for every placement"),
     ("2 * side * sin(time_s / 10)", ("time", "both", "wave"), 20.0 * np.pi, "within the period of 62.83 s", "periodic"),
