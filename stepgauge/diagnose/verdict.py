@@ -130,7 +130,11 @@ def _determined(state: State, term: Term, least: float) -> bool:
 def _within_forms(laws: list[Said], forms: list[Said]) -> list[Said]:
     """The laws that a form over their own covariate may hold (rule 3)."""
     told = {one.lead.candidate.kind for one in forms}
-    return [one for one in laws if told & _lives_in(one.family) and "phase_deg" not in one.family.law.model_fields]
+    return [one for one in laws if told & _lives_in(one.family) and not _oscillates(one.family)]
+
+
+def _oscillates(family: Family) -> bool:
+    return family.law is not None and "phase_deg" in family.law.model_fields
 
 
 def _lives_in(family: Family) -> set[str]:
