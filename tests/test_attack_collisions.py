@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from benchmarks.attack.collisions import Scene, attack, ball_too_near, draw, look
@@ -37,7 +37,7 @@ def planned(number: int, dialect: str) -> tuple[Scene, Program, list[Piece]]:
 
 
 @given(numbers, st.data())
-@settings(max_examples=15)
+@settings(max_examples=15, suppress_health_check=[HealthCheck.filter_too_much])
 def test_a_way_straight_through_the_blocks_is_found(number: int, data: st.DataObject) -> None:
     """The ways around a block left out: from one stand-off straight to the next, through what lies between."""
     scene, _, pieces = planned(number, "jinyoung")

@@ -44,8 +44,10 @@ def answer(pipes: Path) -> None:
     while True:
         with (pipes / "ask").open() as asked:
             word = asked.readline().strip()
-        if word != "go":
+        if word == "quit":
             return
+        if word != "go":  # opened again before the shell had closed what it said last: an empty line
+            continue
         gauge, machine, *words = (pipes / "args").read_text().split("\0")[:-1]
         for name, value in (("STEPGAUGE_GAUGE", gauge), ("STEPGAUGE_MACHINE", machine)):
             os.environ.pop(name, None) if not value else os.environ.update({name: value})
