@@ -188,7 +188,10 @@ def odds(answer: Answer, told: Sequence[Finding], left: Sequence[Located]) -> di
         said.append({**about, "probability": one.own, "includes_set": False})
         more = {"confounded_with": list(one.confounded_with)}
         said.append({**about, **more, "probability": one.probability, "includes_set": True})
-    said += [{"form": one.form, "covariate": one.covariate, "probability": one.probability} for one in left]
+    said += [
+        {"form": one.form, "covariate": one.covariate, "probability": one.probability, "includes_set": False}
+        for one in left
+    ]
     names = ("growth", "correlation", "certificate", OUTLYING, "heavy")
     scatter = {name: answer.probability_of_scatter(name) for name in names}
     return {"adequate": answer.adequate, "scatter": scatter, "statements": said}
