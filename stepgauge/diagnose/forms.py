@@ -19,7 +19,6 @@ from stepgauge.diagnose.covariates import (
     TOUCHES,
     WAY,
     Covariate,
-    along_mm,
     axes_shown,
     covariates,
     goes_both_ways,
@@ -304,8 +303,3 @@ def _levels(data: Residuals, priors: Priors) -> Iterator[_Said]:
 
 def _indicators(index: NDArray[np.intp]) -> Array:
     return (index == np.arange(index.max() + 1)[:, None]).astype(float)
-
-
-def length_um(side: str, data: Residuals) -> Array:
-    """The coordinate along a side about its mean in its standard deviations: a unit of a changing length."""
-    return standard(along_mm(side, data))

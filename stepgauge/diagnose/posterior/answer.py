@@ -7,7 +7,6 @@ place of the best hypothesis that only a look has seen count with that look, bro
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -126,11 +125,6 @@ class Answer:
         wanted = set(labels)
         return float(sum(w for w, one in zip(self.weights, self.hypotheses, strict=True) if wanted & one.labels))
 
-    def probability_of_kind(self, kind: str) -> float:
-        """Of any law of a kind being there."""
-        has = [any(c.kind == kind and c.named for c in one.candidates) for one in self.hypotheses]
-        return float(self.weights[has].sum())
-
     def probability_of_scatter(self, has: str) -> float:
         """Of the scatter having something: ``growth``, ``correlation``, ``certificate``, ``outlying``, ``heavy``."""
         found = [_has(one.scatter, has) for one in self.hypotheses]
@@ -213,11 +207,3 @@ def _has(scatter: Scatter, has: str) -> bool:
         "outlying": scatter.tails == "outlying",
         "heavy": scatter.tails == "heavy",
     }[has]
-
-
-def totals(shares: Sequence[tuple[str, float]]) -> dict[str, float]:
-    """Shares added up by name, the largest first."""
-    found: dict[str, float] = defaultdict(float)
-    for name, share in shares:
-        found[name] += share
-    return dict(sorted(found.items(), key=lambda one: -one[1]))
