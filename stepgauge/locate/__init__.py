@@ -29,6 +29,9 @@ FARTHEST_MM = 1e5
 """No coordinate of a machine is farther from 0 than this."""
 ROLLED_DEG = 2.0
 """A gauge turned about its axis by less than this is taken to lie with its blocks up."""
+TURNED_DEG, STEEP_DEG = 30.0, 50.0
+"""A gauge that is turned about its axis, or rises, by more than this must be stated to do so: three columns exchanged
+in turn make that of every gauge that lies, up to 0.6 rad of pitch."""
 ROLL_RESIDUAL_MM = 0.2
 """Misfit of width and height that makes a turn about the axis worth considering."""
 
@@ -68,6 +71,7 @@ def locate(
     repeatability_um: float,
     tip_radius_mm: float | None = None,
     where: str | Path = "points",
+    turned: bool = False,
 ) -> Placement:
     """Find how the gauge lies.
 
@@ -79,6 +83,7 @@ def locate(
     repeatability_um : standard deviation of a probed coordinate
     tip_radius_mm : nominal tip radius, checked against the one that the points give
     where : file name for messages
+    turned : the gauge is known to be steeper than :data:`STEEP_DEG`, or turned by more than :data:`TURNED_DEG`
 
     Returns
     -------
@@ -87,10 +92,13 @@ def locate(
     Raises
     ------
     InputError
-        points that cannot be what they are claimed to be, with the explanation that fits (see ``locate.checks``)
+        points that cannot be what they are claimed to be, with the explanation that fits (see ``locate.checks``); a
+        gauge that is turned without being stated to be so
     """
     up, notes = _choose_up(points, gauge, blocks)
     check_points(points, gauge, blocks, up, tip_radius_mm, where)
+    if not turned:
+        _check_lies(points, gauge, blocks, up, where)
     found = solve_blocks(points, gauge, blocks, up)
     scatter = find_scatter(points, gauge, blocks, up, repeatability_um)
     details: dict[str, Any] = {
@@ -117,10 +125,32 @@ def _choose_up(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> tuple[Ar
     fitted, misfit = fit_up(points, level.axis, gauge)
     if abs(level.axis[2]) > STANDING_COS:
         return fitted, ["the gauge stands on end: its up direction is from points 4 to 7"]
-    turn_deg = float(np.degrees(np.arctan2(fitted @ level.side, fitted @ level.up)))
+    turn_deg = _turn_deg(level, fitted)
     if abs(turn_deg) < ROLLED_DEG or 2.0 * misfit > _level_misfit(level, gauge):
         return None, []
     return fitted, [f"the gauge is turned about its axis by {turn_deg:.1f} deg: its up direction is from points 4 to 7"]
+
+
+def _turn_deg(level: Blocks, up: Array) -> float:
+    return float(np.degrees(np.arctan2(up @ level.side, up @ level.up)))
+
+
+def _check_lies(points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None, where: str | Path) -> None:
+    """:class:`InputError` for a gauge on end, steep or turned: nothing in the points tells it from exchanged columns.
+
+    The program of a placement that is wrong in this way would drive the probe into whatever stands there.
+    """
+    level = solve_blocks(points, gauge, blocks)
+    rise_deg = float(np.degrees(np.arcsin(np.clip(abs(level.axis[2]), 0.0, 1.0))))
+    turn_deg = 0.0 if up is None or rise_deg > STEEP_DEG else _turn_deg(level, up)
+    found = f"a gauge that rises by {rise_deg:.1f} deg" if rise_deg > STEEP_DEG else ""
+    if abs(turn_deg) > TURNED_DEG:
+        found = f"a gauge turned about its axis by {turn_deg:.1f} deg"
+    if found:
+        expected = "a gauge that lies; where this one does not, say so with 'locate --turned'"
+        raise InputError(
+            where, "the columns look exchanged in turn (x, y, z for y, z, x)", found=found, expected=expected
+        )
 
 
 def _level_misfit(level: Blocks, gauge: Gauge) -> float:

@@ -28,8 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.gauge import Gauge
-from stepgauge.locate.blocks import rough_axis, unit
-from stepgauge.placement import STANDING_COS, block_distance_mm, distance_tolerance_mm
+from stepgauge.locate.blocks import first_axis, unit, usual_up
+from stepgauge.placement import block_distance_mm, distance_tolerance_mm
 
 Array = NDArray[np.float64]
 ALONG = np.array([0, 0, 0, 1, 1, 2, 2, 0] * 2)
@@ -136,7 +136,7 @@ def adjust(
     ----------
     points : tip centres in mm, shape ``(16, 3)``
     gauge, blocks : the certified gauge, and the numbers of the two blocks
-    up : direction from the rail to the blocks, None for machine +z
+    up : direction from the rail to the blocks, None for machine +z (where the gauge stands, as its points say)
     sigma_mm : standard deviation of each point across its face, shape ``(16,)``
     """
     model = _model(points, gauge, blocks, up)
@@ -157,9 +157,9 @@ def adjust(
 
 
 def _model(points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None) -> _Model:
-    axis = rough_axis(points)
+    axis = first_axis(points, gauge, blocks)
     if up is None:
-        up = np.array([0.0, 0.0, 1.0]) if abs(axis[2]) < STANDING_COS else np.array([1.0, 0.0, 0.0])
+        up = usual_up(points, axis, gauge)
     across = unit(up - axis * (axis @ up))
     table = gauge.table
     return _Model(

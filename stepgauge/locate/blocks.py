@@ -12,7 +12,13 @@ from stepgauge.placement import STANDING_COS
 
 Array = NDArray[np.float64]
 ROLL_STEPS = 720
-AXIS_ITERATIONS = 5
+AXIS_ITERATIONS = 20
+AXIS_SETTLED = 1e-8
+"""After a step of the axis as small as this, rad, the next would be a millionth of it."""
+UPWARDS = np.array([0.0, 0.0, 1.0])
+STEEP_COS = 0.9
+"""|a.z| above which the side of a gauge turns by more than twice what its axis does."""
+_TILT, _LARGEST_TURN = 1e-6, 0.3
 
 
 @dataclass(frozen=True)
@@ -50,23 +56,70 @@ def unit(vector: Array) -> Array:
         return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
 
 
-def solve_blocks(points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None = None) -> Blocks:
+def solve_blocks(
+    points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None = None, axis: Array | None = None
+) -> Blocks:
     """Centres, normals and effective radius from the 16 points ``(..., 16, 3)``, without judging them.
 
     ``up``: direction from the rail to the blocks; default machine +z, or, where a single gauge stands on end, the
-    direction that its points give. ``numpy.linalg.LinAlgError`` where the points do not span two blocks.
+    direction that its points give. ``axis``: where to start from, default :func:`first_axis` or :func:`rough_axis`.
+    ``numpy.linalg.LinAlgError`` where the points do not span two blocks.
     """
     p = points.reshape(*points.shape[:-2], 2, 8, 3)
-    axis = rough_axis(points)
-    if up is None:
-        standing = points.ndim == 2 and abs(axis[2]) > STANDING_COS
-        up = fit_up(points, axis, gauge)[0] if standing else np.array([0.0, 0.0, 1.0])
     size_mm = gauge.block_size_mm[[blocks[0] - 1, blocks[1] - 1]]
+    if axis is None:
+        axis = first_axis(points, gauge, blocks) if points.ndim == 2 and up is None else rough_axis(points)
+    if up is None:
+        up = usual_up(points, axis, gauge) if points.ndim == 2 else UPWARDS
+    axis = np.broadcast_to(axis, (*points.shape[:-2], 3))
     for _ in range(AXIS_ITERATIONS):
-        across = unit(up - axis * (axis * up).sum(axis=-1, keepdims=True))
-        found = _solve(p, axis, across, size_mm)
-        axis = found.axis
-    return found
+        turn = _turn(p, axis, up, size_mm)
+        axis = unit(axis + turn)
+        if not (np.abs(turn) > AXIS_SETTLED).any():
+            break
+    return _solve(p, axis, up, size_mm)
+
+
+def _turn(p: Array, axis: Array, up: Array, size_mm: Array) -> Array:
+    """What a Newton step adds to the axis so that it becomes the line through the centres, ``(..., 3)``.
+
+    Putting in the axis that came out converges too slowly for a short gauge that is steep, and not at all beside the
+    vertical: there the sides turn by more than the axis does.
+    """
+    across = _square(up, axis)
+    frame = np.stack([np.cross(axis, across), across], axis=-2)
+    tilts = _TILT * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    lines = _solve(p, unit(axis + np.einsum("ti,...ij->t...j", tilts, frame)), up, size_mm).axis
+    ahead = np.einsum("t...j,...j->t...", lines, axis)[..., None]
+    off = np.einsum("...ij,t...j->t...i", frame, lines) / ahead
+    off = off - tilts.reshape(3, *[1] * (axis.ndim - 1), 2)
+    by = np.stack([off[1] - off[0], off[2] - off[0]], axis=-1) / _TILT
+    step = np.linalg.solve(by, -off[0][..., None])[..., 0]
+    length = np.linalg.norm(step, axis=-1, keepdims=True)
+    step = step * np.minimum(1.0, _LARGEST_TURN / np.maximum(length, 1e-300))
+    return np.einsum("...i,...ij->...j", step, frame)
+
+
+def _square(up: Array, axis: Array) -> Array:
+    """The part of ``up`` square to the axis, at length one."""
+    return unit(up - axis * (axis * up).sum(axis=-1, keepdims=True))
+
+
+def first_axis(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> Array:
+    """An axis to start from, unit vector: that through the means of the points ``(16, 3)`` unless the gauge is steep.
+
+    Beside the vertical, two axes may fit an up direction that is given; the one that the points give with their own up
+    direction is the right one.
+    """
+    axis = rough_axis(points)
+    if abs(axis[2]) < STEEP_COS:
+        return axis
+    return solve_blocks(points, gauge, blocks, fit_up(points, axis, gauge)[0], axis).axis
+
+
+def usual_up(points: Array, axis: Array, gauge: Gauge) -> Array:
+    """Machine +z, or, where the gauge stands on end, the direction that its points ``(16, 3)`` give."""
+    return fit_up(points, axis, gauge)[0] if abs(axis[2]) > STANDING_COS else UPWARDS
 
 
 def rough_axis(points: Array) -> Array:
@@ -76,7 +129,8 @@ def rough_axis(points: Array) -> Array:
 
 
 def _solve(p: Array, axis: Array, up: Array, size_mm: Array) -> Blocks:
-    """One pass with a given axis: the centre is midway in the directions N, s and up."""
+    """The blocks along a given axis: their centres are midway in the directions N, s and up."""
+    up = _square(up, axis)
 
     def along(direction: Array, point: int) -> Array:
         return (p[..., point, :] * direction).sum(axis=-1)
@@ -84,8 +138,8 @@ def _solve(p: Array, axis: Array, up: Array, size_mm: Array) -> Blocks:
     normal = unit(np.cross(p[..., 1, :] - p[..., 0, :], p[..., 2, :] - p[..., 0, :]))
     normal = normal * np.where(along(normal, 0) < along(normal, 7), -1.0, 1.0)[..., None]
     radius = (along(normal, 0) - along(normal, 7) - size_mm) / 2.0
-    u = np.broadcast_to(up[..., None, :], normal.shape)
-    s = np.broadcast_to(np.cross(axis, up)[..., None, :], normal.shape)
+    u, s = up[..., None, :], np.cross(axis, up)[..., None, :]
+    u, s, normal = np.broadcast_arrays(np.concatenate([u, u], axis=-2), s, normal)
     # top and rail are both touched from above, so the tip radius does not cancel there as it does front to back
     height = (along(u, 5) + along(u, 6)) / 2.0 - radius.mean(axis=-1, keepdims=True)
     middle = np.stack([(along(normal, 0) + along(normal, 7)) / 2.0, (along(s, 3) + along(s, 4)) / 2.0, height], axis=-1)
