@@ -1,16 +1,21 @@
 """What a diagnosis costs: ``python benchmarks/diagnosis.py``.
 
-Processor time beyond start-up and imports, of recordings that the virtual CMM makes: with nothing hidden, with effects,
-and with hysteresis that no law of the vocabulary describes. The unit of the ratios is one pass of np.sin over 1e6
-float64 on the same core in the same run; set ``OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1`` for one core.
+First the processor time beyond start-up and imports, for recordings of the virtual CMM: with nothing hidden, with
+effects, and with hysteresis that no law of the vocabulary describes. The unit of the ratios is one pass of np.sin over
+1e6 float64 on the same core in the same run; set ``OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1`` for one core. Then the
+time that a user waits for the whole command with its figures and its report, also as a ratio to an interpreter that
+imports what any such program must.
 """
 
 from __future__ import annotations
 
+import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +29,7 @@ from stepgauge.machine_file import read_machine
 from stepgauge.moves import ProbingSettings
 from stepgauge.placement import make_placement
 from stepgauge.plan import PlanOptions, make_program, middle_standoff_mm
-from stepgauge.recording import APPROACH, POSITION, Recording, join_recordings
+from stepgauge.recording import APPROACH, POSITION, Recording, join_recordings, write_recording
 
 Array = NDArray[np.float64]
 GAUGE = read_gauge("step-gauge-420")
@@ -87,12 +92,33 @@ def cases() -> dict[str, Recording]:
     }
 
 
+def waited_s(command: list[str], repeats: int = 3) -> float:
+    """Least wall-clock time of a process, s."""
+    return best_s(lambda: subprocess.run(command, check=True, capture_output=True), repeats)
+
+
+def whole_commands(table: Table, some: dict[str, Recording]) -> None:
+    """``stepgauge diagnose`` as it is typed, into a folder that is not there yet."""
+    imports_s = waited_s([sys.executable, "-c", "import numpy, scipy.linalg, matplotlib.figure"])
+    table.add("python with numpy, scipy.linalg, matplotlib", imports_s, "s")
+    with tempfile.TemporaryDirectory() as name:
+        for number, (what, recording) in enumerate(some.items()):
+            path = Path(name) / f"{number}.csv"
+            write_recording(path, recording)
+            command = [sys.executable, "-m", "stepgauge", "diagnose", str(path), "-g", "step-gauge-420"]
+            taken_s = waited_s([*command, "-m", "bridge-cmm", "-o", str(path.with_suffix(""))])
+            high = 3.0 if len(recording.frame) <= 840 else 30.0
+            table.add(f"whole command, {len(recording.frame)} rows, {what}", taken_s, "s", high=high)
+            table.add("", taken_s / imports_s, "times python with imports")
+
+
 def main() -> int:
     """Measure and print; the exit code is the number of bars missed."""
     table, x = Table(), np.linspace(0.0, 100.0, 1_000_000)
     unit_s = best_s(lambda: np.sin(x))
     table.add("np.sin over 1e6 numbers", unit_s * 1e3, "ms")
-    for name, recording in cases().items():
+    some = cases()
+    for name, recording in some.items():
         taken_s = cpu_s(lambda recording=recording: diagnose(recording, GAUGE, MACHINE), 3)
         table.add(f"{len(recording.frame)} rows, {name}", taken_s, "s", high=2.0)
         table.add("", taken_s / unit_s, "passes")
@@ -101,6 +127,7 @@ def main() -> int:
         taken_s = cpu_s(lambda recording=recording: diagnose(recording, GAUGE, MACHINE), 1)
         table.add(f"{len(recording.frame)} rows, a scale error", taken_s, "s", high=60.0)
         table.add("", taken_s / unit_s, "passes")
+    whole_commands(table, {**some, "a scale error, 1190 cycles": recorded((SCALE,), 2, 1190)})
     return table.print()
 
 

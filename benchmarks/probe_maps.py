@@ -132,6 +132,11 @@ def outsider(plan: Plan, name: str, size: float) -> dict[str, Array]:
     return off
 
 
+def _rng(draw: int, *numbers: int) -> np.random.Generator:
+    """Random numbers of a map; another ``draw`` has maps of its own."""
+    return np.random.default_rng([numbers[0], *([draw] if draw else []), *numbers[1:]])
+
+
 def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
@@ -140,23 +145,23 @@ def _kinds(found: MapDiagnosis) -> list[str]:
     return [finding.kind for finding in found.findings]
 
 
-def false_alarms(nulls: int, seed: int = 1) -> dict[str, list[str]]:
+def false_alarms(nulls: int, seed: int = 1, draw: int = 0) -> dict[str, list[str]]:
     """Verdicts other than adequate on maps in which nothing is concealed, by plan."""
     alarms: dict[str, list[str]] = {plan.name: [] for plan in PLANS}
     for number in range(nulls):
         plan = PLANS[number % len(PLANS)]
-        found = diagnosed(plan, made(plan, np.random.default_rng([seed, number])))
+        found = diagnosed(plan, made(plan, _rng(draw, seed, number)))
         if found.verdict != "adequate":
             alarms[plan.name].append(", ".join(_kinds(found)) or found.unexplained[0].where)
     return alarms
 
 
-def named(size: float, seeds: int) -> Iterator[tuple[str, bool, list[float]]]:
+def named(size: float, seeds: int, draw: int = 0) -> Iterator[tuple[str, bool, list[float]]]:
     """Change, whether it is in the set that alone was named, and its values' errors over their uncertainties."""
     for i, plan in enumerate(PLANS):
         for number, (truth, off) in enumerate(changes(plan, size)):
             for seed in range(seeds):
-                found = diagnosed(plan, made(plan, np.random.default_rng([2, i, number, seed]), off))
+                found = diagnosed(plan, made(plan, _rng(draw, 2, i, number, seed), off))
                 sets = [{f.kind, *f.confounded_with} for f in found.findings]
                 right = found.verdict == "effects" and len(sets) == 1 and truth.candidate.kind in sets[0]
                 yield truth.candidate.label, right, _pulls(found, truth)
@@ -169,36 +174,36 @@ def _pulls(found: MapDiagnosis, truth: Term) -> list[float]:
     return [(estimate.value - v) / estimate.u for estimate, v in pairs if estimate is not None and estimate.u]
 
 
-def outsiders(size: float, seeds: int) -> Iterator[tuple[str, str, str]]:
+def outsiders(size: float, seeds: int, draw: int = 0) -> Iterator[tuple[str, str, str]]:
     """Field, verdict and what was named, for every plan and seed."""
     for i, plan in enumerate(PLANS):
         for number, name in enumerate(OUTSIDERS):
             for seed in range(seeds):
-                rng = np.random.default_rng([3, i, number, seed])
+                rng = _rng(draw, 3, i, number, seed)
                 found = diagnosed(plan, made(plan, rng, outsider(plan, name, size)))
                 yield name, found.verdict, ", ".join(_kinds(found))
 
 
-def left_out(size: float, seeds: int) -> Iterator[tuple[str, str, str]]:
+def left_out(size: float, seeds: int, draw: int = 0) -> Iterator[tuple[str, str, str]]:
     """Change that is deleted from the candidates, with all that the same map could take it for; verdict and names."""
     for i, plan in enumerate(PLANS):
         for truth, off in changes(plan, size):
             candidate = truth.candidate
-            data = made(plan, np.random.default_rng([4, i, 0]), off)
+            data = made(plan, _rng(draw, 4, i, 0), off)
             known = [f for f in diagnosed(plan, data).findings if candidate.kind in {f.kind, *f.confounded_with}]
             gone = {candidate.kind, *(kind for f in known for kind in {f.kind, *f.confounded_with})}
             others = [c for c in candidates_for(plan.table, plan.quantities) if c.kind not in gone]
             for seed in range(seeds):
-                found = diagnosed(plan, made(plan, np.random.default_rng([4, i, seed]), off), others)
+                found = diagnosed(plan, made(plan, _rng(draw, 4, i, seed), off), others)
                 yield candidate.label, found.verdict, ", ".join(_kinds(found))
 
 
-def with_outliers(size: float, seeds: int) -> Iterator[tuple[str, bool, bool]]:
+def with_outliers(size: float, seeds: int, draw: int = 0) -> Iterator[tuple[str, bool, bool]]:
     """Change, whether it is named beside two bad rows, and whether just those rows are listed."""
     for i, plan in enumerate(PLANS):
         for truth, off in changes(plan, size):
             for seed in range(seeds):
-                rng = np.random.default_rng([5, i, seed])
+                rng = _rng(draw, 5, i, seed)
                 data = made(plan, rng, off)
                 bad = rng.choice(len(data), 2, replace=False)
                 data = spoiled(data, bad, 15.0)
@@ -221,21 +226,22 @@ def main() -> None:
     parser.add_argument("--nulls", type=int, default=100)
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--sizes", default="3,1,0.5")
+    parser.add_argument("--draw", type=int, default=0, help="number of a set of maps that nothing was tried on")
     asked = parser.parse_args()
-    alarms = false_alarms(asked.nulls)
+    alarms = false_alarms(asked.nulls, draw=asked.draw)
     print(f"false alarms: {sum(map(len, alarms.values()))} of {asked.nulls}", {k: v for k, v in alarms.items() if v})
     for size in map(float, asked.sizes.split(",")):
-        single = list(named(size, asked.seeds))
+        single = list(named(size, asked.seeds, asked.draw))
         print(f"size {size:g}: named {_share(right for _, right, _ in single)}", _wrong(single))
         pulls = [pull for _, right, values in single if right for pull in values]
         print(f"  95 % intervals hold the truth: {_share(abs(pull) < 1.96 for pull in pulls)}")
-        odd = list(outsiders(size, asked.seeds))
+        odd = list(outsiders(size, asked.seeds, asked.draw))
         print(f"  outsiders unknown {_share(verdict == 'unknown' for _, verdict, _ in odd)}")
         print("   not:", sorted({(n, v, k) for n, v, k in odd if v != "unknown"}))
-        gone = list(left_out(size, 1))
+        gone = list(left_out(size, 1, asked.draw))
         print(f"  left out: unknown {_share(verdict == 'unknown' for _, verdict, _ in gone)}")
         print("   not:", sorted({(n, v, k) for n, v, k in gone if v != "unknown"}))
-        bad = list(with_outliers(size, 1))
+        bad = list(with_outliers(size, 1, asked.draw))
         print(f"  beside outliers: named {_share(r for _, r, _ in bad)}, rows right {_share(r for _, _, r in bad)}")
 
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import argparse
+import contextlib
 import os
 import signal
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.attack.targets import call
+from benchmarks.attack.targets import call, make_measurement
 
 G, M = ("-g", "step-gauge-420.toml"), ("-m", "machine.toml")
 WRITERS: dict[str, tuple[object, ...]] = {
@@ -29,14 +32,24 @@ WRITERS: dict[str, tuple[object, ...]] = {
     "probe qualify": ("sphere.csv", "--sphere-diameter", 25, "--tip-diameter", 4, "-o", "out/q.json"),
     "probe compensate": ("sphere.csv", "-q", "qualification.json", "-o", "out/c.csv"),
     "probe map": ("omp40-2-50mm.toml", "--polar", "90", "--azimuth", "0:350:30", "-o", "out/m.csv"),
+    "history": ("result", "--date-from", "file", "-o", "out"),
+    "diagnose": ("recording.csv", *G, *M, "-o", "out"),
+    "dcc write": ("result", "-c", "certificate.toml", *G, "-o", "out/c.xml"),
     "dcc export-gauge": ("step-gauge-420.toml", "-c", "gauge-laboratory.toml", "-o", "out/g.xml"),
     "dcc import-gauge": ("gauge.xml", "-o", "out/g.toml"),
+    "shipped": ("step-gauge-420", "--copy-to", "out"),
+    "demo": ("-o", "out"),
 }
 """Verbs that write, as called in the folder of the measurement; what they write goes to ``out``."""
-
-
+NEVER_OVER = {"shipped"}
+"""Verbs that refuse to write over a file that is there."""
+STEPWISE = {"demo"}
+"""Verbs that run others, each with a set of its own."""
 RUNS = ".uncertainty-runs"
 """Where a Monte Carlo keeps what it has done, to go on from there after a kill."""
+STORE = "history.sqlite"
+"""The store of a history keeps itself whole, by its own journal beside it."""
+Attack = Callable[[Path, str], list[str]]
 
 
 @dataclass(frozen=True)
@@ -76,14 +89,37 @@ def _child(verb: str, first: Callable[[], object], writing: int) -> None:
 
 
 def written(place: Path) -> dict[str, bytes]:
-    """The files below ``out`` with their content."""
+    """The files below ``out`` with their content; without those that are kept from run to run."""
     out = place / "out"
-    return {str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*")) if path.is_file()}
+    files = {path.relative_to(out).as_posix(): path for path in sorted(out.rglob("*")) if path.is_file()}
+    return {name: path.read_bytes() for name, path in files.items() if not name.startswith((STORE, RUNS))}
 
 
 def lay_old(place: Path, names: list[str]) -> dict[str, bytes]:
     """Files of an earlier call under these names."""
     old = {name: f"old {name}\n".encode() for name in names}
     for name, content in old.items():
-        (place / "out" / name).write_bytes(content)
+        path = place / "out" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
     return old
+
+
+def verb_parser(about: str | None) -> argparse.ArgumentParser:
+    """A parser with ``--verb``, and these words as its help."""
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--verb", action="append", choices=WRITERS, help="only this one; repeatable")
+    return parser
+
+
+def for_every_verb(attack: Attack, verbs: list[str] | None) -> int:
+    """Attack these verbs, or every one that writes, and tell; the exit code is 1 where anything was found."""
+    found: list[str] = []
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        make_measurement(Path(folder))
+        for verb in verbs or WRITERS:
+            mine = attack(Path(folder), verb)
+            print(f"{verb:18} {'nothing wrong' if not mine else f'{len(mine)} wrong'}", flush=True)
+            found += mine
+    print("\n".join(found))
+    return int(bool(found))

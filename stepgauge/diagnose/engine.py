@@ -15,18 +15,19 @@ from stepgauge.diagnose.checks import predictive_checks, widening
 from stepgauge.diagnose.clock import clock_start_s, counted_from, told_by_clock
 from stepgauge.diagnose.holdout import holdout_rms, make_folds
 from stepgauge.diagnose.library import carried
-from stepgauge.diagnose.located import CORRELATED, GROWING, SCATTER, located
+from stepgauge.diagnose.located import CORRELATED, GROWING, located
 from stepgauge.diagnose.posterior.answer import Answer
 from stepgauge.diagnose.posterior.metric import Metric
 from stepgauge.diagnose.posterior.priors import Priors, shipped_priors
 from stepgauge.diagnose.posterior.scatter import OUTLYING, Scatter, Scatters
 from stepgauge.diagnose.posterior.search import Search
+from stepgauge.diagnose.posterior.told import systematic
 from stepgauge.diagnose.problem import bare_problem, make_problem
 from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Noise, Verdict
 from stepgauge.diagnose.separate import with_separations
 from stepgauge.diagnose.solve import Estimate, Solved, solve
-from stepgauge.diagnose.verdict import Model, findings, make_model, nearest_laws, unexplained
+from stepgauge.diagnose.verdict import Model, findings, make_model, nearest_laws, unexplained, with_doubts
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge
@@ -147,8 +148,9 @@ def _told(
     plain = Metric(search.problem, model.state.scatter, search.scatters, model.state.sigma_um)
     checks = predictive_checks(search.problem, model.state, plain)
     wider = widening(checks, search.problem, model.state, plain)
+    model = with_doubts(model, search, answer, found.data, priors, wider)
     told = list(findings(model, answer, found.data, priors, wider))
-    left = list(unexplained(model, answer, found.data, priors))
+    left = list(unexplained(model, answer, found.data, priors, wider))
     if len(found.data) < len(data):
         told = _on_all_rows(told, model, data)
     told, placements = with_separations(told, model, found.data)
@@ -158,12 +160,11 @@ def _told(
     left += nameless
     told = [told_by_clock(one, start_s) for one in told]
     shares = np.sum([one.share_um for one in told], axis=0) if told else np.zeros(len(data))
-    nameless = [one for one in left if one.form not in SCATTER] or (left if not told else [])
-    verdict: Verdict = "unknown" if nameless else "effects" if told else "adequate"
+    verdict: Verdict = "unknown" if left else "effects" if told else "adequate"
     return Diagnosis(
         verdict,
         tuple(told),
-        tuple(_where(search, model, left)),
+        tuple(_where(search, model, left, priors)),
         tuple(left),
         _fit(data, noise, told),
         noise,
@@ -197,20 +198,11 @@ def odds(answer: Answer, told: Sequence[Finding], left: Sequence[Located]) -> di
     return {"adequate": answer.adequate, "scatter": scatter, "statements": said}
 
 
-def _where(search: Search, model: Model, left: Sequence[Located]) -> Iterator[Located]:
+def _where(search: Search, model: Model, left: Sequence[Located], priors: Priors) -> Iterator[Located]:
     """Where the residuals are systematic before anything is named, and where forms are left; one to a covariate."""
     yield from left
-    told = {one.covariate for one in left}
-    start = search.evidence((), model.state.scatter, model.state.sigma_um)
-    total = max(float(np.var(search.problem.um)) - start.sigma_um**2, 1e-300)
-    looks = [look for look in search.beside(start) if not look.candidate.named and look.gain > 0.0]
-    for look in looks:
-        if len(told) >= MOST_LOCATED or look.candidate.kind in told:
-            continue
-        told.add(look.candidate.kind)
-        probability = float(1.0 / (1.0 + np.exp(-look.gain)))
-        beside = search.added(start, look)
-        share = float(np.clip((start.sigma_um**2 - beside.sigma_um**2) / total, 0.0, 1.0))
+    known, least = {one.covariate for one in left}, priors.decision.in_set
+    for look, probability, share in systematic(search, model.state, known, MOST_LOCATED, least):
         yield located(look.candidate, look.atom, probability, share)
 
 

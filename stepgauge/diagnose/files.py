@@ -13,16 +13,17 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from stepgauge import __version__
 from stepgauge.diagnose.holdout import holdout_rms, make_folds
 from stepgauge.diagnose.machine_text import effect_table, machine_text
+from stepgauge.diagnose.posterior.search import Step
 from stepgauge.diagnose.practice import in_practice
 from stepgauge.diagnose.residuals import Residuals
-from stepgauge.diagnose.result import Diagnosis, Finding, Located, Member
+from stepgauge.diagnose.result import Check, Diagnosis, Finding, Located, Member
 from stepgauge.diagnose.solve import Estimate
 from stepgauge.diagnose.unknown_law import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.errors import InputError
@@ -34,6 +35,23 @@ MACHINE_FILE = "machine.diagnosed.toml"
 HEADLINE_FOLDS = ("cycles", "placements", "faces")
 """Which held-out groups stand for all in ``holdout_rms_*``: the first that the recording has. A face held out is
 predicted without knowing how far it is off its certificate, which adds the certificate's uncertainty to the noise."""
+
+
+class Told(Protocol):
+    """What diagnoses of recordings and of probe maps have in common."""
+
+    @property
+    def located(self) -> Sequence[Located]: ...
+    @property
+    def unexplained(self) -> Sequence[Located]: ...
+    @property
+    def trail(self) -> Sequence[Step]: ...
+    @property
+    def refuted(self) -> Sequence[str]: ...
+    @property
+    def odds(self) -> dict[str, Any]: ...
+    @property
+    def checks(self) -> Sequence[Check]: ...
 
 
 @dataclass(frozen=True)
@@ -107,12 +125,22 @@ def diagnosis_to_dict(
         "stepgauge": __version__,
         "verdict": diagnosis.verdict,
         "effects": [_finding(finding, diagnosis, inputs, Path(folder)) for finding in diagnosis.findings],
-        "located": [_located(one, one in diagnosis.unexplained) for one in diagnosis.located],
-        "unexplained": [_located(one, True) for one in diagnosis.unexplained],
         "empirical": [_law(law, diagnosis) for law in laws],
         "fit": _fit(diagnosis, laws),
         "noise": _noise(diagnosis),
         "measured": _measured(diagnosis),
+        **evidence_json(diagnosis),
+        "remarks": list(diagnosis.remarks),
+        "inputs": _inputs(diagnosis, inputs),
+    }
+    return without_nan(said)
+
+
+def evidence_json(diagnosis: Told) -> dict[str, Any]:
+    """What any diagnosis says of forms, of the search and of the predictive check."""
+    return {
+        "located": [_located(one, one in diagnosis.unexplained) for one in diagnosis.located],
+        "unexplained": [_located(one, True) for one in diagnosis.unexplained],
         "trail": [
             {
                 "action": step.action,
@@ -127,10 +155,7 @@ def diagnosis_to_dict(
             {"check": one.name, "deviation": one.deviation, "passed": one.passed, "words": one.words}
             for one in diagnosis.checks
         ],
-        "remarks": list(diagnosis.remarks),
-        "inputs": _inputs(diagnosis, inputs),
     }
-    return _without_nan(said)
 
 
 def _finding(finding: Finding, diagnosis: Diagnosis, inputs: Inputs, folder: Path) -> dict[str, Any]:
@@ -162,7 +187,7 @@ def _finding(finding: Finding, diagnosis: Diagnosis, inputs: Inputs, folder: Pat
 def _member(member: Member, data: Residuals) -> dict[str, Any]:
     """One law of a set with its own values and what it means at the machine."""
     parameters: dict[str, Any] = {name: {"value": _json(value)} for name, value in member.choices.items()}
-    parameters |= {name: _estimate(one) for name, one in member.parameters.items() if name not in parameters}
+    parameters |= {name: estimate_json(one) for name, one in member.parameters.items() if name not in parameters}
     return {
         "kind": member.kind,
         "label": member.label,
@@ -241,11 +266,12 @@ def _law(law: UnknownLaw, diagnosis: Diagnosis) -> dict[str, Any]:
         "period": law.period,
         "rms_um": float(np.sqrt((share_um**2).mean())),
         "formulas": [effect.formula for effect in law.effects],
-        "coefficients": {name: _estimate(estimate) for name, estimate in law.estimates.items()},
+        "coefficients": {name: estimate_json(estimate) for name, estimate in law.estimates.items()},
     }
 
 
-def _estimate(estimate: Estimate) -> dict[str, Any]:
+def estimate_json(estimate: Estimate) -> dict[str, Any]:
+    """A number with its standard uncertainty and unit."""
     return {"value": estimate.value, "u": estimate.u, "unit": estimate.unit}
 
 
@@ -351,11 +377,12 @@ def checksum(path: str | Path) -> str | None:
     return hashlib.sha256(place.read_bytes()).hexdigest() if str(path) and place.is_file() else None
 
 
-def _without_nan(value: Any) -> Any:
+def without_nan(value: Any) -> Any:
+    """JSON types with None for what is no number."""
     if isinstance(value, dict):
-        return {key: _without_nan(one) for key, one in value.items()}
+        return {key: without_nan(one) for key, one in value.items()}
     if isinstance(value, list):
-        return [_without_nan(one) for one in value]
+        return [without_nan(one) for one in value]
     if isinstance(value, float | np.floating):
         return float(value) if math.isfinite(value) else None
     return value

@@ -205,9 +205,12 @@ def _waves(one: Covariate, data: Residuals, priors: Priors) -> _Said:
     """Waves of any shape: a period and its overtones."""
     span, most = float(np.ptp(one.values)), min(one.steps / 4.0, MOST_PERIODS)
     turns = np.arange(2.0, most, 1.0 / PERIODS_PER_SPAN)
-    overtone = np.arange(1, OVERTONES + 1)[:, None]
-    angle = 2.0 * np.pi * turns[:, None, None] * overtone * ((one.values - one.values.min()) / span)
-    waves = np.concatenate([np.sin(angle) / overtone, np.cos(angle) / overtone], axis=1)
+    first = np.exp(2j * np.pi * turns[:, None] * ((one.values - one.values.min()) / span))
+    overtones = [first]
+    while len(overtones) < OVERTONES:  # a product is ten times as fast as another sine and cosine
+        overtones.append(overtones[-1] * first)
+    shrunk = np.stack(overtones, axis=1) / np.arange(1, OVERTONES + 1)[:, None]
+    waves = np.concatenate([shrunk.imag, shrunk.real], axis=1)
     return _Said(one.name, one.unit, WAVE, waves, tuple(span / turns), _wave_sides(one, data), priors.forms.wave)
 
 

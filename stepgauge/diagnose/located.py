@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 CORRELATED, GROWING, UNDETERMINED = "correlated scatter", "growing scatter", "undetermined"
 SCATTER = (CORRELATED, GROWING)
 """Forms of the scatter, which no formula of the mean describes."""
+CHANGED = 3.0
+"""Standard deviations from which a form has changed."""
 QUIET = 0.3
 """Share of the record over which nothing must change for the rest to be told as the part where something does."""
 
@@ -60,15 +62,15 @@ def _words(form: Form, shape: str, number: object) -> str:
     return f"a smooth function of {name}{beside}"
 
 
-def regime(x: Array, curve: Array, spread: Array, unit: str) -> str:
-    """Where along a covariate a curve differs from what it is elsewhere, empty where that is everywhere.
+def regime(x: Array, columns: Array, mean: Array, covariance: Array, unit: str) -> str:
+    """Where along a covariate a form differs from what it is elsewhere, empty where that is everywhere.
 
-    ``x``, ``curve``, ``spread (n,)``: the covariate, a form's posterior mean and its standard deviation.
+    ``x (n,)``: the covariate; ``columns (d, n)``: the form's features; ``mean (d,)``, ``covariance (d, d)``: posterior
+    of their amplitudes. What is compared are differences within the form: a constant may be the origin.
     """
     order = np.argsort(x, kind="stable")
-    x, curve, spread = x[order], curve[order], spread[order]
-    flat = _flat_share(curve, spread)
-    back = _flat_share(curve[::-1], spread[::-1])
+    x, columns = x[order], columns[:, order]
+    flat, back = (_flat_share(some, mean, covariance) for some in (columns, columns[:, ::-1]))
     if not QUIET <= max(flat, back) < 1.0:
         return ""
     if flat >= back:
@@ -76,9 +78,10 @@ def regime(x: Array, curve: Array, spread: Array, unit: str) -> str:
     return f"only below {x[len(x) - int(back * len(x))]:.4g}{unit}"
 
 
-def _flat_share(curve: Array, spread: Array) -> float:
-    """Share of the rows from the beginning over which a curve stays what it was there, within two sigma."""
-    first = max(len(curve) // 10, 3)
-    level = float(np.average(curve[:first], weights=1.0 / np.maximum(spread[:first], 1e-12) ** 2))
-    off = np.abs(curve - level) > 2.0 * spread
-    return float(np.argmax(off)) / len(curve) if off.any() else 1.0
+def _flat_share(columns: Array, mean: Array, covariance: Array) -> float:
+    """Share of the rows from the beginning over which a form stays what it was in their first tenth."""
+    first = max(columns.shape[1] // 10, 3)
+    apart = columns - columns[:, :first].mean(axis=1, keepdims=True)
+    spread = np.sqrt(np.maximum(np.einsum("dn,dn->n", apart, covariance @ apart), 0.0))
+    off = np.abs(mean @ apart) > CHANGED * spread
+    return float(np.argmax(off)) / len(off) if off.any() else 1.0

@@ -53,6 +53,11 @@ def _length_mm(data: Residuals) -> float:
     return float(np.ptp(data.probings.certified_mm()))
 
 
+def _size(value: float) -> str:
+    """The magnitude in two significant digits, without an exponent where a number has few."""
+    return f"{float(f'{abs(value):.2g}'):g}"
+
+
 def _um(value: float, digits: int = 2) -> str:
     """A length of some um: two significant digits, never an exponent."""
     size = abs(value)
@@ -82,7 +87,7 @@ def _scale_error(v: Values, data: Residuals) -> str:
     axis, ppm = v["axis"], v["ppm"]
     span, length = _span_mm(axis, data), _length_mm(data)
     return (
-        f"The {axis} scale reads {abs(ppm):.2g} um/m too {_long(ppm)}: {_um(ppm * span * 1e-3)} over the {span:.0f} mm"
+        f"The {axis} scale reads {_size(ppm)} um/m too {_long(ppm)}: {_um(ppm * span * 1e-3)} over the {span:.0f} mm"
         f" of {axis} that were used (a gauge of {length:.0f} mm laid along {axis}: {_um(ppm * length * 1e-3)})."
     )
 
@@ -117,20 +122,20 @@ def _squareness(v: Values, data: Residuals) -> str:
     first, second = v["plane"]
     um = v["urad"] * _span_mm(second, data) * 1e-3
     return (
-        f"The axes {first} and {second} are {abs(v['urad']):.2g} urad off square: {first} changes by {_um(um)} over the"
+        f"The axes {first} and {second} are {_size(v['urad'])} urad off square: {first} changes by {_um(um)} over the"
         f" {_span_mm(second, data):.0f} mm of {second} that were used."
     )
 
 
 def _angular(v: Values, data: Residuals) -> str:
     return (
-        f"The {v['travel_axis']} carriage turns about {v['rotation_axis']} by {abs(v['urad_per_m']):.2g} urad per metre"
+        f"The {v['travel_axis']} carriage turns about {v['rotation_axis']} by {_size(v['urad_per_m'])} urad per metre"
         " of travel; a length is off by that times its distance from the scale (Abbe)."
     )
 
 
 def _roll(v: Values, data: Residuals) -> str:
-    return f"The {v['axis']} carriage rolls by {abs(v['urad_per_m']):.2g} urad per metre of its own travel."
+    return f"The {v['axis']} carriage rolls by {_size(v['urad_per_m'])} urad per metre of its own travel."
 
 
 def _straightness(v: Values, data: Residuals) -> str:
@@ -177,13 +182,13 @@ def _delay(v: Values, data: Residuals) -> str:
 
 
 def _lever(v: Values, data: Residuals) -> str:
-    return f"The trigger lever is {abs(v['mm']):.2g} mm {'longer' if v['mm'] > 0 else 'shorter'} than modelled."
+    return f"The trigger lever is {_size(v['mm'])} mm {'longer' if v['mm'] > 0 else 'shorter'} than modelled."
 
 
 def _gauge_temperature(v: Values, data: Residuals) -> str:
     um = v["delta_K"] * data.gauge.table.expansion_per_K * 1e3 * _length_mm(data)
     return (
-        f"The gauge is {abs(v['delta_K']):.2g} K {'warmer' if v['delta_K'] > 0 else 'colder'} than recorded:"
+        f"The gauge is {_size(v['delta_K'])} K {'warmer' if v['delta_K'] > 0 else 'colder'} than recorded:"
         f" {_um(um)} over the {_length_mm(data):.0f} mm measured. Give it time to soak, or read its temperature."
     )
 
@@ -192,7 +197,7 @@ def _scale_temperature(v: Values, data: Residuals) -> str:
     axis, k = v["axis"], v["delta_K"]
     um = k * data.probings.setting.scale_expansion_per_K * 1e3 * _span_mm(axis, data)
     return (
-        f"The {axis} scale is {abs(k):.2g} K {'warmer' if k > 0 else 'colder'} than recorded: it reads {_um(float(um))}"
+        f"The {axis} scale is {_size(k)} K {'warmer' if k > 0 else 'colder'} than recorded: it reads {_um(float(um))}"
         f" too {_long(-k)} over the {_span_mm(axis, data):.0f} mm of {axis} that were used."
     )
 
@@ -242,7 +247,7 @@ def _block(v: Values, data: Residuals) -> str:
     u = float(data.gauge.u_um[face - 1])
     return (
         f"Face {face}, the {side} of block {(face + 1) // 2}, lies {_um(v['um'])} nearer to the {end} block than its"
-        f" certificate says (whose standard uncertainty is {u:.2g} um): clean it, then have it calibrated."
+        f" certificate says (whose standard uncertainty is {_size(u)} um): clean it, then have it calibrated."
     )
 
 
@@ -254,7 +259,7 @@ def _memory(v: Values, data: Residuals) -> str:
     later = "later" if v["um"] > 0 else "earlier"
     return (
         f"The first touch after a pause triggers {_um(v['um'])} {later}, which falls to a third within"
-        f" {v['touches']:.2g} touches: make some touches for nothing before measuring."
+        f" {_size(v['touches'])} touches: make some touches for nothing before measuring."
     )
 
 
@@ -269,7 +274,7 @@ def _vibration(v: Values, data: Residuals) -> str:
 def _growth(v: Values, data: Residuals) -> str:
     unit = {"speed": "mm/s of speed", "time": "hour"}.get(v["per"], f"metre of {v['per']}")
     return (
-        f"The scatter grows with {v['per']}: {v['rate']:.2g} um per {unit} are added in quadrature. The points there"
+        f"The scatter grows with {v['per']}: {_size(v['rate'])} um per {unit} are added in quadrature. The points there"
         " count for less in the fit."
     )
 

@@ -1,6 +1,6 @@
 """Diagnosis of a probe's map: which part of its construction is not what the probe file says.
 
-The engine is that of recordings with other candidates: the map's rows for probings, the probe's statics for the
+The posterior is that of recordings with other candidates: the map's rows for probings, the probe's statics for the
 simulation, whole polar rings and azimuth spokes for the groups held out.
 """
 
@@ -16,6 +16,7 @@ from stepgauge.diagnose.maps.engine import diagnose_map
 from stepgauge.diagnose.maps.model import MapModel
 from stepgauge.diagnose.maps.output import PROBE_FILE, write_map_diagnosis
 from stepgauge.diagnose.maps.result import MapDiagnosis
+from stepgauge.diagnose.posterior.priors import Priors
 from stepgauge.errors import InputError
 from stepgauge.files import check_output
 from stepgauge.probes.read import probe_table
@@ -30,6 +31,7 @@ def diagnose_probe_map(
     folder: str | Path,
     columns: Mapping[str, str] | None = None,
     suffix: str = "png",
+    priors: Priors | None = None,
 ) -> MapDiagnosis:
     """Diagnose a map and write the answer.
 
@@ -40,6 +42,7 @@ def diagnose_probe_map(
     folder : takes ``diagnosis.json``, ``diagnosis.md``, ``probe.diagnosed.toml`` and the figures
     columns : other column names, see :func:`stepgauge.diagnose.maps.data.read_map_data`
     suffix : of the figures, ``png``, ``svg`` or ``pdf``
+    priors : what is usual, the shipped priors by default
 
     Raises
     ------
@@ -49,7 +52,7 @@ def diagnose_probe_map(
     """
     table, where = read_probe_table(probe_path)
     check_output(Path(folder) / PROBE_FILE, where, map_path)
-    found = diagnose_map(MapModel(table, where, read_map_data(map_path, columns)))
+    found = diagnose_map(MapModel(table, where, read_map_data(map_path, columns)), priors=priors)
     write_map_diagnosis(found, where, folder, suffix)
     return found
 

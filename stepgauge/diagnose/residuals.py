@@ -15,7 +15,7 @@ from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
 from stepgauge.readout import machine_effects
 from stepgauge.recording import APPROACH, POSITION, Recording
-from stepgauge.recording_checks import axis_from_approaches, certified_mm, check_recording
+from stepgauge.recording.identity import axis_from_approaches, certified_mm, check_recording
 
 Array = NDArray[np.float64]
 FEWEST_ROWS = 12

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,11 @@ class Estimate:
     value: float
     u: float | None
     unit: str
+
+
+def widened(parameters: Mapping[str, Estimate], factor: float) -> dict[str, Estimate]:
+    """Parameters with their standard uncertainties times a factor."""
+    return {name: one if one.u is None else replace(one, u=one.u * factor) for name, one in parameters.items()}
 
 
 @dataclass(frozen=True)

@@ -75,7 +75,7 @@ def _draw_bars(axes: Axes, budget: StoredBudget, lines: Sequence[StoredLine]) ->
     axes.axhline(1.5, color="black", linewidth=0.5)
     axes.grid(visible=False, axis="y")
     axes.margins(x=0.12)
-    axes.set_xlabel("Contribution to the standard uncertainty (µm)")
+    axes.set_xlabel("contributions to the standard uncertainty; u and U below the line (µm)")
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
 
 
@@ -103,6 +103,6 @@ def _draw_along(axes: Axes, budget: StoredBudget, placement: int) -> None:
             label=f"u, Monte Carlo, {budget.monte_carlo_runs} runs",
         )
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel("Position along the gauge (mm)")
-    axes.set_ylabel("Uncertainty of XM (µm)")
+    axes.set_xlabel("position along the gauge (mm)")
+    axes.set_ylabel("uncertainty of XM (µm)")
     axes.legend(loc="best", ncols=2)

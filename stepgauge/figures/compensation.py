@@ -1,25 +1,27 @@
-"""The error table of an axis: both senses of travel with their uncertainty, and the reversal below."""
+"""The error table of an axis: both directions of travel with their uncertainty, and the reversal below."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from stepgauge.compensation.table import CompensationTable
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
 
 WIDTH_MM, HEIGHT_MM, ALONE_MM = 170.0, 100.0, 75.0
 GREY = COLORS["grey"]
 
 
 class Curve(NamedTuple):
-    """One line of the upper panel; ``measured`` marks the rows that this sense of travel was measured around."""
+    """One line of the upper panel; ``measured`` marks the rows that this direction of travel was measured around."""
 
     label: str
     color: str
@@ -35,7 +37,7 @@ def draw_compensation(path: str | Path, table: CompensationTable) -> None:
 
 
 def compensation_figure(table: CompensationTable) -> Figure:
-    """Error by coordinate and sense of travel with two standard uncertainties; positive minus negative travel below."""
+    """Error by coordinate and direction of travel with two standard uncertainties; below, positive minus negative."""
     with figure_style():
         both = table.travel == "both"
         figure = new_figure(WIDTH_MM, HEIGHT_MM if both else ALONE_MM)
@@ -45,21 +47,40 @@ def compensation_figure(table: CompensationTable) -> Figure:
         errors.axhline(0.0, color=GREY, linewidth=0.7)
         for curve in _curves(table):
             _draw(errors, table.position_mm, curve)
-        errors.plot([], [], color=GREY, marker="o", markerfacecolor="white", linestyle="none", label="inferred")
-        errors.fill_between([], [], [], color=GREY, alpha=0.3, linewidth=0, label="± 2 u")
         _mark_zero(errors, table.zero_at_mm)
         if both:
             _draw_reversal(figure.axes[1], table)
         _label(figure.axes, table)
-        figure.legend(loc="outside upper center", ncols=4, frameon=False)
+        _add_legend(figure, _curves(table))
     return figure
+
+
+def _marks(curves: Sequence[Curve]) -> tuple[tuple[Line2D, ...], tuple[Patch, ...]]:
+    """The open marks and the bands of all curves, as they are drawn."""
+    look: dict[str, Any] = {"markerfacecolor": "white", "linestyle": "none"}
+    inferred = tuple(Line2D([], [], color=one.color, marker=one.marker, **look) for one in curves)
+    return inferred, tuple(Patch(color=one.color, alpha=0.3, linewidth=0) for one in curves)
+
+
+def _add_legend(figure: Figure, curves: Sequence[Curve]) -> None:
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    inferred, bands = _marks(curves)
+    entries: list[Any] = [*handles, inferred, bands]
+    figure.legend(
+        entries,
+        [*labels, "inferred", "± 2 u"],
+        handler_map=legend_handlers(),
+        loc="outside upper center",
+        ncols=4,
+        frameon=False,
+    )
 
 
 def _curves(table: CompensationTable) -> list[Curve]:
     positive = Curve("positive travel", CYCLE[0], ">", table.positive_um, table.u_positive_um, table.from_positive)
     negative = Curve("negative travel", CYCLE[1], "<", table.negative_um, table.u_negative_um, table.from_negative)
     mean = Curve(
-        "mean of both senses",
+        "mean of both directions",
         COLORS["model"],
         "o",
         table.mean_um,

@@ -87,7 +87,7 @@ def residual_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Fi
                 _noise_lines(one, diagnosis.noise.sigma_um)
                 _ring_outliers(one, covariate_values(covariate, data), np.clip(um, -limit, limit), diagnosis)
             _distribution(axes[-1], um[np.isfinite(diagnosis.noise.by_row_um)], diagnosis.noise.sigma_um, name)
-            axes[0].set_ylabel(f"residual {imitated if name == 'after' else name} / µm")
+            axes[0].set_ylabel(f"residual {imitated if name == 'after' else name} (µm)")
         for one, covariate in zip(grid[1], drawn, strict=False):
             _label_x(one, label_of(covariate))
         grid[1][-1].set_xlabel("density")

@@ -50,18 +50,20 @@ FAINT = 0.3
 SEEN = 0.05
 """Share of an effect's largest displacement below which a placement does not show it."""
 TIME_MIN = 60.0
+AS_RECORDED = "as recorded"
+"""In place of the unit of a column that states none."""
 LABELS = {
-    "position": "position along the gauge / mm",
-    "machine x": "machine x / mm",
-    "machine y": "machine y / mm",
-    "machine z": "machine z / mm",
-    "time": "time / min",
+    "position": "position along the gauge (mm)",
+    "machine x": "machine x (mm)",
+    "machine y": "machine y (mm)",
+    "machine z": "machine z (mm)",
+    "time": "time (min)",
     "order": "order of probing",
     "cycle": "cycle",
-    "speed": "speed / mm/s",
-    TURNING: f"{TURNING} / mm",
-    REST: f"{REST} / s",
-    "azimuth": "azimuth of the approach / deg",
+    "speed": "speed (mm/s)",
+    TURNING: f"{TURNING} (mm)",
+    REST: f"{REST} (s)",
+    "azimuth": "azimuth of the approach (°)",
     "placement": "placement",
     "face": "face",
 }
@@ -157,8 +159,8 @@ def label_of(covariate: str) -> str:
         return LABELS.get(covariate, covariate)
     for suffix, unit in sorted(UNITS.items(), key=lambda one: -len(one[0])):
         if covariate.endswith(f"_{suffix}"):
-            return f"{in_words(covariate)} / {unit}"
-    return f"{in_words(covariate)} (as recorded)"
+            return f"{in_words(covariate)} ({unit})"
+    return f"{in_words(covariate)} ({AS_RECORDED})"
 
 
 def in_words(covariate: str) -> str:
@@ -214,12 +216,12 @@ def _against(effect: Effect, data: Residuals) -> tuple[str, Array]:
     values = {p.name: getattr(effect, p.name) for p in effect.parameters()}
     if "period_mm" in values:
         axis, period = values["axis"], values["period_mm"]
-        return f"machine {axis} within the period of {period:.4g} mm / mm", data.probings.coordinate_mm(axis) % period
+        return f"machine {axis} within the period of {period:.4g} mm (mm)", data.probings.coordinate_mm(axis) % period
     if "period_s" in values:
-        return f"time within the period of {values['period_s']:.4g} s / s", data.probings.time_s % values["period_s"]
+        return f"time within the period of {values['period_s']:.4g} s (s)", data.probings.time_s % values["period_s"]
     if "frequency_hz" in values:
         phase = data.probings.time_s * values["frequency_hz"] % 1.0
-        return f"phase at {values['frequency_hz']:.5g} Hz / periods", phase
+        return f"phase at {values['frequency_hz']:.5g} Hz (periods)", phase
     name = _covariate_of(effect, values)
     if name == "speed" and all(one.name != name for one in covariates(data)):
         name = "position"
@@ -244,7 +246,7 @@ def _panel_of_law(law: UnknownLaw, data: Residuals) -> Panel:
     quantity = _along(law.side if law.side in ("gauge", *AXES) else "approach")
     if form == LENGTH:
         weight = weight * length_mm(law.side, data) * 1e-3
-        quantity = f"change {_of_length(law.side)} / µm/m"
+        quantity = f"change {_of_length(law.side)} (µm/m)"
     groups, split = _law_groups(law, data)
     drawn: Drawn = "stairs" if form in STAIRS else "marks" if form in MARKS else "line"
     panel = Panel(_title(law), label, x, law.share_um, quantity, weight, groups, split, drawn, not _apart(law))
@@ -267,10 +269,11 @@ def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
     if law.period is None:
         return label_of(name), x
     if name == "time":
-        return f"time within the period of {law.period:.4g} s / s", np.asarray(data.probings.time_s % law.period, float)
-    words, _, unit = label_of(name).partition(" / ")
-    within = f"{words} within the period of {law.period:.4g}"
-    return f"{within} {unit} / {unit}" if unit else within, np.asarray(x % law.period, float)
+        return f"time within the period of {law.period:.4g} s (s)", np.asarray(data.probings.time_s % law.period, float)
+    words, _, unit = label_of(name).removesuffix(")").partition(" (")
+    of_period = f"{law.period:.4g} {unit}" if unit and unit != AS_RECORDED else f"{law.period:.4g}"
+    label = f"{words} within the period of {of_period}" + (f" ({unit})" if unit else "")
+    return label, np.asarray(x % law.period, float)
 
 
 def _law_groups(law: UnknownLaw, data: Residuals) -> tuple[tuple[Group, ...], bool]:
@@ -301,7 +304,7 @@ def _title(law: UnknownLaw) -> str:
 
 
 def _along(side: str) -> str:
-    return f"along {_direction(side)} / µm"
+    return f"along {_direction(side)} (µm)"
 
 
 def _of_length(side: str) -> str:

@@ -2,7 +2,8 @@
 
 Drawn from one placement of ``evaluation.json``, so that the verb that evaluates and the report show the same figure.
 Measured points are solid, points interpolated from the neighbouring faces hollow; where nothing is defined the lines
-have a gap.
+have a gap. Readings that were left out are crosses, at the mean of their face plus their distance from its repeats; one
+that is beyond the panel is a cross at its edge, with the distance.
 """
 
 from __future__ import annotations
@@ -14,14 +15,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from stepgauge.evaluate import Evaluation
 from stepgauge.evaluation_files import evaluation_to_dict
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
 from stepgauge.standards.mpe import Mpe
 
 Array = NDArray[np.float64]
@@ -42,6 +42,7 @@ class Direction(NamedTuple):
 FORWARD = Direction("f", "forward XF", CYCLE[0], ">", True)
 BACKWARD = Direction("b", "backward XB", CYCLE[1], "<", False)
 LIMIT_COLOR = CYCLE[3]
+LEFT_OUT = "left out"
 _DOTTED: dict[str, Any] = {"linestyle": (0, (1, 1.2)), "zorder": 2}
 MEAN_COLOR, REVERSAL_COLOR, GREY = COLORS["model"], COLORS["measured"], COLORS["grey"]
 
@@ -78,6 +79,7 @@ def evaluation_figure(placement: Mapping[str, Any], mpe: Mpe | None = None) -> F
         if mpe is not None:
             draw_mpe(errors, column(rows, "nominal_mm"), _reference_mm(rows), mpe)
         _mark_worst(errors, rows, placement["worst_two_sigma_um"])
+        _mark_left_out(errors, rows, placement.get("left_out", ()))
         _draw_reversal(reversal, rows)
         _label(errors, reversal, placement)
         _add_legend(figure, rows)
@@ -117,6 +119,8 @@ def describe(placement: Mapping[str, Any]) -> str:
         said.append("2s undefined (no face was probed twice)")
     else:
         said.append(f"largest 2s {_um(worst)} at face {rows[_worst_row(rows)]['face']}")
+    if out := placement.get("left_out"):
+        said.append(f"{len(out)} reading{'s' if len(out) > 1 else ''} left out")
     return "; ".join(said)
 
 
@@ -203,6 +207,33 @@ def _mark_worst(axes: Axes, rows: Sequence[Mapping[str, Any]], worst_um: float |
     axes.set_title(f"largest 2s: ±{worst_um:.2f} µm (face {row['face']})", loc="right")
 
 
+def _mark_left_out(axes: Axes, rows: Sequence[Mapping[str, Any]], left_out: Sequence[Mapping[str, Any]]) -> None:
+    """Crosses for the readings that are not used; the panel grows for those within its own height beyond it."""
+    if not left_out:
+        return
+    x, error = _left_out_places(rows, left_out)
+    low, high = axes.get_ylim()
+    height, room = high - low, 0.08 * (high - low)
+    near = error[(error > low - height) & (error < high + height)]
+    bottom = min([low, *(near - room)]) - 2.0 * room * bool((error < low - height).any())
+    top = max([high, *(near + room)]) + 2.0 * room * bool((error > high + height).any())
+    drawn = np.clip(error, bottom + room, top - room)
+    axes.set_ylim(bottom, top)
+    look: dict[str, Any] = {"marker": "x", "color": COLORS["accent"], "markersize": 5.0, "markeredgewidth": 1.5}
+    axes.plot(x, drawn, linestyle="none", zorder=7, label=LEFT_OUT, **look)
+    beyond = drawn != error
+    for at, shown, one in zip(x[beyond], drawn[beyond], column(left_out, "off_um")[beyond], strict=True):
+        axes.annotate(f"{one:+.4g} µm", (at, shown), (5, 0), textcoords="offset points", va="center")
+
+
+def _left_out_places(rows: Sequence[Mapping[str, Any]], left_out: Sequence[Mapping[str, Any]]) -> tuple[Array, Array]:
+    """Nominal position (mm) and error (um) of every reading that is not used."""
+    of_face = {row["face"]: row for row in rows}
+    faces = [of_face[one["face"]] for one in left_out]
+    mean = [row["xf_um" if row["face"] % 2 else "xb_um"] or 0.0 for row in faces]
+    return column(faces, "nominal_mm"), np.array(mean) + column(left_out, "off_um")
+
+
 def _worst_row(rows: Sequence[Mapping[str, Any]]) -> int:
     """Row of the measured face with the largest standard deviation."""
     measured = np.where(column(rows, "face") % 2 == 1, column(rows, "sf_um"), column(rows, "sb_um"))
@@ -264,12 +295,13 @@ def _add_legend(figure: Figure, rows: Sequence[Mapping[str, Any]]) -> None:
         entries.append(tuple(Patch(color=d.color, alpha=0.3, linewidth=0) for d in (FORWARD, BACKWARD)))
         labels.append("± 2s")
     more: list[Any] = [line for line in errors.get_lines() if "MPE" in str(line.get_label())]
+    more += [line for line in errors.get_lines() if line.get_label() == LEFT_OUT]
     more += [bar for bar in errors.containers if bar.get_label() and not str(bar.get_label()).startswith("_")]
     entries += more
     figure.legend(
         handles=entries,
         labels=labels + [str(one.get_label()) for one in more],
-        handler_map={tuple: HandlerTuple(ndivide=None, pad=0.3)},
+        handler_map=legend_handlers(),
         loc="outside upper center",
         ncols=len(entries) if len(entries) <= 6 else 4,
         columnspacing=1.2,

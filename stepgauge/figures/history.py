@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import dates as mdates
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
-from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
 from stepgauge.history.entries import QUANTITIES
 from stepgauge.history.trend import Series
 
@@ -52,7 +54,15 @@ def history_figure(series: Sequence[Series], limits: Mapping[str, float], machin
             _dates(panels[-1])
         panels[0].set_title(_title(series, machine), loc="left", fontweight="bold")
         figure.align_ylabels(panels)
-        figure.legend(handles=_legend(series, directions, limits), loc="outside upper center", ncols=5, frameon=False)
+        entries = _legend(series, directions, limits)
+        figure.legend(
+            list(entries.values()),
+            list(entries),
+            handler_map=legend_handlers(),
+            loc="outside upper center",
+            ncols=5,
+            frameon=False,
+        )
     return figure
 
 
@@ -122,21 +132,22 @@ def _dates(axes: Axes) -> None:
     axes.set_xlabel("date of measurement")
 
 
-def _legend(series: Sequence[Series], directions: list[str], limits: Mapping[str, float]) -> list[Line2D]:
-    handles = [
-        Line2D([], [], color=CYCLE[n % len(CYCLE)], marker=MARKERS[n % len(MARKERS)], label=f"along {name} (± 2 u)")
-        for n, name in enumerate(directions)
-    ]
+def _legend(series: Sequence[Series], directions: list[str], limits: Mapping[str, float]) -> dict[str, Any]:
+    colors = [CYCLE[n % len(CYCLE)] for n in range(len(directions))]
+    entries: dict[str, Any] = {
+        f"along {name} (± 2 u)": Line2D([], [], color=color, marker=MARKERS[n % len(MARKERS)])
+        for n, (name, color) in enumerate(zip(directions, colors, strict=True))
+    }
     trends = [one.trend for one in series if one.trend is not None]
     if any(trend.significant for trend in trends):
-        handles.append(Line2D([], [], color=GREY, label="trend beyond 2 u"))
+        entries["trend beyond 2 u"] = tuple(Line2D([], [], color=color) for color in colors)
     if any(not trend.significant for trend in trends):
-        handles.append(Line2D([], [], color=GREY, linestyle=(0, (4, 2)), label="trend within 2 u"))
+        entries["trend within 2 u"] = tuple(Line2D([], [], color=color, linestyle=(0, (4, 2))) for color in colors)
     if any(np.isfinite(one.reach) for one in series):
-        handles.append(Line2D([], [], color=GREY, alpha=0.3, linewidth=5.0, label="control limits"))
+        entries["control limits"] = tuple(Patch(color=color, alpha=0.2, linewidth=0) for color in colors)
     if any(one.beyond.any() for one in series):
-        ring = {"marker": "o", "markersize": 8.0, "markerfacecolor": "none", "markeredgecolor": LIMIT_COLOR}
-        handles.append(Line2D([], [], linestyle="none", label="outside the control limits", **ring))  # type: ignore[arg-type]
+        ring: dict[str, Any] = {"markersize": 8.0, "markerfacecolor": "none", "markeredgecolor": LIMIT_COLOR}
+        entries["outside the control limits"] = Line2D([], [], linestyle="none", marker="o", **ring)
     if limits:
-        handles.append(Line2D([], [], color=LIMIT_COLOR, linestyle=(0, (1, 1.5)), label="limit"))
-    return handles
+        entries["limit"] = Line2D([], [], color=LIMIT_COLOR, linestyle=(0, (1, 1.5)))
+    return entries

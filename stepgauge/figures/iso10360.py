@@ -16,7 +16,8 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
-from stepgauge.standards.iso10360 import KINDS, LengthTest, TestLength
+from stepgauge.standards.iso10360 import KINDS, LengthTest
+from stepgauge.standards.iso10360_positions import TestLength
 from stepgauge.standards.lengths import Kind
 
 WIDTH_MM, HEIGHT_MM = 170.0, 90.0
@@ -36,8 +37,15 @@ def length_test_figure(test: LengthTest) -> Figure:
             axes.set_title(_title(test, kind), loc="left", fontweight="bold")
             axes.set_xlabel("nominal length (mm); positions side by side")
         panels[0].set_ylabel("error of indication (µm)")
+        panels[0].set_ylim(*_extent_um([one for kind in kinds for one in test.lengths(kind)]))
         _legend(figure, test)
     return figure
+
+
+def _extent_um(lengths: Sequence[TestLength]) -> tuple[float, float]:
+    """All errors and limits: matplotlib overlooks marks that are moved aside when it sets the limits of an axis."""
+    largest = max(max(float(np.abs(one.error_um).max()), one.mpe_um) for one in lengths)
+    return -1.12 * largest, 1.12 * largest
 
 
 def _title(test: LengthTest, kind: Kind) -> str:
@@ -46,7 +54,7 @@ def _title(test: LengthTest, kind: Kind) -> str:
     head = f"{symbol}, bidirectional" if kind == "bidirectional" else "unidirectional, for information"
     ranges = test.repeatability_outcome(kind)
     said = f"{head}: {test.outcome(kind)}" + (f"\nrange of the repeats: {ranges}" if ranges else "")
-    return said if test.complete else f"{said} (test incomplete)"
+    return said if test.complete else f"{said}\n(test incomplete)"
 
 
 def _draw(axes: Axes, test: LengthTest, lengths: Sequence[TestLength]) -> None:

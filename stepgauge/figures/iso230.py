@@ -69,7 +69,7 @@ def _mark_reversal(axes: Axes, test: AxisTest) -> None:
         (at, min(ends)),
         xytext=(0, -7),
         textcoords="offset points",
-        ha="center",
+        ha="left" if row < len(test.targets.machine_mm) / 2.0 else "right",  # clear of the brackets
         va="top",
         color=REVERSAL,
         fontweight="bold",

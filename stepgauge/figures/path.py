@@ -1,8 +1,7 @@
-"""The path of the tip past the gauge: a figure in gauge coordinates, to scale, and a scene in machine coordinates."""
+"""The path of the tip past the gauge: a figure in gauge coordinates, to scale."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any
@@ -16,7 +15,7 @@ from matplotlib.patches import Circle, Patch, Rectangle
 from numpy.typing import NDArray
 
 from stepgauge.collision import Obstacles, make_obstacles
-from stepgauge.figures.style import COLORS, CYCLE, figure_format, figure_style, new_figure, save_figure
+from stepgauge.figures.style import CYCLE, figure_format, figure_style, new_figure, save_figure
 from stepgauge.gauge import Gauge
 from stepgauge.moves import Path
 from stepgauge.placement import Placement
@@ -26,18 +25,11 @@ WIDTH_MM = 180.0
 MARGIN_MM = 45.0
 """How far around the gauge the figure looks; a home position farther off is beyond its edge."""
 DETAIL_BLOCKS = 3
+SAME_MM = 0.01
+"""Heights nearer to each other are drawn as one line."""
 BLOCK_COLOR, RAIL_COLOR, EDGE_COLOR = "#B8C4CE", "#E6E6E6", "#5F6B75"
 BESIDE_STYLE: Any = (0, (3, 2))
 TRAVEL_COLOR, MEASURE_COLOR, STOP_COLOR = CYCLE[0], CYCLE[1], CYCLE[3]
-
-
-@dataclass(frozen=True)
-class ProbedPoints:
-    """Where searches ended: tip centres, and the face and cycle each was, by side and place."""
-
-    tip_mm: Array
-    face: NDArray[np.int64]
-    cycle: NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -89,7 +81,7 @@ def path_figure(
 ) -> Figure:
     """The figure of :func:`draw_path`, in gauge coordinates."""
     obstacles = make_obstacles(gauge, placement)
-    travelled = _until(run_path, stop_piece)
+    travelled = until(run_path, stop_piece)
     local = Path(
         placement.to_gauge(gauge, travelled.start_mm),
         placement.to_gauge(gauge, travelled.end_mm),
@@ -115,7 +107,7 @@ def path_figure(
     return figure
 
 
-def _until(path: Path, stop_piece: int | None) -> Path:
+def until(path: Path, stop_piece: int | None) -> Path:
     """The pieces up to and with the one on which the machine stopped."""
     if stop_piece is None:
         return path
@@ -169,7 +161,8 @@ def _draw_view(axes: Axes, view: View, local: Path, obstacles: Obstacles, stoppe
         ("travel beside", aside, TRAVEL_COLOR, 0.6, BESIDE_STYLE),
         ("measuring", local.measuring, MEASURE_COLOR, 1.4, "solid"),
     ):
-        lines = LineCollection(list(pieces[where]), colors=color, linewidths=width, linestyles=[style], zorder=3)
+        drawn = _once(pieces[where]) if kind == "travel beside" else pieces[where]
+        lines = LineCollection(list(drawn), colors=color, linewidths=width, linestyles=[style], zorder=3)
         lines.set_gid(kind)
         axes.add_collection(lines)
     probed = end[local.measuring][: -1 if stopped and local.measuring[-1] else None]
@@ -180,6 +173,27 @@ def _draw_view(axes: Axes, view: View, local: Path, obstacles: Obstacles, stoppe
     axes.set_title(view.title, loc="left")
     axes.set_xlabel("along the gauge a, from face 1 (mm)")
     axes.set_ylabel(view.label)
+
+
+def _once(pieces: Array) -> Array:
+    """Pieces ``(n, 2 ends, 2)`` without what is drawn already: dashes over dashes would make a solid line.
+
+    Those along the gauge at one height are joined to as few as cover them.
+    """
+    level = np.abs(pieces[:, 0, 1] - pieces[:, 1, 1]) < SAME_MM
+    joined = list[Array]()
+    for one in sorted(pieces[level], key=lambda piece: (round(float(piece[0, 1]) / SAME_MM), piece[:, 0].min())):
+        left, right = np.sort(one[:, 0])
+        if joined and abs(joined[-1][0, 1] - one[0, 1]) < SAME_MM and left <= joined[-1][1, 0] + SAME_MM:
+            joined[-1][1, 0] = max(joined[-1][1, 0], right)
+        else:
+            joined.append(np.array([[left, one[0, 1]], [right, one[0, 1]]]))
+    others = pieces[~level].round(3)
+    back = (others[:, 0, 0] > others[:, 1, 0]) | (
+        (others[:, 0, 0] == others[:, 1, 0]) & (others[:, 0, 1] > others[:, 1, 1])
+    )
+    others[back] = others[back][:, ::-1]
+    return np.array([*joined, *np.unique(others, axis=0)]).reshape(-1, 2, 2)
 
 
 def _beside(local: Path, obstacles: Obstacles, view: View) -> NDArray[np.bool_]:
@@ -228,159 +242,3 @@ def _add_legend(figure: Figure, stopped: bool) -> None:
     if stopped:
         entries.append(Line2D([], [], color=STOP_COLOR, marker="X", markersize=6, linewidth=2, label="stopped here"))
     figure.legend(handles=entries, loc="outside lower center", ncols=len(entries), frameon=False)
-
-
-def probed_points(run_path: Path, gauge: Gauge, placement: Placement, tip_radius_mm: float) -> ProbedPoints:
-    """Ends of the searches in machine coordinates, each with the face it points at and the how-manieth visit it is."""
-    tip = run_path.end_mm[run_path.measuring]
-    along = (tip - run_path.start_mm[run_path.measuring]) @ placement.axis
-    contact = placement.to_gauge(gauge, tip)[:, 0] + np.sign(along) * tip_radius_mm
-    nearest = [np.abs(contact[:, None] - gauge.position_mm[side::2]).argmin(axis=1) for side in (0, 1)]
-    face = np.where(along > 0, 2 * nearest[0] + 1, 2 * nearest[1] + 2)
-    cycle = np.array([(face[: i + 1] == one).sum() for i, one in enumerate(face)], dtype=np.int64)
-    return ProbedPoints(tip, face, cycle)
-
-
-def write_path_html(
-    file: str | FilePath,
-    run_path: Path,
-    gauge: Gauge,
-    placement: Placement,
-    tip_radius_mm: float,
-    travel_mm: Array | None = None,
-    stop_piece: int | None = None,
-    title: str = "",
-) -> FilePath:
-    """Write a scene to turn in a browser: gauge, path and probed points in machine coordinates, mm.
-
-    One HTML file that needs no network. ``travel_mm`` of shape ``(3, 2)`` adds the box of the machine's travel; the
-    other parameters are those of :func:`draw_path`.
-    """
-    from stepgauge.errors import InputError
-    from stepgauge.files import write_text
-
-    if FilePath(file).suffix.lower() != ".html":
-        raise InputError(file, "not a page for a browser", found=repr(FilePath(file).suffix), expected=".html")
-    scene = path_scene(run_path, gauge, placement, tip_radius_mm, travel_mm, stop_piece, title)
-    write_text(file, scene.to_html(include_plotlyjs=True, full_html=True, div_id="path"))
-    return FilePath(file)
-
-
-def path_scene(
-    run_path: Path,
-    gauge: Gauge,
-    placement: Placement,
-    tip_radius_mm: float,
-    travel_mm: Array | None = None,
-    stop_piece: int | None = None,
-    title: str = "",
-) -> Any:
-    """The plotly figure of :func:`write_path_html`."""
-    import html
-
-    import plotly.graph_objects as go
-
-    obstacles = make_obstacles(gauge, placement)
-    travelled = _until(run_path, stop_piece)
-    stopped = stop_piece is not None
-    traces = [
-        _boxes(obstacles, slice(0, -1), "blocks", BLOCK_COLOR),
-        _boxes(obstacles, slice(-1, None), "rail", RAIL_COLOR),
-        _lines(travelled, ~travelled.measuring, "travel", TRAVEL_COLOR, 2),
-        _lines(travelled, travelled.measuring, "measuring", MEASURE_COLOR, 5),
-        _probed(travelled, gauge, placement, tip_radius_mm, stopped),
-    ]
-    traces += [] if travel_mm is None else [_travel_volume(np.asarray(travel_mm, float))]
-    traces += [_stop(travelled)] if stopped else []
-    axes = {f"{axis}axis": {"title": {"text": f"{axis} (mm)"}} for axis in "xyz"}
-    return go.Figure(
-        traces,
-        {
-            "title": {"text": html.escape(title)},
-            "scene": {"aspectmode": "manual", "aspectratio": _aspect(traces), **axes},
-            "margin": {"l": 0, "r": 0, "b": 0, "t": 40 if title else 0},
-            "legend": {"itemsizing": "constant"},
-        },
-    )
-
-
-def _aspect(traces: Sequence[Any]) -> dict[str, float]:
-    """To scale, the longest side of what is shown at first as 1: so the start view holds all of it."""
-    shown = [one for one in traces if one.visible != "legendonly"]
-    size = {}
-    for axis in "xyz":
-        values = np.concatenate([np.array(one[axis], float) for one in shown])
-        size[axis] = float(np.nanmax(values) - np.nanmin(values))
-    longest = max(size.values())
-    return {axis: max(one / longest, 0.05) for axis, one in size.items()}
-
-
-_CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-_SIDES = ([0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3])
-_TRIANGLES = np.array([half for a, b, c, d in _SIDES for half in ([a, b, c], [a, c, d])])
-_EDGES = [(a, b) for a in range(8) for b in range(a + 1, 8) if np.abs(_CORNERS[a] - _CORNERS[b]).sum() == 1]
-
-
-def _boxes(obstacles: Obstacles, rows: slice, name: str, color: str) -> Any:
-    """Boxes as one mesh: eight corners and twelve triangles each, in machine coordinates."""
-    import plotly.graph_objects as go
-
-    low, high = obstacles.low_mm[rows, None], obstacles.high_mm[rows, None]
-    corners = obstacles.placement.to_machine(obstacles.gauge, (low + (high - low) * _CORNERS).reshape(-1, 3))
-    triangles = (_TRIANGLES + 8 * np.arange(len(low))[:, None, None]).reshape(-1, 3)
-    x, y, z = corners.T
-    i, j, k = triangles.T
-    return go.Mesh3d(
-        x=x, y=y, z=z, i=i, j=j, k=k, name=name, color=color, flatshading=True, showlegend=True, hoverinfo="name"
-    )
-
-
-def _lines(path: Path, where: NDArray[np.bool_], name: str, color: str, width: int) -> Any:
-    gap = np.full((int(where.sum()), 3), np.nan)
-    return _line_trace(np.stack([path.start_mm[where], path.end_mm[where], gap], axis=1), name, color, width)
-
-
-def _line_trace(pieces: Array, name: str, color: str, width: int) -> Any:
-    """Pieces ``(n, 3 places, 3)``, the last place of each NaN, as one trace with gaps."""
-    import plotly.graph_objects as go
-
-    x, y, z = (_without_nan(column) for column in pieces.reshape(-1, 3).T)
-    line = {"color": color, "width": width}
-    return go.Scatter3d(x=x, y=y, z=z, mode="lines", name=name, line=line, hoverinfo="skip")
-
-
-def _without_nan(values: Array) -> list[float | None]:
-    return [None if np.isnan(value) else float(value) for value in values]
-
-
-def _probed(path: Path, gauge: Gauge, placement: Placement, tip_radius_mm: float, stopped: bool) -> Any:
-    import plotly.graph_objects as go
-
-    points = probed_points(path, gauge, placement, tip_radius_mm)
-    count = len(points.face) - int(stopped and bool(path.measuring[-1]))  # the search that stopped it found nothing
-    text = [
-        f"face {face}, cycle {cycle}<br>({x:.4f}, {y:.4f}, {z:.4f}) mm"
-        for face, cycle, (x, y, z) in zip(points.face, points.cycle, points.tip_mm, strict=True)
-    ]
-    x, y, z = points.tip_mm[:count].T
-    marker = {"size": 3, "color": MEASURE_COLOR}
-    return go.Scatter3d(
-        x=x, y=y, z=z, mode="markers", name="probed (tip centre)", text=text[:count], hoverinfo="text", marker=marker
-    )
-
-
-def _travel_volume(travel_mm: Array) -> Any:
-    corners = travel_mm[:, 0] + (travel_mm[:, 1] - travel_mm[:, 0]) * _CORNERS
-    gap = np.full(3, np.nan)
-    pieces = np.array([[corners[a], corners[b], gap] for a, b in _EDGES])
-    box = _line_trace(pieces, "travel of the machine", COLORS["grey"], 1)
-    # shown at a click on its name: with it the scene would open on the whole machine, and the gauge be tiny
-    return box.update(visible="legendonly")
-
-
-def _stop(path: Path) -> Any:
-    import plotly.graph_objects as go
-
-    x, y, z = path.end_mm[-1:].T
-    marker = {"size": 7, "color": STOP_COLOR, "symbol": "x"}
-    return go.Scatter3d(x=x, y=y, z=z, mode="markers", name="stopped here", marker=marker)

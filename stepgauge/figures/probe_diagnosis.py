@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.maps.empirical import EMPIRICAL
+from stepgauge.diagnose.maps.candidates import EMPIRICAL
 from stepgauge.diagnose.maps.model import Term, build_probe, changed_table, predict
 from stepgauge.diagnose.maps.result import MapDiagnosis, QuantityFit
 from stepgauge.figures.style import COLORS, FORMATS, figure_style, new_figure, save_figure
@@ -36,7 +36,7 @@ TITLE = 44
 """Letters in a line of a title."""
 SHARE_SEEN = 0.1
 """An effect is drawn in the quantities that it moves by this share of what it moves most, each over its scatter."""
-AZIMUTH, POLAR = "azimuth of the normal / deg", "polar angle of the normal / deg"
+AZIMUTH, POLAR = "azimuth of the normal (°)", "polar angle of the normal (°)"
 WORDS = {"trigger_force_N": "trigger force", "deflection_um": "deflection", "pretravel_um": "pre-travel"}
 UNITS = {"N": "N", "um": "\N{MICRO SIGN}m"}
 _DIVERGING = "PuOr"
@@ -81,7 +81,7 @@ def residual_figure(found: MapDiagnosis) -> Figure:
     for row, (fit, stage, values) in zip(axes, drawn, strict=True):
         for panel, angle in zip(row, (found.data.azimuth_deg % 360.0, found.data.polar_deg), strict=True):
             _residuals(panel, angle, values, fit, found.kept, stage)
-        row[0].set_ylabel(f"{WORDS[fit.name]}\nresidual {stage}".rstrip() + f" / {UNITS[fit.unit]}")
+        row[0].set_ylabel(f"{WORDS[fit.name]}\nresidual {stage}".rstrip() + f" ({UNITS[fit.unit]})")
         row[1].set_title(f"rms {_rms(values[found.kept]):.3g} {UNITS[fit.unit]}", loc="right")
     axes[-1][0].set_xlabel(AZIMUTH)
     axes[-1][1].set_xlabel(POLAR)
@@ -230,7 +230,7 @@ def _directions(fig: Figure, axes: Axes, found: MapDiagnosis, fit: QuantityFit, 
     )
     _outliers(axes, data.azimuth_deg[~kept] % 360.0, data.polar_deg[~kept])
     bar = fig.colorbar(drawn, ax=axes, pad=0.02, aspect=16)
-    bar.set_label(f"measured less simulated / {UNITS[fit.unit]}")
+    bar.set_label(f"measured minus simulated ({UNITS[fit.unit]})")
     axes.margins(0.07, 0.12)
 
 
@@ -264,7 +264,7 @@ def _effect(axes: Axes, panel: Panel, found: MapDiagnosis) -> None:
     axes.axhline(0.0, color=COLORS["grey"], linewidth=0.7, zorder=0)
     axes.set_title(panel.title, loc="left")
     axes.set_xlabel(AZIMUTH if around else POLAR)
-    axes.set_ylabel(f"share in the {WORDS[fit.name]} / {UNITS[fit.unit]}")
+    axes.set_ylabel(f"share in the {WORDS[fit.name]} ({UNITS[fit.unit]})")
     if around:
         _azimuth_ticks(axes, found)
     axes.legend(title="polar angle" if around else "azimuth", ncols=1, frameon=False, loc="center left",

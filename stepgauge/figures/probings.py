@@ -5,6 +5,8 @@ Both are drawn from the table of :func:`stepgauge.probing_errors.probing_errors`
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -13,7 +15,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from stepgauge.figures.evaluation import BACKWARD, FORWARD, Direction, draw_mpe
-from stepgauge.figures.style import COLORS, figure_style, new_figure
+from stepgauge.figures.style import COLORS, figure_style, legend_handlers, new_figure
 from stepgauge.standards.mpe import Mpe
 
 WIDTH_MM, HEIGHT_MM = 170.0, 100.0
@@ -35,9 +37,7 @@ def bidirectional_figure(table: pd.DataFrame, mpe: Mpe | None = None) -> Figure:
         axes.set_ylabel("error, indicated − certified (µm)")
         axes.set_title(f"{_title(table)}, both ways of probing", loc="left", fontweight="bold")
         axes.spines[["top", "right"]].set_visible(False)
-        handles = _legend(axes)
-        columns = len(handles) if len(handles) < 5 else 3
-        figure.legend(handles=handles, loc="outside upper center", ncols=columns, frameon=False)
+        _add_legend(figure, _legend(axes))
     return figure
 
 
@@ -56,18 +56,37 @@ def _draw_direction(axes: Axes, part: pd.DataFrame, direction: Direction, shift_
     )  # fmt: skip
 
 
-def _legend(axes: Axes) -> list[Line2D]:
-    handles = [
-        Line2D([], [], color=d.color, marker=d.marker, markersize=4.0, label=d.label)
+def _pair(**look: Any) -> tuple[Line2D, ...]:
+    """The same mark in the colours of both ways of probing; ``marker`` True: the marker of the way."""
+    return tuple(
+        Line2D([], [], **{**look, "color": d.color, "marker": d.marker if look["marker"] is True else look["marker"]})
         for d in (FORWARD, BACKWARD)
-    ]  # fmt: skip
-    handles.append(Line2D([], [], color=GREY, marker="|", markersize=8.0, linestyle="none", label="± 2s"))
-    handles.append(Line2D([], [], color=GREY, marker=".", linestyle="none", label="single probings, beside"))
-    return handles + [line for line in axes.get_lines() if "MPE" in str(line.get_label())]
+    )
+
+
+def _add_legend(figure: Figure, entries: dict[str, Any]) -> None:
+    figure.legend(
+        list(entries.values()),
+        list(entries),
+        handler_map=legend_handlers(),
+        handlelength=3.0,
+        loc="outside upper center",
+        ncols=5 if "2s of a face" in entries else min(len(entries), 3) if len(entries) > 4 else 4,
+        frameon=False,
+    )
+
+
+def _legend(axes: Axes) -> dict[str, Any]:
+    entries: dict[str, Any] = {
+        d.label: Line2D([], [], color=d.color, marker=d.marker, markersize=4.0) for d in (FORWARD, BACKWARD)
+    }
+    entries["± 2s"] = _pair(marker="|", markersize=8.0, linestyle="none")
+    entries["single probings, beside"] = _pair(marker=".", linestyle="none")
+    return entries | {str(one.get_label()): one for one in axes.get_lines() if "MPE" in str(one.get_label())}
 
 
 def repeatability_figure(table: pd.DataFrame) -> Figure:
-    """Deviations of single probings from the mean of their face; below, two sigma and range of every face."""
+    """Deviations of single probings from the mean of their face; below, 2s and range of every face."""
     with figure_style():
         figure = new_figure(WIDTH_MM, HEIGHT_MM)
         single, spread = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1.0])
@@ -86,7 +105,7 @@ def repeatability_figure(table: pd.DataFrame) -> Figure:
         single.set_title(f"pooled 2s: ±{2 * pooled:.2f} µm", loc="right")
         for axes in (single, spread):
             axes.spines[["top", "right"]].set_visible(False)
-        figure.legend(handles=_spread_legend(), loc="outside upper center", ncols=5, frameon=False)
+        _add_legend(figure, _spread_legend())
     return figure
 
 
@@ -108,16 +127,15 @@ def _draw_spread(single: Axes, spread: Axes, part: pd.DataFrame, direction: Dire
     )  # fmt: skip
 
 
-def _spread_legend() -> list[Line2D]:
-    ways = [Line2D([], [], color=d.color, marker=d.marker, label=d.label.split()[0]) for d in (FORWARD, BACKWARD)]
-    return [
-        *ways,
-        Line2D([], [], color=GREY, marker="o", label="2s of a face"),
-        Line2D(
-            [], [], color=GREY, marker="o", markerfacecolor="white", linestyle=(0, (2, 1.5)), label="range of a face"
-        ),
-        Line2D([], [], color=GREY, linestyle=(0, (4, 2)), label="± pooled 2s"),
-    ]
+def _spread_legend() -> dict[str, Any]:
+    dashed: Any = (0, (2, 1.5))
+    return {
+        "forward": Line2D([], [], color=FORWARD.color, marker=FORWARD.marker, markersize=2.4, linestyle="none"),
+        "backward": Line2D([], [], color=BACKWARD.color, marker=BACKWARD.marker, markersize=2.4, linestyle="none"),
+        "± pooled 2s": Line2D([], [], color=GREY, linestyle=(0, (4, 2))),
+        "2s of a face": _pair(marker=True, markersize=3.0, linewidth=0.9),
+        "range of a face": _pair(marker=True, markersize=3.0, linewidth=0.7, linestyle=dashed, markerfacecolor="white"),
+    }
 
 
 def _pooled_sigma(table: pd.DataFrame) -> float:

@@ -61,7 +61,7 @@ def draw_qualification(approach: Array, result: Qualification, path: str | Path)
     series = [("mean effective radius", "o", "before", result.residuals_um)]
     if result.residuals_compensated_um is not None:
         series.append(("corrected for the lobes", "*", "after", result.residuals_compensated_um))
-    with _drawing(path, 160.0, 75.0) as fig:
+    with _drawing(path, 160.0, 75.0, title_mm=0.0) as fig:
         left, right = fig.subplots(1, 2, sharey=True)
         for axes, angle, name in ((left, azimuth, "azimuth"), (right, elevation, "elevation")):
             axes.axhline(0.0, color=COLORS["grey"], linewidth=0.6)
@@ -79,7 +79,7 @@ def draw_compensation(approach: Array, pretravel_um: Array, stylus_axis: Sequenc
         about, up = fig.add_gridspec(1, 2)
         axes = fig.add_subplot(about, projection="polar")
         dots = axes.scatter(azimuth, pretravel_um, c=np.degrees(elevation), s=9, cmap="viridis", vmin=0.0, vmax=90.0)
-        _polar_title(axes, "pre-travel / \N{MICRO SIGN}m over the azimuth")
+        _polar_title(axes, "pre-travel (\N{MICRO SIGN}m) over the azimuth")
         axes.set_rlabel_position(112.5)
         fig.colorbar(dots, ax=axes, label="elevation (°)", shrink=0.7, pad=0.12)
         plain = fig.add_subplot(up)
@@ -112,14 +112,14 @@ def draw_bench(
 
 
 @contextmanager
-def _drawing(path: str | Path, width_mm: float, height_mm: float) -> Iterator[Any]:
+def _drawing(path: str | Path, width_mm: float, height_mm: float, title_mm: float = _TITLE_MM) -> Iterator[Any]:
     """A figure in the common style, saved when it is drawn."""
     with figure_style():
         fig = new_figure(width_mm, height_mm)
         # The layout overlooks the titles of polar axes: keep their height free.
         layout = fig.get_layout_engine()
         if layout is not None:
-            layout.set(rect=(0.0, 0.0, 1.0, 1.0 - _TITLE_MM / height_mm))  # type: ignore[call-arg]
+            layout.set(rect=(0.0, 0.0, 1.0, 1.0 - title_mm / height_mm))  # type: ignore[call-arg]
         yield fig
     save_figure(fig, path)
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stepgauge.figures.path import draw_path, write_path_html
+from stepgauge.figures.path import draw_path
+from stepgauge.figures.path_scene import write_path_html
 from stepgauge.figures.shares import draw_shares
 from stepgauge.gauge import Gauge
 from stepgauge.machine import Run

@@ -35,14 +35,14 @@ def draw_shares(path: str | Path, shares: pd.DataFrame, face: Array, position_mm
     with figure_style():
         figure = new_figure(160.0, 110.0)
         panels = figure.subplots(2, 1, sharex=True, sharey=True)
-        for axes, odd, name in zip(panels, (1, 0), ("Forward (fronts)", "Backward (backs)"), strict=True):
+        for axes, odd, name in zip(panels, (1, 0), ("forward (fronts)", "backward (backs)"), strict=True):
             rows = faces % 2 == odd
             _stack(axes, position_mm[faces[rows] - 1], by_face[rows])
             axes.set_title(name, loc="left")
-            axes.set_ylabel("Share along\napproach (µm)")
-        panels[1].set_xlabel("Position along the gauge (mm)")
+            axes.set_ylabel("share along the\napproach (µm)")
+        panels[1].set_xlabel("position along the gauge (mm)")
         handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside right upper", frameon=False)
+        figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
         if title:
             figure.suptitle(title)
         save_figure(figure, path)

@@ -87,6 +87,13 @@ def new_figure(width_mm: float, height_mm: float) -> Figure:
     return figure
 
 
+def legend_handlers() -> dict[type, Any]:
+    """For ``handler_map`` of a legend: an entry that is a tuple of marks shows all of them, as they are drawn."""
+    from matplotlib.legend_handler import HandlerTuple
+
+    return {tuple: HandlerTuple(ndivide=None, pad=0.3)}
+
+
 def figure_format(path: str | Path) -> str:
     """The format that the extension of ``path`` asks for; :class:`InputError` when it is not one of ours."""
     suffix = Path(path).suffix.lower().removeprefix(".")

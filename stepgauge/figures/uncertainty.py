@@ -27,12 +27,13 @@ def draw_uncertainty(folder: str | Path, model: Model, summary: Summary, suffix:
     for part in model.parts:
         path = Path(folder) / f"uncertainty-{part.placement}.{suffix}"
         with figure_style():
-            figure = new_figure(160.0, 120.0)
+            figure = new_figure(160.0, 145.0)
             upper, lower = figure.subplots(2, 1, sharex=True)
             _draw_interval(upper, model, summary, part)
             _draw_contributions(lower, model, summary, part)
-            lower.set_xlabel("Position along the gauge (mm)")
-            figure.suptitle(f"{model.gauge.table.name} on {model.machine.table.name}, {summary.runs} runs")
+            lower.set_xlabel("position along the gauge (mm)")
+            title = f"{model.gauge.table.name} on {model.machine.table.name}, {summary.runs} runs"
+            figure.suptitle(title, x=0.01, ha="left", fontsize=9, fontweight="bold")
             save_figure(figure, path)
         paths.append(path)
     return paths
@@ -52,8 +53,8 @@ def _draw_interval(axes: Axes, model: Model, summary: Summary, part: Part) -> No
     )
     axes.plot(position, mean, "o-", color=COLORS["after"], label="mean of the runs")
     axes.axhline(0.0, color="black", linewidth=0.6)
-    axes.set_ylabel("Mean error XM (µm)")
-    axes.legend(loc="upper left", frameon=False)
+    axes.set_ylabel("mean error XM (µm)")
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
 
 
 def _draw_contributions(axes: Axes, model: Model, summary: Summary, part: Part) -> None:
@@ -71,5 +72,5 @@ def _draw_contributions(axes: Axes, model: Model, summary: Summary, part: Part) 
         shown["others"] = np.sum([variance[name] for name in order[MOST:]], axis=0)
     axes.stackplot(position, *shown.values(), labels=list(shown), colors=[*CYCLE[:MOST], COLORS["grey"]], linewidth=0)
     axes.plot(position, total[defined], color="black", label="all contributions")
-    axes.set_ylabel("Variance of XM (µm²)")
-    axes.legend(loc="upper left", frameon=False)
+    axes.set_ylabel("variance of XM (µm²)")
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)

@@ -46,7 +46,7 @@ def test_residuals_are_drawn_over_position_and_time_before_and_after(label: str)
     axes = residual_figure(found).axes
     rows = rows_of(found, label)
     width = len(axes) // 2
-    assert [one.get_xlabel() for one in axes[width : width + 2]] == ["position along the gauge / mm", "time / min"]
+    assert [one.get_xlabel() for one in axes[width : width + 2]] == ["position along the gauge (mm)", "time (min)"]
     for first, um in ((0, found.before_um), (width, found.after_um)):
         for column, name in enumerate(("position", "time")):
             drawn = points(axes[first + column], label)
@@ -57,7 +57,7 @@ def test_residuals_are_drawn_over_position_and_time_before_and_after(label: str)
 def test_the_located_covariate_has_a_column() -> None:
     _, found = made("scale")
     assert found.located[0].covariate == "machine x"
-    assert "machine x / mm" in [axes.get_xlabel() for axes in residual_figure(found).axes]
+    assert "machine x (mm)" in [axes.get_xlabel() for axes in residual_figure(found).axes]
 
 
 def test_noise_is_drawn_at_two_sigma_and_as_a_density() -> None:
@@ -93,8 +93,8 @@ def test_outliers_are_ringed_and_do_not_squeeze_the_rest() -> None:
 def test_the_law_goes_through_the_data_of_its_effect() -> None:
     _, found = made("scale")
     (axes,) = effect_figure(found).axes
-    assert axes.get_xlabel() == "machine x / mm"
-    assert axes.get_ylabel() == "along the gauge / µm"
+    assert axes.get_xlabel() == "machine x (mm)"
+    assert axes.get_ylabel() == "along the gauge (µm)"
     law = points(axes, "fitted law")
     ppm = found.findings[0].parameters["ppm"].value
     np.testing.assert_allclose(law[:, 1], ppm * law[:, 0] * 1e-3, rtol=1e-5)
@@ -153,7 +153,7 @@ def drawn(found: Diagnosis) -> Axes:
 
 def test_another_shape_on_the_way_back_is_drawn_over_the_position_with_the_ways_apart() -> None:
     axes = drawn(hidden("0.8 * side * way", ("direction of travel", "both", "loop")))
-    assert axes.get_xlabel() == "position along the gauge / mm"
+    assert axes.get_xlabel() == "position along the gauge (mm)"
     assert axes.get_title(loc="left") == "no known law: another curve on the way back"
     there, back = points(axes, "on the way there"), points(axes, "on the way back")
     assert len(there) + len(back) == len(made("null")[1].data)
@@ -169,7 +169,7 @@ OBLIQUE = ((1.0, 0.0, 0.0), (0.8, 0.6, 0.0), (0.0, 1.0, 0.0))
 def test_a_motion_along_one_machine_axis_is_drawn_along_it_wherever_the_gauge_lay() -> None:
     found = hidden("approach_i * 0.04 * max(x_mm - 350, 0)", ("machine x", "x", "smooth"), OBLIQUE)
     axes = drawn(found)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("machine x / mm", "along machine x / µm")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("machine x (mm)", "along machine x (µm)")
     law = points(axes, "fitted law")
     below, above = law[law[:, 0] < 340.0], law[law[:, 0] > 360.0]
     assert np.polyfit(*above.T, 1)[0] == pytest.approx(0.04, abs=0.004)
@@ -181,7 +181,7 @@ def test_a_motion_along_one_machine_axis_is_drawn_along_it_wherever_the_gauge_la
 def test_a_changing_length_is_drawn_as_its_share_of_the_length() -> None:
     formula = "approach_i * (x_mm - 350) * 5e-5 * time_s"
     axes = drawn(hidden(formula, ("time", "x", "changing length")))
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("time / min", "change along machine x / µm/m")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("time (min)", "change along machine x (µm/m)")
     minutes, share = points(axes, "fitted law").T
     assert np.polyfit(minutes, share, 1)[0] == pytest.approx(5e-5 * 60.0 * 1e3, rel=0.1)
 
@@ -192,7 +192,7 @@ PANELS: list[tuple[str, tuple[str, str, str], object, str, str]] = [
         "1e-4 * side * (turning_mm - 100)**2",
         ("way since turning round", "both", "smooth"),
         None,
-        "round / mm",
+        "round (mm)",
         "smooth",
     ),
     ("way * 0.6", ("direction of travel", "both", "loop"), None, "position along", "on the way back"),
@@ -215,8 +215,8 @@ def test_every_form_is_drawn_over_what_it_depends_on_and_named_in_words(
 
 
 def test_a_further_column_is_labelled_with_the_unit_in_its_name() -> None:
-    assert label_of("scale_temperature_x_C") == "scale temperature x / °C"
-    assert label_of("humidity_percent") == "humidity / %"
+    assert label_of("scale_temperature_x_C") == "scale temperature x (°C)"
+    assert label_of("humidity_percent") == "humidity (%)"
     assert label_of("humidity") == "humidity (as recorded)"
 
 

@@ -142,7 +142,7 @@ def test_probe_that_is_as_its_file_says_is_adequate(table, seed):
 def test_lever_and_contact_radius_are_one_set_that_a_longer_stylus_separates(table):
     found = diagnose_map(MapModel(table, "probe", measured(changed(table, carrier_mm=6.0)))).findings[0]
     assert list(found.confounded_with) == ["contact_radius"]
-    radius = 16.34 + found.confounded_with["contact_radius"]["mm"]
+    radius = 16.34 + found.instead["contact_radius"]["mm"]
     assert 50.0 / radius == pytest.approx((50.0 + found.parameters["mm"].value) / 16.34, rel=1e-3)
     assert "ratio of lever to contact radius" in found.reason
     assert "longer" in found.separate_by

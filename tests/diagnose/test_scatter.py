@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from stepgauge.recording import Recording
 from tests.diagnose.test_selection import NOISE_UM, bent, clean, names, side, told
@@ -51,3 +52,13 @@ def test_a_row_that_stands_alone_beside_a_law_is_an_outlier() -> None:
     found = told(bent(lambda r: long_scale(r) + np.where(np.arange(len(r)) == 33, 14.0 * NOISE_UM, 0.0)))
     assert names(found) == ["scale_error", "outliers"]
     assert found.noise.outliers.tolist() == [33]
+
+
+def test_a_law_keeps_its_name_beside_correlated_scatter_which_is_told_as_unexplained() -> None:
+    """What makes neighbours alike is in no law, so that the named one is not all that there is."""
+    draws = np.random.default_rng(4).normal(0.0, NOISE_UM, len(clean().frame))
+    alike = lfilter([np.sqrt(1.0 - 0.81)], [1.0, -0.9], draws)
+    found = told(bent(lambda r: 2.0 * long_scale(r) + 3.0 * alike))
+    assert found.verdict == "unknown"
+    assert names(found) == ["scale_error"]
+    assert [one.form for one in found.unexplained] == ["correlated scatter"]

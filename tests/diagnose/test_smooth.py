@@ -52,7 +52,7 @@ def worn_out(recording: Recording) -> Array:
 
 STRUCTURE = {
     "a scale that grows and shrinks": (warming_scale, {"time", "machine x", "position"}, "length"),
-    "one cycle with a length of its own": (longer_in_one_cycle, {"cycle", "time"}, "time"),
+    "one cycle with a length of its own": (longer_in_one_cycle, {"cycle", "time"}, "length"),
     "a pre-travel that wanders": (worn_out, {"time"}, "time"),
 }
 

@@ -5,59 +5,60 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
-from math import atan2, cos, degrees, hypot, log1p, radians, sin
-from typing import Any
+from math import atan2, cos, degrees, hypot, radians, sin
+from typing import Any, Literal
 
 Table = dict[str, Any]
 Change = Callable[[Table, Sequence[float]], None]
+Shape = Literal["line", "plane", "linear", "lobes"]
 
 _STEEL = {"tip_modulus_GPa": 400.0, "tip_poisson": 0.27, "modulus_GPa": 210.0, "poisson": 0.30}
 GAUGE_KINDS = ("force_gauge_scale", "force_gauge_offset")
+EMPIRICAL = "empirical"
 
 
 @dataclass(frozen=True)
 class Knob:
-    """A parameter: name, unit, value without the change, bounds, the step that counts as large, other starts.
-
-    ``typical`` is the departure that surprises nobody (one standard deviation): it scales the search, and it ranks
-    candidates that a map cannot tell apart. It never decides whether anything is reported.
-    """
+    """A parameter: name, unit, value without the change, bounds."""
 
     name: str
     unit: str
     none: float
     low: float
     high: float
-    typical: float
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A change of the construction, or of the force gauge, with its knobs and the values from which to search.
+    """A change of the construction, of the force gauge, or of nothing but the map, with its knobs.
 
-    Of candidates for the same ``place`` (laws that replace each other) a model holds one at most.
+    ``shape``: how what it does depends on its knobs: on one of them (``line``), on two as on the components of a vector
+    (``plane``), in proportion (``linear``), in proportion to the first and by the phase of the lobes (``lobes``).
+    ``prior``: its key among the priors; ``nominal``: what is usual is a share of this.
     """
 
     kind: str
     knobs: tuple[Knob, ...]
-    starts: tuple[tuple[float, ...], ...]
     change: Change
     choice: str = ""
-    place: str = ""
+    shape: Shape = "line"
+    prior: str = ""
+    nominal: float = 1.0
 
     @property
     def label(self) -> str:
         return f"{self.kind} {self.choice}".strip()
+
+    @property
+    def none(self) -> tuple[float, ...]:
+        """Values of the knobs without the change."""
+        return tuple(knob.none for knob in self.knobs)
 
     def applied(self, table: Mapping[str, Any], values: Sequence[float]) -> Table:
         """A copy of the table with the change in it."""
         changed = deepcopy(dict(table))
         self.change(changed, [float(value) for value in values])
         return changed
-
-    def surprise(self, values: Sequence[float]) -> float:
-        """Logarithm of how implausible this departure is, 0 for none; heavy-tailed, so that it never excludes."""
-        return sum(log1p(((v - k.none) / k.typical) ** 2) for v, k in zip(values, self.knobs, strict=True))
 
 
 def candidates_for(table: Table, quantities: Sequence[str]) -> list[Candidate]:
@@ -70,39 +71,36 @@ def candidates_for(table: Table, quantities: Sequence[str]) -> list[Candidate]:
     return [*found, *_of_gauge()] if "trigger_force_N" in quantities else found
 
 
-def _seat_key(
-    kind: str, key: str, name: str, unit: str, seat: Table, typical: float, low: float, high: float
-) -> Candidate:
-    """One number of the seat, changed by an amount."""
-    nominal = float(seat.get(key, 0.0))
-
-    def change(table: Table, values: Sequence[float]) -> None:
-        table["seat"][key] = nominal + values[0]
-
-    return Candidate(kind, (Knob(name, unit, 0.0, low - nominal, high - nominal, typical),), ((0.0,),), change)
-
-
 def _of_seat(seat: Table) -> list[Candidate]:
     radius, angle, preload = seat["contact_radius_mm"], seat["contact_angle_deg"], seat["preload_N"]
     return [
-        _seat_key("lever_arm", "carrier_mm", "mm", "mm", seat, 10.0, -45.0, 195.0),
-        _seat_key("preload", "preload_N", "N", "N", seat, 0.15 * preload, 0.02 * preload, min(8.0 * preload, 100.0)),
-        _seat_key("contact_radius", "contact_radius_mm", "mm", "mm", seat, 0.05 * radius, 0.1 * radius, 6.0 * radius),
-        _seat_key("contact_angle", "contact_angle_deg", "deg", "deg", seat, 3.0, 0.1 * angle, 85.0),
+        _seat_key("lever_arm", "carrier_mm", "mm", seat, -45.0, 195.0),
+        _seat_key("preload", "preload_N", "N", seat, 0.02 * preload, min(8.0 * preload, 100.0), preload),
+        _seat_key("contact_radius", "contact_radius_mm", "mm", seat, 0.1 * radius, 6.0 * radius, radius),
+        _seat_key("contact_angle", "contact_angle_deg", "deg", seat, 0.1 * angle, 85.0),
         _lobing_phase(float(seat.get("arm_azimuth_deg", 0.0))),
         _eccentricity(seat),
         _seat_friction(float(seat.get("friction", 0.0))),
     ]
 
 
-def _lobing_phase(nominal_deg: float) -> Candidate:
+def _seat_key(kind: str, key: str, unit: str, seat: Table, low: float, high: float, nominal: float = 1.0) -> Candidate:
+    """One number of the seat, changed by an amount."""
+    before = float(seat.get(key, 0.0))
+
+    def change(table: Table, values: Sequence[float]) -> None:
+        table["seat"][key] = before + values[0]
+
+    return Candidate(kind, (Knob(unit, unit, 0.0, low - before, high - before),), change, nominal=nominal)
+
+
+def _lobing_phase(before_deg: float) -> Candidate:
     """Three arms repeat after 120 deg."""
 
     def change(table: Table, values: Sequence[float]) -> None:
-        table["seat"]["arm_azimuth_deg"] = (nominal_deg + values[0] + 60.0) % 120.0 - 60.0
+        table["seat"]["arm_azimuth_deg"] = (before_deg + values[0] + 60.0) % 120.0 - 60.0
 
-    starts = tuple((value,) for value in (-50.0, -30.0, -10.0, 10.0, 30.0, 50.0))
-    return Candidate("lobing_phase", (Knob("deg", "deg", 0.0, -90.0, 90.0, 20.0),), starts, change)
+    return Candidate("lobing_phase", (Knob("deg", "deg", 0.0, -90.0, 90.0),), change)
 
 
 def _eccentricity(seat: Table) -> Candidate:
@@ -113,26 +111,24 @@ def _eccentricity(seat: Table) -> Candidate:
     def change(table: Table, values: Sequence[float]) -> None:
         table["seat"]["preload_offset_mm"] = [x + values[0], y + values[1]]
 
-    knobs = tuple(Knob(name, "mm", 0.0, -reach, reach, 0.5) for name in ("x_mm", "y_mm"))
-    return Candidate("eccentricity", knobs, ((0.0, 0.0),), change)
+    knobs = tuple(Knob(name, "mm", 0.0, -reach, reach) for name in ("x_mm", "y_mm"))
+    return Candidate("eccentricity", knobs, change, shape="plane")
 
 
-def _seat_friction(nominal: float) -> Candidate:
+def _seat_friction(before: float) -> Candidate:
     def change(table: Table, values: Sequence[float]) -> None:
         table["seat"]["friction"] = values[0]
 
-    return Candidate(
-        "friction", (Knob("seat", "1", nominal, 0.0, 0.45, 0.1),), ((0.03,), (0.15,)), change, "of the seats"
-    )
+    return Candidate("friction", (Knob("seat", "1", before, 0.0, 0.45),), change, "of the seats", prior="seat_friction")
 
 
 def _tip_friction(probe: Table) -> Candidate:
-    nominal = float((probe.get("surface") or {}).get("friction", 0.0))
+    before = float((probe.get("surface") or {}).get("friction", 0.0))
 
     def change(table: Table, values: Sequence[float]) -> None:
         table["surface"] = {**_rigid_or(table.get("surface")), "friction": values[0]}
 
-    return Candidate("friction", (Knob("tip", "1", nominal, 0.0, 0.9, 0.15),), ((0.03,), (0.2,)), change, "of the tip")
+    return Candidate("friction", (Knob("tip", "1", before, 0.0, 0.9),), change, "of the tip", prior="tip_friction")
 
 
 def _rigid_or(surface: Table | None) -> Table:
@@ -147,7 +143,7 @@ def _compliance() -> Candidate:
         for section in table["stylus"]:
             section["modulus_GPa"] = section["modulus_GPa"] / values[0]
 
-    return Candidate("compliance", (Knob("factor", "1", 1.0, 0.25, 20.0, 0.15),), ((1.0,),), change)
+    return Candidate("compliance", (Knob("factor", "1", 1.0, 0.25, 20.0),), change)
 
 
 def _of_gauge() -> list[Candidate]:
@@ -156,11 +152,10 @@ def _of_gauge() -> list[Candidate]:
     def unchanged(table: Table, values: Sequence[float]) -> None:
         del table, values
 
-    scale = Knob("factor", "1", 1.0, 0.1, 10.0, 0.05)
-    offset = Knob("N", "N", 0.0, -10.0, 10.0, 0.05)
+    scale, offset = Knob("factor", "1", 1.0, 0.1, 10.0), Knob("N", "N", 0.0, -10.0, 10.0)
     return [
-        Candidate("force_gauge_scale", (scale,), ((1.0,),), unchanged),
-        Candidate("force_gauge_offset", (offset,), ((0.0,),), unchanged),
+        Candidate("force_gauge_scale", (scale,), unchanged, shape="linear"),
+        Candidate("force_gauge_offset", (offset,), unchanged, shape="linear"),
     ]
 
 
@@ -177,14 +172,29 @@ def _of_laws(table: Table) -> list[Candidate]:
         table |= {"model": "lobed", "amplitude_um": hypot(*values), "phase_deg": phase}
 
     def triangle(table: Table, values: Sequence[float]) -> None:
-        table |= {"model": "triangular", "constant_um": values[0], "lobe_azimuth_deg": values[1], "law_um": nominal}
+        table |= {"model": "triangular", "constant_um": values[0], "lobe_azimuth_deg": values[1], "more_um": values[2]}
 
     known = {"cos_um": lobes * cos(phase_rad), "sin_um": lobes * sin(phase_rad)}
-    amplitudes = tuple(Knob(name, "um", value, -500.0, 500.0, 3.0) for name, value in known.items())
-    shape = (Knob("constant_um", "um", nominal, 0.0, 1000.0, 10.0), Knob("phase_deg", "deg", 0.0, -90.0, 90.0, 60.0))
-    starts = tuple((max(nominal, 1.0), float(angle)) for angle in range(-58, 60, 4))
+    amplitudes = tuple(Knob(name, "um", value, -500.0, 500.0) for name, value in known.items())
+    shape = (
+        Knob("constant_um", "um", 0.0, 0.0, 1000.0),
+        Knob("phase_deg", "deg", 0.0, -90.0, 90.0),
+        Knob("more_um", "um", 0.0, -1000.0, 1000.0),
+    )
     return [
-        Candidate("effective_radius", (Knob("um", "um", 0.0, -nominal, 1000.0, 3.0),), ((0.0,),), mean),
-        Candidate("probe_lobing", amplitudes, ((0.1, 0.1),), cosine, "cosine", "lobes"),
-        Candidate("probe_lobing", shape, starts, triangle, "triangular", "lobes"),
+        Candidate("effective_radius", (Knob("um", "um", 0.0, -nominal, 1000.0),), mean, shape="linear"),
+        Candidate("probe_lobing", amplitudes, cosine, "cosine", "linear"),
+        Candidate("probe_lobing", shape, triangle, "triangular", "lobes"),
     ]
+
+
+def empirical(quantity: str, unit: str, terms: Sequence[str], form: str) -> Candidate:
+    """A law without a name as the probe file takes it: a sum of terms in the direction, in the quantity's unit."""
+    names = [f"c{i}" for i in range(1, len(terms) + 1)]
+    formula = " + ".join(name if term == "1" else f"{name} * {term}" for name, term in zip(names, terms, strict=True))
+
+    def change(table: Table, values: Sequence[float]) -> None:
+        law = {"quantity": quantity, "formula": formula, "coefficients": dict(zip(names, values, strict=True))}
+        table["empirical"] = [*table.get("empirical", []), law]
+
+    return Candidate(EMPIRICAL, tuple(Knob(name, unit, 0.0, -1e6, 1e6) for name in names), change, form)

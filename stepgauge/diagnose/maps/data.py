@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -38,10 +38,6 @@ class Measured:
         """Standard deviation that the rounding alone gives; a millionth of the values at least, as numbers go."""
         return max(self.quantum / math.sqrt(12.0), FINEST_SHARE * float(np.abs(self.values).max(initial=0.0)))
 
-    def is_rounded(self, sigma: Array) -> bool:
-        """Whether the rounding is the larger part of a scatter (n,): its errors then repeat wherever values do."""
-        return self.rounding > float(np.median(sigma)) / math.sqrt(2.0)
-
 
 @dataclass(frozen=True)
 class MapData:
@@ -64,17 +60,6 @@ class MapData:
     def row_numbers(self) -> NDArray[np.intp]:
         """Number of each row among the rows of the file, from 1, (n,)."""
         return np.arange(1, len(self) + 1) if self.numbers is None else self.numbers
-
-    def subset(self, keep: NDArray[np.bool_]) -> MapData:
-        """The map without some rows; the printed digit stays that of the whole map."""
-        measured = tuple(replace(m, values=m.values[keep]) for m in self.measured)
-        return replace(
-            self,
-            polar_deg=self.polar_deg[keep],
-            azimuth_deg=self.azimuth_deg[keep],
-            measured=measured,
-            numbers=self.row_numbers[keep],
-        )
 
     @property
     def normals(self) -> Array:

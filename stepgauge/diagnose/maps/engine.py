@@ -1,264 +1,284 @@
-"""Noise, locate, propose, select and prove, for a map and a probe."""
+"""From a map and a probe file to what is said: the search, and the rules that recordings are told by, too."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.maps.candidates import GAUGE_KINDS, Candidate, candidates_for
-from stepgauge.diagnose.maps.data import MapData
-from stepgauge.diagnose.maps.empirical import EMPIRICAL
-from stepgauge.diagnose.maps.explain import Explained, explain
-from stepgauge.diagnose.maps.fit import Fitted, Fitter
-from stepgauge.diagnose.maps.holdout import held_out
-from stepgauge.diagnose.maps.locate import quantity_words
-from stepgauge.diagnose.maps.model import MapModel, Term, changed_table, check_model
-from stepgauge.diagnose.maps.noise import OUTLIER_P, MapNoise, estimate_noise, without_outliers
-from stepgauge.diagnose.maps.outliers import outliers
+from stepgauge.diagnose.engine import MOST_LOCATED, SURE_OUTLIER, odds
+from stepgauge.diagnose.located import UNDETERMINED
+from stepgauge.diagnose.maps.candidates import EMPIRICAL, GAUGE_KINDS, Candidate, candidates_for, empirical
+from stepgauge.diagnose.maps.forms import DIRECTION, Form, quantity_words
+from stepgauge.diagnose.maps.holdout import Stage, fits_of
+from stepgauge.diagnose.maps.model import MapModel, Term, Terms, changed_table, check_model
 from stepgauge.diagnose.maps.parameters import estimates
-from stepgauge.diagnose.maps.result import OUTLIERS, Law, MapDiagnosis, MapFinding, QuantityFit, rms
-from stepgauge.diagnose.maps.select import Rivals
+from stepgauge.diagnose.maps.problem import MapRows, lacking
+from stepgauge.diagnose.maps.result import OUTLIERS, Law, MapDiagnosis, MapFinding
+from stepgauge.diagnose.maps.scatter import MapScatter, estimate_scatter
+from stepgauge.diagnose.maps.search import Searched, form_of, searched
 from stepgauge.diagnose.maps.separate import reason, separate
-from stepgauge.diagnose.result import Verdict
-from stepgauge.diagnose.solve import Estimate
+from stepgauge.diagnose.posterior.priors import Priors, shipped_priors
+from stepgauge.diagnose.posterior.scatter import OUTLYING
+from stepgauge.diagnose.posterior.told import Said, rival_laws, spread_factor, systematic, together
+from stepgauge.diagnose.result import Located, Verdict
+from stepgauge.diagnose.solve import Estimate, widened
 
 Array = NDArray[np.float64]
-FEWEST_ROWS = 8
-FEWEST_DIRECTIONS = 6
-FEWEST_AZIMUTHS = 3
-PASSES = 4
-"""How often a map is looked at anew after single readings were set aside."""
+LEAST_ODDS = 1e-4
+"""Odds against the best hypothesis from which several laws in place of one are listed, with their odds."""
+HALF_A_DIGIT = 0.5 + 1e-6
+SIX_DIGITS = 5.1e-6
+"""Share of a value that six printed digits leave open."""
 
 
-def diagnose_map(model: MapModel, candidates: Sequence[Candidate] | None = None) -> MapDiagnosis:
+def diagnose_map(
+    model: MapModel, candidates: Sequence[Candidate] | None = None, priors: Priors | None = None
+) -> MapDiagnosis:
     """The diagnosis of a map; without ``candidates`` all changes that the probe's model can have are tried.
 
     Raises :class:`InputError` for a probe file that says nothing of what was measured.
     """
     check_model(model)
+    scatter = estimate_scatter(model.data, model.residuals(()))
     missing = lacking(model.data)
-    noise = estimate_noise(model.data)
     if missing:
-        return _insufficient(model, noise, missing)
+        return _as_it_is("insufficient", model, scatter, missing)
+    if _reproduced(model):
+        return _as_it_is("adequate", model, scatter)
     if candidates is None:
         candidates = candidates_for(model.table, [m.name for m in model.data.measured])
-    kept, found = _explained(model, noise, candidates)
-    return _answer(model, kept, noise, found)
+    return _told(searched(model, candidates, scatter, priors or shipped_priors()), scatter)
 
 
-def lacking(data: MapData) -> tuple[str, ...]:
-    """What a map that cannot tell should have had; empty if nothing is missing."""
-    directions, azimuths = int(data.direction.max()) + 1, int(data.spokes.max()) + 1
-    found = []
-    if len(data) < FEWEST_ROWS or directions < FEWEST_DIRECTIONS:
-        found.append(
-            f"at least {FEWEST_ROWS} rows in {FEWEST_DIRECTIONS} directions, better several polar angles and azimuths:"
-            f" the map has {len(data)} rows in {directions} directions"
-        )
-    if azimuths < FEWEST_AZIMUTHS:
-        found.append(
-            f"at least {FEWEST_AZIMUTHS} azimuths, better a full turn: the map has {azimuths}, and what changes about"
-            " the stylus (lobes, their phase, eccentricity) passes for what is the same all around"
-        )
-    if all(np.ptp(m.values) == 0.0 for m in data.measured):
-        found.append(
-            "values that differ: all are the same to the last digit, so they are printed too coarsely, copied or"
-            " simulated, and their scatter cannot be judged"
-        )
-    return tuple(found)
+def _reproduced(model: MapModel) -> bool:
+    """Whether the probe file gives every value as it is printed: what is left is the digits' and no scatter."""
+    pairs = zip(model.data.measured, model.residuals(()), strict=True)
+    return all((np.abs(r) <= np.maximum(HALF_A_DIGIT * m.quantum, SIX_DIGITS * m.values)).all() for m, r in pairs)
 
 
-def _explained(
-    model: MapModel, noise: MapNoise, candidates: Sequence[Candidate]
-) -> tuple[NDArray[np.bool_], Explained]:
-    """The rows that are no outliers, and what they say."""
-    off = noise.outliers
-    for _ in range(PASSES):
-        kept = ~off
-        found = explain(model.subset(kept), without_outliers(noise, int(kept.sum())), candidates)
-        now = outliers(model, found.described, noise)
-        if (now == off).all():
-            break
-        off = now
-    return kept, found
+def _as_it_is(verdict: Verdict, model: MapModel, scatter: MapScatter, missing: tuple[str, ...] = ()) -> MapDiagnosis:
+    """Residuals as they are; the scatter is known from repeats or not at all."""
+    kept, rows = np.ones(len(model.data), bool), MapRows(model, scatter.sigma)
+    known = scatter.repeats or not missing
+    none = np.zeros((0, len(rows.um)))
+    by_row = [np.full(len(kept), s if known else np.nan) for s in scatter.sigma]
+    fits = fits_of(rows, [(rows.um, none)] * 3, kept, by_row)
+    chi2 = float(np.mean(rows.um**2)) if known else np.nan
+    return MapDiagnosis(verdict, fits, chi2, chi2, scatter, model.data, kept, model.table, model.table, lacking=missing)
 
 
-def _insufficient(model: MapModel, noise: MapNoise, missing: tuple[str, ...]) -> MapDiagnosis:
-    """Residuals as they are, and what is missing; the scatter is known from repeats or not at all."""
-    fitter, kept = Fitter(model, noise), np.ones(len(model.data), bool)
-    nothing = fitter.fit(())
-    fits = _fits(model, fitter, nothing, nothing, nothing, kept)
-    chi2 = nothing.rss / max(nothing.dof, 1) if noise.repeats else np.nan
-    return MapDiagnosis(
-        "insufficient",
-        (),
-        (),
-        (),
-        (),
-        fits if noise.repeats else tuple(replace(fit, noise=np.nan) for fit in fits),
-        chi2,
-        chi2,
-        noise,
-        model.data,
-        kept,
-        (),
-        model.table,
-        model.table,
-        (),
-        (),
-        missing,
-    )
-
-
-def _answer(model: MapModel, kept: NDArray[np.bool_], noise: MapNoise, found: Explained) -> MapDiagnosis:
-    whole, named = found.described, found.selection.fitted
-    unknown = found.locator.located(list(found.unknown), found.nothing)
-    findings = [*_findings(model, found), *_outlier_finding(kept)]
-    verdict: Verdict = "unknown" if unknown else "effects" if findings else "adequate"
+def _told(found: Searched, scatter: MapScatter) -> MapDiagnosis:
+    model, kept, by_row = found.rows.model, _kept(found), _by_row(found, scatter)
+    findings = [*_findings(found, by_row), *_outliers(found, kept)]
+    laws, columns = _laws(found)
+    left = [*_unexplained(found), *_vague(found)]
+    verdict: Verdict = "unknown" if left else "effects" if findings else "adequate"
+    terms: Terms = (*found.fitted.terms, *(term for term, _ in laws))
+    stages = _stages(found, terms, columns)
     return MapDiagnosis(
         verdict,
-        tuple(findings),
-        found.locator.located(list(found.before), found.nothing),
-        unknown,
-        tuple(_laws(model, found)),
-        _fits(model, found.fitter, found.nothing, named, whole, kept),
-        found.nothing.rss / max(found.nothing.dof, 1),
-        found.fitter.left(named.terms, whole.rest) / max(named.dof, 1),
-        found.fitter.noise,
+        fits_of(found.rows, stages, kept, by_row),
+        _chi2_dof(found, stages[0], kept, by_row),
+        _chi2_dof(found, stages[1], kept, by_row),
+        _grown(found, scatter),
         model.data,
         kept,
-        whole.terms,
         model.table,
-        changed_table(model.table, whole.terms),
-        found.selection.trail,
-        tuple(_remarks(model.data, found)),
+        changed_table(model.table, terms),
+        terms,
+        tuple(findings),
+        tuple(_where(found, left)),
+        tuple(left),
+        tuple(law for _, law in laws),
+        tuple(found.search.trail),
+        tuple(_remarks(found)),
+        odds=odds(found.answer, findings, left),
+        checks=found.checks,
     )
 
 
-def _findings(model: MapModel, found: Explained) -> list[MapFinding]:
-    whole = found.described
-    by_candidate = dict(
-        zip((t.candidate for t in whole.terms), estimates(model, whole, found.selection.minor), strict=True)
-    )
-    terms = found.selection.fitted.terms
-    return [
-        _finding(model, found, term, by_candidate[term.candidate], rivals)
-        for term, rivals in zip(terms, found.selection.rivals, strict=True)
-    ]
+def _stages(found: Searched, terms: Terms, columns: Array) -> list[Stage]:
+    """Residuals as they are, with the named changes, and with the forms ``columns (k, m)`` besides."""
+    rows, slopes = found.rows, found.fitted.slopes
+    named = rows.um - rows.moved(found.fitted.terms)
+    return [(rows.um, slopes[:0]), (named, slopes), (rows.um - rows.moved(terms), np.vstack([slopes, columns]))]
+
+
+def _chi2_dof(found: Searched, stage: Stage, kept: NDArray[np.bool_], by_row: Sequence[Array]) -> float:
+    um, slopes = stage
+    white = um * np.repeat(found.rows.sigma, len(kept)) / np.concatenate(by_row)
+    used = np.tile(kept, len(found.rows.sigma))
+    return float((white[used] ** 2).sum()) / max(int(used.sum()) - len(slopes), 1)
+
+
+# -- the scatter -------------------------------------------------------------------------------------------------------
+
+
+def _kept(found: Searched) -> NDArray[np.bool_]:
+    """Rows ``(n,)`` that are no outliers."""
+    outlying, stated = found.state.scatter.outlying, found.priors.decision.stated
+    if outlying is None or found.answer.probability_of_scatter(OUTLYING) < stated:
+        return np.ones(len(found.rows.data), bool)
+    off = np.array(np.split(outlying, len(found.rows.sigma))) > SURE_OUTLIER
+    return np.asarray(~off.any(axis=0))
+
+
+def _grown(found: Searched, scatter: MapScatter) -> MapScatter:
+    grows = found.answer.probability_of_scatter("growth") >= found.priors.decision.stated
+    return replace(scatter, grows=grows and found.state.scatter.growth is not None)
+
+
+def _by_row(found: Searched, scatter: MapScatter) -> list[Array]:
+    """Standard deviation of every ordinary row of each quantity: among repeats on average, else by the model."""
+    state = found.state
+    relative = np.sqrt(found.search.scatters.variance(state.scatter) * state.scatter.weight)
+    found_by = [part * s for part, s in zip(np.split(relative, len(found.rows.sigma)), found.rows.sigma, strict=True)]
+    if not scatter.repeats:
+        return [one * state.sigma_um for one in found_by]
+    return [one * s / float(np.sqrt(np.mean(one**2))) for one, s in zip(found_by, scatter.sigma, strict=True)]
+
+
+# -- what has a name ---------------------------------------------------------------------------------------------------
+
+
+def _findings(found: Searched, by_row: Sequence[Array]) -> Iterator[MapFinding]:
+    several = found.answer.alternatives(LEAST_ODDS)
+    known = estimates(found.rows.model.table, found.fitted)
+    for place, parameters in enumerate(known):
+        label, least = found.laws[place].lead.candidate.label, found.priors.decision.in_set
+        spread = spread_factor(found.answer, found.state, label, least)
+        factor = max(spread, float(found.moved_by_slight[place])) * found.wider
+        others = together(several, label, least)
+        yield _finding(found, place, widened(parameters, factor), others, by_row)
 
 
 def _finding(
-    model: MapModel, found: Explained, term: Term, parameters: dict[str, Estimate], rivals: Rivals
+    found: Searched, place: int, parameters: dict[str, Estimate], others: Sequence[str], by_row: Sequence[Array]
 ) -> MapFinding:
-    candidate = term.candidate
-    others = [each for each in rivals.tried if each.candidate.kind != candidate.kind]
-    instead = {
-        each.candidate.kind: {k.name: v for k, v in zip(each.candidate.knobs, each.values, strict=True)}
-        for each in others
-    }
-    pairs = zip(rivals.tried, rivals.weights, strict=True)
-    probability = sum(weight for each, weight in pairs if each.candidate.kind == candidate.kind)
-    own = next(each for each in rivals.tried if each.candidate == candidate)
-    words, commands = separate(model, found.described.sigma, [own.fitted, *(each.fitted for each in others)])
+    said, term = found.laws[place], found.fitted.terms[place]
+    candidate, rivals = term.candidate, rival_laws(said, found.priors.decision.in_set)
+    same = [one for one in rivals if one.candidate.kind == candidate.kind]
+    fitted = {one.candidate.kind: found.instead(place, one) for one in rivals[::-1] if one not in same}
+    kinds = [kind for kind in dict.fromkeys(one.candidate.kind for one in rivals) if kind in fitted]
+    words, commands = separate(found.rows.model, by_row, [found.fitted, *(fitted[kind] for kind in kinds)])
+    share = _moved(found, term)
     return MapFinding(
         candidate.kind,
         candidate.label,
-        candidate.choice,
+        None,
+        {},
         parameters,
-        min(probability, 1.0 - float(np.exp(own.log_p))),
-        _moved(model, found.described, candidate),
-        instead,
-        tuple(e.candidate.label for e in rivals.tried if e.candidate.kind == candidate.kind and e is not own),
-        "; ".join(dict.fromkeys(reason(candidate.kind, kind) for kind in instead)),
-        words,
-        commands,
+        min(sum(one.share for one in rivals), 1.0),
+        found.rows.stacked(list(share.values())),
+        own=found.answer.probability([said.lead.candidate.label]),
+        confounded_with=(*kinds, *others),
+        alternatives=tuple(one.candidate.label for one in same if one is not said.lead),
+        reason="; ".join(dict.fromkeys(reason(candidate.kind, kind) for kind in kinds)),
+        separate_by=words,
+        choice=candidate.choice,
+        share=share,
+        instead={kind: _values(fitted[kind].terms[place]) for kind in kinds},
+        commands=commands,
     )
 
 
-def _moved(model: MapModel, whole: Fitted, candidate: Candidate) -> dict[str, Array]:
-    """How far a term moves each quantity, (n,)."""
-    without = tuple(term for term in whole.terms if term.candidate != candidate)
-    pairs = zip(model.predict(whole.terms), model.predict(without), strict=True)
-    return {m.name: new - old for m, (new, old) in zip(model.data.measured, pairs, strict=True)}
+def _values(term: Term) -> dict[str, float]:
+    return {knob.name: value for knob, value in zip(term.candidate.knobs, term.values, strict=True)}
 
 
-def _outlier_finding(kept: NDArray[np.bool_]) -> list[MapFinding]:
+def _moved(found: Searched, term: Term) -> dict[str, Array]:
+    """How far a change moves each quantity beside the others, (n,) by name."""
+    rows, without = found.rows, tuple(one for one in found.fitted.terms if one is not term)
+    share = rows.parts(rows.moved(found.fitted.terms) - rows.moved(without))
+    return {m.name: each for m, each in zip(rows.data.measured, share, strict=True)}
+
+
+def _outliers(found: Searched, kept: NDArray[np.bool_]) -> Iterator[MapFinding]:
     rows = tuple(map(int, np.flatnonzero(~kept)))
-    return [MapFinding(OUTLIERS, OUTLIERS, "", {}, 1.0 - OUTLIER_P, {}, {}, rows=rows)] if rows else []
+    if rows:
+        p = found.answer.probability_of_scatter(OUTLYING)
+        yield MapFinding(OUTLIERS, OUTLIERS, None, {}, {}, p, np.zeros(len(found.rows.um)), own=p, rows=rows)
 
 
-def _laws(model: MapModel, found: Explained) -> list[Law]:
-    whole = found.described
-    located = found.locator.located(list(found.unknown), found.nothing)
-    parts = dict(zip((t.candidate for t in whole.terms), estimates(model, whole, ()), strict=True))
-    terms = [term for term in whole.terms if term.candidate.kind == EMPIRICAL]
-    laws = []
-    for one, where, term in zip(found.unknown, located, terms, strict=False):
-        measured = model.data.measured[one.quantity]
-        law = term.candidate.applied({}, term.values)["empirical"][0]
-        share = _moved(model, whole, term.candidate)[measured.name]
-        laws.append(Law(where, measured.name, measured.unit, law["formula"], parts[term.candidate], share))
-    return laws
+# -- what has none -----------------------------------------------------------------------------------------------------
 
 
-def _fits(
-    model: MapModel, fitter: Fitter, nothing: Fitted, named: Fitted, whole: Fitted, kept: NDArray[np.bool_]
-) -> tuple[QuantityFit, ...]:
-    """``named`` and ``whole``: without and with the laws that have no name."""
-    stages = [model.residuals(terms) for terms in ((), named.terms, whole.terms)]
-    held = held_out(fitter, nothing, named)
-    described = held_out(fitter, nothing, whole) if whole is not named else held
-    fits = []
-    for i, m in enumerate(model.data.measured):
-        before, after, rest = (stage[i] for stage in stages)
-        fits.append(
-            QuantityFit(
-                m.name,
-                m.unit,
-                rms(whole.sigma[i]),
-                m.quantum,
-                rms(before[kept]),
-                rms(after[kept]),
-                rms(rest[kept]),
-                _worst(before[kept], m.values[kept]),
-                _worst(after[kept], m.values[kept]),
-                {h.by: (h.before[i], h.after[i]) for h in held},
-                {h.by: h.after[i] for h in described},
-                before,
-                after,
-                rest,
-            )
-        )
-    return tuple(fits)
+def _located(form: Form, shape: int, found: Searched, probability: float, share: float = 1.0) -> Located:
+    words = f"{quantity_words(found.rows.data.measured[form.quantity].name)}: {form.words[shape]}"
+    return Located(form.covariate, "both", form.name, words, round(share, 4), probability)
 
 
-def _worst(residual: Array, values: Array) -> float:
-    """Largest residual as a share of the measured value."""
-    positive = values > 0.0
-    return float(np.max(np.abs(residual[positive]) / values[positive], initial=0.0))
+def _unexplained(found: Searched) -> Iterator[Located]:
+    for said in found.forms:
+        same = [one.candidate.label for one in said.place.rivals if one.candidate.kind == said.lead.candidate.kind]
+        yield _located(*form_of(said), found, found.answer.probability(same))
 
 
-def _remarks(data: MapData, found: Explained) -> list[str]:
-    remarks = []
-    slight = [each.candidate.label.replace("_", " ") for each in found.selection.minor]
-    if slight:
-        remarks.append(
-            f"Slight departures of the laws are significant but too small to name ({', '.join(slight)} would take them"
-            " up). The uncertainties of the parameters allow for them."
-        )
-    if found.slight:
-        words = "; ".join(f"{quantity_words(data.measured[f.quantity].name)}: {f.shape.words}" for f in found.slight)
-        remarks.append(f"Forms that stand out but take less than a thousandth of the disagreement: {words}.")
-    gauge = [
-        term.candidate.label.replace("_", " ")
-        for term in found.selection.fitted.terms
-        if term.candidate.kind in GAUGE_KINDS
-    ]
+def _vague(found: Searched) -> Iterator[Located]:
+    """Places where a law would fit, but with a size that is not determined."""
+    for said in found.vague:
+        label = said.lead.candidate.label
+        words = f"looks like {label}, whose size this map does not determine"
+        yield Located(DIRECTION, "both", UNDETERMINED, words, 1.0, found.answer.probability([label]))
+
+
+def _where(found: Searched, left: Sequence[Located]) -> Iterator[Located]:
+    """Where the residuals are systematic: what is left, and what stood out before anything was named."""
+    yield from left
+    known = [said.lead.candidate.kind for said in found.forms]
+    least = found.priors.decision.in_set
+    for look, probability, share in systematic(found.search, found.state, known, MOST_LOCATED, least):
+        yield _located(look.candidate.source, look.atom, found, probability, share)
+
+
+def _laws(found: Searched) -> tuple[list[tuple[Term, Law]], Array]:
+    """The forms as laws of the probe file, with the slopes ``(k, m)`` of their coefficients."""
+    forms = [said for said in found.forms if form_of(said)[0].terms[form_of(said)[1]]]
+    if not forms:
+        return [], np.zeros((0, len(found.rows.um)))
+    columns = np.vstack([said.term.columns for said in forms])
+    sd = np.concatenate([np.full(len(said.term.columns), said.term.sd) for said in forms])
+    white = found.metric(columns)
+    covariance = np.linalg.inv(white @ white.T + np.diag(sd**-2.0))
+    left = found.metric(found.rows.um - found.rows.moved(found.fitted.terms))
+    amplitudes = covariance @ white @ left
+    laws, first = [], 0
+    for said in forms:
+        own = slice(first, first + len(said.term.columns))
+        laws.append(_law(found, said, amplitudes[own], np.sqrt(np.diag(covariance)[own])))
+        first = own.stop
+    return laws, columns
+
+
+def _law(found: Searched, said: Said, amplitudes: Array, u: Array) -> tuple[Term, Law]:
+    form, shape = form_of(said)
+    measured, sigma = found.rows.data.measured[form.quantity], found.rows.sigma[form.quantity]
+    weight = sigma * (np.array(form.weight) if form.weight else np.ones(len(amplitudes)))
+    candidate = empirical(measured.name, measured.unit, form.terms[shape], form.name)
+    term = Term(candidate, tuple(map(float, amplitudes * weight)))
+    share = found.rows.parts(amplitudes @ said.term.columns)[form.quantity]
+    table: dict[str, Any] = candidate.applied({}, term.values)[EMPIRICAL][-1]
+    coefficients = {
+        knob.name: Estimate(value, float(s), measured.unit)
+        for knob, value, s in zip(candidate.knobs, term.values, u * weight, strict=True)
+    }
+    located = _located(form, shape, found, said.lead.share)
+    return term, Law(located, measured.name, measured.unit, table["formula"], coefficients, share)
+
+
+def _remarks(found: Searched) -> Iterator[str]:
+    gauge = [t.candidate.label.replace("_", " ") for t in found.fitted.terms if t.candidate.kind in GAUGE_KINDS]
     if gauge:
-        remarks.append(
-            f"What was found of the gauge ({', '.join(gauge)}) is no property of the probe and not in its file."
+        yield f"What was found of the gauge ({', '.join(gauge)}) is no property of the probe and not in its file."
+    if found.slight:
+        words = ", ".join(one.lead.candidate.label.replace("_", " ") for one in found.slight)
+        yield (
+            f"What takes less than {found.priors.maps.slight:g} of the disagreement is not named, for no law is exact"
+            f" ({words}); the uncertainties of the parameters allow for it."
         )
-    return remarks
+    if found.state.scatter.tails == "heavy":
+        yield "Single readings scatter with heavier tails than a normal distribution: they were weighed accordingly."

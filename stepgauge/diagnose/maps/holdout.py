@@ -1,29 +1,21 @@
-"""What a fitted probe predicts for whole rings and whole spokes that it has not seen."""
+"""How well the probe fits the map before and after, and what it predicts for rings and spokes that it has not seen."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.maps.data import MapData
-from stepgauge.diagnose.maps.fit import Fitted, Fitter
+from stepgauge.diagnose.maps.data import MapData, Measured
+from stepgauge.diagnose.maps.problem import MapRows
+from stepgauge.diagnose.maps.result import QuantityFit, rms
 
 Array = NDArray[np.float64]
+Stage = tuple[Array, Array]
+"""Residuals ``(m,)`` of a model and the slopes ``(k, m)`` of what is fitted in it."""
 FEWEST_GROUPS = 3
 MOST_FOLDS = 5
-
-
-@dataclass(frozen=True)
-class Holdout:
-    """Held-out rms of each quantity without and with a term; ``score``: mean square over the scatter's variance."""
-
-    by: str
-    before: tuple[float, ...]
-    after: tuple[float, ...]
-    score_before: float
-    score_after: float
 
 
 def folds(data: MapData) -> dict[str, NDArray[np.intp]]:
@@ -35,26 +27,64 @@ def folds(data: MapData) -> dict[str, NDArray[np.intp]]:
     return found
 
 
-def held_out(fitter: Fitter, without: Fitted, fitted: Fitted) -> list[Holdout]:
-    """Prediction errors of both models, each fitted anew without the rows held out."""
-    found = []
-    for by, fold in folds(fitter.model.data).items():
-        errors = [_errors(fitter, each, fold) for each in (without, fitted)]
-        scores = [
-            float(np.mean([np.mean((e / s) ** 2) for e, s in zip(part, fitted.sigma, strict=True)])) for part in errors
-        ]
-        rms = [tuple(float(np.sqrt(np.mean(e**2))) for e in part) for part in errors]
-        found.append(Holdout(by, rms[0], rms[1], scores[0], scores[1]))
-    return found
+def fits_of(
+    rows: MapRows, stages: Sequence[Stage], kept: NDArray[np.bool_], by_row: Sequence[Array]
+) -> tuple[QuantityFit, ...]:
+    """Agreement of every quantity before, with the named changes, and with what is described besides.
+
+    ``kept (n,)``: rows that are no outliers; ``by_row (n,)``: scatter of each row of each quantity.
+    """
+    residuals = [rows.parts(um) for um, _ in stages]
+    held = {
+        by: np.array([[rms(one[kept]) for one in rows.parts(_held_out(rows, each, kept, fold))] for each in stages]).T
+        for by, fold in folds(rows.data).items()
+    }
+    return tuple(
+        _fit(
+            m, rms(by_row[i]), [stage[i] for stage in residuals], {by: list(each[i]) for by, each in held.items()}, kept
+        )
+        for i, m in enumerate(rows.data.measured)
+    )
 
 
-def _errors(fitter: Fitter, fitted: Fitted, fold: NDArray[np.intp]) -> list[Array]:
-    """Recorded minus predicted, (n,) per quantity, every row predicted by a fit that did not see it."""
-    if not fitted.terms:
-        return fitter.model.residuals(())
-    errors = [np.zeros(len(fold)) for _ in fitted.sigma]
-    for held in (fold == number for number in range(int(fold.max()) + 1)):
-        terms = Fitter(fitter.model, fitter.noise, ~held).refit(fitted)
-        for error, residual in zip(errors, fitter.model.residuals(terms), strict=True):
-            error[held] = residual[held]
+def _fit(
+    m: Measured, noise: float, stages: Sequence[Array], held: Mapping[str, Sequence[float]], kept: NDArray[np.bool_]
+) -> QuantityFit:
+    before, after, described = stages
+    return QuantityFit(
+        m.name,
+        m.unit,
+        noise,
+        m.quantum,
+        rms(before[kept]),
+        rms(after[kept]),
+        rms(described[kept]),
+        _worst(before[kept], m.values[kept]),
+        _worst(after[kept], m.values[kept]),
+        {by: (each[0], each[1]) for by, each in held.items()},
+        {by: each[2] for by, each in held.items()},
+        before,
+        after,
+        described,
+    )
+
+
+def _held_out(rows: MapRows, stage: Stage, kept: NDArray[np.bool_], fold: NDArray[np.intp]) -> Array:
+    """Recorded minus predicted ``(m,)``, every row predicted by a fit that did not see it, to first order."""
+    um, slopes = stage
+    errors, count = um.copy(), len(rows.sigma)
+    if not len(slopes):
+        return errors
+    size = np.linalg.norm(slopes, axis=1, keepdims=True)
+    slopes = slopes / np.maximum(size, 1e-300)
+    for number in range(int(fold.max()) + 1):
+        held, seen = np.tile(fold == number, count), np.tile((fold != number) & kept, count)
+        moved = np.linalg.lstsq(slopes[:, seen].T, um[seen], rcond=1e-6)[0]
+        errors[held] = um[held] - moved @ slopes[:, held]
     return errors
+
+
+def _worst(residual: Array, values: Array) -> float:
+    """Largest residual as a share of the measured value."""
+    positive = values > 0.0
+    return float(np.max(np.abs(residual[positive]) / values[positive], initial=0.0))

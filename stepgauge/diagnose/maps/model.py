@@ -70,7 +70,7 @@ def _triangular(table: Mapping[str, Any]) -> TriangularProbe:
         tip_radius_mm=table["tip_radius_mm"],
         frame=head_frame(table.get("stylus_direction", (0.0, 0.0, -1.0)), roll),
         constant_um=table["constant_um"],
-        added_um=table.get("pretravel_um", 0.0) - table["law_um"],
+        added_um=table.get("pretravel_um", 0.0) + table["more_um"],
         lobe_azimuth_rad=float(np.radians(table["lobe_azimuth_deg"])),
     )
 
@@ -90,13 +90,11 @@ class MapModel:
 
     def __init__(self, table: Table, where: str, data: MapData) -> None:
         self.table, self.where, self.data = table, where, data
-        self._normals = data.normals
-        # least squares asks for the same point several times
-        self._lately = lru_cache(maxsize=64)(self._predict)
-
-    def subset(self, keep: NDArray[np.bool_]) -> MapModel:
-        """The same probe for some rows of the map."""
-        return self if keep.all() else MapModel(self.table, self.where, self.data.subset(keep))
+        self._direction = data.direction
+        # repeats of a direction are computed once
+        self._normals = data.normals[np.unique(self._direction, return_index=True)[1]]
+        # sizes are tried anew when the others have changed
+        self._lately = lru_cache(maxsize=512)(self._predict)
 
     def predict(self, terms: Sequence[Term]) -> list[Array]:
         """Values (n,) of each quantity; :class:`InputError` for a construction that cannot be."""
@@ -104,7 +102,8 @@ class MapModel:
 
     def _predict(self, terms: Terms) -> list[Array]:
         probe = build_probe(changed_table(self.table, terms), self.where)
-        return predict(probe, terms, self._normals, [m.name for m in self.data.measured])
+        values = predict(probe, terms, self._normals, [m.name for m in self.data.measured])
+        return [one[self._direction] for one in values]
 
     def residuals(self, terms: Sequence[Term]) -> list[Array]:
         """Recorded minus simulated, (n,) for each quantity, in its unit."""

@@ -21,7 +21,7 @@ from stepgauge.tables import csv_text
 
 PROBE_FILE = "probe.diagnosed.toml"
 _PRETRAVEL_FILE = "probe.diagnosed.csv"
-_OF_LAWS = ("constant_um", "lobe_azimuth_deg", "law_um", "pretravel_um", "amplitude_um", "phase_deg")
+_OF_LAWS = ("constant_um", "lobe_azimuth_deg", "more_um", "pretravel_um", "amplitude_um", "phase_deg")
 
 
 def write_map_diagnosis(found: MapDiagnosis, probe_path: str, folder: str | Path, suffix: str = "png") -> list[Path]:

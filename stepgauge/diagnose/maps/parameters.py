@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnose.maps.candidates import Table
-from stepgauge.diagnose.maps.fit import Fitted, uncertainties
-from stepgauge.diagnose.maps.model import MapModel, Term, changed_table
-from stepgauge.diagnose.maps.select import Tried
+from stepgauge.diagnose.maps.fit import Fitted
+from stepgauge.diagnose.maps.model import Term, changed_table
 from stepgauge.diagnose.solve import Estimate
 from stepgauge.physics import stylus
 from stepgauge.probes.schema import SectionTable
@@ -19,31 +18,9 @@ from stepgauge.probes.schema import SectionTable
 Array = NDArray[np.float64]
 
 
-def estimates(model: MapModel, fitted: Fitted, minor: Sequence[Tried]) -> list[dict[str, Estimate]]:
-    """One dictionary per term.
-
-    Standard uncertainties are those of the fit, widened by how far a value would move if a slight departure of the
-    laws, which is significant but too small to name, were given a name after all.
-    """
-    covariance = uncertainties(fitted)
-    shifts = _shifts(fitted, minor)
-    found, place = [], 0
-    for term, shift in zip(fitted.terms, shifts, strict=True):
-        part = slice(place, place + len(term.values))
-        found.append(_of_term(model.table, term, covariance[part, part] + np.diag(shift**2)))
-        place += len(term.values)
-    return found
-
-
-def _shifts(fitted: Fitted, minor: Sequence[Tried]) -> list[Array]:
-    """Largest move of every value, one array per term."""
-    moved = [np.zeros(len(term.values)) for term in fitted.terms]
-    for each in minor:
-        other = {term.candidate: term.values for term in each.fitted.terms}
-        for i, term in enumerate(fitted.terms):
-            if term.candidate in other:
-                moved[i] = np.maximum(moved[i], np.abs(np.subtract(other[term.candidate], term.values)))
-    return moved
+def estimates(table: Table, fitted: Fitted) -> list[dict[str, Estimate]]:
+    """One dictionary per term, with the standard uncertainties of the fit."""
+    return [_of_term(table, term, fitted.covariance_of(place)) for place, term in enumerate(fitted.terms)]
 
 
 def _of_term(table: Table, term: Term, covariance: Array) -> dict[str, Estimate]:
@@ -56,6 +33,8 @@ def _of_term(table: Table, term: Term, covariance: Array) -> dict[str, Estimate]
         knob.name: Estimate(value, _root(covariance[i, i]), knob.unit)
         for i, (knob, value) in enumerate(zip(term.candidate.knobs, term.values, strict=True))
     }
+    if "more_um" in found:
+        found["offset_um"] = _offset(table, found.pop("more_um"))
     derive = _DERIVED.get(term.candidate.kind)
     return found | derive(table, term, _root(covariance[0, 0])) if derive else found
 
@@ -72,6 +51,11 @@ def _polar(
         size: Estimate(r, _root(along @ covariance @ along), unit),
         angle: Estimate(degrees, _root(np.degrees(1.0) ** 2 * across @ covariance @ across / lobes**2), "deg"),
     }
+
+
+def _offset(table: Table, more: Estimate) -> Estimate:
+    """Pre-travel beside triangular lobes: none where they are Wozniak's law alone."""
+    return Estimate(float(table.get("pretravel_um", 0.0)) + more.value, more.u, more.unit)
 
 
 def _compliance(table: Table, term: Term, u: float | None) -> dict[str, Estimate]:

@@ -92,6 +92,6 @@ _SENTENCES: dict[tuple[str, str], Callable[[Values], str]] = {
     ),
     ("probe_lobing", "triangular"): lambda v: (
         f"The pre-travel is that of three contacts that open one after the other (Wozniak): {v['constant_um']:.4g} um"
-        f" square to the stylus, least towards {v['phase_deg']:.3g} deg."
+        f" square to the stylus, least towards {v['phase_deg']:.3g} deg, and {v['offset_um']:.3g} um in all directions."
     ),
 }

@@ -3,43 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnose.maps.data import MapData
-from stepgauge.diagnose.maps.forms import Located
 from stepgauge.diagnose.maps.model import Terms
-from stepgauge.diagnose.maps.noise import MapNoise
-from stepgauge.diagnose.maps.select import Step
-from stepgauge.diagnose.result import Verdict
+from stepgauge.diagnose.maps.scatter import MapScatter
+from stepgauge.diagnose.posterior.search import Step
+from stepgauge.diagnose.result import Check, Finding, Located, Verdict
 from stepgauge.diagnose.solve import Estimate
 
 Array = NDArray[np.float64]
 OUTLIERS = "outliers"
 
 
-@dataclass(frozen=True)
-class MapFinding:
+@dataclass(frozen=True, kw_only=True)
+class MapFinding(Finding):
     """A change of the construction, or the rows that are off by themselves.
 
-    ``parameters``: fitted changes and what follows from them; ``confounded_with``: other kinds that this map cannot
-    tell from it, with the values they would need; ``alternatives``: other choices of the same kind; ``share``: how far
-    it moves each quantity, (n,) by name; ``rows``: indices, of outliers.
+    ``choice``: which of a kind; ``share``: how far it moves each quantity, (n,) by name; ``instead``: other kinds that
+    this map cannot tell from it, with the values that they would need; ``rows``: indices, of outliers.
     """
 
-    kind: str
-    label: str
-    choice: str
-    parameters: dict[str, Estimate]
-    probability: float
-    share: dict[str, Array]
-    confounded_with: dict[str, dict[str, float]]
-    alternatives: tuple[str, ...] = ()
-    reason: str = ""
-    separate_by: str = ""
+    choice: str = ""
+    share: dict[str, Array] = field(default_factory=dict)
+    instead: dict[str, dict[str, float]] = field(default_factory=dict)
     commands: tuple[str, ...] = ()
     rows: tuple[int, ...] = ()
 
@@ -90,22 +81,25 @@ class MapDiagnosis:
     """
 
     verdict: Verdict
-    findings: tuple[MapFinding, ...]
-    located: tuple[Located, ...]
-    unexplained: tuple[Located, ...]
-    laws: tuple[Law, ...]
     fits: tuple[QuantityFit, ...]
     chi2_dof_before: float
     chi2_dof_after: float
-    noise: MapNoise
+    noise: MapScatter
     data: MapData
     kept: NDArray[np.bool_]
-    terms: Terms
     probe: dict[str, Any]
     table: dict[str, Any]
-    trail: tuple[Step, ...]
-    remarks: tuple[str, ...]
+    terms: Terms = ()
+    findings: tuple[MapFinding, ...] = ()
+    located: tuple[Located, ...] = ()
+    unexplained: tuple[Located, ...] = ()
+    laws: tuple[Law, ...] = ()
+    trail: tuple[Step, ...] = ()
+    remarks: tuple[str, ...] = ()
+    refuted: tuple[str, ...] = ()
     lacking: tuple[str, ...] = ()
+    odds: dict[str, Any] = field(default_factory=dict)
+    checks: tuple[Check, ...] = ()
 
 
 def rms(values: Sequence[float] | Array) -> float:

@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 
 from stepgauge import __version__
-from stepgauge.diagnose.files import FORMAT, checksum
+from stepgauge.diagnose.files import FORMAT, checksum, estimate_json, evidence_json, without_nan
 from stepgauge.diagnose.maps.data import MapData
-from stepgauge.diagnose.maps.forms import Located
 from stepgauge.diagnose.maps.practice import in_practice
 from stepgauge.diagnose.maps.result import OUTLIERS, Law, MapDiagnosis, MapFinding, QuantityFit, rms
-from stepgauge.diagnose.solve import Estimate
 
 _FLAT = ("noise", "rms_before", "rms_after", "holdout_rms_before", "holdout_rms_after")
 
@@ -25,28 +23,16 @@ def as_json(found: MapDiagnosis, probe_path: str, folder: str | Path = ".") -> d
 
     ``folder`` is where the diagnosed probe file will stand, for the commands that name it.
     """
-    return {
+    said = {
         "format": FORMAT,
         "stepgauge": __version__,
         "verdict": found.verdict,
         "effects": [_effect(each, found, Path(folder)) for each in found.findings],
-        "located": [_located(each) for each in found.located],
-        "unexplained": [_located(each) for each in found.unexplained],
         "empirical": [_law(each) for each in found.laws],
         "fit": _fit(found),
         "noise": _noise(found),
         "measured": _measured(found.data, found.kept),
-        "trail": [
-            {
-                "action": step.action,
-                "effect": step.label,
-                "chi2_gain": _number(step.gain),
-                "log10_p": _number(step.log_p / math.log(10.0)),
-                "bic": _number(step.bic),
-                "why": step.why,
-            }
-            for step in found.trail
-        ],
+        **evidence_json(found),
         "remarks": list(found.remarks),
         "lacking": list(found.lacking),
         "inputs": {
@@ -54,6 +40,7 @@ def as_json(found: MapDiagnosis, probe_path: str, folder: str | Path = ".") -> d
             "probe": {"path": probe_path, "sha256": checksum(probe_path), **_probe(found.table)},
         },
     }
+    return dict(without_nan(said))
 
 
 def _effect(finding: MapFinding, found: MapDiagnosis, folder: Path) -> dict[str, Any]:
@@ -61,17 +48,18 @@ def _effect(finding: MapFinding, found: MapDiagnosis, folder: Path) -> dict[str,
         "kind": finding.kind,
         "label": finding.label,
         **({"choice": finding.choice} if finding.choice else {}),
-        "parameters": {name: _estimate(p) for name, p in finding.parameters.items()},
-        "probability": _number(finding.probability),
+        "parameters": {name: estimate_json(p) for name, p in finding.parameters.items()},
+        "probability": finding.probability,
+        "own_probability": finding.own,
         "confounded_with": list(finding.confounded_with),
-        "instead": {kind: _numbers(values) for kind, values in finding.confounded_with.items()},
+        "instead": finding.instead,
         "alternatives": list(finding.alternatives),
         "reason": finding.reason,
         "separate_by": finding.separate_by,
         "commands": [_in_folder(command, folder) for command in finding.commands],
         "in_practice": in_practice(finding),
-        "rms": {name: _number(rms(share)) for name, share in finding.share.items()},
-        "largest": {name: _number(float(np.abs(share).max(initial=0.0))) for name, share in finding.share.items()},
+        "rms": {name: rms(share) for name, share in finding.share.items()},
+        "largest": {name: float(np.abs(share).max(initial=0.0)) for name, share in finding.share.items()},
     }
     if finding.kind == OUTLIERS:
         said["rows"] = [_outlier(row, found) for row in finding.rows]
@@ -82,26 +70,15 @@ def _outlier(row: int, found: MapDiagnosis) -> dict[str, Any]:
     data = found.data
     return {
         "row": int(data.row_numbers[row]),
-        "polar_deg": _number(data.polar_deg[row]),
-        "azimuth_deg": _number(data.azimuth_deg[row]),
-        "off": {fit.name: _number(fit.described[row]) for fit in found.fits},
+        "polar_deg": data.polar_deg[row],
+        "azimuth_deg": data.azimuth_deg[row],
+        "off": {fit.name: fit.described[row] for fit in found.fits},
     }
 
 
 def _in_folder(command: str, folder: Path) -> str:
     """The command as it must be typed where the diagnosis was."""
     return command.replace(" probe.diagnosed.toml", f" {(folder / 'probe.diagnosed.toml').as_posix()}")
-
-
-def _located(located: Located) -> dict[str, Any]:
-    return {
-        "covariate": located.covariate,
-        "side": located.side,
-        "where": located.where,
-        "share": located.share,
-        "p_value": located.p_value,
-        "form": located.form,
-    }
 
 
 def _law(law: Law) -> dict[str, Any]:
@@ -112,10 +89,10 @@ def _law(law: Law) -> dict[str, Any]:
         "where": law.located.where,
         "quantity": law.quantity,
         "unit": law.unit,
-        "rms": _number(rms(law.share)),
-        "largest": _number(float(np.abs(law.share).max(initial=0.0))),
+        "rms": rms(law.share),
+        "largest": float(np.abs(law.share).max(initial=0.0)),
         "formulas": [law.formula],
-        "coefficients": {name: _estimate(p) for name, p in law.coefficients.items()},
+        "coefficients": {name: estimate_json(p) for name, p in law.coefficients.items()},
         **_lobes(law),
     }
 
@@ -126,7 +103,7 @@ def _lobes(law: Law) -> dict[str, Any]:
         return {}
     order = int(law.located.form.split()[1])
     c, s = (law.coefficients[name].value for name in ("c1", "c2"))
-    return {"amplitude": _number(math.hypot(c, s)), "maximum_deg": _number(_first_maximum_deg(c, s, order))}
+    return {"amplitude": math.hypot(c, s), "maximum_deg": _first_maximum_deg(c, s, order)}
 
 
 def _first_maximum_deg(c: float, s: float, order: int) -> float:
@@ -142,8 +119,8 @@ def _fit(found: MapDiagnosis) -> dict[str, Any]:
             flat.setdefault(f"{key}_{fit.unit}", quantities[fit.name][key])
     said = {
         **flat,
-        "chi2_dof_after": _number(found.chi2_dof_after),
-        "chi2_dof_before": _number(found.chi2_dof_before),
+        "chi2_dof_after": found.chi2_dof_after,
+        "chi2_dof_before": found.chi2_dof_before,
         "quantities": quantities,
     }
     if found.laws:
@@ -155,23 +132,23 @@ def _quantity(fit: QuantityFit) -> dict[str, Any]:
     held = list(fit.holdout.values())
     return {
         "unit": fit.unit,
-        "noise": _number(fit.noise),
-        "printed_digit": _number(fit.quantum) if fit.quantum else None,
-        "rms_before": _number(fit.rms_before),
-        "rms_after": _number(fit.rms_after),
-        "worst_before_percent": _number(100.0 * fit.worst_before),
-        "worst_after_percent": _number(100.0 * fit.worst_after),
-        "holdout_rms_before": _number(max((b for b, _ in held), default=math.nan)),
-        "holdout_rms_after": _number(max((a for _, a in held), default=math.nan)),
-        "holdout": {by: {"rms_before": _number(b), "rms_after": _number(a)} for by, (b, a) in fit.holdout.items()},
+        "noise": fit.noise,
+        "printed_digit": fit.quantum if fit.quantum else None,
+        "rms_before": fit.rms_before,
+        "rms_after": fit.rms_after,
+        "worst_before_percent": 100.0 * fit.worst_before,
+        "worst_after_percent": 100.0 * fit.worst_after,
+        "holdout_rms_before": max((b for b, _ in held), default=math.nan),
+        "holdout_rms_after": max((a for _, a in held), default=math.nan),
+        "holdout": {by: {"rms_before": b, "rms_after": a} for by, (b, a) in fit.holdout.items()},
     }
 
 
 def _with_empirical(fit: QuantityFit) -> dict[str, Any]:
     return {
         "unit": fit.unit,
-        "rms_after": _number(fit.rms_described),
-        "holdout_rms_after": {by: _number(value) for by, value in fit.holdout_described.items()},
+        "rms_after": fit.rms_described,
+        "holdout_rms_after": dict(fit.holdout_described),
     }
 
 
@@ -181,17 +158,17 @@ def _noise(found: MapDiagnosis) -> dict[str, Any]:
         "from_repeats": noise.repeats,
         "copies": noise.copies,
         "dof": noise.dof,
-        "scatter": noise.scatter,
+        "scatter": "proportional" if noise.grows else "constant",
         "quantities": {},
     }
     for fit in found.fits:
         u = fit.noise / math.sqrt(2.0 * noise.dof) if noise.repeats else math.nan
-        said.setdefault(f"sigma_{fit.unit}", _number(fit.noise))
+        said.setdefault(f"sigma_{fit.unit}", fit.noise)
         said["quantities"][fit.name] = {
-            "sigma": _number(fit.noise),
-            "u": _number(u),
+            "sigma": fit.noise,
+            "u": u,
             "unit": fit.unit,
-            "printed_digit": _number(fit.quantum) if fit.quantum else None,
+            "printed_digit": fit.quantum if fit.quantum else None,
         }
     return said
 
@@ -209,21 +186,8 @@ def _measured(data: MapData, kept: Any) -> dict[str, Any]:
 
 
 def _range(angle: Any, different: int) -> dict[str, Any]:
-    return {"from": _number(angle.min()), "to": _number(angle.max()), "different": different}
+    return {"from": angle.min(), "to": angle.max(), "different": different}
 
 
 def _probe(table: Mapping[str, Any]) -> dict[str, Any]:
     return {"name": table.get("name", ""), "model": table.get("model", "constant")}
-
-
-def _estimate(p: Estimate) -> dict[str, Any]:
-    return {"value": _number(p.value), "u": _number(p.u), "unit": p.unit}
-
-
-def _numbers(values: Mapping[str, float]) -> dict[str, float | None]:
-    return {name: _number(value) for name, value in values.items()}
-
-
-def _number(value: float | None) -> float | None:
-    """Eight significant digits, None for what is no number."""
-    return float(f"{value:.8g}") if value is not None and math.isfinite(value) else None

@@ -160,20 +160,33 @@ class Answer:
         return Place(place, (rivals[0], *sorted(rivals[1:], key=lambda one: -one.share)), float(share[0]))
 
     def alternatives(self, least_odds: float) -> list[Alternative]:
-        """Hypotheses of several other terms than the best's that are not less likely than by ``least_odds``."""
-        found: dict[frozenset[str], Alternative] = {}
+        """Hypotheses of several other terms than the best's that are not less likely than by ``least_odds``.
+
+        Each of the other terms must be needed: what is as likely without one of them is an alternative without it.
+        """
+        likeliest = self._likeliest
         mine = {term.candidate.label: term.candidate for term in self.best.terms}
-        for state in self.search.evidence.visited.values():
-            odds = float(np.exp(state.log_posterior - self.best.log_posterior))
+        found = []
+        for labels, state in likeliest.items():
             theirs = {term.candidate.label: term.candidate for term in state.terms}
             gone = tuple(label for label in mine if label not in theirs)
             come = tuple(c for label, c in theirs.items() if label not in mine)
+            odds = float(np.exp(state.log_posterior - self.best.log_posterior))
             if odds < least_odds or not come or not gone or len(gone) == len(come) == 1:
                 continue
-            key = frozenset(theirs)
-            if key not in found or found[key].odds < odds:
-                found[key] = Alternative(gone, come, odds, state)
-        return sorted(found.values(), key=lambda one: -one.odds)
+            fewer = [likeliest[labels - {one.label}] for one in come if labels - {one.label} in likeliest]
+            if all(one.log_posterior < state.log_posterior for one in fewer):
+                found.append(Alternative(gone, come, odds, state))
+        return sorted(found, key=lambda one: -one.odds)
+
+    @cached_property
+    def _likeliest(self) -> dict[frozenset[str], State]:
+        """The likeliest state that was visited with each set of terms."""
+        found: dict[frozenset[str], State] = {}
+        for state in self.search.evidence.visited.values():
+            if state.labels not in found or found[state.labels].log_posterior < state.log_posterior:
+                found[state.labels] = state
+        return found
 
     def spread(self, label: str, least: float) -> tuple[Array, Array] | None:
         """Posterior mean ``(d,)`` and covariance of a term's amplitudes over the hypotheses that hold it.

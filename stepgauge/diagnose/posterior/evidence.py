@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 from scipy.linalg import get_lapack_funcs
 
 from stepgauge.diagnose.posterior.metric import Rows, nuisances
@@ -25,8 +27,7 @@ POTRF, POTRI, POTRS = get_lapack_funcs(("potrf", "potri", "potrs"), dtype=np.flo
 ROUNDS = 12
 FIRST_STEP = 0.05
 """Half the width of the parabolas that find the likeliest log sigma."""
-WRONG_SIGN = 50.0
-"""What an amplitude of the wrong sign costs, nats."""
+LOG_2 = float(np.log(2.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +95,7 @@ class Evidence:
         self.log_scale, self.log_spread = float(np.log(problem.scale_um)), float(np.log(priors.scatter.sigma_factor))
         self.visited: dict[tuple[object, ...], State] = {}
         self._bases: dict[tuple[object, ...], _Base] = {}
+        self._columns: dict[tuple[object, ...], Array] = {}
         self._products: dict[tuple[object, ...], Array] = {}
         self._squares: dict[int, Array] = {}
 
@@ -115,16 +117,32 @@ class Evidence:
 
     def _mapped(self, term: Term, scatter: Scatter, base: _Base) -> Array:
         key = (term.key, scatter.key)
-        if key not in self._products:
-            self._products[key] = base.rows(term.columns)
-        return self._products[key]
+        if key not in self._columns:
+            self._columns[key] = base.rows(term.columns)
+        return self._columns[key]
 
     def _gram(self, terms: tuple[Term, ...], scatter: Scatter, base: _Base) -> Array:
-        if not terms:
-            return base.gram
-        own = np.vstack([self._mapped(term, scatter, base) for term in terms])
-        beside = base.mapped @ own.T
-        return np.block([[base.gram, beside], [beside.T, own @ own.T]])
+        """Products of the residual and all columns; those of two terms are computed once."""
+        ends = np.cumsum([len(base.gram), *(len(term.columns) for term in terms)])
+        gram = np.empty((ends[-1], ends[-1]))
+        gram[: ends[0], : ends[0]] = base.gram
+        own = [slice(a, b) for a, b in pairwise(ends)]
+        for i, (one, term) in enumerate(zip(own, terms, strict=True)):
+            beside = self._product(term, None, scatter, base)
+            gram[: ends[0], one], gram[one, : ends[0]] = beside, beside.T
+            for other, another in zip(own[: i + 1], terms, strict=False):
+                product = self._product(term, another, scatter, base)
+                gram[one, other], gram[other, one] = product, product.T
+        return gram
+
+    def _product(self, term: Term, other: Term | None, scatter: Scatter, base: _Base) -> Array:
+        """Products ``(d, e)`` of a term's columns with another's; ``(k, d)`` with residual and nuisances."""
+        key = (term.key, None if other is None else other.key, scatter.key)
+        if key not in self._products:
+            mapped = self._mapped(term, scatter, base)
+            beside = base.mapped @ mapped.T if other is None else mapped @ self._mapped(other, scatter, base).T
+            self._products[key] = beside
+        return self._products[key]
 
     def _state(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
         base = self._base(scatter)
@@ -142,14 +160,13 @@ class Evidence:
         return self._with_signs(state)
 
     def _with_signs(self, state: State) -> State:
-        """The state less what amplitudes of a sign that cannot be cost."""
-        wrong = 0
+        """The state with half-normal priors of amplitudes that cannot be negative: twice the part above nought."""
+        gain = 0.0
         for place, term in enumerate(state.terms):
             if isinstance(term.candidate, Law) and term.candidate.positive:
-                wrong += int(state.amplitudes(place)[0][0] < 0.0)
-        if not wrong:
-            return state
-        return replace(state, log_posterior=state.log_posterior - WRONG_SIGN * wrong)
+                mean, covariance = state.amplitudes(place)
+                gain += LOG_2 + float(special.log_ndtr(mean[0] / np.sqrt(covariance[0, 0])))
+        return replace(state, log_posterior=state.log_posterior + gain) if gain else state
 
     def squares(self, state: State) -> Array:
         """Expected squared residual of each row over its variance, for given other rows, ``(n,)``; computed once."""

@@ -29,6 +29,7 @@ class Rows:
             self.told = np.r_[0.0, scatter.correlation**problem.gap]
             self.left = np.sqrt(1.0 - self.told**2)
             self.back = np.argsort(problem.order)
+            self.turned = bool((np.diff(problem.order) < 0).any())
 
     def __call__(self, columns: Columns) -> Columns:
         """Columns ``(..., n)`` with independent rows of one variance, in their own precision."""
@@ -36,17 +37,18 @@ class Rows:
         if not self.correlated:
             return cast(Columns, scaled)
         told, left = self.told.astype(columns.dtype), self.left.astype(columns.dtype)
-        turn = scaled[..., self.order]
-        turn[..., 1:] -= told[1:] * turn[..., :-1].copy()
-        return cast(Columns, turn / left)
+        turn = scaled[..., self.order] if self.turned else scaled
+        turn[..., 1:] -= told[1:] * turn[..., :-1]
+        turn /= left
+        return cast(Columns, turn)
 
     def adjoint(self, columns: Array) -> Array:
         """The transposed map of columns ``(n, q)``."""
         if not self.correlated:
             return columns * self.scale[:, None]
         turn = columns / self.left[:, None]
-        turn[:-1] -= self.told[1:, None] * turn[1:].copy()
-        return turn[self.back] * self.scale[:, None]
+        turn[:-1] -= self.told[1:, None] * turn[1:]
+        return (turn[self.back] if self.turned else turn) * self.scale[:, None]
 
     @cached_property
     def log_determinant(self) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import tomllib
+from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -24,7 +25,7 @@ FILE = "priors.toml"
 class Decision(Table):
     """From which probabilities something is said."""
 
-    stated: float = Field(gt=0.5, lt=1.0)
+    stated: float = Field(ge=0.5, lt=1.0)
     in_set: float = Field(gt=0.0, lt=0.5)
     determined: float = Field(gt=0.0)
 
@@ -104,6 +105,15 @@ class LawPriors(Table):
         return self.kinds.get(kind, KindPrior(odds=1.0, usual=1.0))
 
 
+class MapPriors(Table):
+    """What else is usual of maps, and of the laws that they show."""
+
+    gauge_share: float = Field(gt=0.0, lt=0.1)
+    slight: float = Field(ge=0.0, lt=0.1)
+    outlier_sizes: list[float] = Field(min_length=1)
+    laws: LawPriors
+
+
 class Priors(Table):
     """Everything that is set by hand, see ``priors.toml``."""
 
@@ -113,6 +123,7 @@ class Priors(Table):
     forms: FormPriors
     shapes: dict[str, list[float]]
     laws: LawPriors
+    maps: MapPriors
 
     @model_validator(mode="after")
     def _ranges(self) -> Priors:
@@ -135,14 +146,21 @@ def shipped_priors() -> Priors:
 
 def read_priors(path: str | Path) -> Priors:
     """The shipped priors with what a file says in their place (:class:`InputError` where it is not one)."""
-    own = read_toml(path)
-    for kind in own.get("laws", {}).get("kinds", {}):
-        known = shipped_priors().laws.kinds
-        if kind not in known:
-            near = difflib.get_close_matches(kind, known, 1)
-            expected = f"{near[0]}?" if near else ", ".join(known)
-            raise InputError(path, f"key laws.kinds.{kind} is no kind of law", expected=expected)
+    own, shipped = read_toml(path), shipped_priors()
+    _check_kinds(path, own, ("laws", "kinds"), shipped.laws)
+    _check_kinds(path, own, ("maps", "laws", "kinds"), shipped.maps.laws)
     return check_table(Priors, _over(tomllib.loads(priors_text()), own), path)
+
+
+def _check_kinds(path: str | Path, own: Any, keys: Sequence[str], laws: LawPriors) -> None:
+    """Kinds of laws that a file names must be known; what is no table is said elsewhere."""
+    for key in keys:
+        own = own.get(key) if isinstance(own, dict) else None
+    for kind in own if isinstance(own, dict) else ():
+        if kind not in laws.kinds:
+            near = difflib.get_close_matches(kind, laws.kinds, 1)
+            expected = f"{near[0]}?" if near else ", ".join(laws.kinds)
+            raise InputError(path, f"key {'.'.join(keys)}.{kind} is no kind of law", expected=expected)
 
 
 def _over(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:

@@ -41,7 +41,7 @@ HOPELESS = -6.0
 FARTHER = 4.0
 """How far below the best hypothesis a beam may be and still go on, nats."""
 ROUNDS = 4
-SETTLED = 0.1
+SETTLED = 0.5
 WEIGHING = 3
 """Rounds in which rows are weighed anew by what they leave."""
 
@@ -55,6 +55,7 @@ class Search:
         self.scatters = self.evidence.scatters
         self.start = self.evidence((), self.scatters.plain())
         self.trail: list[Step] = []
+        self._added: dict[tuple[object, ...], State] = {}
 
     def run(self) -> State:
         """The best hypothesis found."""
@@ -84,6 +85,12 @@ class Search:
 
     def added(self, state: State, look: Look) -> State:
         """The hypothesis with one term more; of a shape on the grid or near it, whichever is likelier."""
+        key = (id(state), look.candidate.label, look.atom, look.sd)
+        if key not in self._added:
+            self._added[key] = self._shaped(state, look)
+        return self._added[key]
+
+    def _shaped(self, state: State, look: Look) -> State:
         grid = self._with(state, look.term())
         best = max(grid, self._between(state, look, look.atom, grid), key=_worth)
         if best.log_posterior > grid.log_posterior + COARSE:
@@ -127,9 +134,9 @@ class Search:
         shaped = {id(state): state for state in map(self.reshaped, chosen)}
         return sorted(shaped.values(), key=_worth, reverse=True)
 
-    def _proposed(self, state: State, most: int = PROPOSED) -> Iterator[Look]:
+    def _proposed(self, state: State, most: int = PROPOSED, without: frozenset[str] = frozenset()) -> Iterator[Look]:
         """Looks worth trying: the best laws, at most two of a kind, and the best forms."""
-        looks = [look for look in self.beside(state) if look.gain > HOPELESS]
+        looks = [one for one in self.beside(state) if one.gain > HOPELESS and one.candidate.label not in without]
         yield from islice(_two_of_a_kind(look for look in looks if look.candidate.named), most)
         yield from islice(_two_of_a_kind(look for look in looks if not look.candidate.named), PROPOSED_FORMS)
 
@@ -234,28 +241,44 @@ class Search:
     # -- exchanges -----------------------------------------------------------------------------------------------
 
     def _exchanged(self, best: State) -> State:
-        """One term for one, one for two, two for one, until nothing improves."""
+        """One term for one, one for two, two for one, until nothing improves; two at once where one alone does not."""
         for _ in range(ROUNDS):
             old = best
-            for places in _some_places(len(old.terms)):
-                best = max(best, self._instead(old, places), key=_worth)
+            for state in self._unweighed(old):
+                best = max((best, *(self._instead(state, place) for place in range(len(old.terms)))), key=_worth)
             if len(old.terms) < MOST_TERMS:
                 best = max(best, *(self.added(old, look) for look in self._proposed(old, 2)), old, key=_worth)
+            if best.log_posterior <= old.log_posterior + SETTLED:
+                pairs = combinations(range(len(old.terms)), 2)
+                best = max((best, *(one for places in pairs for one in self._ones(old, *places))), key=_worth)
             best = self._better(old, self.polished(self.reshaped(best)))
             if best.log_posterior <= old.log_posterior + SETTLED:
                 break
         return best
 
-    def _instead(self, state: State, places: tuple[int, ...]) -> State:
-        """The best with one other term, or one other and the best beside it, in some places."""
+    def _unweighed(self, state: State) -> Iterator[State]:
+        """The hypothesis, and the same with normal tails: rows are weighed by what its own terms leave of them."""
+        yield state
+        if state.scatter.tails != NORMAL:
+            yield self.evidence(state.terms, self.scatters.without_tails(state.scatter), state.sigma_um)
+
+    def _ones(self, state: State, *places: int) -> list[State]:
+        """The hypothesis with one other term, or a pair of plain laws, in some places; with nothing there first."""
         base = self.without(state, *places)
-        ones = [*(self.added(base, look) for look in self._proposed(base, 3)), *self._paired(base, state.labels)]
-        if len(places) > 1 or not ones:  # two for one and one for two end here
-            return max((base, *ones), key=_worth)
-        others = [one for one in ones if one.labels != state.labels] or ones
-        near = max(others, key=_worth)
-        twos = [self.added(near, look) for look in islice(self._proposed(near, 1), 1)]
-        return max((base, *ones, *twos), key=_worth)
+        looks = self._proposed(base, 3)
+        return [base, *(self.added(base, look) for look in looks), *self._paired(base, state.labels)]
+
+    def _instead(self, state: State, place: int) -> State:
+        """The best with one other term in a place, or with two; what these make superfluous elsewhere is dropped."""
+        base, *ones = self._ones(state, place)
+        others = sorted((one for one in ones if one.labels != state.labels), key=_worth, reverse=True)
+        # what is nearly as likely stands there by itself; beside what is not, something else may be missing
+        rivals = [one for one in others if one.log_posterior > state.log_posterior - FARTHER]
+        alone = state.labels.union(*(one.labels for one in rivals)) - base.labels
+        lesser = [one for one in others if not one.labels & alone]
+        near = {id(one): one for one in (*others[:1], *lesser[:1])}.values()
+        twos = [self.added(one, look) for one in near for look in self._proposed(one, 1, alone)]
+        return max((base, *ones, *map(self._weeded, [*others, *twos])), key=_worth)
 
     def polished(self, state: State) -> State:
         """Each term's shape and size once more beside the others."""
@@ -283,11 +306,6 @@ def _two_of_a_kind(looks: Iterator[Look]) -> Iterator[Look]:
         count[kind] = count.get(kind, 0) + 1
         if count[kind] <= 2:
             yield look
-
-
-def _some_places(count: int) -> Iterator[tuple[int, ...]]:
-    yield from combinations(range(count), 1)
-    yield from combinations(range(count), 2)
 
 
 def _kurtosis(square: Array) -> float:

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special, stats
 from scipy.integrate import trapezoid
 
-from stepgauge.diagnose.posterior.evidence import WRONG_SIGN, Evidence
+from stepgauge.diagnose.posterior.evidence import Evidence
 from stepgauge.diagnose.posterior.metric import Metric
 from stepgauge.diagnose.posterior.priors import shipped_priors
 from stepgauge.diagnose.posterior.problem import Problem, Term
@@ -126,12 +126,17 @@ def test_the_order_of_terms_does_not_matter_and_each_hypothesis_is_computed_once
     assert len(evidence.visited) == 1
 
 
-def test_an_amplitude_of_a_sign_that_cannot_be_costs() -> None:
+def test_half_normal_priors_of_either_sign_have_the_evidence_of_a_normal_one_on_average() -> None:
+    """The integral over all amplitudes is that over the positive ones plus that over the negative ones."""
     _, evidence, scatter = made({})
     slope = coordinate()[None, None]
-    right, wrong = (term(law(f"slope {sign}", sign * slope, positive=True), log_prior=0.0) for sign in (1.0, -1.0))
-    either = evidence((right,), scatter).log_posterior
-    assert evidence((wrong,), scatter).log_posterior == pytest.approx(either - WRONG_SIGN)
+    both = evidence((term(law("slope", slope), log_prior=0.0),), scatter).log_posterior
+    halves = [
+        evidence((term(law(f"slope {sign}", sign * slope, positive=True), log_prior=0.0),), scatter).log_posterior
+        for sign in (1.0, -1.0)
+    ]
+    assert special.logsumexp(halves) - np.log(2.0) == pytest.approx(both)
+    assert abs(halves[0] - halves[1]) > 1.0
 
 
 @pytest.mark.parametrize("beside", TERMS.values(), ids=TERMS)

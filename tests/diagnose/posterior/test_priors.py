@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stepgauge.diagnose.maps.candidates import candidates_for
 from stepgauge.diagnose.posterior.priors import priors_text, read_priors, shipped_priors
+from stepgauge.diagnose.probe_map import read_probe_table
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 
@@ -18,6 +20,12 @@ SCATTER = {"noise_growth", "outliers"}
 
 def test_every_kind_that_may_be_named_has_its_prior_and_no_other() -> None:
     assert set(shipped_priors().laws.kinds) == set(effect_kinds()) - NEVER_NAMED - SCATTER
+
+
+def test_every_change_of_a_probe_has_its_prior_and_no_other() -> None:
+    tables = [read_probe_table(name)[0] for name in ("omp40-2-50mm", "tp6-50mm")] + [{"model": "constant"}]
+    every = [one for table in tables for one in candidates_for(table, ["trigger_force_N"])]
+    assert set(shipped_priors().maps.laws.kinds) == {one.prior or one.kind for one in every}
 
 
 def test_weights_of_sizes_sum_to_one_and_are_widest_about_what_is_usual() -> None:
@@ -57,6 +65,9 @@ def test_the_shipped_file_is_a_file_of_priors(tmp_path: Path) -> None:
         ("decision = 3\n", "decision"),
         ("not toml", "mine.toml"),
         ("[laws.kinds]\nrol = { odds = 1.0, usual = 1.0 }\n", "rol"),
+        ("[maps.laws.kinds]\nroll = { odds = 1.0, usual = 1.0 }\n", "maps.laws.kinds.roll"),
+        ("maps = 3\n", "maps"),
+        ("laws = 3\n", "laws"),
         ("[forms]\nsizes = [1.0, 2.0]\n", "size"),
         ("[shapes]\nperiod_mm = [200.0, 0.004]\n", "period_mm"),
     ],

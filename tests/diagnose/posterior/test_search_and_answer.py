@@ -117,6 +117,19 @@ def test_the_spread_of_an_amplitude_holds_all_hypotheses_that_have_it() -> None:
     assert found.spread("step", 1e-3) is None
 
 
+def test_several_laws_stand_in_place_of_one_only_if_each_of_them_is_needed() -> None:
+    """A law that is the sum of two others has these as its alternative, but no twin of it with a third beside."""
+    together = SLOPE + WAVE
+    sums = (law("sum", together[None, None]), law("twin", together[None, None]))
+    search = Search(problem(noise() + together, (*candidates(), *sums)), shipped_priors())
+    answer = Answer(search, search.run())
+    (lead,) = answer.best.labels
+    assert lead in ("sum", "twin")
+    several = {frozenset(one.label for one in alternative.come) for alternative in answer.alternatives(1e-12)}
+    assert frozenset({"slope", "wave"}) in several
+    assert not any(labels & {"sum", "twin"} for labels in several)
+
+
 def test_the_decision_knows_nothing_of_gauges_probes_and_recordings() -> None:
     """It imports of this project itself, and what reads a file of settings and says what is wrong in it."""
     allowed = ("stepgauge.diagnose.posterior", "stepgauge.errors", "stepgauge.files", "stepgauge.config")

@@ -1,0 +1,354 @@
+"""The search of a map: hypotheses by signatures that add up, then the named changes together by the probe's statics.
+
+Changes of one construction do not quite add up, and their signatures are exact for some sizes only. What the changes
+found do together beyond what each does alone is taken out, their sizes are tried exactly, and the map is searched anew
+until nothing changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from stepgauge.diagnose.checks import predictive_checks, widening
+from stepgauge.diagnose.maps.candidates import Candidate
+from stepgauge.diagnose.maps.fit import Fitted, fit
+from stepgauge.diagnose.maps.forms import Form
+from stepgauge.diagnose.maps.model import MapModel, Term
+from stepgauge.diagnose.maps.problem import LOBES, MapRows, Point, make_problem, signature
+from stepgauge.diagnose.maps.scatter import MapScatter
+from stepgauge.diagnose.posterior.answer import Answer, Rival
+from stepgauge.diagnose.posterior.evidence import State
+from stepgauge.diagnose.posterior.looks import Look
+from stepgauge.diagnose.posterior.metric import Metric
+from stepgauge.diagnose.posterior.priors import Priors
+from stepgauge.diagnose.posterior.problem import Law, Problem, Sizes
+from stepgauge.diagnose.posterior.problem import Term as Chosen
+from stepgauge.diagnose.posterior.search import Search
+from stepgauge.diagnose.posterior.told import Said, told
+from stepgauge.diagnose.posterior.told import sure as is_sure
+from stepgauge.diagnose.result import Check
+
+Array = NDArray[np.float64]
+PASSES = 4
+SETTLED = 0.1
+"""Rms difference of signatures and statics, in scatters of a reading, from which on they are the same."""
+SAME_SCATTER = 1.15
+ALIKE = 0.98
+"""Cosine between what two changes move from which on each is fitted in the place of the other."""
+ROUNDS, SAME_SIZE = 8, 0.01
+"""Rounds in which a law is computed at the size that its amplitude is, and the share to which these agree."""
+
+
+@dataclass(frozen=True)
+class Searched:
+    """The hypothesis that is told of a map.
+
+    ``laws`` with the terms of ``fitted``; ``forms``; ``vague``: laws whose size is not determined; ``slight``: what
+    takes so little of the disagreement that inexact laws may leave it, which moves each law's values by some factor of
+    their uncertainties; ``wider``: factor on uncertainties for what the predictive ``checks`` have found;
+    ``metric``: of the scatter alone, ``beside``: beside all that is not named.
+    """
+
+    rows: MapRows
+    search: Search
+    answer: Answer
+    state: State
+    laws: tuple[Said, ...]
+    forms: tuple[Said, ...]
+    vague: tuple[Said, ...]
+    slight: tuple[Said, ...]
+    fitted: Fitted
+    moved_by_slight: Array
+    metric: Metric
+    beside: Metric
+    priors: Priors
+    checks: tuple[Check, ...]
+    wider: float
+
+    def term_of(self, rival: Rival) -> Term:
+        """A rival of a law as a change, with the values that it had in the search."""
+        if rival.state is None:
+            point = _point(rival.look.term())
+            return Term(point.candidate, point.values(np.full(len(point.step), point.size)))
+        place = next(i for i, t in enumerate(rival.state.terms) if t.candidate is rival.candidate)
+        return _term(rival.state, rival.state.terms[place])
+
+    def instead(self, place: int, rival: Rival) -> Fitted:
+        """All changes with a rival in the place of one, fitted anew."""
+        terms = (*self.fitted.terms[:place], self.term_of(rival), *self.fitted.terms[place + 1 :])
+        return fit(terms, self.rows, self.beside, self.priors)
+
+
+class SizedSearch(Search):
+    """A search that begins with what an earlier one has found, too, and computes every law at the size that it has.
+
+    Sizes are summed beside the exact number, too. A look sums them by the scatter that it sees, which is many times too
+    large while what the law explains is still in the residuals: two laws that say the same would differ by the size
+    that each of them was looked at with.
+    """
+
+    def __init__(self, problem: Problem, priors: Priors, rows: MapRows, seed: Sequence[str] = ()) -> None:
+        super().__init__(problem, priors)
+        self.rows, self.seed = rows, seed
+
+    def run(self) -> State:
+        best, seeded = super().run(), self.start
+        for label in self.seed:
+            for look in self.beside(seeded):
+                if look.candidate.label == label:
+                    seeded = self.added(seeded, _exact(look))
+        seeded = self.polished(self.reshaped(seeded))
+        return best if seeded.log_posterior <= best.log_posterior else self._exchanged(self._better(best, seeded))
+
+    def _shaped(self, state: State, look: Look) -> State:
+        """One term more; on the way to its size nothing is kept that says something else than it is."""
+        visited = self.evidence.visited
+        known = set(visited)
+        found = self._grown_to_size(super()._shaped(state, look), look)
+        for other in [one for one in visited if one not in known and visited[one] is not found]:
+            del visited[other]
+        return found
+
+    def _grown_to_size(self, found: State, look: Look) -> State:
+        law = look.candidate
+        if not isinstance(law, Law) or look.by_atom is None or len(law.sizes.sd) < 2:
+            return found
+        for _ in range(ROUNDS):
+            sized = self._sized(found, self._of_its_size(found, law), look)
+            if sized is found:
+                break
+            found = sized
+        return found
+
+    def _of_its_size(self, found: State, law: Law) -> Chosen:
+        """The law's term with the signature of the size that its amplitude is."""
+        place = next(i for i, term in enumerate(found.terms) if term.candidate is law)
+        term = found.terms[place]
+        if not law.named or (point := _point(term)).candidate.shape not in ("line", "plane"):
+            return term
+        size = float(f"{found.amplitudes(place)[0][0]:.3g}")
+        if size == 0.0 or abs(size / point.size - 1.0) < SAME_SIZE:
+            return term
+        for exact, columns in signature(self.rows, replace(point, size=size)):
+            return replace(term, columns=columns, shape=exact)
+        return term
+
+    def _sized(self, found: State, term: Chosen, look: Look) -> State:
+        """The hypothesis with a term in place of the law's own, its sizes summed."""
+        law = look.candidate
+        assert isinstance(law, Law)
+        assert look.by_atom is not None
+        place = next(i for i, one in enumerate(found.terms) if one.candidate is law)
+        others = tuple(one for one in found.terms if one.candidate is not law)
+        evidence = _by_size(*found.amplitudes(place), found.terms[place].sd, law.sizes) + law.sizes.log_weight
+        best = int(evidence.argmax())
+        summed = float(np.logaddexp.reduce(evidence) - evidence[best] + law.sizes.log_weight[best])
+        log_prior = law.log_odds + summed
+        if not law.named or _point(term).candidate.shape != "line":
+            log_prior += look.gain - law.log_odds - float(look.by_atom[look.atom] - law.log_weight[look.atom])
+        sized = replace(term, sd=float(law.sizes.sd[best]), log_prior=log_prior)
+        if sized.key == found.terms[place].key:
+            return found
+        return self.evidence((*others, sized), found.scatter, found.sigma_um)
+
+
+def _exact(look: Look) -> Look:
+    """A look at the size of a law that was fitted before: the last one of its shapes."""
+    law = look.candidate
+    if not isinstance(law, Law) or not law.named or law.source[-1].candidate.shape not in ("plane", "lobes"):
+        return look
+    return replace(look, atom=law.atoms - 1, volume=look.volume_of(law.atoms - 1))
+
+
+def _by_size(mean: Array, covariance: Array, sd: float, sizes: Sizes) -> Array:
+    """Log evidence of amplitudes' prior standard deviations, from their posterior under one of them, up to a constant.
+
+    What the data say is normal with precision P and product b: the evidence is that of a normal prior beside it.
+    """
+    precision, s2 = np.linalg.inv(covariance), sizes.sd[:, None] ** 2
+    value, turn = np.linalg.eigh(precision - np.eye(len(mean)) / sd**2)
+    value, product = np.maximum(value, 0.0), turn.T @ precision @ mean
+    return 0.5 * np.asarray((product**2 / (value + 1.0 / s2) - np.log1p(value * s2)).sum(axis=1))
+
+
+@threadpool_limits.wrap(limits=1, user_api="blas")
+def searched(model: MapModel, candidates: Sequence[Candidate], scatter: MapScatter, priors: Priors) -> Searched:
+    """What a map says, by signatures that agree with the probe's statics."""
+    wide = priors.scatter.model_copy(update={"outlier_sizes": priors.maps.outlier_sizes})
+    priors = priors.model_copy(update={"scatter": wide})
+    rows = MapRows(model, scatter.sigma)
+    remainder, before = np.zeros(len(rows.um)), np.full(len(rows.um), np.inf)
+    fitted: dict[str, list[Point]] = {}
+    seed: tuple[str, ...] = ()
+    for _ in range(PASSES):
+        problem = make_problem(rows, candidates, priors, remainder, fitted)
+        found = _search(rows, SizedSearch(problem, priors, rows, seed), priors)
+        exact = rows.moved(found.fitted.terms)
+        settled = min(_rms(exact - before), _rms(_signatures(found) + remainder - exact)) < SETTLED
+        if settled and _same(rows, found, scatter):
+            break
+        remainder = exact - sum((rows.moved((term,)) for term in found.fitted.terms), np.zeros(len(exact)))
+        before, fitted = exact, _exactly(found)
+        seed = tuple(one.lead.candidate.label for one in (*found.laws, *found.forms))
+        rows = MapRows(model, _sigma(rows, found, scatter))
+    return found
+
+
+def _search(rows: MapRows, search: Search, priors: Priors) -> Searched:
+    answer = Answer(search, search.run())
+    state, said = told(search, answer, priors.decision.stated)
+    forms, slight = [one for one in said if not one.named], list[Said]()
+    scatter = (search.problem, state.scatter, search.scatters, state.sigma_um)
+    metric = Metric(*scatter)
+    checks = predictive_checks(search.problem, state, metric)
+    wider = widening(checks, search.problem, state, metric)
+    sure = [one for one in said if one.named and is_sure(one, state, answer, priors.decision, wider)]
+    vague = [one for one in said if one.named and one not in sure]
+    while True:
+        beside = Metric(*scatter, tuple(one.term for one in (*forms, *vague)))
+        fitted = fit([_term(state, one.term) for one in sure], rows, beside, priors)
+        if (least := _least_determined(fitted, priors.decision.determined)) is not None:
+            vague.append(sure.pop(least))
+        elif (least := _slightest(fitted, rows, beside, priors)) is not None:
+            slight.append(sure.pop(least))
+        else:
+            break
+    moved = np.ones(len(fitted.terms))
+    if slight:
+        moved = _moved_by(fitted, rows, Metric(*scatter, tuple(o.term for o in (*forms, *vague, *slight))), priors)
+    slight += [one for one in forms if _share_of(one, state, metric, rows) < priors.maps.slight]
+    forms = [one for one in forms if one not in slight]
+    told_of = (tuple(sure), tuple(forms), tuple(vague), tuple(slight))
+    return Searched(rows, search, answer, state, *told_of, fitted, moved, metric, beside, priors, checks, wider)
+
+
+def _least_determined(fitted: Fitted, least: float) -> int | None:
+    """The change of the smallest size in standard uncertainties, if that does not determine it beside the others."""
+    sizes = []
+    for place, term in enumerate(fitted.terms):
+        off = np.array(term.values) - np.array(term.candidate.none)
+        sizes.append(float(off @ np.linalg.pinv(fitted.covariance_of(place)) @ off))
+    return int(np.argmin(sizes)) if sizes and min(sizes) < least**2 else None
+
+
+def _slightest(fitted: Fitted, rows: MapRows, metric: Metric, priors: Priors) -> int | None:
+    """The change that takes least of the disagreement, if that is no more than the laws are inexact by."""
+    if len(fitted.terms) < 2:
+        return None
+    total, left = _square(metric(rows.um)), _square(metric(rows.um - rows.moved(fitted.terms)))
+    shares = []
+    for place in range(len(fitted.terms)):
+        others = fit((*fitted.terms[:place], *fitted.terms[place + 1 :]), rows, metric, priors)
+        shares.append((_square(metric(rows.um - rows.moved(others.terms))) - left) / total)
+    return int(np.argmin(shares)) if min(shares) < priors.maps.slight else None
+
+
+def _moved_by(fitted: Fitted, rows: MapRows, beside: Metric, priors: Priors) -> Array:
+    """Factors on uncertainties for how far values move if what is slight is taken up after all, one to a term."""
+    other = fit(fitted.terms, rows, beside, priors)
+    found = []
+    for place, (one, two) in enumerate(zip(fitted.terms, other.terms, strict=True)):
+        variance = np.maximum(np.diag(fitted.covariance_of(place)), 1e-300)
+        found.append(float(np.sqrt(1.0 + (np.subtract(one.values, two.values) ** 2 / variance).max())))
+    return np.array(found)
+
+
+def _share_of(form: Said, state: State, metric: Metric, rows: MapRows) -> float:
+    """Share of the squared disagreement that a form takes."""
+    place = next(i for i, term in enumerate(state.terms) if term is form.term)
+    return _square(metric(state.amplitudes(place)[0] @ form.term.columns)) / _square(metric(rows.um))
+
+
+def _square(values: Array) -> float:
+    return float(values @ values)
+
+
+def _point(chosen: Chosen) -> Point:
+    point: Point = chosen.shape if isinstance(chosen.shape, Point) else chosen.candidate.source[chosen.atom]
+    return point
+
+
+def _term(state: State, chosen: Chosen) -> Term:
+    """A law of a hypothesis as a change of the probe, with the amplitudes that it has there."""
+    point = _point(chosen)
+    place = next(i for i, t in enumerate(state.terms) if t is chosen)
+    return Term(point.candidate, point.values(state.amplitudes(place)[0][: len(point.step)]))
+
+
+def _signatures(found: Searched) -> Array:
+    """What the laws move by their signatures, ``(m,)``."""
+    moved = np.zeros(len(found.rows.um))
+    for said in found.laws:
+        place = next(i for i, t in enumerate(found.state.terms) if t is said.term)
+        moved += found.state.amplitudes(place)[0] @ said.term.columns
+    return moved
+
+
+def _exactly(found: Searched) -> dict[str, list[Point]]:
+    """The fitted sizes of what was found and of what looks like it, to be tried as they are."""
+    points: dict[str, list[Point]] = {}
+    alike = [fitted.terms[place] for place in range(len(found.laws)) for fitted in _alike(found, place)]
+    for term in (*alike, *found.fitted.terms):
+        candidate = term.candidate
+        point = _point_of(term)
+        if point.size and candidate.shape != "linear":
+            points.setdefault(candidate.prior or candidate.kind, []).append(point)
+    return points
+
+
+def _point_of(term: Term) -> Point:
+    candidate, moved = term.candidate, np.array(term.values) - np.array(term.candidate.none)
+    if candidate.shape == "lobes":
+        return Point(candidate, (0.0, term.values[1], 0.0), LOBES)
+    size = float(np.linalg.norm(moved)) * (1.0 if len(moved) > 1 else float(np.sign(moved[0])))
+    return Point(candidate, candidate.none, (tuple(map(float, moved / (size or 1.0))),), size)
+
+
+def _alike(found: Searched, place: int) -> Iterator[Fitted]:
+    """Fits with another change of one knob in the place of one, which moves the map much as that one does."""
+    terms = found.fitted.terms
+    moved = _unit(found.metric(found.rows.moved((terms[place],))))
+    there = {said.lead.candidate.label for said in found.laws}
+    for law in found.search.problem.candidates:
+        if not isinstance(law, Law) or not law.named or law.dimension > 1 or law.label in there:
+            continue
+        near = [abs(float(_unit(found.metric(law.columns(i)[0])) @ moved)) for i in range(law.atoms)]
+        point = law.source[int(np.argmax(near))]
+        if max(near) > ALIKE and point.candidate.shape == "line":
+            other = Term(point.candidate, point.values(np.array([point.size])))
+            yield fit((*terms[:place], other, *terms[place + 1 :]), found.rows, found.beside, found.priors)
+
+
+def _unit(values: Array) -> Array:
+    return values / max(float(np.linalg.norm(values)), 1e-300)
+
+
+def _sigma(rows: MapRows, found: Searched, scatter: MapScatter) -> tuple[float, ...]:
+    """Scatter of each quantity: that of its repeats, or what the hypothesis leaves of it."""
+    if scatter.repeats or len(rows.sigma) == 1:
+        return rows.sigma
+    weight = found.state.scatter.weight
+    left = np.split(weight * found.state.left_um**2, len(rows.sigma))
+    least = [m.rounding for m in rows.data.measured]
+    return tuple(max(s * float(np.sqrt(one.mean())), m) for s, one, m in zip(rows.sigma, left, least, strict=True))
+
+
+def _same(rows: MapRows, found: Searched, scatter: MapScatter) -> bool:
+    """Whether the scatters of the quantities stand in the ratio that was taken."""
+    change = np.array(_sigma(rows, found, scatter)) / np.array(rows.sigma)
+    return float(change.max() / change.min()) < SAME_SCATTER
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def form_of(said: Said) -> tuple[Form, int]:
+    """The form that is told, and which of its shapes."""
+    form: Form = said.source
+    return form, said.term.atom

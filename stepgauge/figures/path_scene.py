@@ -1,0 +1,222 @@
+"""The path of the tip past the gauge as a scene to turn in a browser: one file that needs no network.
+
+The library that draws it (plotly) is 4.8 MB of text; it stands in the page compressed, and the browser unpacks it.
+Moves that a program repeats in every cycle are drawn once.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import html
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.collision import Obstacles, make_obstacles
+from stepgauge.errors import InputError
+from stepgauge.figures.path import BLOCK_COLOR, MEASURE_COLOR, RAIL_COLOR, STOP_COLOR, TRAVEL_COLOR, until
+from stepgauge.figures.style import COLORS
+from stepgauge.files import write_text
+from stepgauge.gauge import Gauge
+from stepgauge.moves import Path
+from stepgauge.placement import Placement
+
+Array = NDArray[np.float64]
+DECIMALS = 4
+"""Of coordinates in mm: nobody sees more in a scene."""
+PAGE = """<!DOCTYPE html>
+<html lang="en">
+<head><meta charset="utf-8"><title>{title}</title></head>
+<body style="margin:0">
+<div id="path" style="width:100vw;height:100vh"></div>
+<script type="application/json" id="scene">{scene}</script>
+<script type="text/plain" id="library">{library}</script>
+<script>
+const scene = JSON.parse(document.getElementById("scene").textContent);
+async function draw() {{
+  const packed = Uint8Array.from(atob(document.getElementById("library").textContent), c => c.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  const script = document.createElement("script");
+  script.textContent = await new Response(stream).text();
+  document.head.append(script);
+  await Plotly.newPlot("path", scene.data, scene.layout, {{responsive: true}});
+}}
+draw().catch(error => {{
+  document.getElementById("path").textContent = "Cannot draw this (" + error + "). It needs a browser of 2023.";
+}});
+</script>
+</body>
+</html>
+"""
+
+
+@dataclass(frozen=True)
+class ProbedPoints:
+    """Where searches ended: tip centres, and the face and cycle each was, by side and place."""
+
+    tip_mm: Array
+    face: NDArray[np.int64]
+    cycle: NDArray[np.int64]
+
+
+def probed_points(run_path: Path, gauge: Gauge, placement: Placement, tip_radius_mm: float) -> ProbedPoints:
+    """Ends of the searches in machine coordinates, each with the face it points at and the how-manieth visit it is."""
+    tip = run_path.end_mm[run_path.measuring]
+    along = (tip - run_path.start_mm[run_path.measuring]) @ placement.axis
+    contact = placement.to_gauge(gauge, tip)[:, 0] + np.sign(along) * tip_radius_mm
+    nearest = [np.abs(contact[:, None] - gauge.position_mm[side::2]).argmin(axis=1) for side in (0, 1)]
+    face = np.where(along > 0, 2 * nearest[0] + 1, 2 * nearest[1] + 2)
+    cycle = np.array([(face[: i + 1] == one).sum() for i, one in enumerate(face)], dtype=np.int64)
+    return ProbedPoints(tip, face, cycle)
+
+
+def write_path_html(
+    file: str | FilePath,
+    run_path: Path,
+    gauge: Gauge,
+    placement: Placement,
+    tip_radius_mm: float,
+    travel_mm: Array | None = None,
+    stop_piece: int | None = None,
+    title: str = "",
+) -> FilePath:
+    """Write a scene to turn in a browser: gauge, path and probed points in machine coordinates, mm.
+
+    One HTML file that needs no network. ``travel_mm`` of shape ``(3, 2)`` adds the box of the machine's travel; the
+    other parameters are those of :func:`draw_path`.
+    """
+    if FilePath(file).suffix.lower() != ".html":
+        raise InputError(file, "not a page for a browser", found=repr(FilePath(file).suffix), expected=".html")
+    scene = path_scene(run_path, gauge, placement, tip_radius_mm, travel_mm, stop_piece, title)
+    write_text(file, _page(scene, title))
+    return FilePath(file)
+
+
+def _page(scene: Any, title: str) -> str:
+    from plotly.offline import get_plotlyjs
+
+    library = base64.b64encode(gzip.compress(get_plotlyjs().encode(), mtime=0)).decode()
+    data = scene.to_json().replace("<", "\\u003c")  # nothing in the data may end the script that it stands in
+    return PAGE.format(title=html.escape(title or "path of the tip"), scene=data, library=library)
+
+
+def path_scene(
+    run_path: Path,
+    gauge: Gauge,
+    placement: Placement,
+    tip_radius_mm: float,
+    travel_mm: Array | None = None,
+    stop_piece: int | None = None,
+    title: str = "",
+) -> Any:
+    """The plotly figure of :func:`write_path_html`."""
+    import plotly.graph_objects as go
+
+    obstacles = make_obstacles(gauge, placement)
+    travelled = until(run_path, stop_piece)
+    stopped = stop_piece is not None
+    traces = [
+        _boxes(obstacles, slice(0, -1), "blocks", BLOCK_COLOR),
+        _boxes(obstacles, slice(-1, None), "rail", RAIL_COLOR),
+        _lines(travelled, ~travelled.measuring, "travel", TRAVEL_COLOR, 2),
+        _lines(travelled, travelled.measuring, "measuring", MEASURE_COLOR, 5),
+        _probed(travelled, gauge, placement, tip_radius_mm, stopped),
+    ]
+    traces += [] if travel_mm is None else [_travel_volume(np.asarray(travel_mm, float))]
+    traces += [_stop(travelled)] if stopped else []
+    axes = {f"{axis}axis": {"title": {"text": f"{axis} (mm)"}} for axis in "xyz"}
+    return go.Figure(
+        traces,
+        {
+            "title": {"text": html.escape(title)},
+            "scene": {"aspectmode": "manual", "aspectratio": _aspect(traces), **axes},
+            "margin": {"l": 0, "r": 0, "b": 0, "t": 40 if title else 0},
+            "legend": {"itemsizing": "constant"},
+        },
+    )
+
+
+def _aspect(traces: Sequence[Any]) -> dict[str, float]:
+    """To scale, the longest side of what is shown at first as 1: so the start view holds all of it."""
+    shown = [one for one in traces if one.visible != "legendonly"]
+    size = {}
+    for axis in "xyz":
+        values = np.concatenate([np.array(one[axis], float) for one in shown])
+        size[axis] = float(np.nanmax(values) - np.nanmin(values))
+    longest = max(size.values())
+    return {axis: max(one / longest, 0.05) for axis, one in size.items()}
+
+
+_CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+_SIDES = ([0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3])
+_TRIANGLES = np.array([half for a, b, c, d in _SIDES for half in ([a, b, c], [a, c, d])])
+_EDGES = [(a, b) for a in range(8) for b in range(a + 1, 8) if np.abs(_CORNERS[a] - _CORNERS[b]).sum() == 1]
+
+
+def _boxes(obstacles: Obstacles, rows: slice, name: str, color: str) -> Any:
+    """Boxes as one mesh: eight corners and twelve triangles each, in machine coordinates."""
+    import plotly.graph_objects as go
+
+    low, high = obstacles.low_mm[rows, None], obstacles.high_mm[rows, None]
+    corners = obstacles.placement.to_machine(obstacles.gauge, (low + (high - low) * _CORNERS).reshape(-1, 3))
+    triangles = (_TRIANGLES + 8 * np.arange(len(low))[:, None, None]).reshape(-1, 3)
+    x, y, z = corners.round(DECIMALS).T.tolist()
+    i, j, k = triangles.T.tolist()
+    return go.Mesh3d(
+        x=x, y=y, z=z, i=i, j=j, k=k, name=name, color=color, flatshading=True, showlegend=True, hoverinfo="name"
+    )
+
+
+def _lines(path: Path, where: NDArray[np.bool_], name: str, color: str, width: int) -> Any:
+    pieces = np.stack([path.start_mm[where], path.end_mm[where]], axis=1).round(DECIMALS)
+    once = np.unique(pieces, axis=0)
+    gap = np.full((len(once), 1, 3), np.nan)
+    return _line_trace(np.concatenate([once, gap], axis=1), name, color, width)
+
+
+def _line_trace(pieces: Array, name: str, color: str, width: int) -> Any:
+    """Pieces ``(n, 3 places, 3)``, the last place of each NaN, as one trace with gaps."""
+    import plotly.graph_objects as go
+
+    x, y, z = (_without_nan(column) for column in pieces.reshape(-1, 3).T)
+    line = {"color": color, "width": width}
+    return go.Scatter3d(x=x, y=y, z=z, mode="lines", name=name, line=line, hoverinfo="skip")
+
+
+def _without_nan(values: Array) -> list[float | None]:
+    return [None if np.isnan(value) else float(value) for value in values]
+
+
+def _probed(path: Path, gauge: Gauge, placement: Placement, tip_radius_mm: float, stopped: bool) -> Any:
+    import plotly.graph_objects as go
+
+    points = probed_points(path, gauge, placement, tip_radius_mm)
+    count = len(points.face) - int(stopped and bool(path.measuring[-1]))  # the search that stopped it found nothing
+    x, y, z = points.tip_mm[:count].round(DECIMALS).T.tolist()
+    visits = np.column_stack([points.face, points.cycle])[:count].tolist()
+    hover = "face %{customdata[0]}, cycle %{customdata[1]}<br>(%{x:.4f}, %{y:.4f}, %{z:.4f}) mm<extra></extra>"
+    marker = {"size": 3, "color": MEASURE_COLOR}
+    name = "probed (tip centre)"
+    return go.Scatter3d(x=x, y=y, z=z, mode="markers", name=name, customdata=visits, hovertemplate=hover, marker=marker)
+
+
+def _travel_volume(travel_mm: Array) -> Any:
+    corners = travel_mm[:, 0] + (travel_mm[:, 1] - travel_mm[:, 0]) * _CORNERS
+    gap = np.full(3, np.nan)
+    pieces = np.array([[corners[a], corners[b], gap] for a, b in _EDGES])
+    box = _line_trace(pieces, "travel of the machine", COLORS["grey"], 1)
+    # shown at a click on its name: with it the scene would open on the whole machine, and the gauge be tiny
+    return box.update(visible="legendonly")
+
+
+def _stop(path: Path) -> Any:
+    import plotly.graph_objects as go
+
+    x, y, z = path.end_mm[-1:].T
+    marker = {"size": 7, "color": STOP_COLOR, "symbol": "x"}
+    return go.Scatter3d(x=x, y=y, z=z, mode="markers", name="stopped here", marker=marker)
