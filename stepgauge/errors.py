@@ -118,6 +118,8 @@ def reader(what: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Decorator of functions that read the file of their first argument: :func:`reading` around the whole of it."""
 
     def decorate(function: Callable[P, T]) -> Callable[P, T]:
+        """The same function, whose failures name the file."""
+
         @wraps(function)
         def read(*args: P.args, **kwargs: P.kwargs) -> T:
             path = args[0] if args else next(iter(kwargs.values()))

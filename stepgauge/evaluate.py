@@ -266,7 +266,7 @@ def _doubts(readings: Readings, seen: FaceStatistics, gauge: Gauge) -> list[str]
     notes = [left_out_words(readings.left_out)] if readings.left_out else []
     if readings.remark:
         notes.append(readings.remark)
-    span_mm = float(np.ptp(gauge.position_mm[readings.face - 1]))
+    span_mm = float(np.ptp(gauge.position_mm[seen.faces[seen.count > 0] - 1]))
     short_um = readings.tilt_rad**2 / 2.0 * span_mm * 1e3
     if short_um > COSINE_UM:
         notes.append(
@@ -326,5 +326,5 @@ def _notes(faces: NDArray[np.int64], count: NDArray[np.int64]) -> list[str]:
         shown = ", ".join(map(str, fewer[:10])) + (", ..." if fewer.size > 10 else "")
         notes.append(f"unequal cycles: {seen.min()} to {seen.max()} probings per face; fewer on faces {shown}")
     if seen.size and seen.max() == 1:
-        notes.append("a single cycle: there is no repeatability, the two-sigma bands are undefined")
+        notes.append("a single cycle: there is no repeatability, 2s is undefined")
     return notes

@@ -43,7 +43,7 @@ def evaluation_to_dict(evaluation: Evaluation) -> dict[str, Any]:
     """Everything an evaluation says, as JSON types (undefined values are None).
 
     The top level summarises: for a single placement its own values; for several the mean effective radius with the
-    standard uncertainty of that mean, the longest span, the largest band and the worst two-sigma.
+    standard uncertainty of that mean, the longest span, the largest range of the mean error and the largest 2s.
     """
     gauge, results = evaluation.gauge, evaluation.results
     radii = np.array([result.radius.r_eff_mm for result in results])

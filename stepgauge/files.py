@@ -154,6 +154,7 @@ def parse_json(text: str, path: str | Path) -> Any:
     """JSON from text; ``path`` is for messages. Errors as :func:`read_json`."""
 
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        """The object of these pairs; no key twice, for the last one would win without a word."""
         found = dict(pairs)
         if len(found) < len(pairs):
             names = [key for key, _ in pairs]
@@ -167,9 +168,13 @@ def parse_json(text: str, path: str | Path) -> Any:
             raise InputError(path, "a number is not finite, or too large", found=number)
         return value
 
+    def whole(number: str) -> int:
+        finite(number)
+        return int(number)
+
     with reading(path, "JSON file"):
         try:
-            return json.loads(text, object_pairs_hook=once, parse_float=finite, parse_constant=finite)
+            return json.loads(text, object_pairs_hook=once, parse_float=finite, parse_int=whole, parse_constant=finite)
         except json.JSONDecodeError as error:
             raise InputError(f"{path}:{error.lineno}", f"not valid JSON: {error.msg}") from None
 

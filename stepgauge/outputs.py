@@ -13,7 +13,7 @@ import re
 import shutil
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -169,10 +169,8 @@ def _aside(named: Path, target: Path, made: list[Path]) -> Path:
     unfinished = target.parent / UNFINISHED
     try:
         made += [one for one in reversed(target.parents) if not one.exists()]
+        finish_left(target.parent)
         unfinished.mkdir(parents=True, exist_ok=True)
-        for left in unfinished.iterdir():
-            if not _is_running(left.name):
-                _finish(left)
         own = unfinished / str(os.getpid())
         own.mkdir(exist_ok=True)
     except (FileExistsError, NotADirectoryError):
@@ -181,6 +179,16 @@ def _aside(named: Path, target: Path, made: list[Path]) -> Path:
     except OSError as error:
         raise InputError(named, f"cannot write here: {error.strerror or error}") from None
     return own / target.name
+
+
+def finish_left(folder: str | Path) -> None:
+    """What killed runs left in a folder: whole sets take their places, anything else is removed."""
+    unfinished = Path(folder) / UNFINISHED
+    for left in unfinished.iterdir() if unfinished.is_dir() else ():
+        if not _is_running(left.name):
+            _finish(left)
+    with suppress(OSError):
+        unfinished.rmdir()
 
 
 def _finish(left: Path) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -58,11 +59,12 @@ class Placement:
     gauge_serial: str | None = None
     details: dict[str, Any] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def side(self) -> Array:
+        """Unit vector across the axis and ``up``, to the right of a right-handed system."""
         return np.cross(self.axis, self.up)
 
-    @property
+    @cached_property
     def rotation(self) -> Array:
         """Rows a, s, up: machine directions into gauge directions, shape ``(3, 3)``."""
         return np.array([self.axis, self.side, self.up])
@@ -154,7 +156,7 @@ def parse_placement(text: str, path: str | Path, gauge: Gauge) -> Placement:
     _check_directions(table, placement, path)
     _check_distance(placement, path, gauge)
     details = {"uncertainty": table.uncertainty, "angles": table.angles, "notes": table.notes}
-    return Placement(**{**placement.__dict__, "details": {k: v for k, v in details.items() if v}})
+    return replace(placement, details={k: v for k, v in details.items() if v})
 
 
 def _check_blocks(table: PlacementTable, path: str | Path, gauge: Gauge) -> None:

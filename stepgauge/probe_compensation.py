@@ -24,7 +24,7 @@ NEW_COLUMNS = (
     "surface_y_mm",
     "surface_z_mm",
 )
-METHODS: dict[str, Method] = {"mean R_eff": "mean", "lobes off": "lobed"}
+METHODS: dict[str, Method] = {"mean R_eff": "mean", "lobed model": "lobed"}
 
 
 @dataclass(frozen=True)
@@ -57,6 +57,20 @@ def write_compensated(path: str | Path, result: CompensatedPoints) -> None:
     rows = result.points.rows
     new = zip(rows.cells, result.pretravel_um, result.centre_mm, result.surface_mm, strict=True)
     write_table(path, [*rows.header, *NEW_COLUMNS], [[*old, w, *c, *s] for old, w, c, s in new])
+
+
+def compensation_warnings(found: Qualification, method: Method, fits: dict[str, SphereFit]) -> list[str]:
+    """Why the points may be worse after the compensation than with the mean R_eff; ``fits`` as of :func:`spheres`."""
+    warnings = []
+    if method == "lobed" and found.worse_by_um > 0.0:
+        warnings.append(f"by the qualification, {found.worse_words()}; use --method mean")
+    if fits:
+        mean, lobed = (fits[name].form_error_um for name in METHODS)
+        if lobed > mean:
+            warnings.append(
+                f"on these points the form error is {lobed:.2f} um with the lobed model, {mean:.2f} um with R_eff"
+            )
+    return warnings
 
 
 def spheres(points: ProbedPoints, found: Qualification) -> dict[str, SphereFit]:

@@ -84,6 +84,19 @@ class Qualification(Table):
     residuals_compensated_um: list[float] | None
     lobes: LobeTable | None
 
+    @property
+    def worse_by_um(self) -> float:
+        """By how much the compensation of the lobes increases the form error; 0 where it does not."""
+        compensated = self.form_error_compensated_um
+        return 0.0 if compensated is None else max(compensated - self.form_error_um, 0.0)
+
+    def worse_words(self) -> str:
+        """That the model of the lobes does not fit this probe, in words."""
+        return (
+            f"compensation of the lobes increases the form error from {self.form_error_um:.2f} to"
+            f" {self.form_error_compensated_um:.2f} um: the model of the lobes does not fit this probe"
+        )
+
 
 def qualify(
     points: ProbedPoints, reference: Reference, model: LobeModel, fit_lobe_azimuth: bool = False

@@ -93,6 +93,9 @@ def test_number_and_page_stand_on_every_page_and_the_end_on_the_last(placements:
         assert f"page {number} of {len(pages)}" in page
     assert ["End of calibration certificate" in page for page in pages] == [False] * (len(pages) - 1) + [True]
     assert "name, date, signature" in pages[-1]
+    caption = "u and U of XM along the gauge"  # of the budget's figure, which floats
+    assert sum(caption in " ".join(page.split()) for page in pages) == placements
+    assert caption not in " ".join(pages[-1].split()).partition("End of calibration certificate")[2]
 
 
 def test_the_end_mark_never_stands_alone(tmp_path: Path) -> None:

@@ -66,7 +66,7 @@ def slanted(frame: pd.DataFrame) -> Probings:
 
 
 def test_the_examples_cover_the_vocabulary() -> None:
-    assert sorted(example["kind"] for example in EXAMPLES) == sorted(effect_kinds())
+    assert sorted(example["kind"] for example in EXAMPLES) == sorted(effect_kinds(every=True))
 
 
 def test_scale_error_is_parts_per_million_of_the_coordinate() -> None:
@@ -328,7 +328,7 @@ class TestEveryEffect:
         linear = {p.name: getattr(effect, p.name) for p in effect.parameters() if p.role == "linear"}
         twice = effect.with_values(**{name: 2.0 * np.asarray(value) for name, value in linear.items()})
         once = total_displacement_um([effect], slanted(many))
-        assert linear or effect.kind in ("misalignment", "lever_arm", "empirical")
+        assert linear or effect.kind in ("misalignment", "lever_arm", "interpolation_step", "empirical")
         if linear:
             assert_allclose(total_displacement_um([twice], slanted(many)), 2.0 * once, atol=1e-12)
         assert np.isfinite(once).all()
@@ -361,7 +361,7 @@ class TestEveryEffect:
             assert_allclose(both[1], one, atol=1e-12)
 
     def test_says_what_it_is(self, example: dict) -> None:
-        effect = effect_kinds()[str(example["kind"])]
+        effect = effect_kinds(every=True)[str(example["kind"])]
         assert effect.equation
         assert effect.source
         assert effect.covariates
@@ -416,7 +416,7 @@ def test_sensible_parameters_give_finite_displacements_that_add_up(
     example: dict, data: st.DataObject, machine_file: str
 ) -> None:
     """Any parameters in their sensible ranges, anywhere in the machine: finite, and two effects are their sum."""
-    kind = effect_kinds()[example["kind"]]
+    kind = effect_kinds(every=True)[example["kind"]]
     drawn = {
         p.name: data.draw(st.floats(*p.sensible, exclude_min=p.open_low), label=p.name)
         for p in kind.parameters()

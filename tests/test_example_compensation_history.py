@@ -22,7 +22,7 @@ def run_example(script: str, folder: Path) -> str:
 
 def test_the_virtual_compensation(tmp_path: Path) -> None:
     said = run_example("compensation/virtual.py", tmp_path)
-    bands = dict(re.findall(r"(before|after): band of XM ([\d.]+) um", said))
+    bands = dict(re.findall(r"(before|after): range of XM ([\d.]+) um", said))
     readme = (ROOT / "examples/compensation/README.md").read_text()
     stated = dict(re.findall(r"^\| (before|after) \| ([\d.]+) um", readme, re.M)[:2])
     assert {name: float(band) for name, band in bands.items()} == pytest.approx(

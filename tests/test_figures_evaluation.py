@@ -68,6 +68,27 @@ def test_bands_reach_two_sigma_to_both_sides() -> None:
                 assert there.max() == pytest.approx(centre + 2 * s, abs=1e-12)
 
 
+def test_readings_left_out_are_crosses_and_in_the_legend() -> None:
+    """A near one at its place, a far one at the edge with its distance; the sentence below counts them."""
+    placement = evaluation_to_dict(one_placement())["placements"][0]
+    plain = evaluation_figure(placement).axes[0]
+    assert "left out" not in [one.get_label() for one in plain.get_lines()]
+    readings = [{"face": 5, "cycle": 2, "off_um": 4.0}, {"face": 8, "cycle": 1, "off_um": -399.6}]
+    marked = placement | {"left_out": readings}
+    figure = evaluation_figure(marked)
+    errors = figure.axes[0]
+    near, far = line(errors, "left out")
+    rows = {row["face"]: row for row in placement["faces"]}
+    np.testing.assert_allclose(near, [rows[5]["nominal_mm"], rows[5]["xf_um"] + 4.0], atol=1e-12)
+    low, high = errors.get_ylim()
+    assert far[0] == rows[8]["nominal_mm"]
+    assert low < far[1] < plain.get_ylim()[0]
+    assert high - low < 2.5 * np.ptp(plain.get_ylim())
+    assert "-399.6 µm" in [text.get_text() for text in errors.texts]
+    assert "left out" in [text.get_text() for text in figure.legends[0].get_texts()]
+    assert describe(marked).endswith("; 2 readings left out")
+
+
 def test_worst_two_sigma_and_band_are_written() -> None:
     result = one_placement().results[0]
     placement = evaluation_to_dict(one_placement())["placements"][0]

@@ -34,6 +34,18 @@ def test_every_repeat_is_a_mark_between_the_limits() -> None:
         assert lengths == {one.nominal_mm for one in test.lengths(kind)}  # beside each other, never moved
 
 
+@pytest.mark.parametrize("far_um", [9.0, -40.0])
+def test_an_error_far_beyond_the_limit_is_on_the_page(far_um: float) -> None:
+    """It decides, so it must be seen: marks that are moved aside had been cut off."""
+    recording = made(GAUGE, lambda cycle, face: far_um * (cycle == 2 and face == 10))
+    test = length_test(recording, GAUGE, Specification(Mpe.parse("1.8 + L/350")), choices=Choices(TIP_MM))
+    axes = length_test_figure(test).axes[0]
+    low, high = axes.get_ylim()
+    marks = np.concatenate([line.get_ydata() for line in axes.lines if line.get_linestyle() == "None"])
+    assert np.abs(marks).max() == pytest.approx(abs(far_um))
+    assert low < marks.min() <= marks.max() < high
+
+
 def test_fronts_alone_have_one_panel() -> None:
     spec = Specification(Mpe.parse("2"))
     figure = length_test_figure(length_test(made(GAUGE, faces=range(1, 16, 2)), GAUGE, spec))

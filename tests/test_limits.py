@@ -6,6 +6,7 @@ import io
 import time
 import zipfile
 from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +21,10 @@ from stepgauge.errors import LONGEST, InputError, one_line, reader
 from stepgauge.files import read_bytes, read_text
 from stepgauge.gauge import read_gauge
 from stepgauge.importing import gist, read_log, recognise_log
+from stepgauge.moves import ProbingSettings
 from stepgauge.numerals import Numerals, number
 from stepgauge.probe_files import read_points
+from stepgauge.programs import read_program
 from stepgauge.recording import read_recording
 from tests.cli.conftest import Run, run  # noqa: F401 the fixture
 from tests.conftest import ROOT
@@ -135,6 +138,34 @@ def test_twice_the_input_takes_about_twice_the_time(tmp_path: Path, kind: str) -
         return time.process_time() - begun
 
     assert work(400_000) < 100.0 * max(work(20_000), 0.01)  # the square would be 400 times
+
+
+@pytest.mark.parametrize("dialect", ["ippdme", "dmis", "linuxcnc", "jinyoung"])
+@pytest.mark.parametrize("filling", [" ", "A", "(", "X(", "X(1),", "MV ", "9", "block "])
+def test_a_program_is_read_in_linear_time(dialect: str, filling: str) -> None:
+    """The dialects' own beginning, then lines full of what made regular expressions go back and forth."""
+    head = {
+        "ippdme": "00001 StartSession()\n00002 GoTo(X(1), Y(2), Z",
+        "dmis": "DMISMN/'A',05.2\nGOTO/",
+        "linuxcnc": "G21 G90\nG38.2 X1 ",
+        "jinyoung": "MV 1 2 3 ;\nMV ",
+    }[dialect]
+
+    def work(size: int) -> float:
+        text = head + (filling * size)[: size // 2] + "\n" + filling * (size // 2 // len(filling)) + "x\n"
+        begun = time.process_time()
+        with suppress(InputError):
+            import_module(f"stepgauge.programs.{dialect}").read(text, "p", ProbingSettings())
+        return time.process_time() - begun
+
+    assert work(400_000) < 100.0 * max(work(20_000), 0.01)
+
+
+def test_a_line_no_controller_writes_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "p.ipp"
+    path.write_text("00001 StartSession()\n00002 GoTo(X(1), Y(2), Z" + " " * 20_000 + "(3))\n")
+    with pytest.raises(InputError, match=r"p\.ipp:2: the line is too long for a controller"):
+        read_program(path, ProbingSettings())
 
 
 def test_a_gist_is_what_a_format_is_known_by() -> None:

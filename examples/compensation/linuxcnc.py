@@ -85,7 +85,7 @@ def hidden_hal(placement: Path) -> str:
 def report(output: Path) -> bool:
     """Both results side by side, and whether the second is what latch and interpolation leave."""
     bound_um = latch_bound_um(read_machine(MACHINE).table.measuring_speed_mm_s) + INTERPOLATION_UM
-    click.echo("\n        band of XM   largest |XM|   R_eff     (um, um, mm)")
+    click.echo("\n       range of XM   largest |XM|   R_eff     (um, um, mm)")
     largest = {}
     for name in ("before", "after"):
         result = read_evaluation(output / name / "evaluation.json")

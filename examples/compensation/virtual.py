@@ -31,9 +31,7 @@ def main(output: Path) -> None:
     for name in (before, after):
         result = read_evaluation(Path(name) / "evaluation.json")
         band, worst = result["band_um"], result["worst_two_sigma_um"]
-        click.echo(
-            f"{name}: band of XM {band:.2f} um, worst two-sigma {worst:.2f} um, R_eff {result['r_eff_mm']:.5f} mm"
-        )
+        click.echo(f"{name}: range of XM {band:.2f} um, largest 2s {worst:.2f} um, R_eff {result['r_eff_mm']:.5f} mm")
 
 
 def measure(output: Path, name: str, machine: Path, placement: Path, blocks: str, seed: int) -> str:

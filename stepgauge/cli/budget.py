@@ -78,7 +78,7 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
 
     Counted are the gauge's certificate with its correlation, the temperatures and expansions of gauge and scales,
     probing, resolution, alignment, repeatability and every uncertain value of the machine file; R_eff enters XB through
-    its own readings. What no file states is not made up: it is listed as not evaluated, with the key that would state
+    its own readings. What no file states is not assumed: it is listed as not evaluated, with the key that would state
     it. In the machine file:
 
     \b

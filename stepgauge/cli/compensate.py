@@ -36,7 +36,7 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
     type=FiniteRange(0.0, 50.0, min_open=True),
     metavar="MM",
     help="Effective tip radius known from elsewhere (ring or sphere), mm. Without it a constant reversal of the axis"
-    " cannot be told from the tip's size and stays out of the table.",
+    " cannot be separated from the tip size and is not in the table.",
 )
 @click.option(
     "--u-tip-radius",
@@ -49,7 +49,7 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
 @click.option(
     "--travel",
     type=click.Choice(["both", "mean", "positive", "negative"]),
-    help="Senses of travel that the table tells apart. Default: both; siemens: mean, for it has one table.",
+    help="Directions of travel in the table. Default: both; siemens: mean, for it has one table.",
 )
 @click.option(
     "--step",
@@ -109,8 +109,8 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
 def command(evaluation: str, axis: str, to: str, output: str, **options: Any) -> None:
     """An error table of one axis, ready for a controller: EVALUATION is the folder of evaluate or its evaluation.json.
 
-    The gauge must lie along the axis. Errors are those of the axis in machine coordinates, by sense of travel, averaged
-    over the cycles; error = indicated minus true. Nothing is extrapolated unless you ask for it.
+    The gauge must lie along the axis. Errors are those of the axis in machine coordinates, by direction of travel,
+    averaged over the cycles; error = indicated minus true. Nothing is extrapolated unless you ask for it.
 
     Measure with the compensation that is in force switched off: the table is for the axis as it was measured.
 

@@ -83,15 +83,16 @@ def command(
     without: tuple[str, ...],
     priors: str | None,
 ) -> None:
-    """Find where recording and simulation disagree, name the physics, and model it.
+    """Find where a recording departs from the simulation, identify the physical effect, and model it.
 
-    The simulation is the machine file's, with the effects it already has; where the gauge lay is fitted. The verdict is
-    one of: adequate (nothing beyond the noise), effects (named physics explains it), unknown (structure that no known
-    effect explains, described by its form), insufficient (the recording cannot tell). The exit code is 0 for all four.
-    Effects that this recording cannot tell apart are given as a set, with the measurement that would separate them.
+    The simulation is that of the machine file, with the effects it already has; the pose of the gauge is fitted. The
+    verdict is one of: adequate (no residual exceeds the noise), effects (known effects explain the residuals), unknown
+    (structure that no known effect explains, described by its form), insufficient (the recording cannot discriminate).
+    The exit code is 0 for all four. Effects that this recording cannot discriminate are given as a set, with the
+    measurement that separates them.
 
-    What is taken to be usual before any reading is seen (how common a cause is, and how large) stands in one table with
-    reasons: --priors prints it, --priors FILE replaces a part of it.
+    Prior knowledge (how common a cause is, and how large) stands in one table with reasons: --priors prints it,
+    --priors FILE replaces a part of it.
 
     Several recordings are placements of one machine: what they share is found from all of them together. With --each
     they are diagnosed one by one; the names of the files must then differ, and one that cannot be diagnosed is said and
@@ -107,9 +108,9 @@ def command(
     stepgauge diagnose map.csv --probe omp40-2-50mm -o diagnosis
     """
     if probe is not None:
-        if without or not together or priors is not None:
-            raise click.UsageError("--without, --each and --priors are for recordings; --probe takes none of them")
-        _diagnose_map(recordings, probe, columns, output, suffix)
+        if without or not together:
+            raise click.UsageError("--without and --each are for recordings; --probe takes neither of them")
+        _diagnose_map(recordings, probe, columns, output, suffix, priors)
         return
     if gauge is None or machine is None:
         raise click.UsageError("a recording needs --gauge and --machine; the map of a probe needs --probe")
@@ -130,12 +131,16 @@ def command(
         raise PartlyDoneError(output, f"{failed} of {len(recordings)} recordings could not be diagnosed")
 
 
-def _diagnose_map(maps: tuple[str, ...], probe: str, columns: tuple[str, ...], output: str, suffix: str) -> None:
+def _diagnose_map(
+    maps: tuple[str, ...], probe: str, columns: tuple[str, ...], output: str, suffix: str, priors: str | None
+) -> None:
+    from stepgauge.diagnose.posterior.priors import read_priors
     from stepgauge.diagnose.probe_map import diagnose_probe_map, parse_columns
 
     if len(maps) != 1:
         raise click.UsageError("--probe takes one map at a time")
-    found = diagnose_probe_map(maps[0], probe, output, parse_columns(columns), suffix)
+    table = None if priors is None else read_priors(priors)
+    found = diagnose_probe_map(maps[0], probe, output, parse_columns(columns), suffix, table)
     said = ", ".join([*(change.kind for change in found.findings), *(one.where for one in found.unexplained)])
     said = said or "; ".join(found.lacking)
     say(f"{found.verdict}: {said}" if said else found.verdict)

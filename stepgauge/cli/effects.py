@@ -26,7 +26,7 @@ def command(kinds: tuple[str, ...]) -> None:
     from stepgauge.effects import effect_kinds
     from stepgauge.errors import InputError
 
-    known = effect_kinds()
+    known = effect_kinds(every=True)
     for kind in kinds:
         if kind not in known:
             raise InputError(kind, "no such effect", expected=", ".join(sorted(known)))
@@ -42,6 +42,7 @@ def command(kinds: tuple[str, ...]) -> None:
 def _describe(effect: type[Effect]) -> str:
     lines = [f"{effect.kind}: {effect.title()}", f"  {effect.equation}", f"  source: {effect.source}", ""]
     lines += [_parameter(parameter) for parameter in effect.parameters()]
+    lines.append(f"  {'when':<16} {effect.model_fields['when'].description}; optional")
     lines += _in_formulas() if effect.kind == "empirical" else []
     lines += ["", "  [[effect]]", f'  kind = "{effect.kind}"']
     lines += [f"  {p.name} = {_example(p)}" for p in effect.parameters() if p.required]
@@ -87,8 +88,10 @@ def _example(parameter: Parameter) -> str:
 
 
 _EXAMPLES = {
+    "column": '"scale_temperature_x_C"',
     "direction": '"y"',
     "face": "7",
+    "placement": "2",
     "rows": "[12, 40]",
     "supports_mm": "[87.0, 323.0]",
     "length_mm": "700.0",

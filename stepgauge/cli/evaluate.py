@@ -1,4 +1,4 @@
-"""``stepgauge evaluate``: recording + certificate -> errors with two-sigma bands."""
+"""``stepgauge evaluate``: recording + certificate -> errors of the machine."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any) -> None:
     """Errors of the machine from a recording of the step gauge (Pahk & Kim, equations 1 to 13).
 
-    Forward XF (fronts), backward XB (backs), their mean XM and the reversal XR at every face, with two-sigma bands from
-    the cycles, and the effective radius R_eff with its standard uncertainty. Several recordings are evaluated as
-    several placements.
+    At every face: the error probed forward XF (front faces) and backward XB (back faces), their mean XM, the reversal
+    error XR, and 2s (s: standard deviation of the repeated probings). Also the effective tip radius R_eff with its
+    standard uncertainty. Several recordings are evaluated as several placements.
 
     Writes evaluation.json, evaluation.csv (one row per face, um) and one figure per placement.
 
@@ -70,8 +70,8 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any
         for note in one.notes:
             say(f"placement {one.placement}: note: {note}")
         say(
-            f"placement {one.placement}: span {one.span_mm:.1f} mm, band of XM {_um(one.band_um)},"
-            f" worst two-sigma {_um(one.worst_two_sigma_um)},"
+            f"placement {one.placement}: span {one.span_mm:.1f} mm, range of the mean error XM {_um(one.band_um)},"
+            f" largest 2s {_um(one.worst_two_sigma_um)},"
             f" R_eff {one.radius.r_eff_mm:.5f} mm (u = {one.radius.u_mm * 1e3:.2f} um)"
         )
         if limit is not None:

@@ -57,7 +57,7 @@ def _parse_limits(_: click.Context, param: click.Parameter, given: Sequence[str]
     help="Where an evaluation has no measured_at and its path no date: leave it out, or take the file's own date.",
 )
 @click.option("--store", metavar="FILE", help="SQLite store to keep. Default: history.sqlite in the output folder.")
-@click.option("--rebuild", is_flag=True, help="Throw the store away and make it anew from the JSON files.")
+@click.option("--rebuild", is_flag=True, help="Delete the store and make it again from the JSON files.")
 @SUFFIX
 def command(folder: str, output: str, limits: dict[str, float], **options: Any) -> None:
     """What the evaluations below a folder say of one machine by date: trends, limits, a control chart.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import TEMPERATURE_C, FiniteRange, output, say
+from stepgauge.cli.options import TEMPERATURE_C, FiniteRange, machine_option, output, say
 
 if TYPE_CHECKING:
     from stepgauge.importing import TableLayout
@@ -39,6 +39,7 @@ DECIMALS = {"point": ".", "comma": ","}
     metavar="P",
     help="Placement file (TOML) of the gauge in that run: it says which face each point belongs to.",
 )
+@machine_option(False, "Machine file or shipped name: the name and the tip radius in LOG are compared with it.")
 @output("Recording (CSV, or .parquet) to write.")
 @click.option(
     "--placement-number",
@@ -83,7 +84,7 @@ DECIMALS = {"point": ".", "comma": ","}
 @click.option(
     "--delimiter",
     type=click.Choice(["semicolon", "tab", "bar", "comma"]),
-    help="Of a table as text: what parts the columns. Default: found from the rows.",
+    help="Of a table as text: the character between columns. Default: found from the rows.",
 )
 @click.option(
     "--decimal",
@@ -125,10 +126,11 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
     from stepgauge.files import check_output
     from stepgauge.gauge import read_gauge
     from stepgauge.importing import ImportOptions, import_log, recognise_log
+    from stepgauge.machine_file import check_recorded, read_machine
     from stepgauge.placement import read_placement
     from stepgauge.recording import write_recording
 
-    check_output(output, log, options["program"], options["gauge"], options["placement"])
+    check_output(output, log, options["program"], options["gauge"], options["placement"], options["machine"])
     _check_options(options)
     steps = read_gauge(options["gauge"]) if options["gauge"] else None
     lies = read_placement(options["placement"], steps) if steps is not None and options["placement"] else None
@@ -142,6 +144,8 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
         options["accept"],
     )
     imported = import_log(log, source or recognise_log(log), steps, lies, program, choice, layout)
+    if options["machine"]:
+        check_recorded(imported.recording.comments, read_machine(options["machine"]))
     write_recording(output, imported.recording)
     for line in imported.report:
         say(line)

@@ -13,13 +13,15 @@ from stepgauge.cli.options import (
     PLACEMENTS,
     POSITIVE,
     SUFFIX,
-    FiniteRange,
+    U_TEMPERATURE_K,
+    coverage_option,
     machine_option,
     mpe_from,
     mpe_options,
     output,
     say,
     say_written,
+    tip_diameter_option,
 )
 from stepgauge.cli.stated import stated_from, stated_options
 
@@ -56,12 +58,8 @@ if TYPE_CHECKING:
     help="Beside a gauge of low expansion: recording of a gauge of normal expansion, a length or more, three repeats.",
 )
 @click.option("--normal-gauge", metavar="GAUGE", help="The gauge of --normal.")
-@click.option(
-    "--tip-diameter",
-    type=POSITIVE,
-    metavar="MM",
-    help="Effective tip diameter as the machine's qualification on its sphere gave it, mm. Default: 2 R_eff from the"
-    " gauge's own first block, which hides an error of size; the report says so.",
+@tip_diameter_option(
+    ". Default: 2 R_eff from the gauge's own first block, which hides an error of size; the report says so."
 )
 @click.option(
     "--u-tip-diameter",
@@ -84,7 +82,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--u-gauge-temperature",
-    type=NOT_NEGATIVE,
+    type=U_TEMPERATURE_K,
     metavar="K",
     help="Standard uncertainty of the gauge's temperature, K. Default: not counted, and said.",
 )
@@ -101,15 +99,7 @@ if TYPE_CHECKING:
     metavar="UM",
     help="Standard uncertainty by the gauge's fixture, um. Default: not counted, and said.",
 )
-@click.option(
-    "--coverage-factor",
-    "-k",
-    type=FiniteRange(1.0, 4.0),
-    default=2.0,
-    show_default=True,
-    metavar="K",
-    help="Factor from standard to expanded uncertainty in the decision.",
-)
+@coverage_option("in the decision")
 @SUFFIX
 @stated_options()
 def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str | None, **options: Any) -> None:

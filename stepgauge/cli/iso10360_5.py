@@ -6,7 +6,16 @@ from typing import Any
 
 import click
 
-from stepgauge.cli.options import NOT_NEGATIVE, POSITIVE, SUFFIX, FiniteRange, output, say, say_written
+from stepgauge.cli.options import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    SUFFIX,
+    coverage_option,
+    output,
+    say,
+    say_written,
+    tip_diameter_option,
+)
 from stepgauge.cli.stated import stated_from, stated_options
 
 LIMITS = {"P_Form": "mpe_form", "P_Size": "mpe_size", "L_Dia": "mpe_location"}
@@ -18,14 +27,7 @@ LIMITS = {"P_Form": "mpe_form", "P_Size": "mpe_size", "L_Dia": "mpe_location"}
 @click.option(
     "--sphere-diameter", type=POSITIVE, required=True, metavar="MM", help="Calibrated diameter of the test sphere, mm."
 )
-@click.option(
-    "--tip-diameter",
-    type=POSITIVE,
-    multiple=True,
-    required=True,
-    metavar="MM",
-    help="Effective tip diameter as the machine's qualification gave it, mm; once for all styli or once for each.",
-)
+@tip_diameter_option("; once for all styli or once for each.", multiple=True, required=True)
 @click.option(
     "--mpe-form", type=POSITIVE, metavar="UM", help="Maximum permissible error of P_Form, um. Default: no decision."
 )
@@ -50,15 +52,7 @@ LIMITS = {"P_Form": "mpe_form", "P_Size": "mpe_size", "L_Dia": "mpe_location"}
     metavar="UM",
     help="Standard uncertainty of that form error, um. Default: not stated.",
 )
-@click.option(
-    "--coverage-factor",
-    "-k",
-    type=FiniteRange(1.0, 4.0),
-    default=2.0,
-    show_default=True,
-    metavar="K",
-    help="Factor from standard to expanded uncertainty in the decision.",
-)
+@coverage_option("in the decision")
 @click.option("--machine-name", metavar="TEXT", help="The machine, for the report.")
 @SUFFIX
 @stated_options()

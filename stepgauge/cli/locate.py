@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from stepgauge.cli.options import GAUGE, NOT_NEGATIVE, POSITIVE, machine_option, output, say, say_written
+
+if TYPE_CHECKING:
+    from stepgauge.placement import Placement
 
 
 @click.command("locate")
@@ -23,7 +28,13 @@ from stepgauge.cli.options import GAUGE, NOT_NEGATIVE, POSITIVE, machine_option,
     "--repeatability",
     type=NOT_NEGATIVE,
     metavar="UM",
-    help="One sigma of a probed coordinate, um. Default: the machine's, or 1.",
+    help="Standard deviation of a probed coordinate, um. Default: the machine's, or 1.",
+)
+@click.option(
+    "--turned",
+    is_flag=True,
+    help="The gauge rises by more than 50 deg, or is turned about its axis by more than 30 deg. Without this option"
+    " such points are refused, for exchanged columns look the same.",
 )
 def command(
     points: str,
@@ -33,6 +44,7 @@ def command(
     machine: str | None,
     tip_radius: float | None,
     repeatability: float | None,
+    turned: bool,
 ) -> None:
     """Find how the step gauge lies from 16 points probed by hand.
 
@@ -57,10 +69,10 @@ def command(
          ____|_________|_o_     8 is on the back,
         |_______rail_______|    behind 1 2 3
 
-    Writes centres C1 and C2, axis, up
-    direction, yaw and pitch, the angle of the block normals to the axis, and standard uncertainties. Points that
-    contradict the certificate or each other are refused, with the slip that would explain them: which point is off and
-    by how much, two exchanged, or another gauge. Smaller contradictions enlarge the uncertainties.
+    Writes centres C1 and C2, axis, up direction, yaw and pitch, the angle of the block normals to the axis, and
+    standard uncertainties. Points that contradict the certificate or each other are refused, with the slip that would
+    explain them: which point is off and by how much, two exchanged, or another gauge. Smaller contradictions enlarge
+    the uncertainties.
 
     \b
     stepgauge locate points.csv --gauge step-gauge-420 -o placement.toml
@@ -78,8 +90,14 @@ def command(
     sigma_um = repeatability if repeatability is not None else (cmm.table.repeatability_um if cmm else 1.0)
     radius = tip_radius if tip_radius is not None else (cmm.probe.tip_radius_mm if cmm else None)
     probed = parse_blocks(blocks or ":", steps)
-    placement = locate(read_points(points), steps, probed, sigma_um, radius, points)
+    placement = locate(read_points(points), steps, probed, sigma_um, radius, points, turned)
     write_placement(output, placement)
+    _say_placement(placement)
+    say_written(output)
+
+
+def _say_placement(placement: Placement) -> None:
+    """Direction, squareness, sensitivity and tip radius, with their uncertainties."""
     angles, u = placement.details["angles"], placement.details["uncertainty"]
     for note in placement.details["notes"]:
         say(f"note: {note}")
@@ -95,4 +113,3 @@ def command(
     found_um = u["smallest_error_found_um"]
     say(f"a point that is off by {min(found_um):.1f} to {max(found_um):.1f} um, depending on the point, would be seen")
     say(f"effective tip radius {placement.tip_radius_mm:.4f} mm (u = {u['tip_radius_um']:.2f} um)")
-    say_written(output)

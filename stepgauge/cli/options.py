@@ -43,7 +43,8 @@ NOT_NEGATIVE = FiniteRange(min=0.0)
 TEMPERATURE_C = FiniteRange(-10.0, 60.0)
 """What a recording may say of a gauge, deg C."""
 LARGEST_U_K = 5.0
-"""Nobody knows the temperature of a gauge so badly, K."""
+"""Nobody knows the temperature of a gauge so badly, K; as in :mod:`stepgauge.machine_file`, which a test compares."""
+U_TEMPERATURE_K = FiniteRange(0.0, LARGEST_U_K)
 DIALECTS = ["jinyoung", "dmis", "linuxcnc", "ippdme"]
 """Written out so that --help needs no import of the readers; a test compares it with theirs."""
 
@@ -84,7 +85,7 @@ GAUGE_TEMPERATURE = click.option(
 )
 U_GAUGE_TEMPERATURE = click.option(
     "--u-gauge-temperature",
-    type=FiniteRange(0.0, LARGEST_U_K),
+    type=U_TEMPERATURE_K,
     metavar="K",
     help="Standard uncertainty of the gauge's temperature, K. Default: gauge_temperature_K in [uncertainty] of the "
     "machine file, or not counted.",
@@ -113,6 +114,25 @@ def placement_option(text: str) -> Decorator:
 PLACEMENTS = placement_option(
     "Placement file; once per placement in the recordings, in order. Default: the axis is the mean approach."
 )
+
+
+def coverage_option(text: str) -> Decorator:
+    """``--coverage-factor``, from standard to expanded uncertainty of what ``text`` says."""
+    return click.option(
+        "--coverage-factor",
+        "-k",
+        type=FiniteRange(1.0, 4.0),
+        default=2.0,
+        show_default=True,
+        metavar="K",
+        help=f"Factor from standard to expanded uncertainty {text}.",
+    )
+
+
+def tip_diameter_option(text: str, **more: Any) -> Decorator:
+    """``--tip-diameter`` of a test: the effective one of the machine's qualification."""
+    told = f"Effective tip diameter as the machine's qualification gave it, mm{text}"
+    return click.option("--tip-diameter", type=POSITIVE, metavar="MM", help=told, **more)
 
 
 def plot_option(text: str) -> Decorator:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stepgauge.cli.options import say
-from stepgauge.cli.plan import plan_options, probing_choice
+from stepgauge.cli.plan_choices import plan_options, probing_choice
 
 if TYPE_CHECKING:
     from stepgauge.machine_file import Machine

@@ -44,7 +44,7 @@ def command(evaluation: str, output: str, **options: Any) -> None:
     """A report to print and sign, from what evaluate wrote: EVALUATION is its folder or its evaluation.json.
 
     Certificate, machine, placement, conditions, effective radius, the table of all faces, figures, notes, and a place
-    for signatures. What is not known is listed as not stated; nothing is made up. Reports on an example certificate
+    for signatures. What is not known is listed as not stated; nothing is assumed. Reports on an example certificate
     say so on every page. With --budget every error has its expanded uncertainty, and the budget is printed. With
     --certificate it is a calibration certificate ('stepgauge shipped certificate --copy-to .' gives a file to fill in).
 

@@ -37,6 +37,9 @@ def command(name: str | None, copy_to: str | None) -> None:
         return
     from pathlib import Path
 
+    from stepgauge.outputs import finish_left
+
+    finish_left(copy_to)
     for path in [known[0], known[0].with_suffix(".csv")]:
         if path.exists():
             target = Path(copy_to) / path.name

@@ -63,7 +63,6 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
     \b
     stepgauge simulate gauge.dmi --machine bridge-cmm --gauge step-gauge-420 --placement placement.toml -o recording.csv
     """
-    from stepgauge.figures.run import draw_run
     from stepgauge.files import check_output
     from stepgauge.gauge import read_gauge
     from stepgauge.machine import Conditions, probing_settings, run_program
@@ -82,7 +81,11 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
     explain = options["explain"] or bool(options["plot_shares"])
     run = run_program(moves, cmm, steps, lies, options["seed"], conditions, explain)
     write_recording(output, run.explained() if options["explain"] else run.recording)
-    drawn = draw_run(run, cmm, steps, lies, options["plot"], options["plot_html"], options["plot_shares"])
+    drawn = []
+    if options["plot"] or options["plot_html"] or options["plot_shares"]:
+        from stepgauge.figures.run import draw_run
+
+        drawn = draw_run(run, cmm, steps, lies, options["plot"], options["plot_html"], options["plot_shares"])
     say(f"{len(run.recording)} of {moves.n_points} points recorded, {run.duration_s:.0f} s of machine time")
     for note in run.notes:
         say(f"note: {note}")

@@ -16,15 +16,26 @@ if TYPE_CHECKING:
 NAMES = ("number", "customer", "location", "operator", "remarks")
 
 
+class Day(click.ParamType):
+    """A date as ISO 8601 writes it."""
+
+    name = "date"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> datetime.date:
+        try:
+            return value if isinstance(value, datetime.date) else datetime.date.fromisoformat(value)
+        except ValueError:
+            self.fail(f"{value} is no date; expected year-month-day, e.g. 2026-03-02", param, ctx)
+
+
 def stated_options(template: str = "Your own Typst template; start from a copy of report.typ.") -> Decorator:
     """Add the options of :data:`NAMES`, ``--date`` and ``--template`` (explained by ``template``)."""
-    day = click.DateTime(["%Y-%m-%d"])
     options = (
         click.option("--number", metavar="TEXT", help="Number of the report."),
         click.option("--operator", metavar="TEXT", help="Who measured; printed at the place for the signature."),
         click.option("--customer", metavar="TEXT", help="For whom the report is made."),
         click.option("--location", metavar="TEXT", help="Where the machine stands."),
-        click.option("--date", type=day, metavar="YYYY-MM-DD", help="Date of the report. Default: today."),
+        click.option("--date", type=Day(), metavar="YYYY-MM-DD", help="Date of the report. Default: today."),
         click.option("--remarks", metavar="TEXT", help="Anything else to print."),
         click.option("--template", metavar="FILE", help=template),
     )
@@ -41,5 +52,5 @@ def stated_from(options: dict[str, Any]) -> Stated:
     """What the person said."""
     from stepgauge.report.page import Stated
 
-    day = options["date"].date() if options["date"] else datetime.date.today()
+    day = options["date"] or datetime.date.today()
     return Stated(day, **{name: options[name] for name in NAMES})

@@ -105,11 +105,18 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
     say_written(*written)
 
 
+MAIN = (
+    ("r_eff_mm", "R_eff", "mm", 5),
+    ("band_um", "range of the mean error XM", "um", 3),
+    ("worst_two_sigma_um", "largest 2s", "um", 3),
+)
+
+
 def _say_main(summary: Any, placement: int) -> None:
-    for name, unit, digits in (("r_eff_mm", "mm", 5), ("band_um", "um", 3), ("worst_two_sigma_um", "um", 3)):
+    for name, words, unit, digits in MAIN:
         i = summary.index(name, None, placement)
         low, high = summary.low[i], summary.high[i]
         say(
-            f"placement {placement}: {name.removesuffix('_' + unit)} {summary.mean[i]:.{digits}f} {unit},"
+            f"placement {placement}: {words} {summary.mean[i]:.{digits}f} {unit},"
             f" u {summary.u[i]:.2g} {unit}, 95 % from {low:.{digits}f} to {high:.{digits}f} {unit}"
         )

@@ -28,9 +28,9 @@ PER_TEMPERATURE = (0, -1, 0, 0)
 _NOMINAL = re.compile(r"nominal|nenn", re.IGNORECASE)
 _DEVIATION = re.compile(r"deviation|error|abweichung", re.IGNORECASE)
 _EXPANSION = re.compile(r"expansion|ausdehnung", re.IGNORECASE)
-_REFERENCE = re.compile(r"reference.*temperature|bezugstemperatur|referenztemperatur", re.IGNORECASE)
-_WIDTH = re.compile(r"block.*width|width.*block", re.IGNORECASE)
-_HEIGHT = re.compile(r"block.*height|height.*block", re.IGNORECASE)
+_REFERENCE = re.compile(r"reference.{0,80}temperature|bezugstemperatur|referenztemperatur", re.IGNORECASE)
+_WIDTH = re.compile(r"block.{0,80}width|width.{0,80}block", re.IGNORECASE)
+_HEIGHT = re.compile(r"block.{0,80}height|height.{0,80}block", re.IGNORECASE)
 _MATERIAL = re.compile(r"^(material|werkstoff)", re.IGNORECASE)
 
 
@@ -245,8 +245,8 @@ def _names(lists: Sequence[Quantity]) -> str:
 def _from_face_1(nominal: Array, position: Array, u_um: Array, found: GaugeImport) -> tuple[Array, Array, Array]:
     """Counted from face 1; where the certificate leaves face 1 out, it is the origin without uncertainty."""
     if len(position) % 2:
-        found.report.append("face 1 is not in the list: it is the origin, position 0 with uncertainty 0")
+        found.report.append("face 1 is not in the list: it is taken as the origin, position 0 with uncertainty 0")
         return np.r_[0.0, nominal], np.r_[0.0, position], np.r_[0.0, u_um]
     if position[0] != 0.0 or nominal[0] != 0.0:
-        found.report.append(f"positions are counted from face 1: {position[0]:g} mm taken off")
+        found.report.append(f"positions refer to face 1: {position[0]:g} mm subtracted")
     return nominal - nominal[0], position - position[0], u_um

@@ -33,10 +33,13 @@ __all__ = [
 ]
 
 
-def effect_kinds() -> dict[str, type[Effect]]:
-    """Every effect class by its kind: those of this package, of installed extensions and of the running program."""
+def effect_kinds(every: bool = False) -> dict[str, type[Effect]]:
+    """Effect classes by their kind: those of this package, of installed extensions and of the running program.
+
+    ``every``: also those that the virtual CMM can switch on and no diagnosis looks for.
+    """
     _import_modules()
-    return {effect.kind: effect for effect in _subclasses(Effect) if effect.kind}
+    return {effect.kind: effect for effect in _subclasses(Effect) if effect.kind and (every or effect.sought)}
 
 
 @cache
@@ -60,7 +63,7 @@ def make_effects(tables: Iterable[Mapping[str, Any]], where: str | Path) -> list
 
 def _make(table: dict[str, Any], where: str | Path, key: str) -> Effect:
     kind = table.pop("kind", None)
-    kinds = effect_kinds()
+    kinds = effect_kinds(every=True)
     if kind not in kinds:
         raise InputError(
             where, f"key {key}.kind is not a known effect", found=repr(kind), expected=", ".join(sorted(kinds))

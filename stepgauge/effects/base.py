@@ -12,12 +12,13 @@ from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 import numpy as np
 from annotated_types import Ge, Gt, Le, Lt
 from numpy.typing import NDArray
-from pydantic import Field, PlainValidator
+from pydantic import Field, PlainValidator, field_validator
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from stepgauge.config import Table
 from stepgauge.effects.probings import Array, Probings
+from stepgauge.formula import parse_formula
 
 Axis = Literal["x", "y", "z"]
 Displacement = dict[str, Array]
@@ -97,7 +98,7 @@ class Effect(Table):
 
     Class variables: ``equation``, one line for people; ``source``, where it comes from; ``covariates``, the columns of
     the recording that the displacement depends on; ``quadrature``, an amplitude and the phase (in degrees) that turns
-    it, so that the pair is linear as a sine and a cosine.
+    it, so that the pair is linear as a sine and a cosine; ``sought``, whether a diagnosis looks for it.
 
     The equations broadcast: a column has shape ``(n,)`` or ``(runs, n)``, a parameter is a number or of shape
     ``(runs, 1)``.
@@ -108,6 +109,17 @@ class Effect(Table):
     source: ClassVar[str] = ""
     covariates: ClassVar[tuple[str, ...]] = ()
     quadrature: ClassVar[tuple[str, str] | None] = None
+    sought: ClassVar[bool] = True
+    when: str | None = Field(
+        None, description="formula that is true where the law holds, as x_mm > 300; without it everywhere"
+    )
+
+    @field_validator("when")
+    @classmethod
+    def _understood_when(cls, value: str | None) -> str | None:
+        if value is not None:
+            parse_formula(value)
+        return value
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Displacement of the recorded coordinates, um, each component of shape ``(n,)``."""
@@ -133,7 +145,7 @@ class Effect(Table):
 
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
-        """All parameters in the order of the class."""
+        """All parameters in the order of the class; ``when``, which every effect may have, is none."""
         return _parameters(cls)
 
     @classmethod
@@ -144,7 +156,7 @@ class Effect(Table):
 
 @cache
 def _parameters(effect: type[Effect]) -> tuple[Parameter, ...]:
-    return tuple(_describe(name, field) for name, field in effect.model_fields.items())
+    return tuple(_describe(name, field) for name, field in effect.model_fields.items() if name != "when")
 
 
 def _word(value: object) -> str:

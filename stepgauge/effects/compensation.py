@@ -41,7 +41,7 @@ class AxisCompensation(Effect):
     def displacement_um(self, probings: Probings) -> Displacement:
         """Minus the error of the sense of travel, by the coordinate."""
         position, positive, negative = read_compensation(self.file)
-        x, share = probings.coordinate_mm(self.axis), probings.approach(self.axis)
+        x, share = probings.axis_mm(self.axis), probings.approach(self.axis)
         sense = np.sign(share) * (np.abs(share) > STANDSTILL)
         forward, back = np.interp(x, position, positive), np.interp(x, position, negative)
         error = (forward + back) / 2.0 + sense * (forward - back) / 2.0

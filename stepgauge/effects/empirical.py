@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from stepgauge.effects.base import AnyDirection, Array, Displacement, Effect, along, parameter
@@ -92,6 +93,12 @@ def formula_name(column: str) -> str | None:
     if taken or keyword.iskeyword(column) or not (column.isascii() and column.isidentifier()):
         return None
     return column if parse(column).names == {column} else None
+
+
+def holds(formula: str, probings: Probings) -> NDArray[np.bool_]:
+    """Where a formula of covariates is true (not 0), ``(n,)``."""
+    parsed = parse(formula)
+    return np.asarray(parsed({name: _covariate(probings, name) for name in parsed.names}) != 0)
 
 
 def _covariate(probings: Probings, name: str) -> Array:

@@ -11,11 +11,10 @@ from typing import ClassVar, Literal
 from pydantic import model_validator
 
 from stepgauge.config import Vector3
-from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
+from stepgauge.effects.base import Axis, Displacement, Effect, parameter
+from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
 from stepgauge.effects.probings import Probings
 
-NEXT = {"x": "y", "y": "z", "z": "x"}
-"""Right-handed order: e_a x e_NEXT[a] is the third axis."""
 _SQUARE = {"xy": ("x", "y"), "xz": ("x", "z"), "yz": ("y", "z")}
 
 
@@ -34,7 +33,7 @@ class Squareness(Effect):
     def displacement_um(self, probings: Probings) -> Displacement:
         """The second coordinate in metres times the angle, on the first axis."""
         first, second = _SQUARE[self.plane]
-        return {first: self.urad * 1e-3 * probings.coordinate_mm(second)}
+        return moved(probings, second, first, self.urad * 1e-3 * probings.axis_mm(second))
 
 
 class Straightness(Effect):
@@ -61,14 +60,15 @@ class Straightness(Effect):
         """A parabola: um in the middle of the travel, 0 half a length from there."""
         middle = probings.setting.travel_mm["xyz".index(self.axis)].mean()
         u = (probings.coordinate_mm(self.axis) - middle) * (2.0 / self.length_mm)
-        return {self.direction: self.um * (1.0 - u * u)}
+        return moved(probings, self.axis, self.direction, self.um * (1.0 - u * u))
 
 
 class AngularError(Effect):
     """The carriage turns as it travels: d = e(x) r x arm, e = urad_per_m x (pitch, yaw, or roll about its own axis).
 
-    The arm goes from the line on which the scale of the travelling axis lies (``scale_at_mm``) to the tip; it rides
-    with the carriage, so it has no part along the travel. Pitch and yaw act on the travel itself (Abbe), roll across.
+    The arm goes to the tip from the carriage's reference point in the machine's chain of axes. Where no chain is stated
+    it goes from the line on which the scale of the travelling axis lies (``scale_at_mm``) and rides with the carriage,
+    so it has no part along the travel. Pitch and yaw act on the travel itself (Abbe), roll across.
     """
 
     kind: ClassVar[str] = "angular_error"
@@ -78,14 +78,12 @@ class AngularError(Effect):
     travel_axis: Axis = parameter(unit="", role="choice", meaning="axis that travels: x, y or z")
     rotation_axis: Axis = parameter(unit="", role="choice", meaning="axis about which the carriage turns: x, y or z")
     urad_per_m: float = parameter(unit="urad/m", meaning="rotation per travel", ge=-1e5, le=1e5, sensible=(-100, 100))
-    scale_at_mm: Vector3 = parameter(
-        (0.0, 0.0, 0.0), unit="mm", role="fixed", meaning="a point of the scale's line, machine coordinates"
-    )
+    scale_at_mm: Vector3 | None = reference_point()
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Angle times arm, on the axes across the rotation."""
-        angle_mrad = probings.coordinate_mm(self.travel_axis) * (self.urad_per_m * 1e-6)
-        return rotated(probings, self.travel_axis, self.rotation_axis, angle_mrad, self.scale_at_mm)
+        angle_mrad = probings.axis_mm(self.travel_axis) * (self.urad_per_m * 1e-6)
+        return moved(probings, self.travel_axis, f"r{self.rotation_axis}", angle_mrad, self.scale_at_mm)
 
 
 class Roll(Effect):
@@ -97,26 +95,40 @@ class Roll(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
     urad_per_m: float = parameter(unit="urad/m", meaning="rotation per travel", ge=-1e5, le=1e5, sensible=(-100, 100))
-    scale_at_mm: Vector3 = parameter(
-        (0.0, 0.0, 0.0), unit="mm", role="fixed", meaning="a point of the axis of roll, machine coordinates"
-    )
+    scale_at_mm: Vector3 | None = reference_point()
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Angle times arm, on the two axes across the travel."""
-        angle_mrad = probings.coordinate_mm(self.axis) * (self.urad_per_m * 1e-6)
-        return rotated(probings, self.axis, self.axis, angle_mrad, self.scale_at_mm)
+        angle_mrad = probings.axis_mm(self.axis) * (self.urad_per_m * 1e-6)
+        return moved(probings, self.axis, f"r{self.axis}", angle_mrad, self.scale_at_mm)
 
 
-def rotated(probings: Probings, travel: str, rotation: str, angle_mrad: Array, scale_at_mm: Vector3) -> Displacement:
-    """Angle times arm, um: with (r, s, t) right-handed, e r x arm = e (arm_s e_t - arm_t e_s)."""
-    second = NEXT[rotation]
-    third = NEXT[second]
+class ErrorMotion(Effect):
+    """One of the 21 errors of a machine as a power of its axis' coordinate: d = coefficient ((x - about) / 1 m)^order.
 
-    def arm(axis: str) -> Array:
-        return probings.coordinate_mm(axis) - scale_at_mm["xyz".index(axis)]
+    A positioning or straightness error in um, or a rotation in urad, which acts with the arm of
+    :class:`AngularError`. Powers add up to a polynomial; order 1 across the travel is squareness.
+    """
 
-    moved = {third: (second, 1.0), second: (third, -1.0)}
-    return {to: angle_mrad * (sign * arm(of)) for to, (of, sign) in moved.items() if of != travel}
+    kind: ClassVar[str] = "error_motion"
+    equation: ClassVar[str] = "e = coefficient ((x - about_mm) / 1 m)^order; d = e, of a rotation e (axis) x arm"
+    source: ClassVar[str] = "ISO 230-1:2012, linear and angular error motions; Zhang et al. 1985, EXX to ECZ"
+    covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    sought: ClassVar[bool] = False
+    axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
+    component: Component = parameter(unit="", role="choice", meaning=COMPONENTS)
+    order: int = parameter(1, unit="", role="choice", meaning="power of the coordinate in metres", ge=0, le=9)
+    coefficient: float = parameter(
+        unit="um or urad", meaning="error at 1 m from about_mm", ge=-1e6, le=1e6, sensible=(-50, 50)
+    )
+    about_mm: float = parameter(0.0, unit="mm", role="fixed", meaning="where the power counts from", ge=-1e5, le=1e5)
+    scale_at_mm: Vector3 | None = reference_point()
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """A power of the coordinate; rotations with their arm."""
+        metres = (probings.axis_mm(self.axis) - self.about_mm) * 1e-3
+        amount = self.coefficient * metres**self.order
+        return moved(probings, self.axis, self.component, um_or_mrad(amount, self.component), self.scale_at_mm)
 
 
 def _different(effect: Straightness, travel: str, other: str, key: str, instead: str) -> Straightness:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
-from typing import ClassVar, Literal, Self
+from typing import ClassVar, Self
 
 import numpy as np
 
 from stepgauge.config import Vector3
 from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
-from stepgauge.effects.geometry import rotated
+from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
 from stepgauge.tables import read_numbers
@@ -30,16 +30,10 @@ class ErrorMap(Effect):
     source: ClassVar[str] = "ISO 230-2:2014 and ISO 230-1:2012 measurements; Zhang et al. 1985"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
-    component: Literal["x", "y", "z", "rx", "ry", "rz"] = parameter(
-        unit="",
-        role="choice",
-        meaning="what is tabulated: displacement along x, y, z (um) or rotation about them (urad)",
-    )
+    component: Component = parameter(unit="", role="choice", meaning=f"what is tabulated: {COMPONENTS}")
     file: str = parameter(unit="", role="fixed", meaning="CSV file, beside the machine file", min_length=1)
     scale: float = parameter(1.0, unit="1", meaning="factor on the table", ge=-100, le=100, sensible=(0, 2))
-    scale_at_mm: Vector3 = parameter(
-        (0.0, 0.0, 0.0), unit="mm", role="fixed", meaning="a point of the scale's line, for rotations"
-    )
+    scale_at_mm: Vector3 | None = reference_point()
 
     def prepared(self, where: str | Path) -> Self:
         """Finds the file beside the machine file and reads it."""
@@ -50,10 +44,8 @@ class ErrorMap(Effect):
     def displacement_um(self, probings: Probings) -> Displacement:
         """Interpolated in the coordinate of the travel."""
         coordinate, error = read_map(self.file)
-        value = self.scale * np.interp(probings.coordinate_mm(self.axis), coordinate, error)
-        if len(self.component) == 1:
-            return {self.component: value}
-        return rotated(probings, self.axis, self.component[1], value * 1e-3, self.scale_at_mm)
+        amount = self.scale * np.interp(probings.axis_mm(self.axis), coordinate, error)
+        return moved(probings, self.axis, self.component, um_or_mrad(amount, self.component), self.scale_at_mm)
 
 
 @lru_cache(maxsize=64)

@@ -70,6 +70,63 @@ class TriggerDelay(Effect):
         return {"approach": self.ms * probings.speed_mm_s}
 
 
+class ServoLag(Effect):
+    """The axes fall behind the more the faster they go: d = k speed^2 along the approach, beside a delay.
+
+    What falls behind in proportion to the speed is ``trigger_delay``.
+    """
+
+    kind: ClassVar[str] = "servo_lag"
+    equation: ClassVar[str] = "d = um_per_mm2_s2 speed_mm_s^2 along the approach"
+    source: ClassVar[str] = (
+        "following error of a servo with viscous friction; second term of a power series in the speed"
+    )
+    covariates: ClassVar[tuple[str, ...]] = ("speed",)
+    sought: ClassVar[bool] = False
+    um_per_mm2_s2: float = parameter(unit="um/(mm/s)^2", meaning="lag at 1 mm/s", ge=-1e3, le=1e3, sensible=(-1, 1))
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """The square of the speed."""
+        return {"approach": self.um_per_mm2_s2 * probings.speed_mm_s * probings.speed_mm_s}
+
+
+class InterpolationStep(Effect):
+    """Positions are known once per cycle of the controller: d = speed times what is left of the cycle at the trigger.
+
+    Between nothing and a whole cycle's way, as the time falls: a scatter for whoever does not know the times to a part
+    of the cycle.
+    """
+
+    kind: ClassVar[str] = "interpolation_step"
+    equation: ClassVar[str] = "d = speed_mm_s ((-time_s) mod cycle_ms) along the approach"
+    source: ClassVar[str] = "latch at the next interpolation cycle; uniform between 0 and its way, JCGM 100:2008, 4.3.7"
+    covariates: ClassVar[tuple[str, ...]] = ("speed", "time")
+    sought: ClassVar[bool] = False
+    cycle_ms: float = parameter(
+        unit="ms", role="nonlinear", meaning="interpolation cycle", gt=0, le=1e3, sensible=(0.25, 20)
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """ms times mm/s are um."""
+        return {"approach": probings.speed_mm_s * np.mod(probings.time_s * -1e3, self.cycle_ms)}
+
+
+class TipChange(Effect):
+    """One placement was probed with another tip, or the stylus turned: d = um along every approach there."""
+
+    kind: ClassVar[str] = "tip_change"
+    equation: ClassVar[str] = "d = um along the approach where the placement is 'placement'"
+    source: ClassVar[str] = "definition; effective radii of several styli, ISO 10360-5"
+    covariates: ClassVar[tuple[str, ...]] = ("side", "placement")
+    sought: ClassVar[bool] = False
+    placement: int = parameter(unit="", role="choice", meaning="number of the placement", ge=1, le=10_000)
+    um: float = parameter(unit="um", meaning="pre-travel larger there by", ge=-1e4, le=1e4, sensible=(-20, 20))
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Nothing in all other placements."""
+        return {"approach": self.um * (probings.column("placement") == self.placement)}
+
+
 class LeverArm(Effect):
     """The trigger lever is longer than modelled: d = w(lever + mm) - w(lever) along the approach.
 

@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_banded
 
+from stepgauge.effects import order
+from stepgauge.effects.order import followed as followed
 from stepgauge.errors import InputError
 
 if TYPE_CHECKING:
     from stepgauge.gauge import Gauge
     from stepgauge.machine_file import Machine
+    from stepgauge.physics.chain import Chain
     from stepgauge.probes import Probe
     from stepgauge.probes.schema import ProbeTable
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 _COORDINATE = {axis: f"{axis}_mm" for axis in "xyz"}
+AT_ONCE_S = 1e-9
+"""Time constant that stands for none where others have one."""
+_MARK = np.array([1.0, 0.7390851332151607, 0.2801694990238691])
+"""Weights whose sum over the components hardly any two directions have in common."""
+FEW = 64
 _APPROACH = dict(zip("xyz", ("approach_i", "approach_j", "approach_k"), strict=True))
 
 
@@ -29,7 +36,8 @@ class Setting:
     """What holds for all probings.
 
     ``travel_mm (3, 2)``: lowest and highest x, y, z; ``gauge``: the certificate; ``axis``: the true gauge axis by
-    placement number (without it fronts are taken as probed along the axis and backs against it).
+    placement number (without it fronts are taken as probed along the axis and backs against it); ``chain``: of the
+    machine's axes, where it is known.
     """
 
     travel_mm: Array
@@ -38,12 +46,13 @@ class Setting:
     sensor: Probe | None = None
     axis: Mapping[int, Array] = field(default_factory=dict)
     scale_expansion_per_K: float | Array = 11.5e-6
+    chain: Chain | None = None
 
     @classmethod
     def of(cls, machine: Machine, gauge: Gauge | None = None, axis: Mapping[int, Array] | None = None) -> Setting:
         """The setting that a machine file and a gauge make."""
         expansion = machine.table.scale_expansion_per_K
-        return cls(machine.travel_mm, gauge, machine.probe, machine.sensor, axis or {}, expansion)
+        return cls(machine.travel_mm, gauge, machine.probe, machine.sensor, axis or {}, expansion, machine.chain)
 
 
 class Columns(Protocol):
@@ -63,6 +72,7 @@ class Probings:
     def __init__(self, columns: Columns, setting: Setting) -> None:
         self.columns, self.setting = columns, setting
         self._made: dict[object, Array] = {}
+        self._which: Rows = np.empty(0, np.int64)
 
     def __len__(self) -> int:
         return self.column("face").shape[-1]
@@ -84,9 +94,31 @@ class Probings:
         """Machine coordinate of one axis at the trigger, mm."""
         return self.column(_COORDINATE[axis])
 
+    def axis_mm(self, axis: str) -> Array:
+        """Coordinate of the axis itself, mm: that of the tip less its offset, where the machine's chain states one."""
+        chain = self.setting.chain
+        offset = 0.0 if chain is None else chain.tip_mm["xyz".index(axis)]
+        if not offset:
+            return self.coordinate_mm(axis)
+        key = ("axis", axis)
+        if key not in self._made:
+            self._made[key] = self.coordinate_mm(axis) - offset
+        return self._made[key]
+
     def approach(self, axis: str) -> Array:
         """Share of one axis in the approach."""
         return self.column(_APPROACH[axis])
+
+    def approaches(self) -> tuple[Array, Rows]:
+        """The approaches that occur, ``(m, 3)``, and for every row which of them it has.
+
+        Programs probe along few directions, so that what is dear is worked out for each once.
+        """
+        if "approaches" not in self._made:
+            every = np.stack([self.approach(axis) for axis in "xyz"])
+            first, self._which = _told_apart(every)
+            self._made["approaches"] = every[:, first].T
+        return self._made["approaches"], self._which
 
     @property
     def time_s(self) -> Array:
@@ -155,13 +187,13 @@ class Probings:
         """
         key = ("touches", pause_s)
         if key not in self._made:
-            self._made[key] = _touches_since(self, pause_s)
+            self._made[key] = order.touches_since(self, pause_s)
         return self._made[key]
 
     def rest_s(self) -> Array:
         """Time since the touch before, s; the first touch of a placement counts as rested for the longest of them."""
         if "rest" not in self._made:
-            self._made["rest"] = _rest_s(self)
+            self._made["rest"] = order.rest_s(self)
         return self._made["rest"]
 
     def rested(self, touches: float) -> Array:
@@ -172,27 +204,40 @@ class Probings:
         """
         key = ("rested", touches)
         if key not in self._made:
-            self._made[key] = _rested(self, touches)
+            self._made[key] = order.rested(self, touches)
         return self._made[key]
 
-    def lagged(self, name: str, lag_s: float) -> Array:
-        """A recorded column as a body with a time constant of ``lag_s`` seconds follows it."""
-        key = ("lagged", name, lag_s)
+    def lagged(self, name: str, lag_s: float | Array) -> Array:
+        """A recorded column as a body with a time constant of ``lag_s`` seconds follows it; 0 for the column itself.
+
+        Of shape ``(n,)``, for a time constant by run ``(runs, 1)`` of shape ``(runs, n)``.
+        """
+        if np.ndim(lag_s) == 0 and not lag_s:
+            return self.column(name)
+        key = ("lagged", name, *np.ravel(lag_s))
         if key not in self._made:
-            self._made[key] = followed(self.time_s, self.column(name).astype(float), [lag_s])[0]
+            late = followed(self.time_s, self.column(name).astype(float), np.maximum(np.ravel(lag_s), AT_ONCE_S))
+            self._made[key] = late if np.ndim(lag_s) else late[0]
         return self._made[key]
 
     def way(self) -> Array:
         """+1 where the touch before, in order of time, was nearer to face 1 (or there was none), else -1."""
         if "way" not in self._made:
-            self._made["way"] = _way(self)
+            self._made["way"] = order.way(self)
         return self._made["way"]
 
     def since_turning_mm(self) -> Array:
         """Way along the gauge between touches since it last turned round, mm, in order of time."""
         if "turning" not in self._made:
-            self._made["turning"] = _since_turning_mm(self)
+            self._made["turning"] = order.since_turning_mm(self)
         return self._made["turning"]
+
+    def run_mm(self, axis: str) -> Array:
+        """Way of an axis from the touch before in the sense of the approach, in order of time; 0 against it, mm."""
+        key = ("run", axis)
+        if key not in self._made:
+            self._made[key] = order.run_mm(self, axis)
+        return self._made[key]
 
     def lateral_share(self) -> tuple[Array, Array]:
         """Cosine and sine of the approach's azimuth about the stylus, times the sine of its polar angle.
@@ -238,8 +283,8 @@ class _Slice(Probings):
     def rested(self, touches: float) -> Array:
         return self.whole.rested(touches)[self.rows]
 
-    def lagged(self, name: str, lag_s: float) -> Array:
-        return self.whole.lagged(name, lag_s)[self.rows]
+    def lagged(self, name: str, lag_s: float | Array) -> Array:
+        return self.whole.lagged(name, lag_s)[..., self.rows]
 
     def way(self) -> Array:
         return self.whole.way()[self.rows]
@@ -247,86 +292,22 @@ class _Slice(Probings):
     def since_turning_mm(self) -> Array:
         return self.whole.since_turning_mm()[self.rows]
 
+    def run_mm(self, axis: str) -> Array:
+        return self.whole.run_mm(axis)[..., self.rows]
 
-def followed(time_s: Array, values: Array, lags_s: Sequence[float]) -> Array:
-    """Values ``(n,)`` as bodies of some time constants follow them, ``(lags, n)``: first-order lags.
 
-    Between readings a column stands at its newest value; before the first a body is at rest with it.
+def _told_apart(columns: Array) -> tuple[Rows, Rows]:
+    """Of ``(3, n)``: where each column that differs from the others stands first, and which of them each is.
+
+    Looked for among the first few, as nearly all recordings have few; then among all; two of one mark leave all apart.
     """
-    order = np.argsort(time_s, kind="stable")
-    share = 1.0 - np.exp(-np.diff(time_s[order], prepend=time_s[order[0]])[:, None] / np.array(lags_s))
-    late = np.empty((len(values), len(lags_s)))
-    now = np.full(len(lags_s), values[order[0]])
-    for row, part in zip(order, share, strict=True):
-        now = now + part * (values[row] - now)
-        late[row] = now
-    return late.T
-
-
-def _in_order(probings: Probings) -> tuple[Rows, Array]:
-    """Rows by placement and then by time (as they stand where none was recorded), and the placements in that order.
-
-    Recordings of several placements may each have started their clock anew.
-    """
-    count = len(probings)
-    placement = probings.column("placement") if "placement" in probings.columns else np.ones(count, int)
-    time_s = probings.time_s if "time_s" in probings.columns else np.arange(count)
-    order = np.lexsort((time_s, placement))
-    return order.astype(np.int64), placement[order].astype(float)
-
-
-def _rest_s(probings: Probings) -> Array:
-    order, placement = _in_order(probings)
-    gap = np.diff(probings.time_s[order], prepend=-np.inf)
-    gap[np.diff(placement, prepend=placement[0]) != 0] = np.inf
-    known = np.isfinite(gap)
-    gap[~known] = gap[known].max(initial=0.0)
-    return _by_row(gap, order)
-
-
-def _rested(probings: Probings, touches: float) -> Array:
-    order, _ = _in_order(probings)
-    rest = np.diff(probings.time_s[order], prepend=probings.time_s[order[0]])
-    rest[rest < 0.0] = rest.max()
-    fading = np.full(len(rest), -np.exp(-1.0 / touches))  # state[i] = fading of state[i - 1] + root of the rest
-    return _by_row(solve_banded((1, 0), np.array([np.ones(len(rest)), fading]), np.sqrt(rest)), order)
-
-
-def _way(probings: Probings) -> Array:
-    order, steps_mm = _steps_mm(probings)
-    return _by_row(np.where(steps_mm < 0.0, -1.0, 1.0), order)
-
-
-def _since_turning_mm(probings: Probings) -> Array:
-    order, steps_mm = _steps_mm(probings)
-    way = np.sign(steps_mm)
-    turned = np.concatenate([[True], (way[1:] != way[:-1]) | (steps_mm[1:] == 0.0)])
-    gone = np.cumsum(np.abs(steps_mm))
-    start = np.maximum.accumulate(np.where(turned, gone - np.abs(steps_mm), 0.0))
-    return _by_row(gone - start, order)
-
-
-def _steps_mm(probings: Probings) -> tuple[Rows, Array]:
-    """Rows in order and the way along the gauge to each from the touch before, 0 for the first of a placement."""
-    order, placement = _in_order(probings)
-    position = probings.certified_mm()[order]
-    steps = np.diff(position, prepend=position[0])
-    return order, np.where(np.diff(placement, prepend=placement[0]) == 0, steps, 0.0)
-
-
-def _touches_since(probings: Probings, pause_s: float) -> Array:
-    order, placement = _in_order(probings)
-    apart = (np.diff(probings.time_s[order]) > pause_s) | (np.diff(placement) != 0)
-    count = np.arange(len(order), dtype=float)
-    count -= np.maximum.accumulate(np.where(np.concatenate([[True], apart]), count, 0.0))
-    return _by_row(count, order)
-
-
-def _by_row(values: Array, order: Rows) -> Array:
-    """Values in order as values by row."""
-    by_row = np.empty(len(values))
-    by_row[order] = values
-    return by_row
+    marks = _MARK @ columns
+    for some in (marks[:FEW], marks):
+        mark, first = np.unique(some, return_index=True)
+        which = np.minimum(np.searchsorted(mark, marks), len(mark) - 1)
+        if np.array_equal(columns[:, first][:, which], columns):
+            return first, which
+    return np.arange(len(marks)), np.arange(len(marks))
 
 
 def _across(probe: ProbeTable | None) -> tuple[Array, Array]:

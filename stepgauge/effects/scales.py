@@ -22,7 +22,7 @@ class ScaleError(Effect):
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """ppm times the coordinate in metres."""
-        return {self.axis: self.ppm * 1e-3 * probings.coordinate_mm(self.axis)}
+        return {self.axis: self.ppm * 1e-3 * probings.axis_mm(self.axis)}
 
 
 class ScaleCurvature(Effect):
@@ -65,7 +65,7 @@ class PeriodicScaleError(Effect):
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """A sine of the coordinate."""
-        angle = probings.coordinate_mm(self.axis) * (2.0 * np.pi / self.period_mm) + np.radians(self.phase_deg)
+        angle = probings.axis_mm(self.axis) * (2.0 * np.pi / self.period_mm) + np.radians(self.phase_deg)
         return {self.axis: self.amplitude_um * np.sin(angle)}
 
 
@@ -87,9 +87,63 @@ class LocalScaleDefect(Effect):
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """A Gaussian of the coordinate."""
-        return {self.axis: self.height_um * _gaussian(probings.coordinate_mm(self.axis), self.at_mm, self.width_mm)}
+        return {self.axis: self.height_um * bump(probings.axis_mm(self.axis), self.at_mm, self.width_mm)}
 
 
-def _gaussian(x: Array, at: float, width: float) -> Array:
+class ScaleJoint(Effect):
+    """Two scales meet at a place: beyond it d = size ((x - at) / 1 m)^order, a jump (order 0) or another slope (1)."""
+
+    kind: ClassVar[str] = "scale_joint"
+    equation: ClassVar[str] = "d = size ((x - at_mm) / 1 m)^order where x >= at_mm, else nothing"
+    source: ClassVar[str] = "tapes and racks laid end to end: gap or difference in pitch; definition"
+    covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    sought: ClassVar[bool] = False
+    axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
+    order: int = parameter(1, unit="", role="choice", meaning="0: a gap in um, 1: a slope in um/m", ge=0, le=1)
+    at_mm: float = parameter(
+        unit="mm", role="nonlinear", meaning="coordinate of the joint", ge=-1e5, le=1e5, sensible=(-2e3, 2e3)
+    )
+    size: float = parameter(unit="um or um/m", meaning="beyond minus before", ge=-1e5, le=1e5, sensible=(-50, 50))
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Nothing before the joint."""
+        beyond = probings.axis_mm(self.axis) - self.at_mm
+        return {self.axis: self.size * np.where(beyond >= 0.0, (beyond * 1e-3) ** self.order, 0.0)}
+
+
+class ScrewError(Effect):
+    """A screw or its gear runs out: d = A sin(2 pi order gear x / pitch + phase)."""
+
+    kind: ClassVar[str] = "screw_error"
+    equation: ClassVar[str] = "d = amplitude_um sin(2 pi order gear x / pitch_mm + phase_deg)"
+    source: ClassVar[str] = (
+        "cyclic error of ball screws and their drives, ISO 230-2:2014; Slocum, Precision Machine Design"
+    )
+    covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
+    quadrature: ClassVar[tuple[str, str] | None] = ("amplitude_um", "phase_deg")
+    sought: ClassVar[bool] = False
+    axis: Axis = parameter(unit="", role="choice", meaning="axis of the screw: x, y or z")
+    pitch_mm: float = parameter(
+        unit="mm", role="nonlinear", meaning="travel per turn of the screw", gt=0, le=1e3, sensible=(1, 50)
+    )
+    order: int = parameter(1, unit="", role="choice", meaning="how often per turn", ge=1, le=100)
+    gear: float = parameter(
+        1.0, unit="1", role="fixed", meaning="turns of what runs out per turn of the screw", gt=0, le=1e4
+    )
+    amplitude_um: float = parameter(unit="um", meaning="amplitude", ge=0, le=1e3, sensible=(0, 20))
+    phase_deg: float = parameter(
+        0.0, unit="deg", role="nonlinear", meaning="phase at coordinate 0", ge=-360, le=360, sensible=(-180, 180)
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """A sine of the turns."""
+        per_mm = 2.0 * np.pi * self.order * self.gear / self.pitch_mm
+        return {
+            self.axis: self.amplitude_um * np.sin(probings.axis_mm(self.axis) * per_mm + np.radians(self.phase_deg))
+        }
+
+
+def bump(x: Array, at: float, width: float) -> Array:
+    """A Gaussian of height 1 and of a full width at half height."""
     u = (x - at) * (2.0 * np.sqrt(np.log(2.0)) / width)
     return np.exp(-u * u)

@@ -7,15 +7,26 @@ short; a controller that compensates multiplies by 1 + alpha_s (T_recorded - 20)
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from stepgauge.effects.base import Axis, Direction, Displacement, Effect, along, parameter
+from stepgauge.effects.base import Array, Axis, Direction, Displacement, Effect, along, parameter
 from stepgauge.effects.probings import Probings
 
 REFERENCE_C = 20.0
 """Reference temperature of lengths, ISO 1."""
+
+
+def begins_s() -> Any:
+    """The parameter of whatever begins at an event: switching on, an opened door, the first coolant."""
+    meaning = "time at which it begins; nothing before"
+    return parameter(0.0, unit="s", role="fixed", meaning=meaning, ge=-1e12, le=1e12, sensible=(0, 1e4))
+
+
+def hours_since(start_s: float | Array, probings: Probings) -> Array:
+    """Time since an event, h; 0 before it."""
+    return np.maximum(probings.time_s - start_s, 0.0) / 3600.0
 
 
 class GaugeTemperature(Effect):
@@ -50,14 +61,16 @@ class ScaleTemperature(Effect):
     def displacement_um(self, probings: Probings) -> Displacement:
         """Proportional to the coordinate, from machine zero."""
         per_mm = probings.setting.scale_expansion_per_K * 1e3
-        return {self.axis: self.delta_K * (-per_mm * probings.coordinate_mm(self.axis))}
+        return {self.axis: self.delta_K * (-per_mm * probings.axis_mm(self.axis))}
 
 
 class ThermalDrift(Effect):
     """The whole placement drifts: d = rate t, or rate tau (1 - exp(-t / tau)) with a time constant tau."""
 
     kind: ClassVar[str] = "thermal_drift"
-    equation: ClassVar[str] = "d = rate t; with a time constant: rate tau (1 - exp(-t / tau)); t = time_s - start_s"
+    equation: ClassVar[str] = (
+        "d = rate t; with a time constant: rate tau (1 - exp(-t / tau)); t = time_s - start_s, nothing before"
+    )
     source: ClassVar[str] = "first-order warm-up, ISO 230-3:2020"
     covariates: ClassVar[tuple[str, ...]] = ("time",)
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
@@ -65,13 +78,11 @@ class ThermalDrift(Effect):
     time_constant_h: float | None = parameter(
         None, unit="h", role="nonlinear", meaning="time constant; without it linear", gt=0, le=1e3, sensible=(0.01, 5)
     )
-    start_s: float = parameter(
-        0.0, unit="s", role="fixed", meaning="time from which the drift counts", ge=-1e12, le=1e12
-    )
+    start_s: float = begins_s()
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """A ramp, or what saturates with the time constant."""
-        hours = (probings.time_s - self.start_s) / 3600.0
+        hours = hours_since(self.start_s, probings)
         if self.time_constant_h is None:
             return along(self.direction, self.rate_um_per_h * hours)
         grown_h = -self.time_constant_h * np.expm1(-hours / self.time_constant_h)
@@ -88,7 +99,7 @@ class TemperatureCycle(Effect):
     quadrature: ClassVar[tuple[str, str] | None] = ("amplitude_um", "phase_deg")
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
     amplitude_um: float = parameter(unit="um", meaning="amplitude", ge=0, le=1e4, sensible=(0, 20))
-    period_s: float = parameter(unit="s", role="nonlinear", meaning="period", gt=0, le=1e6, sensible=(60, 7200))
+    period_s: float = parameter(unit="s", role="nonlinear", meaning="period", gt=0, le=1e9, sensible=(60, 7200))
     phase_deg: float = parameter(
         0.0, unit="deg", role="nonlinear", meaning="phase at time 0", ge=-360, le=360, sensible=(-180, 180)
     )
@@ -117,4 +128,4 @@ class UncompensatedScales(Effect):
         """The reading minus the true coordinate."""
         spread = probings.setting.scale_expansion_per_K * (self.temperature_C - REFERENCE_C)
         stretch = -spread / (1.0 + spread) * 1e3
-        return {axis: stretch * probings.coordinate_mm(axis) for axis in "xyz"}
+        return {axis: stretch * probings.axis_mm(axis) for axis in "xyz"}

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stepgauge.effects.base import Array, Displacement, Effect
+from stepgauge.effects.empirical import holds
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
 
@@ -42,7 +43,11 @@ def added_up(effects: Sequence[Effect], probings: Probings) -> tuple[Array, Arra
 def displacement_um(effect: Effect, probings: Probings) -> Displacement:
     """Displacement of one effect, um; :class:`InputError` names the effect as it stands in a machine file."""
     try:
-        return effect.displacement_um(probings)
+        found = effect.displacement_um(probings)
+        if effect.when is None:
+            return found
+        there = holds(effect.when, probings)
+        return {component: um * there for component, um in found.items()}
     except InputError as error:
         raise error.at(f'[[effect]] kind = "{effect.kind}"') from None
 
@@ -61,6 +66,8 @@ def scatter_um(effects: Sequence[Effect], probings: Probings, repeatability_um: 
     for effect in effects:
         try:
             extra = effect.scatter_um(probings)
+            if extra is not None and effect.when is not None:
+                extra = extra * holds(effect.when, probings)
         except InputError as error:
             raise error.at(f'[[effect]] kind = "{effect.kind}"') from None
         steps.append(steps[-1] if extra is None else np.sqrt(steps[-1] ** 2 + extra**2))

@@ -21,7 +21,7 @@ from stepgauge.importing.log import ProbeLog
 from stepgauge.importing.sheet import TableLayout, read_sheet
 from stepgauge.moves import ProbingSettings, Program
 from stepgauge.placement import Placement
-from stepgauge.programs import DIALECTS, recognise
+from stepgauge.programs import DIALECTS, check_lines, recognise
 from stepgauge.recording.identity import check_recording
 
 
@@ -43,10 +43,7 @@ class LogFormat:
 
     def read(self, text: str, path: str | Path) -> ProbeLog:
         """The rows of a log; :class:`InputError` names the line of what is not understood."""
-        longest = max(enumerate(text.split("\n"), 1), key=lambda line: len(line[1]))
-        if len(longest[1]) > LONGEST_LINE:
-            where, found = f"{path}:{longest[0]}", f"{len(longest[1])} characters"
-            raise InputError(where, "the line is too long for a log", found=found, expected=f"up to {LONGEST_LINE}")
+        check_lines(text, path)
         with reading(path, self.title):
             log = self._function("read")(text, str(path))
         assert isinstance(log, ProbeLog)
@@ -63,13 +60,13 @@ FORMATS = {
         ),
         LogFormat("dmis", "DMIS output", "lines like FA(name)=FEAT/POINT,CART,x,y,z,i,j,k"),
         LogFormat("ippdme", "I++ DME session log", "lines like '00010 PtMeas(X(..), ..)' and '00010 # X(..), ..'"),
-        LogFormat("csv", "table of points as text", "a header with x, y and z, and columns parted by ; , | or tabs"),
+        LogFormat("csv", "table of points as text", "a header with x, y and z, and columns separated by ; , | or tabs"),
         LogFormat("xlsx", "Excel workbook", "a sheet with a header that has x, y and z"),
     )
 }
 TABLES = ("csv", "xlsx")
-LONGEST_LINE, LINE_GIST = 4000, 500
-"""Characters of a line that a controller writes, and those that it is recognised by."""
+LINE_GIST = 500
+"""Characters of a line that a log is recognised by."""
 
 
 def gist(text: str) -> str:

@@ -88,7 +88,7 @@ def read_text_cells(path: str | Path, delimiter: str | None) -> Cells:
         [n for n, _ in rows],
         comments,
         len(lines) - len(rows) - len(comments),
-        (f"{encoding}, columns parted by {name}",),
+        (f"{encoding}, {name}-separated",),
     )
 
 
@@ -103,7 +103,7 @@ def _split(lines: Sequence[str], mark: str) -> list[list[str]]:
 
 
 def _find_delimiter(path: str | Path, lines: Sequence[str]) -> str:
-    """The mark that parts most lines into the same number of cells, at least three."""
+    """The mark that divides most lines into the same number of cells, at least three."""
     sample = lines[:: max(1, len(lines) // SAMPLE)]
     for mark in DELIMITERS.values():
         rows = _split(sample, mark)
@@ -115,7 +115,7 @@ def _find_delimiter(path: str | Path, lines: Sequence[str]) -> str:
         path,
         "the delimiter of the table cannot be found",
         found=repr(lines[len(lines) // 2][:60]),
-        expected="columns parted by ; , | or tabs, or --delimiter",
+        expected="columns separated by ; , | or tabs, or --delimiter",
     )
 
 
@@ -209,7 +209,7 @@ def mark_of(path: str, cells: Sequence[str]) -> str:
         example = next((cell for cell in cells if "," in cell), "")
         raise InputError(
             path,
-            "a comma may be a decimal mark or part thousands",
+            "a comma may be a decimal mark or group thousands",
             found=repr(example),
             expected="--decimal comma or --decimal point",
         )

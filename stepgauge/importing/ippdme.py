@@ -26,7 +26,7 @@ from stepgauge.recording import comment_lines
 Array = NDArray[np.float64]
 _LINE = re.compile(r"(?P<before>.*?)(?<![\d.:])(?P<tag>\d{5}|E\d{4})\s+(?P<rest>[A-Za-z&%#!].*)", re.ASCII)
 _COMMAND = re.compile(r"(\w+)\((.*)\)")
-_FIELD = re.compile(r"([A-Za-z][\w.]*)\(([^()]*)\)")
+_FIELD = re.compile(r"([A-Za-z][\w.]{0,99})\(([^()]*)\)")
 OTHER_NORMAL = 0.02
 """A reported IJK that differs from the commanded one by more is said to be another."""
 _RADIUS_MM = (0.05, 20.0)

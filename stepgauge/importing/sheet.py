@@ -119,7 +119,7 @@ def _make_table(cells: Cells, layout: TableLayout) -> _Table:
         if len(row) > len(columns) and any(cell != "" for cell in row[len(columns) :]):
             raise InputError(
                 f"{cells.path}:{line}",
-                "the row has more cells than the header (a decimal comma in a table parted by commas?)",
+                "the row has more cells than the header (a decimal comma in a comma-separated table?)",
                 found=len(row),
                 expected=len(columns),
             )

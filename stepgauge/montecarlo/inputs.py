@@ -88,7 +88,7 @@ def _check_reach(machine: Machine, uncertain: Uncertain) -> None:
         if effect is not None:
             index, path = effect
             table = replaced(machine.effects[index], path, end)
-            kind = effect_kinds().get(str(table.pop("kind", None)))
+            kind = effect_kinds(every=True).get(str(table.pop("kind", None)))
             if kind is not None:
                 check_table(kind, table, _beyond(machine, uncertain), f"effect[{index + 1}]")
         elif uncertain.key in MACHINE_KEYS:

@@ -10,7 +10,7 @@ from stepgauge.errors import InputError
 from stepgauge.face_errors import REffOrigin
 from stepgauge.gauge import Gauge
 from stepgauge.machine import Conditions, probing_settings
-from stepgauge.machine_file import Machine, check_machine_name
+from stepgauge.machine_file import Machine, check_recorded
 from stepgauge.montecarlo.model import Model, program_model, recording_model
 from stepgauge.placement import Placement
 from stepgauge.plan import parse_section
@@ -50,7 +50,7 @@ def read_model(
     u_K = machine.u_gauge_temperature_K(options.u_gauge_temperature_K)
     if is_recording_file(sources[0]):
         recording = read_recordings(sources)
-        check_machine_name(recording.comments.get("machine"), machine)
+        check_recorded(recording.comments, machine)
         if options.gauge_temperature_C is not None:
             raise InputError("--gauge-temperature", "belongs to a program; a recording has its own")
         section = parse_section(options.blocks, gauge)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ellipe, ellipkm1
 
 Array = NDArray[np.float64]
 
@@ -91,10 +90,17 @@ def _check_touching(curvature_per_mm: Array) -> None:
 def _ellipse_factor(ratio: Array) -> Array:
     """Johnson's F_2: approach of the ellipse over that of the circle with the same mean curvature."""
     axes = _squared_axis_ratio(np.maximum(ratio, 1.0 + _ROUND))
-    k, e = ellipkm1(axes), ellipe(1.0 - axes)
+    k, e = _elliptic_integrals(axes)
     f1_cubed = 4.0 / (np.pi * (1.0 - axes)) * axes**0.75 * np.sqrt((e / axes - k) * (k - e))
     factor = 2.0 / np.pi * axes**0.25 * k / np.cbrt(f1_cubed)
     return np.where(ratio - 1.0 < _ROUND, 1.0, factor)
+
+
+def _elliptic_integrals(axes: Array) -> tuple[Array, Array]:
+    """Complete elliptic integrals K and E for the squared ratio of the axes."""
+    from scipy.special import ellipe, ellipkm1  # takes longer to import than a path to plan, which needs none
+
+    return ellipkm1(axes), ellipe(1.0 - axes)
 
 
 def _squared_axis_ratio(ratio: Array) -> Array:
@@ -103,7 +109,7 @@ def _squared_axis_ratio(ratio: Array) -> Array:
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         axes = np.exp(middle)
-        k, e = ellipkm1(axes), ellipe(1.0 - axes)
+        k, e = _elliptic_integrals(axes)
         with np.errstate(divide="ignore", invalid="ignore"):
             too_slim = (e / axes - k) / (k - e) > ratio
         low, high = np.where(too_slim, middle, low), np.where(too_slim, high, middle)

@@ -13,7 +13,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import ConvexHull
 
 from stepgauge.physics.trigger import (
     DOWN,
@@ -92,8 +91,8 @@ def trigger_force_N(
 
 
 def _opening_load(tripod: Tripod) -> Array:
-    """The wrench of six reactions of the force at which a contact counts as open."""
-    least = tripod.opening_force_N * contact_normals(tripod)
+    """The wrench of six reactions of the forces at which the contacts count as open."""
+    least = tripod.opening_N[:, None] * contact_normals(tripod)
     total: Array = wrench(least, contact_points_mm(tripod)).sum(axis=0)
     return total
 
@@ -110,6 +109,8 @@ def _faces(geometry: Tripod, mu_g: float, arm_radius_mm: float) -> Array:
     edges = _leaning_reactions(contact_normals(geometry), points_mm, mu_g, arm_radius_mm)
     if np.any(edges[:, 2] <= 1e-9):
         raise ValueError(f"the seat jams with a coefficient of friction of {mu_g:g}")
+    from scipy.spatial import ConvexHull  # takes longer to import than a path to plan, which needs none
+
     reach = float(np.linalg.norm(points_mm, axis=1).max())
     scale = np.array([1.0, 1.0, 1.0, reach, reach, reach])
     flat = np.delete(edges / scale / edges[:, 2:3], 2, axis=1)

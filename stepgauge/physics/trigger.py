@@ -50,7 +50,7 @@ class Tripod:
     preload_offset_mm : x and y of the spring's line of action
     weight_N : weight of all that moves with the tripod
     weight_depth_mm : its centre of mass below the plane of the arms
-    opening_force_N : reaction at which a contact counts as open
+    opening_force_N : reaction at which a contact counts as open, one for all or one for each of the six
 
     Raises
     ------
@@ -65,15 +65,20 @@ class Tripod:
     preload_offset_mm: tuple[float, float] = (0.0, 0.0)
     weight_N: float = 0.0
     weight_depth_mm: float = 0.0
-    opening_force_N: float = 0.0
+    opening_force_N: float | tuple[float, ...] = 0.0
 
     def __post_init__(self) -> None:
         if not 0.0 < self.contact_angle_rad < np.pi / 2.0:
             raise ValueError("contact normals lie between the plane of the arms and the axis")
         if self.contact_radius_mm <= 0.0:
             raise ValueError("contacts on the axis hold no moment")
-        if self.preload_N < 0.0 or self.opening_force_N < 0.0 or self.weight_N < 0.0:
+        if self.preload_N < 0.0 or np.min(self.opening_force_N) < 0.0 or self.weight_N < 0.0:
             raise ValueError("forces of the seat are not negative")
+
+    @property
+    def opening_N(self) -> Array:
+        """Reaction at which each contact counts as open, (6,)."""
+        return np.broadcast_to(self.opening_force_N, CONTACTS).astype(float)
 
 
 def contact_points_mm(tripod: Tripod) -> Array:
@@ -154,13 +159,13 @@ def trigger_force_N(tripod: Tripod, direction: ArrayLike, down: ArrayLike = DOWN
     ``inf`` where no force of this direction opens a contact (pulling the stylus out of the probe body); 0 everywhere
     if the probe is open before it touches.
     """
-    closed = rest_reactions_N(tripod, down) - tripod.opening_force_N
+    closed = rest_reactions_N(tripod, down) - tripod.opening_N
     return force_from_exhaustion(direction, _slope_matrix(opening_twists(tripod), tripod.lever_mm), closed)
 
 
 def opening_contact(tripod: Tripod, direction: ArrayLike, down: ArrayLike = DOWN) -> NDArray[np.int64]:
     """Number 0-5 of the contact that opens first, (...); -1 where none opens."""
-    closed = rest_reactions_N(tripod, down) - tripod.opening_force_N
+    closed = rest_reactions_N(tripod, down) - tripod.opening_N
     slopes = reaction_slopes(tripod, direction)
     if np.any(closed <= 0.0):
         return np.full(slopes.shape[:-1], int(np.argmin(closed)))

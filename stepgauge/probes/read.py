@@ -185,7 +185,7 @@ def _tip_coefficient(surface: SurfaceTable | None, tip_radius_mm: float) -> floa
 
 def _closed(probe: MechanicalProbe, where: str | Path) -> MechanicalProbe:
     """The probe, if it stays in its seat as it is held, and can leave it."""
-    least = float(rest_reactions_N(probe.tripod, probe.down).min()) - probe.tripod.opening_force_N
+    least = float((rest_reactions_N(probe.tripod, probe.down) - probe.tripod.opening_N).min())
     if least <= 0.0:
         found = f"a contact reaction of {least:.3g} N above opening"
         raise InputError(

@@ -46,11 +46,21 @@ class Dialect:
 
     def read(self, text: str, path: str | Path, settings: ProbingSettings) -> Program:
         """The moves of a program text; see :func:`read_program`."""
+        check_lines(text, path)
         program = self._reader("read")(text, str(path), settings)
         assert isinstance(program, Program)
         return program
 
 
+def check_lines(text: str, path: str | Path) -> None:
+    """:class:`InputError` for a line that is longer than a controller writes or reads one."""
+    number, line = max(enumerate(text.split("\n"), 1), key=lambda one: len(one[1]))
+    if len(line) > LONGEST_LINE:
+        found, expected = f"{len(line)} characters", f"up to {LONGEST_LINE}"
+        raise InputError(f"{path}:{number}", "the line is too long for a controller", found=found, expected=expected)
+
+
+LONGEST_LINE = 4000
 _SPEEDS = ("measuring_speed_mm_s", "travel_speed_mm_s")
 _AUTOMATIC = ("standoff_mm", "search_mm", "retract_mm", *_SPEEDS)
 DIALECTS = {

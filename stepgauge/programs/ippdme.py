@@ -12,7 +12,7 @@ from stepgauge.moves import ProbingSettings, Program
 from stepgauge.programs.reading import Reader
 
 _COMMAND = re.compile(r"(\d{5}) (\w+)\((.*)\)", re.ASCII)
-_FIELD = re.compile(r"\s*([A-Z]+)\(([^()]*)\)\s*(?:,|$)")
+_FIELD = re.compile(r"([A-Z]{1,9})\(([^()]*)\)\s*(?:,|$)")
 _PROPERTY = re.compile(r"Tool\.(PtMeasPar|GoToPar)\.(Speed|Accel|Approach|Search|Retract)\(([^()]*)\)")
 _PROPERTIES = {
     "PtMeasPar.Speed": "measuring_speed_mm_s",

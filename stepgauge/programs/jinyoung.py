@@ -11,8 +11,6 @@ import re
 from stepgauge.moves import ProbingSettings, Program
 from stepgauge.programs.reading import Reader
 
-_MOVE = re.compile(r"(MV|MS)\s+(.*?)\s*;$")
-
 
 def recognises(text: str) -> bool:
     """Whether the first statement is one of this dialect's."""
@@ -37,15 +35,13 @@ def read(text: str, path: str, settings: ProbingSettings) -> Program:
 
 def _statement(reader: Reader, statement: str) -> bool:
     """Take one statement; True for the one that ends the program."""
-    if re.fullmatch(r"END\s*;", statement):
-        return True
-    if re.fullmatch(r"PO\s+1\s*;", statement):
-        return False
-    match = _MOVE.fullmatch(statement)
-    if match is None:
+    words = statement.removesuffix(";").split()
+    if words in (["END"], ["PO", "1"]) and statement.endswith(";"):
+        return words == ["END"]
+    if words[:1] not in (["MV"], ["MS"]) or not statement.endswith(";"):
         reader.fail("statement not understood", found=repr(statement), expected="MV x y z ;  MS x y z ;  PO 1 ;  END;")
-    target = reader.numbers(match[2].split(), 3, match[1])
-    if match[1] == "MV":
+    target = reader.numbers(words[1:], 3, words[0])
+    if words[0] == "MV":
         reader.goto(target)
     else:
         reader.measure(target, reader.from_here(target, "MS"))

@@ -134,7 +134,7 @@ def read(text: str, path: str, settings: ProbingSettings) -> Program:
     reader = Reader(path, settings)
     interpreter = _Interpreter(reader)
     for reader.line, raw in enumerate(text.splitlines(), 1):
-        block = re.sub(r"\([^)]*\)", "", raw).split(";")[0]
+        block = re.sub(r"\([^()]*\)", "", raw).split(";")[0]
         block = block if "#<" in block else block.upper()
         block = re.sub(r"\s+", "", block)
         if block:

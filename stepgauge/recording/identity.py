@@ -84,7 +84,7 @@ def stated_serial(comments: Mapping[str, str]) -> str | None:
 
 def axis_from_approaches(approach: Sequence[Array], face: NDArray[np.int64], path: str) -> Array:
     """Mean of the approaches to fronts minus mean of those to backs, as a unit vector."""
-    front = (face % 2).astype(float)
+    front = (face & 1).astype(float)
     n_fronts = front.sum()
     n_backs = len(face) - n_fronts
     forward = np.array([np.einsum("i,i->", column, front) for column in approach])
@@ -98,7 +98,9 @@ def axis_from_approaches(approach: Sequence[Array], face: NDArray[np.int64], pat
 
 def check_approaches(along: Array, face: NDArray[np.int64], path: str) -> None:
     """Fronts are approached along the axis, backs against it; ``along (n,)``: cosine of each approach to it."""
-    against = along * np.where(face % 2 == 1, 1.0, -1.0) < 0.5
+    front = (face & 1).astype(bool)
+    against = np.abs(along) < 0.5
+    against |= (along > 0.0) != front
     if against.any():
         row = int(against.argmax())
         side, way = ("front", "along") if face[row] % 2 else ("back", "against")
@@ -114,8 +116,10 @@ def certified_mm(recording: Recording, gauge: Gauge, face: NDArray[np.int64]) ->
     """Certified position of the face of every row at its gauge temperature, mm."""
     certified = gauge.position_mm[face - 1]
     if "gauge_temperature_C" in recording.frame:
-        warmer_K = recording.frame["gauge_temperature_C"].to_numpy() - gauge.table.reference_temperature_C
-        certified = certified * (1.0 + gauge.table.expansion_per_K * warmer_K)
+        longer = recording.frame["gauge_temperature_C"].to_numpy(float) - gauge.table.reference_temperature_C
+        longer *= gauge.table.expansion_per_K
+        longer += 1.0
+        certified *= longer
     return certified
 
 
@@ -131,7 +135,8 @@ def check_positions(off_mm: Array, along: Array, face: NDArray[np.int64], gauge:
     level = {side: float(np.median(mean[seen % 2 == side])) for side in (0, 1) if (seen % 2 == side).any()}
     tip = abs(level.get(0, 0.0) - level.get(1, 0.0)) if len(level) == 2 else 0.0
     slots = np.array([level.get(number % 2, 0.0) for number in range(len(count))])
-    beside = off_mm - slots[face]
+    beside = slots.take(face)
+    np.subtract(off_mm, beside, out=beside)
     if max(beside.max(), -beside.min()) <= WRONG_GAUGE_MM and tip <= 2 * LARGEST_RADIUS_MM:
         _check_sides(mean, seen, path)
         return

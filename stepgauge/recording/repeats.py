@@ -72,16 +72,21 @@ def slips(off_mm: Array, face: Rows, resolution_mm: float = 0.0) -> tuple[Rows, 
     resolution_mm : smallest step of the coordinates
     """
     count = np.bincount(face)
-    repeated = count[face] > 2
-    if not repeated.any():
+    often = count[count > 2]
+    if not often.size:
         return _none()
+    repeated = slice(None) if often.sum() == len(face) else count[face] > 2
     mean = np.bincount(face, off_mm) / np.maximum(count, 1)
-    from_mean = np.abs(off_mm - mean[face])
-    typical = float(np.median(count[count > 2]))
-    sample = from_mean[repeated][:: max(1, int(repeated.sum()) // SAMPLE)]
+    from_mean = mean.take(face)
+    np.abs(np.subtract(off_mm, from_mean, out=from_mean), out=from_mean)
+    typical = float(np.median(often))
+    sample = from_mean[repeated][:: max(1, int(often.sum()) // SAMPLE)]
     sigma_mm = _TO_SIGMA * float(np.median(sample)) * np.sqrt(typical / (typical - 1.0))
     least_mm = max(LEAST_UM * 1e-3, STEPS * resolution_mm)
-    far = repeated & (from_mean > SUSPECT * max(TIMES * sigma_mm, least_mm))
+    far = from_mean > SUSPECT * max(TIMES * sigma_mm, least_mm)
+    if not far.any():
+        return _none()
+    far &= count[face] > 2
     rows, off_um, limit_um = list[int](), list[float](), list[float]()
     for one in np.unique(face[far]):
         here = np.flatnonzero(face == one)

@@ -5,6 +5,7 @@ The limits follow from the gauge and from the other rows of the same placement; 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -112,7 +113,7 @@ def check_rows(recording: Recording) -> None:
 
 
 def _check_temperature(value: Array, name: str, path: str) -> None:
-    if len(value) < 4 or not (np.abs(np.diff(value)) > JUMP_K).any():
+    if len(value) < 4 or np.ptp(value) <= JUMP_K or not (np.abs(np.diff(value)) > JUMP_K).any():
         return
     before, after = np.r_[value[1], value[:-1]], np.r_[value[1:], value[-2]]
     before[0], after[-1] = value[2], value[-3]
@@ -131,7 +132,7 @@ def _check_temperature(value: Array, name: str, path: str) -> None:
 
 def _check_time(value: Array, path: str) -> None:
     """In a file whose times rise, one that lies before the row before it, or after the row after it, is a slip."""
-    if len(value) < 4 or (np.diff(value) >= 0.0).all():
+    if len(value) < 4 or (value[1:] >= value[:-1]).all():
         return
     before, here, after = value[:-2], value[1:-1], value[2:]
     alone = (before <= after) & ((here < before) | (here > after))
@@ -150,13 +151,16 @@ def check_copies(recording: Recording) -> None:
     """No row and no placement may be there twice: that is no second measurement."""
     _check_placements(recording)
     frame = recording.frame
-    keys = frame[["placement", "cycle", "face"]].to_numpy()
-    slots = keys.max(axis=0) + 1
-    if np.prod(slots.astype(float)) > 20 * len(frame) + 1e6:  # counts far apart: too many slots to count in
+    keys = [frame[name].to_numpy() for name in ("placement", "cycle", "face")]
+    slots = [int(key.max()) + 1 for key in keys]
+    if math.prod(slots) > 20 * len(frame) + 1e6:  # counts far apart: too many slots to count in
         twice = frame.duplicated(["placement", "cycle", "face"], keep=False).to_numpy()
     else:
-        slot = (keys[:, 0] * slots[1] + keys[:, 1]) * slots[2] + keys[:, 2]
-        twice = np.bincount(slot)[slot] > 1
+        slot = (keys[0] * slots[1] + keys[1]) * slots[2] + keys[2]
+        count = np.bincount(slot)
+        if count.max() < 2:
+            return
+        twice = count[slot] > 1
     if not twice.any():
         return
     same = frame[twice].duplicated()

@@ -63,7 +63,9 @@ class Recording:
     @property
     def placements(self) -> list[int]:
         """Numbers of the placements, rising."""
-        return sorted(int(p) for p in self.frame["placement"].unique())
+        column = self.frame["placement"]
+        lowest, highest = int(column.min()), int(column.max())  # mostly one: no need to hash every row
+        return [lowest] if lowest == highest else sorted(int(p) for p in column.unique())
 
     def of_placement(self, placement: int) -> Recording:
         """The rows of one placement."""
@@ -137,7 +139,7 @@ def _read_csv(path: str | Path, skipped: int) -> pd.DataFrame:
 
 
 def _check_header(path: str | Path, skipped: int) -> None:
-    """Every column once (pandas would rename the second), and parted by commas."""
+    """Every column once (pandas would rename the second), and separated by commas."""
     where = f"{path}:{skipped + 1}"
     with Path(path).open(encoding="utf-8-sig") as file:
         for _ in range(skipped):

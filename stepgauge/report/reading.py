@@ -14,7 +14,7 @@ from stepgauge.errors import InputError
 from stepgauge.evaluation_files import read_evaluation
 from stepgauge.files import in_folder
 from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine, check_machine_name
+from stepgauge.machine_file import Machine, check_recorded
 from stepgauge.placement import Placement
 
 SAME_POSITION_MM = 1e-6
@@ -173,5 +173,5 @@ _PRINTED = {
 
 
 def check_machine(evaluation: dict[str, Any], machine: Machine) -> None:
-    """:class:`InputError` where the recording names another machine."""
-    check_machine_name(evaluation["comments"].get("machine"), machine)
+    """:class:`InputError` where the recording names another machine or tip."""
+    check_recorded(evaluation["comments"], machine)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError
 from stepgauge.gauge import Gauge
 from stepgauge.recording import Recording
-from stepgauge.recording_checks import check_recording
+from stepgauge.recording.identity import check_recording
 from stepgauge.standards.lengths import face_table
 from stepgauge.tables import Rows, read_rows
 

@@ -22,9 +22,10 @@ from stepgauge.placement import Placement
 from stepgauge.recording import Recording
 from stepgauge.recording.identity import check_recording
 from stepgauge.standards.decision import Outcome, decide, together
+from stepgauge.standards.iso10360_positions import Position, TestLength
 from stepgauge.standards.iso10360_rules import excluded_parts, rules_of
 from stepgauge.standards.iso10360_series import E0, Series
-from stepgauge.standards.length_uncertainty import TestConditions, TestUncertainty, length_uncertainty
+from stepgauge.standards.length_uncertainty import TestConditions, length_uncertainty
 from stepgauge.standards.lengths import (
     REPEATS,
     Faces,
@@ -37,7 +38,7 @@ from stepgauge.standards.lengths import (
     length_errors_um,
     nominal_length_mm,
 )
-from stepgauge.standards.measuring_line import DIAGONALS, SAME_DIRECTION_DEG, line_length_mm, orientation_of
+from stepgauge.standards.measuring_line import line_length_mm, orientation_of
 from stepgauge.standards.mpe import Mpe
 from stepgauge.standards.rules import Excluded, Rule
 from stepgauge.standards.tip import TipDiameter, tip_diameter
@@ -69,65 +70,6 @@ class Choices:
     side: Literal["fronts", "backs"] = "fronts"
     lengths_mm: tuple[float, ...] | None = None
     normal_too: bool = False
-
-
-@dataclass(frozen=True)
-class TestLength:
-    """One length in one position: ``error_um`` has one entry per repeat (``cycles``)."""
-
-    __test__ = False
-
-    position: int
-    kind: Kind
-    faces: Faces
-    nominal_mm: float
-    length_mm: float
-    cycles: tuple[int, ...]
-    error_um: Array
-    mpe_um: float
-    uncertainty: TestUncertainty
-    expanded_um: float
-
-    @property
-    def outcomes(self) -> list[Outcome]:
-        """The decision on each repeat."""
-        return [decide(float(error), self.mpe_um, self.expanded_um) for error in self.error_um]
-
-    @property
-    def range_um(self) -> float:
-        """Repeatability range: largest minus smallest error of the repeats; NaN with a single one."""
-        return float(np.ptp(self.error_um)) if len(self.error_um) > 1 else float("nan")
-
-
-@dataclass(frozen=True)
-class Position:
-    """One placement as a measuring position; what needs the machine's travel is None without it.
-
-    ``line_mm``: travel along the measured line; ``orientation``: the nearest of the standard's seven, ``off_deg`` away.
-    """
-
-    number: int
-    table: FaceTable
-    lengths: tuple[TestLength, ...]
-    orientation: str | None = None
-    orientation_number: int | None = None
-    off_deg: float | None = None
-    line_mm: float | None = None
-
-    @property
-    def mandatory(self) -> bool | None:
-        """Whether it lies along a body diagonal, which the standard demands; None without the machine's travel."""
-        if self.orientation_number is None or self.off_deg is None:
-            return None
-        return self.orientation_number <= DIAGONALS and self.off_deg <= SAME_DIRECTION_DEG
-
-    def longest_mm(self) -> float:
-        """The longest nominal test length, mm; 0 without any."""
-        return max((one.nominal_mm for one in self.lengths), default=0.0)
-
-    def of_kind(self, kind: Kind) -> list[TestLength]:
-        """The lengths of one kind, shortest first."""
-        return [one for one in self.lengths if one.kind == kind]
 
 
 @dataclass(frozen=True)

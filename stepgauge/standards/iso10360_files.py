@@ -12,7 +12,8 @@ from stepgauge.evaluation_files import TEMPERATURE_CONVENTION
 from stepgauge.files import write_json, write_text
 from stepgauge.standards.decision import DECISION_SOURCE
 from stepgauge.standards.gauge_table import gauge_to_dict
-from stepgauge.standards.iso10360 import KINDS, LengthTest, Position, TestLength
+from stepgauge.standards.iso10360 import KINDS, LengthTest
+from stepgauge.standards.iso10360_positions import Position, TestLength
 from stepgauge.standards.iso10360_rules import describe
 from stepgauge.standards.iso10360_series import E0
 from stepgauge.standards.iso10360_statements import STANDARD, overall, statements

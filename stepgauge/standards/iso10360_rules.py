@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import Machine
+from stepgauge.standards.iso10360_positions import Position, TestLength
 from stepgauge.standards.iso10360_series import E0, E150, NORMAL, Series
 from stepgauge.standards.lengths import LENGTHS, REPEATS
 from stepgauge.standards.measuring_line import (
@@ -21,9 +21,6 @@ from stepgauge.standards.measuring_line import (
 )
 from stepgauge.standards.rules import Excluded, Rule
 from stepgauge.standards.tip import TipDiameter
-
-if TYPE_CHECKING:
-    from stepgauge.standards.iso10360 import Position, TestLength
 
 TEST = "ISO 10360-2:2009, clause 6 (acceptance and reverification tests)"
 LARGEST_GAP = 0.4

@@ -46,7 +46,7 @@ def example(run: Run, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 def test_the_x_axis_of_fig_6(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pahk & Kim, Fig 6: 8.5 um band over 230 mm, 5.0 um two-sigma from 5 cycles."""
+    """Pahk & Kim, Fig 6: a range of 8.5 um over 230 mm, 2s of 5.0 um from 5 cycles."""
     data = example(run, "fig6-x-axis", tmp_path, monkeypatch)
     assert data["span_mm"] == pytest.approx(230.0, abs=0.01)
     assert data["band_um"] == pytest.approx(8.5, abs=0.25)

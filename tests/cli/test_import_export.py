@@ -53,7 +53,7 @@ def test_the_commands_of_the_example_give_one_evaluation(
         results.append([data["r_eff_mm"], data["band_um"] * 1e-3, data["worst_two_sigma_um"] * 1e-3])
         assert (read_recording(written).frame["gauge_temperature_C"].round(9) == 20.4).all()
     assert np.ptp(np.array(results), axis=0).max() < 2e-5  # the protocol prints 1e-5 mm
-    said = re.search(r"band of XM (\S+) um.*R_eff (\S+) mm", readme)
+    said = re.search(r"range of the mean error XM (\S+) um.*R_eff (\S+) mm", readme)
     assert said is not None
     assert results[0][1] * 1e3 == pytest.approx(float(said[1]), abs=0.006)
     assert results[0][0] == pytest.approx(float(said[2]), abs=6e-6)
@@ -144,3 +144,26 @@ def test_a_recording_may_be_parquet(run: Run, files: Path, suffix: str) -> None:
     assert run("report", files / "result", *GAUGE, "-p", files / "placement.toml", "-o", report).code == 0
     assert "recording.csv (table)" in report.read_text()
     assert "faces as stated" not in report.read_text()  # how it was read is no part of a certificate
+
+
+def test_the_tip_of_a_servers_log_is_compared_with_the_machine_file(run: Run, files: Path) -> None:
+    """ER of an I++ server: within a pre-travel of the machine's tip radius, or it was another tip."""
+    log = files / "session.ipp"
+    assert run("export", files / "recording.csv", "--to", "ippdme", "-o", log).code == 0
+    plain = log.read_text()
+    common = ("import", log, "--from", "ippdme", *GAUGE, "-p", files / "placement.toml", "-m", files / "machine.toml")
+    for radius, code in (("1.9970", 0), ("1.6000", 2)):
+        log.write_text(re.sub(r"(# X\([^\n\r]*)", rf"\1, ER({radius})", plain))
+        done = run(*common, "-o", files / f"back-{radius}.csv")
+        assert done.code == code, done.err
+        assert (files / f"back-{radius}.csv").exists() == (code == 0)
+    assert "machine.toml: the recording was made with another tip" in done.err
+    assert "1.6 mm, as recorded" in done.err
+
+
+def test_a_recording_of_another_tip_is_no_recording_of_this_machine(run: Run, files: Path) -> None:
+    other = files / "other-machine.toml"
+    other.write_text((files / "machine.toml").read_text().replace("tip_radius_mm = 2.0", "tip_radius_mm = 1.5"))
+    done = run("budget", files / "recording.csv", *GAUGE, "-m", other, "-o", files / "out")
+    assert done.code == 2
+    assert "other-machine.toml: the recording was made with another tip; found tip_radius_mm = 1.5" in done.err

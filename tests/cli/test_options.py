@@ -8,9 +8,10 @@ from pathlib import Path
 import click
 import pytest
 
+from stepgauge import machine_file
 from stepgauge.cli import TASKS, LazyGroup, cli
 from stepgauge.cli.figures import KINDS
-from stepgauge.cli.options import DIALECTS
+from stepgauge.cli.options import DIALECTS, LARGEST_U_K
 from tests.cli.conftest import Run
 
 
@@ -79,3 +80,27 @@ def test_the_help_lists_the_verbs_by_task(run: Run) -> None:
 def test_a_cap_needs_a_limit(run: Run, tmp_path: Path) -> None:
     result = run("evaluate", "r.csv", "-g", "step-gauge-420", "--mpe-cap", "3", "-o", tmp_path / "r")
     assert (result.code, "--mpe-cap is the cap of --mpe" in result.err) == (2, True)
+
+
+def test_the_uncertainty_of_a_temperature_has_one_bound(run: Run, files: Path) -> None:
+    """On the command line of every verb that takes it, and in the machine file."""
+    assert LARGEST_U_K == machine_file.LARGEST_U_K
+    g, recording = ("-g", "step-gauge-420"), files / "recording.csv"
+    out, machine = ("-o", files / "out"), files / "machine.toml"
+    for words in (
+        ("iso10360", recording, *g, "--mpe", "1.8 + L/350", *out),
+        ("budget", recording, *g, "-m", machine, *out),
+        ("uncertainty", recording, *g, "-m", machine, *out),
+    ):
+        result = run(*words, "--u-gauge-temperature", 50)
+        assert result.code == 2
+        assert "50" in result.err
+        assert "5" in result.err.partition("50")[2]
+    stated = files / "stated.toml"
+    for value in ("50", "{ u = 50.0, dof = 8 }"):
+        stated.write_text(machine.read_text() + f"\n[uncertainty]\ngauge_temperature_K = {value}\n")
+        result = run("budget", recording, *g, "-m", stated, *out)
+        assert result.code == 2
+        assert "key uncertainty.gauge_temperature_K is wrong" in result.err
+        assert "at most 5" in result.err
+    assert not (files / "out").exists()

@@ -44,8 +44,19 @@ def test_five_points_compensate_another_sphere(tmp_path, qualification):
     fit = fit_sphere(columns(out, "surface_x_mm", "surface_y_mm", "surface_z_mm"))
     assert 2 * fit.radius_mm == pytest.approx(30.0, abs=2e-5)
     assert fit.form_error_um < 0.02
-    assert "lobes off" in result.output
+    assert "lobed model" in result.output
     assert (tmp_path / "c.png").stat().st_size > 10_000
+
+
+def test_a_compensation_that_makes_it_worse_is_a_warning(tmp_path):
+    points, out = sphere_points(tmp_path / "sphere.csv", directions.iso_10360_5_points()), tmp_path / "q.json"
+    options = [points, "--sphere-diameter", SPHERE_MM, "--tip-diameter", 4, "--lobe-azimuth", 80, "-o", out]
+    assert CliRunner().invoke(qualify.command, [str(a) for a in options]).exit_code == 0
+    worse = run(points, "-q", out, "-o", tmp_path / "c.csv", "--on-sphere").output
+    assert "warning: by the qualification, compensation of the lobes increases" in worse
+    assert "warning: on these points the form error is" in worse
+    assert "use --method mean" in worse
+    assert "warning: by" not in run(points, "-q", out, "--method", "mean", "-o", tmp_path / "c.csv").output
 
 
 def test_mean_method_takes_the_same_everywhere(tmp_path, qualification):

@@ -41,6 +41,15 @@ def test_effective_radius_and_lobes(points, tmp_path):
     assert "A = 5.00 um" in result.output
 
 
+def test_a_model_of_the_lobes_that_does_not_fit_is_a_warning(points, tmp_path):
+    """The lobes lie at 20 deg; at 80 deg the model is their opposite, and the compensation makes the form worse."""
+    common = (points, "--sphere-diameter", SPHERE_MM, "--tip-diameter", 4, "-o", tmp_path / "q.json")
+    wrong, right = run(*common, "--lobe-azimuth", 80), run(*common, "--lobe-azimuth", 20)
+    assert wrong.exit_code == right.exit_code == 0
+    assert "warning: compensation of the lobes increases the form error from" in wrong.output
+    assert "warning" not in right.output
+
+
 def test_lobe_azimuth_is_found(points, tmp_path):
     out = tmp_path / "q.json"
     run(points, "--sphere-diameter", SPHERE_MM, "--tip-diameter", 4, "--lobe-azimuth", "fit", "-o", out)

@@ -37,7 +37,7 @@ def test_qualify_and_compensate_in_a_row(tmp_path, capsys, monkeypatch):
     diameters = ["--sphere-diameter", str(SPHERE_MM), "--tip-diameter", "4"]
     main(["probe", "qualify", "sphere.csv", *diameters, "--lobe-azimuth", "20", "-o", "qualification.json"])
     main(["probe", "compensate", "sphere.csv", "-q", "qualification.json", "--on-sphere", "-o", "c.csv"])
-    assert "lobes off    diameter 24.99810 mm, form error 0.00 um" in capsys.readouterr().out
+    assert "lobed model  diameter 24.99810 mm, form error 0.00 um" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -68,7 +68,7 @@ def test_own_template_from_a_copy_of_the_shipped_one(result: Path, tmp_path: Pat
         (["{result}", "-g", "step-gauge-600", "-o", "{tmp}/report.pdf"], ["SG-600", "expected SG-420-001"]),
         (["{result}", "-m", "machining-centre", "-o", "{tmp}/report.pdf"], ["not the machine", "Bridge CMM"]),
         (["{result}", "-p", "{tmp}/placement.toml", "-o", "{tmp}/report.pdf"], ["give --gauge"]),
-        (["{result}", "--date", "4.3.2026", "-o", "{tmp}/report.pdf"], ["--date"]),
+        (["{result}", "--date", "4.3.2026", "-o", "{tmp}/report.pdf"], ["--date", "4.3.2026 is no date", "2026-03-02"]),
         (["{result}", "--template", "{tmp}/none.typ", "-o", "{tmp}/report.pdf"], ["none.typ", "no such file"]),
     ],
 )

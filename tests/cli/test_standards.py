@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import pytest
 from pypdf import PdfReader
 
 from stepgauge.gauge import read_gauge
-from stepgauge.recording import Recording, write_recording
+from stepgauge.recording import Recording, read_recording, write_recording
+from stepgauge.resources import find_data
 from tests.cli.conftest import Run
 from tests.standards.made import made
 
@@ -56,6 +58,56 @@ def test_iso10360_writes_everything_and_says_what_is_open(run: Run, recording: P
     text = text_of(out / "iso10360.pdf")
     for word in ("N-7", "Op", "EXAMPLE-2026-0420", "not met", "conforms", "min(1.8 + L/350, 3)"):
         assert word in text
+
+
+def other(path: Path, recording: Path, name: str, **changes: float) -> Path:
+    """The recording once more in another place of the machine."""
+    first = read_recording(recording)
+    frame = first.frame[first.frame["cycle"] <= 3].assign(**{k: first.frame[k] + v for k, v in changes.items()})
+    write_recording(path / name, Recording(frame, first.comments))
+    return path / name
+
+
+def test_e150_goes_with_two_recordings_of_the_offset_stylus(run: Run, recording: Path, tmp_path: Path) -> None:
+    offset = [other(tmp_path, recording, f"offset-{n}.csv", y_mm=9.0 * n + 9.0) for n in (0, 1)]
+    stylus = tmp_path / "stylus.toml"
+    shipped = find_data("bridge-cmm", "machine", "machines").read_text()
+    level = "stylus_length_mm = 150.0\nstylus_direction = [1.0, 0.0, 0.0]\nbody_length_mm = 0.0"
+    stylus.write_text(shipped.replace("stylus_length_mm = 50.0", level))
+    common = ("iso10360", recording, *G, *MPE, "-m", "bridge-cmm", "--tip-diameter", 3.994)
+    said = ("--offset-recording", offset[0], "--offset-recording", offset[1], "--mpe-offset", "2.5 + L/300")
+    done = run(*common, *said, "--offset-machine", stylus, "-o", tmp_path / "out")
+    assert done.code == 0, done.err
+    (e150,) = json.loads((tmp_path / "out/iso10360.json").read_text())["further"]
+    assert e150["series"]["key"] == "e150"
+    text = text_of(tmp_path / "out/iso10360.pdf")
+    assert "2.5 + L/300" in text
+    assert "150 mm" in text
+    assert "two positions, and their directions" in text  # what is unconfirmed is said
+    assert run(*common, *said[:4], "-o", tmp_path / "no").code == 2
+    assert run(*common, *said[4:], "-o", tmp_path / "no").code == 2
+    assert not (tmp_path / "no").exists()
+
+
+def test_a_gauge_of_normal_expansion_beside_one_of_low(run: Run, recording: Path, tmp_path: Path) -> None:
+    """The rule is not met without --normal, and met with it; the further lengths are in result and report."""
+    for name in ("step-gauge-420.toml", "step-gauge-420.csv"):
+        text = find_data(name.replace("csv", "toml"), "gauge").with_suffix(Path(name).suffix).read_text()
+        (tmp_path / name).write_text(re.sub(r"expansion_per_K = \S+", "expansion_per_K = 0.5e-6", text))
+    low = ("iso10360", recording, "-g", tmp_path / "step-gauge-420.toml", *MPE, "--tip-diameter", 3.994)
+    without = run(*low, "-o", tmp_path / "without")
+    assert without.code == 0, without.err
+    assert "normal expansion" in without.err
+    normal = other(tmp_path, recording, "normal.csv", y_mm=9.0)
+    done = run(*low, "--normal", normal, "--normal-gauge", "step-gauge-420", "-o", tmp_path / "with")
+    assert done.code == 0, done.err
+    assert "8 to 13" not in done.err
+    (series,) = json.loads((tmp_path / "with/iso10360.json").read_text())["further"]
+    assert series["series"]["key"] == "normal"
+    assert "normal expansion" in text_of(tmp_path / "with/iso10360.pdf")
+    alone = run(*low, "--normal", normal, "-o", tmp_path / "no")
+    assert alone.code == 2
+    assert "--normal needs --normal-gauge" in alone.err
 
 
 def test_iso230_writes_everything(run: Run, recording: Path, tmp_path: Path) -> None:

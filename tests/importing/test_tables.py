@@ -213,7 +213,9 @@ def test_tables_that_are_wrong_are_refused_with_their_row(tmp_path: Path, old: s
 def test_thousands_in_doubt_ask_for_the_decimal_mark(tmp_path: Path) -> None:
     case = make_case()
     text = "X;Y;Z\n" + "112,345;-45,678;98,765\n" * 24
-    with pytest.raises(InputError, match=r"a comma may be a decimal mark or part thousands; found '112,345'; expected"):
+    with pytest.raises(
+        InputError, match=r"a comma may be a decimal mark or group thousands; found '112,345'; expected"
+    ):
         read(case, write(tmp_path, text))
     with pytest.raises(InputError, match="aimed beside the blocks"):  # read as 112345 mm
         read(case, write(tmp_path, text), TableLayout(decimal="."))

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ import pytest
 from stepgauge.evaluate import evaluate
 from stepgauge.gauge import read_gauge
 from stepgauge.moves import ProbingSettings
-from stepgauge.placement import Placement, read_placement, write_placement
+from stepgauge.placement import read_placement, write_placement
 from stepgauge.programs import DIALECTS, read_program
 from stepgauge.programs.render import render
 from stepgauge.recording import read_recording
@@ -133,7 +134,7 @@ def moved(tmp_path: Path, along_a: float = 0.0, along_s: float = 0.0, along_up: 
     shift = np.array([along_a, along_s, along_up]) @ placement.rotation
     write_placement(
         tmp_path / "moved.toml",
-        Placement(**{**placement.__dict__, "c1_mm": placement.c1_mm + shift, "c2_mm": placement.c2_mm + shift}),
+        replace(placement, c1_mm=placement.c1_mm + shift, c2_mm=placement.c2_mm + shift),
     )
     return tmp_path / "moved.toml"
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stepgauge.cli.options import output, plot_option, say_written
+from stepgauge.cli.options import output, plot_option, say, say_written
 
 if TYPE_CHECKING:
     from stepgauge.qualification import Method
@@ -27,25 +27,25 @@ if TYPE_CHECKING:
     type=click.Choice(["lobed", "mean"]),
     default="lobed",
     show_default=True,
-    help="Take off the pre-travel of each direction, or the same mean everywhere as controllers do (R_eff).",
+    help="Correct for the pre-travel of each direction, or for its mean in all directions as controllers do (R_eff).",
 )
 @click.option(
     "--on-sphere",
     is_flag=True,
     help="The points lie on one sphere: report its diameter and form error for both methods.",
 )
-@plot_option("The pre-travel taken off; with --on-sphere the errors before and after, across and along the stylus")
+@plot_option("The correction of each point; with --on-sphere the errors before and after, across and along the stylus")
 def command(points: str, qualification: str, method: Method, on_sphere: bool, output: str, plot: str | None) -> None:
-    """Take a probe's pre-travel off recorded points and find the points of the surface.
+    """Correct recorded points for the probe's pre-travel and find the points of the surface.
 
     POINTS.csv holds recorded tip centres and unit vectors of travel towards the surface: columns
-    x_mm,y_mm,z_mm,approach_i,approach_j,approach_k. Other columns are kept. New columns: pretravel_um (taken off),
+    x_mm,y_mm,z_mm,approach_i,approach_j,approach_k. Other columns are kept. New columns: pretravel_um (the correction),
     centre_x_mm... (tip centre at the first touch) and surface_x_mm... (the tip radius further along the approach).
 
     \b
     stepgauge probe compensate part.csv -q qualification.json -o part-compensated.csv
     """
-    from stepgauge.probe_compensation import compensate_points, spheres, write_compensated
+    from stepgauge.probe_compensation import compensate_points, compensation_warnings, spheres, write_compensated
     from stepgauge.probe_files import read_points
     from stepgauge.qualification import read_qualification
 
@@ -61,7 +61,9 @@ def command(points: str, qualification: str, method: Method, on_sphere: bool, ou
         else:
             draw_compensation(probed.approach, result.pretravel_um, found.stylus_axis, plot)
     taken = result.pretravel_um
-    click.echo(f"{len(taken)} points; pre-travel taken off {taken.min():.2f} to {taken.max():.2f} um")
+    click.echo(f"{len(taken)} points; corrected by a pre-travel of {taken.min():.2f} to {taken.max():.2f} um")
     for name, fit in fits.items():
         click.echo(f"{name:<12} diameter {2 * fit.radius_mm:.5f} mm, form error {fit.form_error_um:.2f} um")
+    for warning in compensation_warnings(found, method, fits):
+        say(f"warning: {warning}")
     say_written(output, plot)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import NOT_NEGATIVE, POSITIVE, output, plot_option, say_written
+from stepgauge.cli.options import NOT_NEGATIVE, POSITIVE, output, plot_option, say, say_written
 from stepgauge.errors import InputError
 
 if TYPE_CHECKING:
@@ -87,11 +87,11 @@ if TYPE_CHECKING:
 )
 @plot_option("Residuals before and after")
 def command(points: str, output: str, plot: str | None, **options: Any) -> None:
-    """Qualify a tip: the effective radius, and how much the probe lobes.
+    """Qualify a tip: effective radius, form error, and lobing of the probe.
 
     POINTS.csv holds recorded tip centres on a reference sphere, before any radius compensation, and the unit vectors of
     travel: columns x_mm,y_mm,z_mm,approach_i,approach_j,approach_k. Five points do (four on the equator and the pole);
-    25 as in ISO 10360-5 tell the form error as well.
+    25 as in ISO 10360-5 give the form error as well.
 
     \b
     stepgauge probe qualify sphere.csv --sphere-diameter 24.9981 --tip-diameter 4 -o qualification.json
@@ -117,6 +117,8 @@ def command(points: str, output: str, plot: str | None, **options: Any) -> None:
 
         draw_qualification(probed.approach, result, plot)
     _print(result)
+    if result.worse_by_um > 0.0:
+        say(f"warning: {result.worse_words()}; try --lobe-azimuth fit, or compensate with --method mean")
     say_written(output, plot)
 
 

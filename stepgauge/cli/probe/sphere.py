@@ -26,7 +26,14 @@ if TYPE_CHECKING:
     show_default=True,
     help="25 are the pattern that ISO 10360-5 recommends; other counts are spread evenly over the hemisphere.",
 )
-@click.option("--scatter", type=NOT_NEGATIVE, default=0.2, show_default=True, metavar="UM", help="One sigma, um.")
+@click.option(
+    "--scatter",
+    type=NOT_NEGATIVE,
+    default=0.2,
+    show_default=True,
+    metavar="UM",
+    help="Standard deviation of a probing, um.",
+)
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of the scatter.")
 @click.option(
     "--stylus-direction",

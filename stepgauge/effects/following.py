@@ -1,0 +1,131 @@
+"""What follows a temperature that was recorded, with the delay of a body that takes time to warm."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from stepgauge.config import Vector3
+from stepgauge.effects.base import Array, Axis, Direction, Displacement, Effect, along, parameter
+from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
+from stepgauge.effects.probings import Probings
+from stepgauge.effects.thermal import REFERENCE_C, begins_s, hours_since
+
+LAG = "T: the column, or the column minus another, after a first-order lag"
+
+
+class Following(Effect):
+    """A recorded column, or the difference of two, as a body with a time constant follows it."""
+
+    column: str = parameter(unit="", role="choice", meaning="recorded temperature, or any other column", min_length=1)
+    minus: str | None = parameter(None, unit="", role="choice", meaning="column that is taken off it: a gradient")
+    lag_s: float = parameter(
+        0.0, unit="s", role="nonlinear", meaning="time constant of the body", ge=0, le=1e9, sensible=(0, 4e4)
+    )
+    from_C: float | None = parameter(
+        None,
+        unit="deg C",
+        role="fixed",
+        meaning="where it does nothing; without it 20, of a difference 0",
+        ge=-1e9,
+        le=1e9,
+    )
+
+    def warmer_K(self, probings: Probings) -> Array:
+        """What the body is warmer by, K, (n,)."""
+        nothing = (0.0 if self.minus else REFERENCE_C) if self.from_C is None else self.from_C
+        warmth = probings.lagged(self.column, self.lag_s) - nothing
+        return warmth if self.minus is None else warmth - probings.lagged(self.minus, self.lag_s)
+
+
+class ThermalExpansionOf(Following):
+    """A length follows a recorded temperature: d = um_per_m_K (T - T0) x, of a scale or along the gauge."""
+
+    kind: ClassVar[str] = "thermal_expansion_of"
+    equation: ClassVar[str] = f"d = um_per_m_K (T - from_C) x (scale) or S (gauge); {LAG}"
+    source: ClassVar[str] = "ISO/TR 16015; first-order lag of a body in air, ISO 230-3:2020"
+    covariates: ClassVar[tuple[str, ...]] = ("time", "coordinate")
+    sought: ClassVar[bool] = False
+    of: Literal["x", "y", "z", "gauge"] = parameter(
+        unit="", role="choice", meaning="scale x, y or z, reading too long, or the gauge, being longer"
+    )
+    um_per_m_K: float = parameter(unit="um/(m K)", meaning="growth per length", ge=-1e3, le=1e3, sensible=(-15, 15))
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Proportional to the length from machine zero, or from face 1."""
+        growth = self.um_per_m_K * 1e-3 * self.warmer_K(probings)
+        if self.of == "gauge":
+            return {"approach": probings.shifted_along_gauge(growth * probings.certified_mm())}
+        return moved(probings, self.of, self.of, growth * probings.axis_mm(self.of))
+
+
+class ThermalShift(Following):
+    """The origin follows a recorded temperature: d = um_per_K (T - T0) along a direction."""
+
+    kind: ClassVar[str] = "thermal_shift"
+    equation: ClassVar[str] = f"d = um_per_K (T - from_C) along the direction; {LAG}"
+    source: ClassVar[str] = "environmental temperature variation error, ISO 230-3:2020"
+    covariates: ClassVar[tuple[str, ...]] = ("time",)
+    sought: ClassVar[bool] = False
+    direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
+    um_per_K: float = parameter(unit="um/K", meaning="shift per kelvin", ge=-1e4, le=1e4, sensible=(-20, 20))
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """The same everywhere in the machine."""
+        return along(self.direction, self.um_per_K * self.warmer_K(probings))
+
+
+class ThermalBending(Following):
+    """A gradient bends an axis: one of its error motions is d = per_K (T - T0) ((x - about) / 1 m)^order.
+
+    A bar that is warmer above than below by g K per metre of its height bends with the curvature alpha g: straightness
+    alpha g x^2 / 2 (order 2) together with pitch alpha g x (order 1).
+    """
+
+    kind: ClassVar[str] = "thermal_bending"
+    equation: ClassVar[str] = (
+        f"e = per_K (T - from_C) ((x - about_mm) / 1 m)^order; d = e, of a rotation e (axis) x arm; {LAG}"
+    )
+    source: ClassVar[str] = (
+        "bending of a beam by a gradient of temperature, Timoshenko; Bryan, CIRP Annals 39 (1990) 645"
+    )
+    covariates: ClassVar[tuple[str, ...]] = ("time", "coordinate")
+    sought: ClassVar[bool] = False
+    axis: Axis = parameter(unit="", role="choice", meaning="axis that bends: x, y or z")
+    component: Component = parameter(unit="", role="choice", meaning=COMPONENTS)
+    order: int = parameter(2, unit="", role="choice", meaning="power of the coordinate in metres", ge=0, le=9)
+    per_K: float = parameter(
+        unit="um or urad per K", meaning="error at 1 m from about_mm", ge=-1e5, le=1e5, sensible=(-20, 20)
+    )
+    about_mm: float = parameter(0.0, unit="mm", role="fixed", meaning="where the power counts from", ge=-1e5, le=1e5)
+    scale_at_mm: Vector3 | None = reference_point()
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """An error motion as large as the body is warm."""
+        metres = (probings.axis_mm(self.axis) - self.about_mm) * 1e-3
+        amount = um_or_mrad(self.per_K * self.warmer_K(probings) * metres**self.order, self.component)
+        return moved(probings, self.axis, self.component, amount, self.scale_at_mm)
+
+
+class ScaleWarmUp(Effect):
+    """A scale warms on its own after an event: d = um_per_m x (1 - exp(-t / tau))."""
+
+    kind: ClassVar[str] = "scale_warm_up"
+    equation: ClassVar[str] = "d = um_per_m x (1 - exp(-t / time_constant_h)); t = time_s - start_s, nothing before"
+    source: ClassVar[str] = "first-order warm-up, ISO 230-3:2020; a ball screw after switching on"
+    covariates: ClassVar[tuple[str, ...]] = ("time", "coordinate")
+    sought: ClassVar[bool] = False
+    axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
+    um_per_m: float = parameter(
+        unit="um/m", meaning="reading too long in the end by", ge=-1e4, le=1e4, sensible=(-50, 50)
+    )
+    time_constant_h: float = parameter(
+        unit="h", role="nonlinear", meaning="time constant", gt=0, le=1e4, sensible=(0.05, 5)
+    )
+    start_s: float = begins_s()
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Nothing before the event, proportional to the coordinate in the end."""
+        warmed = -np.expm1(-hours_since(self.start_s, probings) / self.time_constant_h)
+        return moved(probings, self.axis, self.axis, self.um_per_m * 1e-3 * warmed * probings.axis_mm(self.axis))

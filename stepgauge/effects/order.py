@@ -1,0 +1,117 @@
+"""What follows from the order of touches: rests, turns, and how far a body has followed a column."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from stepgauge.effects.probings import Probings
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+
+def followed(time_s: Array, values: Array, lags_s: Sequence[float] | Array) -> Array:
+    """Values ``(n,)`` as bodies of some time constants follow them, ``(lags, n)``: first-order lags.
+
+    Between readings a column stands at its newest value; before the first a body is at rest with it.
+    """
+    order = np.argsort(time_s, kind="stable")
+    steps = np.diff(time_s[order], prepend=time_s[order[0]])
+    start, late = values[order[0]], np.empty((len(lags_s), len(values)))
+    for lag, one in zip(lags_s, late, strict=True):
+        share = -np.expm1(-steps / lag)
+        one[order] = start + kept(1.0 - share, share * (values[order] - start))
+    return late
+
+
+def kept(part: Array, added: Array) -> Array:
+    """State after each of ``n`` steps, state[i] = part[i] state[i - 1] + added[i]: a triangular system of two bands."""
+    from scipy.linalg.blas import dtbsv  # few recordings are simulated with a memory
+
+    bands = np.ones((2, len(part)), order="F")
+    np.negative(part[1:], out=bands[1, :-1])
+    return np.asarray(dtbsv(1, bands, added, lower=1, diag=1))
+
+
+def in_order(probings: Probings) -> tuple[Rows, Array]:
+    """Rows by placement and then by time (as they stand where none was recorded), and the placements in that order.
+
+    Recordings of several placements may each have started their clock anew.
+    """
+    count = len(probings)
+    placement = probings.column("placement") if "placement" in probings.columns else np.ones(count, int)
+    time_s = probings.time_s if "time_s" in probings.columns else np.arange(count)
+    order = np.lexsort((time_s, placement))
+    return order.astype(np.int64), placement[order].astype(float)
+
+
+def rest_s(probings: Probings) -> Array:
+    """Time since the touch before, s, ``(n,)``; the longest of them where there was none."""
+    order, placement = in_order(probings)
+    gap = np.diff(probings.time_s[order], prepend=-np.inf)
+    gap[np.diff(placement, prepend=placement[0]) != 0] = np.inf
+    known = np.isfinite(gap)
+    gap[~known] = gap[known].max(initial=0.0)
+    return by_row(gap, order)
+
+
+def rested(probings: Probings, touches: float) -> Array:
+    """Fading sum of the roots of the rests, s^0.5, ``(n,)``."""
+    order, _ = in_order(probings)
+    rest = np.diff(probings.time_s[order], prepend=probings.time_s[order[0]])
+    rest[rest < 0.0] = rest.max()
+    return by_row(kept(np.full(len(rest), np.exp(-1.0 / touches)), np.sqrt(rest)), order)
+
+
+def way(probings: Probings) -> Array:
+    """Sense of the way along the gauge to each touch, ``(n,)``."""
+    order, steps = along_gauge_mm(probings)
+    return by_row(np.where(steps < 0.0, -1.0, 1.0), order)
+
+
+def since_turning_mm(probings: Probings) -> Array:
+    """Way along the gauge since it last turned round, mm, ``(n,)``."""
+    order, steps = along_gauge_mm(probings)
+    way = np.sign(steps)
+    turned = np.concatenate([[True], (way[1:] != way[:-1]) | (steps[1:] == 0.0)])
+    gone = np.cumsum(np.abs(steps))
+    start = np.maximum.accumulate(np.where(turned, gone - np.abs(steps), 0.0))
+    return by_row(gone - start, order)
+
+
+def along_gauge_mm(probings: Probings) -> tuple[Rows, Array]:
+    """Rows in order and the way along the gauge to each from the touch before, 0 for the first of a placement."""
+    order, placement = in_order(probings)
+    position = probings.certified_mm()[order]
+    steps = np.diff(position, prepend=position[0])
+    return order, np.where(np.diff(placement, prepend=placement[0]) == 0, steps, 0.0)
+
+
+def run_mm(probings: Probings, axis: str) -> Array:
+    """Way of an axis to each touch in the sense of its approach, mm, ``(..., n)``; none to the first of a placement."""
+    order, placement = in_order(probings)
+    place = probings.coordinate_mm(axis)[..., order]
+    steps = np.diff(place, axis=-1, prepend=place[..., :1]) * np.sign(probings.approach(axis)[order])
+    run = np.where(np.diff(placement, prepend=placement[0]) == 0, np.maximum(steps, 0.0), 0.0)
+    return by_row(run, order)
+
+
+def touches_since(probings: Probings, pause_s: float) -> Array:
+    """Number of touches since a pause or a new placement, ``(n,)``."""
+    order, placement = in_order(probings)
+    apart = (np.diff(probings.time_s[order]) > pause_s) | (np.diff(placement) != 0)
+    count = np.arange(len(order), dtype=float)
+    count -= np.maximum.accumulate(np.where(np.concatenate([[True], apart]), count, 0.0))
+    return by_row(count, order)
+
+
+def by_row(values: Array, order: Rows) -> Array:
+    """Values in order, ``(..., n)``, as values by row."""
+    found = np.empty(values.shape)
+    found[..., order] = values
+    return found

@@ -1,0 +1,177 @@
+"""What a kinematic probe does with the direction of approach: the statics of its six contacts times what gives way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from stepgauge.effects.base import Array, Displacement, Effect, parameter
+from stepgauge.effects.probings import Probings
+from stepgauge.errors import InputError
+from stepgauge.physics import friction, trigger
+from stepgauge.physics.directions import iso_10360_5_points
+from stepgauge.probes.base import head_frame
+
+QUALIFIED = iso_10360_5_points()
+"""Contact normals of a qualification, in the probe's frame."""
+
+
+class Seated(Effect):
+    """A probe that triggers when the first of its six contacts opens: seat, lever and compliance.
+
+    With the machine's probe modelled as a constant, or not at all, these parameters are the probe.
+    """
+
+    um_per_N: float = parameter(
+        unit="um/N",
+        meaning="compliance of stylus, module and contact across the stylus",
+        ge=0,
+        le=1e3,
+        sensible=(0.5, 50),
+    )
+    lever_mm: float = parameter(
+        unit="mm", role="nonlinear", meaning="from the plane of the arms to the tip", gt=0, le=1e3, sensible=(15, 150)
+    )
+    arm_azimuth_deg: float = parameter(
+        0.0,
+        unit="deg",
+        role="nonlinear",
+        meaning="azimuth of an arm in the probe's frame",
+        ge=-360,
+        le=360,
+        sensible=(-60, 60),
+    )
+    along: float = parameter(
+        0.1, unit="1", role="fixed", meaning="compliance along the stylus over that across it", ge=0, le=10
+    )
+    friction: float = parameter(
+        0.0, unit="1", role="fixed", meaning="coefficient of friction of the arms in their seats", ge=0, le=0.4
+    )
+    tip_friction: float = parameter(
+        0.0, unit="1", role="fixed", meaning="coefficient of friction of the tip on the face", ge=0, le=1
+    )
+    preload_N: float = parameter(5.0, unit="N", role="fixed", meaning="spring force along the axis", gt=0, le=100)
+    contact_radius_mm: float = parameter(
+        10.0, unit="mm", role="fixed", meaning="from the probe's axis to the contacts", gt=0, le=100
+    )
+    contact_angle_deg: float = parameter(
+        30.0, unit="deg", role="fixed", meaning="of the contact normals above the plane of the arms", gt=1, lt=89
+    )
+
+    @model_validator(mode="after")
+    def _holds_and_opens(self) -> Self:
+        if self.friction:
+            friction.trigger_force_N(self.tripod(), [0.0, 0.0, 1.0], self.friction)  # says so where the seat jams
+        return self
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Force times compliance; every direction that occurs is worked out once."""
+        sensor = probings.setting.sensor
+        approach, which = probings.approaches()
+        normal = -approach @ (head_frame() if sensor is None else sensor.frame).T
+        force = np.stack([one.force_N(normal) for one in self._runs()])
+        if not np.isfinite(force).all():
+            lost = approach[~np.isfinite(force).all(axis=0)][0]
+            found = "approach " + ", ".join(f"{share:.3f}" for share in lost)
+            raise InputError("effects", "a tripod never triggers: the face pulls the stylus out of it", found=found)
+        by_row = (force[0] if len(force) == 1 else force)[..., which]
+        return {"approach": self.um_per_N * by_row}
+
+    def force_N(self, normal: Array) -> Array:
+        """Force times the share of the compliance, N, (n,), for contact normals (n, 3) in the probe's frame."""
+        raise NotImplementedError
+
+    def _runs(self) -> Iterator[Seated]:
+        """This effect for every run, where parameters differ by run."""
+        values = {p.name: getattr(self, p.name) for p in self.parameters() if p.role == "nonlinear"}
+        runs = max(np.size(value) for value in values.values())
+        for run in range(runs):
+            yield self.with_values(**{name: float(np.ravel(v)[min(run, np.size(v) - 1)]) for name, v in values.items()})
+
+    def tripod(self, opening_N: tuple[float, ...] = (0.0,) * trigger.CONTACTS) -> trigger.Tripod:
+        """The seat, each contact counting as open at a reaction of its own."""
+        angle, azimuth = np.radians(self.contact_angle_deg), np.radians(self.arm_azimuth_deg)
+        seat = (self.preload_N, self.contact_radius_mm, float(angle), self.lever_mm, float(azimuth))
+        return trigger.Tripod(*seat, opening_force_N=opening_N)
+
+    def giving_way_N(self, normal: Array, tripod: trigger.Tripod) -> Array:
+        """Pre-travel per compliance across the stylus, (...), for contact normals (..., 3) in the probe's frame."""
+        push = friction.tip_force_direction(normal, self.tip_friction, self.along) if self.tip_friction else normal
+        if self.friction:
+            force = friction.trigger_force_N(tripod, push, self.friction)
+        else:
+            force = trigger.trigger_force_N(tripod, push)
+        return force * (np.sum(normal * push, axis=-1) - (1.0 - self.along) * normal[..., 2] * push[..., 2])
+
+
+class KinematicPretravel(Seated):
+    """The probe triggers when its tripod opens a contact: d = um_per_N F(direction) along the approach.
+
+    F is the force at which the first of the six reactions is used up; along the stylus the tip gives way ``along``
+    times as much as across. To be added to what the machine's probe is modelled to do: of a probe that was qualified as
+    a constant only the part that is ``varying`` about the mean of its qualification is left.
+    """
+
+    kind: ClassVar[str] = "kinematic_pretravel"
+    equation: ClassVar[str] = (
+        "d = um_per_N F (sin^2(polar) + along cos^2(polar)) along the approach; across the stylus"
+        " F = preload_N / max over arms of 2 (lever_mm / contact_radius_mm cos(b) + tan(contact_angle_deg) |sin(b)|),"
+        " b: azimuth from the arm"
+    )
+    source: ClassVar[str] = "statics of six contacts, docs/virtual-cmm.md; Rodrigues 2021, 2.7 to 2.9; Ren et al. 2020"
+    covariates: ClassVar[tuple[str, ...]] = ("azimuth", "polar")
+    sought: ClassVar[bool] = False
+    part: Literal["whole", "varying"] = parameter(
+        "whole",
+        unit="",
+        role="choice",
+        meaning="the whole pre-travel, or what varies about the mean of 25 points on a sphere",
+    )
+
+    def force_N(self, normal: Array) -> Array:
+        """Of the sound seat, without the mean of its qualification where that is asked."""
+        tripod = self.tripod()
+        force = self.giving_way_N(normal, tripod)
+        return force if self.part == "whole" else force - self.giving_way_N(QUALIFIED, tripod).mean()
+
+
+class SeatDefect(Seated):
+    """One seat of a tripod is worn or dirty and opens too early: d = um_per_N (F with it - F without).
+
+    Its two contacts count as open at a ``share`` of their reaction at rest. The probe triggers earlier where that arm
+    opens first, and as before elsewhere: orders 1 and 2 in azimuth, which a sound tripod has not.
+    """
+
+    kind: ClassVar[str] = "seat_defect"
+    equation: ClassVar[str] = (
+        "d = um_per_N (F - F of the sound seat) (sin^2(polar) + along cos^2(polar)) along the approach;"
+        " where the arm opens first F is (1 - share) times that of the sound seat"
+    )
+    source: ClassVar[str] = "statics of six contacts, of which two count as open too early; docs/virtual-cmm.md"
+    covariates: ClassVar[tuple[str, ...]] = ("azimuth", "polar")
+    sought: ClassVar[bool] = False
+    arm: Literal["first", "second", "third"] = parameter(
+        "first",
+        unit="",
+        role="choice",
+        meaning="arm on the defective seat: first (at arm_azimuth_deg), second or third",
+    )
+    share: float = parameter(
+        unit="1",
+        role="nonlinear",
+        meaning="of the reaction at rest, at which it counts as open",
+        ge=0,
+        le=0.95,
+        sensible=(0.02, 0.5),
+    )
+
+    def force_N(self, normal: Array) -> Array:
+        """Of the defective seat less that of the sound one."""
+        sound = self.tripod()
+        rest = trigger.rest_reactions_N(sound)
+        worn = np.arange(trigger.CONTACTS) // 2 == ("first", "second", "third").index(self.arm)
+        early = self.tripod(tuple((self.share * rest * worn).tolist()))
+        return self.giving_way_N(normal, early) - self.giving_way_N(normal, sound)
