@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.face_errors import (
+    ByFace,
     FaceStatistics,
     REffOrigin,
     band_um,
     face_errors,
-    face_statistics,
     radius_blocks,
     reference_face,
 )
@@ -172,20 +172,27 @@ def _measured_section(recording: Recording) -> tuple[int, int]:
 class Readings:
     """The rows of one placement, ready for :mod:`stepgauge.face_errors`.
 
-    ``axis``: the gauge axis that positions are projected on; ``off_mm (n,)``: position along it minus certified
-    position at the recorded gauge temperature; ``faces``: of the used section. ``left_out``: readings that their
+    ``axis``: the gauge axis that positions are projected on; ``by_face``: positions along it minus certified positions
+    at the recorded gauge temperature; ``faces``: of the used section. ``left_out``: readings that their
     repeats contradict; ``kept``: rows of the recording that are used, None for all; ``remark``: on readings that stand
     out and are used; ``tilt_rad``: of the line of the readings against the axis.
     """
 
     axis: Array
-    face: NDArray[np.int64]
-    off_mm: Array
+    by_face: ByFace
     faces: NDArray[np.int64]
     left_out: tuple[LeftOut, ...] = ()
     kept: NDArray[np.intp] | None = None
     remark: str | None = None
     tilt_rad: float = 0.0
+
+    @property
+    def face(self) -> NDArray[np.int64]:
+        return self.by_face.face
+
+    @property
+    def off_mm(self) -> Array:
+        return self.by_face.off_mm
 
 
 def project_readings(
@@ -201,28 +208,27 @@ def project_readings(
     check_approaches(dot(approach, axis), face, recording.path)
     position = [recording.frame[name].to_numpy(float) for name in POSITION]
     along = dot(position, axis)
-    off_mm = along - certified_mm(recording, gauge, face)
-    check_positions(off_mm, along, face, gauge, recording.path)
-    check_beside(position, axis, face, gauge, recording.path)
-    check_tip(off_mm, face, recording)
-    check_rows(recording)
     faces = np.arange(2 * section[0] - 1, 2 * section[1] + 1)
-    readings = Readings(axis, face, off_mm, faces, tilt_rad=tilt_rad(position, axis, face, gauge))
+    by_face = ByFace.of(along - certified_mm(recording, gauge, face), face, int(faces[-1]) + 1)
+    check_positions(by_face, along, gauge, recording.path)
+    check_beside(position, axis, face, gauge, recording.path)
+    check_tip(by_face, recording)
+    check_rows(recording)
+    readings = Readings(axis, by_face, faces, tilt_rad=tilt_rad(position, axis, face, gauge))
     return _find_slips(readings, recording, leave_out)
 
 
 def _find_slips(readings: Readings, recording: Recording, leave_out: bool) -> Readings:
     """The readings with those named, and left out if asked, that their repeats contradict."""
-    frame = recording.frame
-    off_mm, face = readings.off_mm, readings.face
-    found, remark = find_left_out(off_mm, face, frame["cycle"].to_numpy(), int(frame["placement"].iloc[0]), 0.0)
+    cycle, placement = recording.frame["cycle"].to_numpy(), int(recording.frame["placement"].iloc[0])
+    found, remark = find_left_out(readings.by_face, cycle, placement, 0.0)
     if found or remark:  # only then the resolution matters, which takes time to find
-        cycle, step = frame["cycle"].to_numpy(), resolution_mm(recording.position_mm)
-        found, remark = find_left_out(off_mm, face, cycle, int(frame["placement"].iloc[0]), step)
+        found, remark = find_left_out(readings.by_face, cycle, placement, resolution_mm(recording.position_mm))
     if not found or not leave_out:
         return replace(readings, left_out=found, remark=remark)
-    kept = np.setdiff1d(np.arange(len(face)), [one.row for one in found])
-    return replace(readings, face=face[kept], off_mm=off_mm[kept], left_out=found, kept=kept)
+    kept = np.setdiff1d(np.arange(len(readings.face)), [one.row for one in found])
+    by_face = ByFace.of(readings.off_mm[kept], readings.face[kept], len(readings.by_face.count))
+    return replace(readings, by_face=by_face, left_out=found, kept=kept)
 
 
 def _evaluate_placement(
@@ -232,7 +238,7 @@ def _evaluate_placement(
     if readings.kept is not None:
         recording = replace(recording, frame=recording.frame.iloc[readings.kept])
     faces = readings.faces
-    seen = face_statistics(readings.off_mm, readings.face, faces)
+    seen = readings.by_face.statistics(faces)
     notes = _notes(faces, seen.count)
     _check_reference(seen, notes, recording.path)
     blocks = _check_blocks(seen, origin, notes, recording.path)

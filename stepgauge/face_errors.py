@@ -7,6 +7,7 @@ thousands of recordings of one program with the code that evaluates one.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -15,6 +16,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 REffOrigin = Literal["first", "all"]
+PIECE = 65_536
+"""Readings that are worked on at a time."""
 
 
 @dataclass(frozen=True)
@@ -53,33 +56,60 @@ class FaceErrors:
         return self.xb_um - self.xf_um
 
 
-def face_statistics(off_mm: Array, face: Counts, faces: Counts) -> FaceStatistics:
-    """Count, mean and standard deviation (n - 1, Eqs 5 and 7) by face.
+@dataclass(frozen=True)
+class ByFace:
+    """Readings along the gauge with count and mean by number of the face, worked out once for all that needs them.
 
-    Parameters
-    ----------
-    off_mm : position along the gauge minus certified position, shape ``(..., n)``
-    face : face of every row, shape ``(n,)``
-    faces : faces of the used section, rising, shape ``(k,)``
+    ``off_mm (..., n)``: position along the gauge minus certified position; ``face (n,)``; ``count (s,)`` and ``mean_mm
+    (..., s)`` by number of the face from 0 (NaN where there is none).
     """
-    slots = int(max(face.max(), faces.max())) + 1
-    batch = off_mm.shape[:-1]
-    flat = off_mm.reshape(-1, off_mm.shape[-1])
-    index = face if len(flat) == 1 else face + slots * np.arange(len(flat))[:, None]
-    count = np.bincount(face, minlength=slots)
 
-    def by_face(values: Array) -> Array:
-        sums = np.bincount(index.ravel(), values.ravel(), len(flat) * slots)
-        return np.asarray(sums, dtype=float).reshape(len(flat), slots)
+    off_mm: Array
+    face: Counts
+    count: Counts
+    mean_mm: Array
 
-    with np.errstate(divide="ignore", invalid="ignore"):
-        mean = by_face(flat) / count
-        off = mean.take(face, axis=1)
-        np.subtract(flat, off, out=off)  # on large tables fresh memory costs more than the sums
-        variance = by_face(np.square(off, out=off)) / (count - 1)
-    deviation = np.sqrt(np.where(count > 1, variance, np.nan))
-    shape = (*batch, len(faces))
-    return FaceStatistics(faces, count[faces], mean[:, faces].reshape(shape), deviation[:, faces].reshape(shape))
+    @classmethod
+    def of(cls, off_mm: Array, face: Counts, slots: int = 0) -> ByFace:
+        """From readings by row; ``slots``: at least so many numbers of faces."""
+        slots = max(int(face.max()) + 1, slots)
+        count = np.bincount(face, minlength=slots)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return cls(off_mm, face, count, _sums(off_mm, face, slots) / count)
+
+    @cached_property
+    def from_mean_mm(self) -> Array:
+        """Every reading minus the mean of its face, ``(..., n)``."""
+        from_mean = np.empty_like(self.off_mm)
+        rows = max(1, PIECE // max(1, from_mean.size // max(1, len(self.face))))
+        for first in range(0, len(self.face), rows):  # in pieces that stay in the cache: memory is the cost
+            part = slice(first, first + rows)
+            level = self.mean_mm.take(self.face[part], axis=-1)
+            np.subtract(self.off_mm[..., part], level, out=from_mean[..., part])
+        return from_mean
+
+    def statistics(self, faces: Counts) -> FaceStatistics:
+        """Count, mean and standard deviation (n - 1, Eqs 5 and 7) of the used faces ``(k,)``, rising."""
+        count = self.count[faces]
+        square = _sums(np.square(self.from_mean_mm), self.face, len(self.count))[..., faces]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            deviation = np.sqrt(np.where(count > 1, square / (count - 1), np.nan))
+        return FaceStatistics(faces, count, self.mean_mm[..., faces], deviation)
+
+
+def _sums(values: Array, face: Counts, slots: int) -> Array:
+    """Sums by number of the face, ``(..., slots)``, of ``values (..., n)``."""
+    if values.ndim == 1:
+        return np.asarray(np.bincount(face, values, slots), dtype=float)
+    flat = values.reshape(-1, values.shape[-1])
+    index = face + slots * np.arange(len(flat))[:, None]
+    sums = np.bincount(index.ravel(), flat.ravel(), len(flat) * slots)
+    return np.asarray(sums, dtype=float).reshape(*values.shape[:-1], slots)
+
+
+def face_statistics(off_mm: Array, face: Counts, faces: Counts) -> FaceStatistics:
+    """Statistics of readings ``off_mm (..., n)`` with their ``face (n,)``, for the used faces ``(k,)``, rising."""
+    return ByFace.of(off_mm, face, int(faces.max()) + 1).statistics(faces)
 
 
 def reference_face(seen: FaceStatistics) -> int | None:

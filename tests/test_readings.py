@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from stepgauge.errors import InputError
 from stepgauge.evaluate import evaluate
 from stepgauge.evaluation_files import write_evaluation
+from stepgauge.face_errors import ByFace
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import read_machine
 from stepgauge.montecarlo import recording_model
@@ -121,7 +122,7 @@ def test_the_steps_of_a_coarse_display_are_no_slips(step_mm: float, expected: fl
     position = np.round(whole.position_mm / step_mm) * step_mm
     assert resolution_mm(position) == pytest.approx(expected)
     off = np.repeat([0.0, 0.0, 0.0, 0.0, 3 * step_mm], 1)
-    assert slips(np.tile(off, 4), np.repeat([1, 2, 3, 4], 5), step_mm)[0].size == 0
+    assert slips(ByFace.of(np.tile(off, 4), np.repeat([1, 2, 3, 4], 5)), step_mm)[0].size == 0
 
 
 def test_what_was_left_out_stands_in_the_file(tmp_path: Path) -> None:

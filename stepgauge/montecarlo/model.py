@@ -24,6 +24,7 @@ from stepgauge.effects.thermal import REFERENCE_C, ScaleTemperature, Uncompensat
 from stepgauge.effects.totals import added_up, scatter_um
 from stepgauge.evaluate import Evaluation, PlacementResult, Readings, evaluate, project_readings
 from stepgauge.face_errors import (
+    ByFace,
     FaceErrors,
     FaceStatistics,
     REffOrigin,
@@ -382,17 +383,13 @@ def _part(
     if readings.kept is not None:
         recording = replace(recording, frame=recording.frame.iloc[readings.kept])
     if sign < 0:
-        readings = replace(readings, off_mm=_mean_of_face(readings))
+        one = readings.by_face
+        means = ByFace.of(one.mean_mm[one.face], one.face, len(one.count))
+        readings = replace(readings, by_face=means)  # the noise of the recording is drawn anew
     columns: dict[str, Any] = {name: recording.frame[name].to_numpy() for name in recording.frame.columns}
     reference = gauge.table.reference_temperature_C
     temperature = columns.get("gauge_temperature_C", np.full(len(readings.face), reference))
     return Part(number, columns, readings, temperature - reference, first_row)
-
-
-def _mean_of_face(readings: Readings) -> Array:
-    """Every reading replaced by the mean of its face."""
-    faces = np.arange(1, readings.face.max() + 1)
-    return face_statistics(readings.off_mm, readings.face, faces).mean_mm[readings.face - 1]
 
 
 def pooled_deviation_um(model: Model) -> tuple[float, int]:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.face_errors import ByFace
 from stepgauge.gauge import Gauge
 from stepgauge.numerals import number
 from stepgauge.recording.columns import POSITION
@@ -46,10 +47,10 @@ def check_recording(recording: Recording, gauge: Gauge) -> None:
         axis = axis_from_approaches(approach, face, recording.path)
         check_approaches(dot(approach, axis), face, recording.path)
         along = dot(columns, axis)
-        off_mm = along - certified_mm(part, gauge, face)
-        check_positions(off_mm, along, face, gauge, recording.path)
+        readings = ByFace.of(along - certified_mm(part, gauge, face), face)
+        check_positions(readings, along, gauge, recording.path)
         check_beside(columns, axis, face, gauge, recording.path)
-        check_tip(off_mm, face, part)
+        check_tip(readings, part)
         check_rows(part)
 
 
@@ -98,11 +99,9 @@ def axis_from_approaches(approach: Sequence[Array], face: NDArray[np.int64], pat
 
 def check_approaches(along: Array, face: NDArray[np.int64], path: str) -> None:
     """Fronts are approached along the axis, backs against it; ``along (n,)``: cosine of each approach to it."""
-    front = (face & 1).astype(bool)
-    against = np.abs(along) < 0.5
-    against |= (along > 0.0) != front
-    if against.any():
-        row = int(against.argmax())
+    onto = along * (2.0 * (face & 1) - 1.0)
+    if not onto.min(initial=1.0) >= 0.5:
+        row = int((~(onto >= 0.5)).argmax())
         side, way = ("front", "along") if face[row] % 2 else ("back", "against")
         raise InputError(
             path,
@@ -123,23 +122,21 @@ def certified_mm(recording: Recording, gauge: Gauge, face: NDArray[np.int64]) ->
     return certified
 
 
-def check_positions(off_mm: Array, along: Array, face: NDArray[np.int64], gauge: Gauge, path: str) -> None:
+def check_positions(readings: ByFace, along: Array, gauge: Gauge, path: str) -> None:
     """Every face must be where the certificate puts it, apart from the tip's width and the machine's errors.
 
-    Fronts are held against fronts and backs against backs. ``off_mm``, ``along (n,)``: position along the axis minus
-    certified position, and that position itself.
+    Fronts are held against fronts and backs against backs. ``along (n,)``: position along the axis.
     """
-    count = np.bincount(face)
-    seen = np.flatnonzero(count)
-    mean = np.bincount(face, off_mm)[seen] / count[seen]
+    seen = np.flatnonzero(readings.count)
+    mean, face = readings.mean_mm[seen], readings.face
     level = {side: float(np.median(mean[seen % 2 == side])) for side in (0, 1) if (seen % 2 == side).any()}
     tip = abs(level.get(0, 0.0) - level.get(1, 0.0)) if len(level) == 2 else 0.0
-    slots = np.array([level.get(number % 2, 0.0) for number in range(len(count))])
-    beside = slots.take(face)
-    np.subtract(off_mm, beside, out=beside)
-    if max(beside.max(), -beside.min()) <= WRONG_GAUGE_MM and tip <= 2 * LARGEST_RADIUS_MM:
+    slots = np.array([level.get(number % 2, 0.0) for number in range(len(readings.count))])
+    farthest = np.abs(readings.from_mean_mm).max() + np.abs(mean - slots[seen]).max()
+    if farthest <= WRONG_GAUGE_MM and tip <= 2 * LARGEST_RADIUS_MM:
         _check_sides(mean, seen, path)
         return
+    beside = readings.off_mm - slots[face]
     certified = gauge.position_mm[face - 1]
     slope = float(np.polyfit(certified, along, 1)[0]) if np.ptp(certified) else 1.0
     if -1.5 < slope < -0.5:
@@ -197,12 +194,12 @@ def _refuse_reversed(along: Array, certified: Array, face: NDArray[np.int64], sl
     )
 
 
-def check_tip(off_mm: Array, face: NDArray[np.int64], recording: Recording) -> None:
+def check_tip(readings: ByFace, recording: Recording) -> None:
     """The effective radius against the tip radius that the recording states, if it does (comment ``tip_radius_mm``)."""
     stated = number(recording.comments.get("tip_radius_mm", ""))
     if not np.isfinite(stated):
         return
-    sides = [off_mm[face % 2 == side] for side in (1, 0)]
+    sides = [readings.off_mm[readings.face % 2 == side] for side in (1, 0)]
     if not all(side.size for side in sides):
         return
     radius_mm = float(sides[1].mean() - sides[0].mean()) / 2.0

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.face_errors import ByFace
+
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 TIMES = 8.0
@@ -62,23 +64,20 @@ class LeftOut:
         return f"face {self.face} in cycle {self.cycle} ({self.off_um:+.4g} um, limit {self.limit_um:.2g} um)"
 
 
-def slips(off_mm: Array, face: Rows, resolution_mm: float = 0.0) -> tuple[Rows, Array, Array]:
+def slips(readings: ByFace, resolution_mm: float = 0.0) -> tuple[Rows, Array, Array]:
     """Rows that their repeats contradict, how far from the median of their face they lie, and the limit, um.
 
     Parameters
     ----------
-    off_mm : position along the gauge minus certified position, shape ``(n,)``
-    face : face of every row, shape ``(n,)``
+    readings : positions along the gauge minus certified positions, one series
     resolution_mm : smallest step of the coordinates
     """
-    count = np.bincount(face)
+    off_mm, face, count = readings.off_mm, readings.face, readings.count
     often = count[count > 2]
     if not often.size:
         return _none()
     repeated = slice(None) if often.sum() == len(face) else count[face] > 2
-    mean = np.bincount(face, off_mm) / np.maximum(count, 1)
-    from_mean = mean.take(face)
-    np.abs(np.subtract(off_mm, from_mean, out=from_mean), out=from_mean)
+    from_mean = np.abs(readings.from_mean_mm)
     typical = float(np.median(often))
     sample = from_mean[repeated][:: max(1, int(often.sum()) // SAMPLE)]
     sigma_mm = _TO_SIGMA * float(np.median(sample)) * np.sqrt(typical / (typical - 1.0))
@@ -124,10 +123,11 @@ def _scatter_mm(off_mm: Array, face: Rows, one: int) -> float:
 
 
 def find_left_out(
-    off_mm: Array, face: Rows, cycle: Rows, placement: int, resolution_mm: float
+    readings: ByFace, cycle: Rows, placement: int, resolution_mm: float
 ) -> tuple[tuple[LeftOut, ...], str | None]:
     """The readings of a placement to be left out, and a remark on those that are kept although they stand out."""
-    rows, off_um, limit_um = slips(off_mm, face, resolution_mm)
+    face = readings.face
+    rows, off_um, limit_um = slips(readings, resolution_mm)
     if not rows.size:
         return (), None
     if rows.size > max(2.0, FEW * len(face)):

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.face_errors import PIECE
 from stepgauge.gauge import Gauge
 from stepgauge.recording.columns import OPTIONAL, POSITION
 from stepgauge.recording.table import Recording
@@ -20,18 +21,20 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 JUMP_K = 1.0
 """A gauge or a scale does not change by this from one probing to the next and back again."""
-SAMPLE = 50_000
+SAMPLE = 10_000
 """Rows that the direction of the readings is taken from."""
 FEW = 0.02
 """Share of rows up to which they are slips: what happens more often is how it was measured."""
 
 
 def dot(columns: Sequence[Array], vector: Array) -> Array:
-    """Sum of three columns times their shares, in two arrays: on large tables fresh memory costs more than the sums."""
-    total = columns[0] * vector[0]
-    term = np.empty_like(total)
-    for column, share in zip(columns[1:], vector[1:], strict=True):
-        total += np.multiply(column, share, out=term)
+    """Sum of three columns times their shares, in pieces that stay in the cache: on large tables memory is the cost."""
+    total = np.empty(len(columns[0]))
+    for first in range(0, len(total), PIECE):
+        part = slice(first, first + PIECE)
+        total[part] = columns[0][part] * vector[0]
+        for column, share in zip(columns[1:], vector[1:], strict=True):
+            total[part] += column[part] * share
     return total
 
 
@@ -156,7 +159,12 @@ def check_copies(recording: Recording) -> None:
     if math.prod(slots) > 20 * len(frame) + 1e6:  # counts far apart: too many slots to count in
         twice = frame.duplicated(["placement", "cycle", "face"], keep=False).to_numpy()
     else:
-        slot = (keys[0] * slots[1] + keys[1]) * slots[2] + keys[2]
+        slot = keys[0] * slots[1]
+        slot += keys[1]
+        slot *= slots[2]
+        slot += keys[2]
+        if (slot[1:] > slot[:-1]).all():
+            return
         count = np.bincount(slot)
         if count.max() < 2:
             return
