@@ -29,6 +29,8 @@ from stepgauge.placement import Placement
 Array = NDArray[np.float64]
 DECIMALS = 4
 """Of coordinates in mm: nobody sees more in a scene."""
+EYE = {"x": 0.75, "y": 0.75, "z": 0.6}
+"""Where the scene is seen from at first, in lengths of its longest side."""
 PAGE = """<!DOCTYPE html>
 <html lang="en">
 <head><meta charset="utf-8"><title>{title}</title></head>
@@ -129,12 +131,13 @@ def path_scene(
     ]
     traces += [] if travel_mm is None else [_travel_volume(np.asarray(travel_mm, float))]
     traces += [_stop(travelled)] if stopped else []
-    axes = {f"{axis}axis": {"title": {"text": f"{axis} (mm)"}} for axis in "xyz"}
+    aspect = _aspect(traces)
+    axes = {f"{axis}axis": {"title": {"text": f"{axis} (mm)"}, "nticks": _ticks(aspect[axis])} for axis in "xyz"}
     return go.Figure(
         traces,
         {
             "title": {"text": html.escape(title)},
-            "scene": {"aspectmode": "manual", "aspectratio": _aspect(traces), **axes},
+            "scene": {"aspectmode": "manual", "aspectratio": aspect, "camera": {"eye": EYE}, **axes},
             "margin": {"l": 0, "r": 0, "b": 0, "t": 40 if title else 0},
             "legend": {"itemsizing": "constant"},
         },
@@ -150,6 +153,11 @@ def _aspect(traces: Sequence[Any]) -> dict[str, float]:
         size[axis] = float(np.nanmax(values) - np.nanmin(values))
     longest = max(size.values())
     return {axis: max(one / longest, 0.05) for axis, one in size.items()}
+
+
+def _ticks(share: float) -> int:
+    """As many numbers as can be read along an axis of that share of the longest one."""
+    return max(2, round(8 * share))
 
 
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
