@@ -142,7 +142,7 @@ def test_wrong_suffixes_leave_no_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"path\.gif"):
         draw_path(tmp_path / "path.gif", run(1).path, gauge, lay(gauge), RADIUS_MM)
     with pytest.raises(InputError, match=r"\.html"):
-        write_path_html(tmp_path / "path.png", run(1).path, gauge, lay(gauge), RADIUS_MM)
+        write_path_html(tmp_path / "path.png", path_scene(run(1).path, gauge, lay(gauge), RADIUS_MM))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -172,25 +172,24 @@ def closed(triangles: np.ndarray) -> bool:
 def test_the_html_is_one_file_with_hover_text(tmp_path: Path) -> None:
     gauge, machine = shipped()
     title = "</script><script>alert(1)</script>"
-    file = write_path_html(
-        tmp_path / "path.html", run(1).path, gauge, lay(gauge), RADIUS_MM, machine.travel_mm, 20, title
-    )
+    scene = path_scene(run(1).path, gauge, lay(gauge), RADIUS_MM, machine.travel_mm, 20, title)
+    file = write_path_html(tmp_path / "path.html", scene)
     text = file.read_text(encoding="utf-8")
     assert text.count("</script>") == 3  # those of the page
     assert not re.search(r"<script[^>]+src=|<link", text)  # nothing is fetched
-    scene = json.loads(re.search(r'id="scene">(.*?)</script>', text, re.DOTALL)[1])  # type: ignore[index]
-    (probed,) = [one for one in scene["data"] if one["name"].startswith("probed")]
+    drawn = json.loads(re.search(r'id="scene">(.*?)</script>', text, re.DOTALL)[1])  # type: ignore[index]
+    (probed,) = [one for one in drawn["data"] if one["name"].startswith("probed")]
     assert probed["customdata"][:2] == [[1, 1], [2, 1]]
     assert "face %{customdata[0]}, cycle %{customdata[1]}" in probed["hovertemplate"]
     packed = re.search(r'id="library">(.*?)</script>', text, re.DOTALL)[1]  # type: ignore[index]
     assert gzip.decompress(base64.b64decode(packed)).decode() == get_plotlyjs()
-    assert "stopped here" in [one["name"] for one in scene["data"]]
+    assert "stopped here" in [one["name"] for one in drawn["data"]]
 
 
 def test_moves_repeated_in_every_cycle_are_in_the_page_once(tmp_path: Path) -> None:
     gauge = shipped()[0]
     one, five = (
-        write_path_html(tmp_path / f"{n}.html", run(n).path, gauge, lay(gauge), RADIUS_MM).stat().st_size
+        write_path_html(tmp_path / f"{n}.html", path_scene(run(n).path, gauge, lay(gauge), RADIUS_MM)).stat().st_size
         for n in (1, 5)
     )
     assert one < 2.5e6  # the library alone is 4.8 MB

@@ -206,7 +206,8 @@ def test_a_gauge_that_warms_or_a_door_that_opens_is_no_slip() -> None:
     whole = measured(gauge_temperature_C=20.0)
     rows = np.arange(len(whole))
     for temperature in (20.0 + 0.05 * rows, np.where(rows < 80, 20.0, 23.0), 20.0 + 3.0 * np.sin(rows / 20.0)):
-        check_recording(replace(whole, frame=whole.frame.assign(gauge_temperature_C=temperature)), gauge())
+        warming = replace(whole, frame=whole.frame.assign(gauge_temperature_C=temperature))
+        assert evaluate(warming, gauge()).results[0].left_out == ()
 
 
 def test_a_time_out_of_order_is_refused_and_a_clock_that_starts_anew_is_not() -> None:

@@ -21,7 +21,7 @@ from stepgauge.diagnose.posterior.metric import Metric
 from stepgauge.diagnose.posterior.priors import Priors, shipped_priors
 from stepgauge.diagnose.posterior.scatter import OUTLYING, Scatter, Scatters
 from stepgauge.diagnose.posterior.search import Search
-from stepgauge.diagnose.posterior.told import systematic
+from stepgauge.diagnose.posterior.told import SURE_OUTLIER, systematic
 from stepgauge.diagnose.problem import bare_problem, make_problem
 from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Fit, Located, Noise, Verdict
@@ -43,9 +43,6 @@ SMALLEST_SIGMA_UM = 1e-5
 """Recordings that repeat better than this do so by construction, and give no scale to judge anything by."""
 GROWTH_UNITS = {"time": "um/h", "speed": "um/(mm/s)"}
 """Units of what scatter grows by; of a length otherwise."""
-SURE_OUTLIER = 0.5
-"""Probability from which a row is listed as an outlier."""
-MOST_LOCATED = 4
 
 
 @dataclass(frozen=True)
@@ -202,7 +199,7 @@ def _where(search: Search, model: Model, left: Sequence[Located], priors: Priors
     """Where the residuals are systematic before anything is named, and where forms are left; one to a covariate."""
     yield from left
     known, least = {one.covariate for one in left}, priors.decision.in_set
-    for look, probability, share in systematic(search, model.state, known, MOST_LOCATED, least):
+    for look, probability, share in systematic(search, model.state, known, least):
         yield located(look.candidate, look.atom, probability, share)
 
 

@@ -251,7 +251,6 @@ def _located(one: Located, left: bool) -> dict[str, Any]:
         "where": one.where,
         "share": one.share,
         "probability" if left else "probability_if_alone": one.probability,
-        "p_value": 1.0 - one.probability,
         "form": one.form,
     }
 

@@ -1,9 +1,6 @@
-"""From an answer's probabilities to what is said of a recording, by the rules of :mod:`.posterior.told` and these.
+"""From an answer's probabilities to what is said of a recording, by rules 1 to 3 of :mod:`.posterior.told`.
 
-4. A law beside a form that is told over the covariate that the law lives in is not named: a free function of time may
-   hold a step or a drift in it.
-5. Outliers, growing and correlated scatter are said if their probability is at least ``stated``. Correlated scatter
-   makes the verdict ``unknown``, as forms do: laws that are named beside it stay.
+The part of rule 3 that needs covariates is here: a free function of time may contain a step or a drift.
 """
 
 from __future__ import annotations
@@ -25,6 +22,7 @@ from stepgauge.diagnose.posterior.metric import Metric
 from stepgauge.diagnose.posterior.priors import Priors
 from stepgauge.diagnose.posterior.search import Search
 from stepgauge.diagnose.posterior.told import (
+    LEAST_ODDS,
     Said,
     determined,
     one_of_each_kind,
@@ -41,8 +39,6 @@ from stepgauge.diagnose.solve import Estimate, Fitted, Solved, solve, widened
 Array = NDArray[np.float64]
 FAINT = 0.3
 """Share of its largest weight below which a reading says too little of a form."""
-LEAST_ODDS = 1e-4
-"""Odds against the best hypothesis from which several laws in place of one are listed, with their odds."""
 MOST_FORMS = 3
 """Covariates that a place without a law is told with."""
 
@@ -59,7 +55,7 @@ class Model:
 
 
 def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) -> Model:
-    """The hypothesis told, by rules 1 to 4."""
+    """The hypothesis that is stated, by rules 1 to 3."""
     state, every = told(search, answer, priors.decision.stated)
     laws, forms = ([one for one in every if one.named is named] for named in (True, False))
     model = _fitted(search, state, laws, forms, data)
@@ -88,7 +84,7 @@ def with_doubts(model: Model, search: Search, answer: Answer, data: Residuals, p
 
 
 def _within_forms(laws: list[Said], forms: list[Said]) -> list[Said]:
-    """The laws that a form over their own covariate may hold (rule 4)."""
+    """The laws that a form over their own covariate may contain (rule 3)."""
     told = {one.lead.candidate.kind for one in forms}
     return [one for one in laws if told & _lives_in(one.source) and not _oscillates(one.source)]
 

@@ -6,9 +6,9 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from stepgauge.config import Vector3
 from stepgauge.effects.base import Array, Axis, Direction, Displacement, Effect, along, parameter
-from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
+from stepgauge.effects.geometry import PowerOfCoordinate
+from stepgauge.effects.motion import moved
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.thermal import REFERENCE_C, begins_s, hours_since
 
@@ -76,7 +76,7 @@ class ThermalShift(Following):
         return along(self.direction, self.um_per_K * self.warmer_K(probings))
 
 
-class ThermalBending(Following):
+class ThermalBending(PowerOfCoordinate, Following):
     """A gradient bends an axis: one of its error motions is d = per_K (T - T0) ((x - about) / 1 m)^order.
 
     A bar that is warmer above than below by g K per metre of its height bends with the curvature alpha g: straightness
@@ -92,20 +92,14 @@ class ThermalBending(Following):
     )
     covariates: ClassVar[tuple[str, ...]] = ("time", "coordinate")
     sought: ClassVar[bool] = False
-    axis: Axis = parameter(unit="", role="choice", meaning="axis that bends: x, y or z")
-    component: Component = parameter(unit="", role="choice", meaning=COMPONENTS)
     order: int = parameter(2, unit="", role="choice", meaning="power of the coordinate in metres", ge=0, le=9)
     per_K: float = parameter(
         unit="um or urad per K", meaning="error at 1 m from about_mm", ge=-1e5, le=1e5, sensible=(-20, 20)
     )
-    about_mm: float = parameter(0.0, unit="mm", role="fixed", meaning="where the power counts from", ge=-1e5, le=1e5)
-    scale_at_mm: Vector3 | None = reference_point()
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """An error motion as large as the body is warm."""
-        metres = (probings.axis_mm(self.axis) - self.about_mm) * 1e-3
-        amount = um_or_mrad(self.per_K * self.warmer_K(probings) * metres**self.order, self.component)
-        return moved(probings, self.axis, self.component, amount, self.scale_at_mm)
+        """An error motion in proportion to the change of temperature."""
+        return self.motion_um(self.per_K * self.warmer_K(probings), probings)
 
 
 class ScaleWarmUp(Effect):

@@ -11,7 +11,7 @@ from typing import ClassVar, Literal
 from pydantic import model_validator
 
 from stepgauge.config import Vector3
-from stepgauge.effects.base import Axis, Displacement, Effect, parameter
+from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
 from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
 from stepgauge.effects.probings import Probings
 
@@ -103,7 +103,23 @@ class Roll(Effect):
         return moved(probings, self.axis, f"r{self.axis}", angle_mrad, self.scale_at_mm)
 
 
-class ErrorMotion(Effect):
+class PowerOfCoordinate(Effect):
+    """One error motion of an axis, as a power of the axis' coordinate in metres, counted from ``about_mm``."""
+
+    axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
+    component: Component = parameter(unit="", role="choice", meaning=COMPONENTS)
+    order: int = parameter(1, unit="", role="choice", meaning="power of the coordinate in metres", ge=0, le=9)
+    about_mm: float = parameter(0.0, unit="mm", role="fixed", meaning="origin of the power", ge=-1e5, le=1e5)
+    scale_at_mm: Vector3 | None = reference_point()
+
+    def motion_um(self, coefficient: Array | float, probings: Probings) -> Displacement:
+        """The power times ``coefficient`` (um or urad at 1 m), rotations with their arm."""
+        metres = (probings.axis_mm(self.axis) - self.about_mm) * 1e-3
+        amount = um_or_mrad(coefficient * metres**self.order, self.component)
+        return moved(probings, self.axis, self.component, amount, self.scale_at_mm)
+
+
+class ErrorMotion(PowerOfCoordinate):
     """One of the 21 errors of a machine as a power of its axis' coordinate: d = coefficient ((x - about) / 1 m)^order.
 
     A positioning or straightness error in um, or a rotation in urad, which acts with the arm of
@@ -115,20 +131,13 @@ class ErrorMotion(Effect):
     source: ClassVar[str] = "ISO 230-1:2012, linear and angular error motions; Zhang et al. 1985, EXX to ECZ"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     sought: ClassVar[bool] = False
-    axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
-    component: Component = parameter(unit="", role="choice", meaning=COMPONENTS)
-    order: int = parameter(1, unit="", role="choice", meaning="power of the coordinate in metres", ge=0, le=9)
     coefficient: float = parameter(
         unit="um or urad", meaning="error at 1 m from about_mm", ge=-1e6, le=1e6, sensible=(-50, 50)
     )
-    about_mm: float = parameter(0.0, unit="mm", role="fixed", meaning="where the power counts from", ge=-1e5, le=1e5)
-    scale_at_mm: Vector3 | None = reference_point()
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """A power of the coordinate; rotations with their arm."""
-        metres = (probings.axis_mm(self.axis) - self.about_mm) * 1e-3
-        amount = self.coefficient * metres**self.order
-        return moved(probings, self.axis, self.component, um_or_mrad(amount, self.component), self.scale_at_mm)
+        return self.motion_um(self.coefficient, probings)
 
 
 def _different(effect: Straightness, travel: str, other: str, key: str, instead: str) -> Straightness:

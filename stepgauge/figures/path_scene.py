@@ -77,34 +77,23 @@ def probed_points(run_path: Path, gauge: Gauge, placement: Placement, tip_radius
     return ProbedPoints(tip, face, cycle)
 
 
-def write_path_html(
-    file: str | FilePath,
-    run_path: Path,
-    gauge: Gauge,
-    placement: Placement,
-    tip_radius_mm: float,
-    travel_mm: Array | None = None,
-    stop_piece: int | None = None,
-    title: str = "",
-) -> FilePath:
-    """Write a scene to turn in a browser: gauge, path and probed points in machine coordinates, mm.
+def write_path_html(file: str | FilePath, scene: Any) -> FilePath:
+    """Write what :func:`path_scene` made as one HTML file that needs no network.
 
-    One HTML file that needs no network. ``travel_mm`` of shape ``(3, 2)`` adds the box of the machine's travel; the
-    other parameters are those of :func:`draw_path`.
+    Raises :class:`InputError` for a suffix other than ``.html``.
     """
     if FilePath(file).suffix.lower() != ".html":
         raise InputError(file, "not a page for a browser", found=repr(FilePath(file).suffix), expected=".html")
-    scene = path_scene(run_path, gauge, placement, tip_radius_mm, travel_mm, stop_piece, title)
-    write_text(file, _page(scene, title))
+    write_text(file, _page(scene))
     return FilePath(file)
 
 
-def _page(scene: Any, title: str) -> str:
+def _page(scene: Any) -> str:
     from plotly.offline import get_plotlyjs
 
     library = base64.b64encode(gzip.compress(get_plotlyjs().encode(), mtime=0)).decode()
     data = scene.to_json().replace("<", "\\u003c")  # nothing in the data may end the script that it stands in
-    return PAGE.format(title=html.escape(title or "path of the tip"), scene=data, library=library)
+    return PAGE.format(title=scene.layout.title.text or "path of the tip", scene=data, library=library)
 
 
 def path_scene(
@@ -116,7 +105,11 @@ def path_scene(
     stop_piece: int | None = None,
     title: str = "",
 ) -> Any:
-    """The plotly figure of :func:`write_path_html`."""
+    """A scene to turn in a browser, a plotly figure: gauge, path and probed points in machine coordinates, mm.
+
+    ``travel_mm`` of shape ``(3, 2)`` adds the box of the machine's travel; the other parameters are those of
+    :func:`draw_path`.
+    """
     import plotly.graph_objects as go
 
     obstacles = make_obstacles(gauge, placement)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from stepgauge.figures.path import draw_path
-from stepgauge.figures.path_scene import write_path_html
+from stepgauge.figures.path_scene import path_scene, write_path_html
 from stepgauge.figures.shares import draw_shares
 from stepgauge.gauge import Gauge
 from stepgauge.machine import Run
@@ -31,7 +31,8 @@ def draw_run(
     if path is not None:
         draw_path(path, run.path, gauge, placement, radius_mm, run.stop_piece, title)
     if path_html is not None:
-        write_path_html(path_html, run.path, gauge, placement, radius_mm, machine.travel_mm, run.stop_piece, title)
+        scene = path_scene(run.path, gauge, placement, radius_mm, machine.travel_mm, run.stop_piece, title)
+        write_path_html(path_html, scene)
     drawn = [path, path_html]
     if shares is not None and run.shares is not None and len(run.recording):
         face = run.recording.frame["face"].to_numpy()

@@ -111,6 +111,7 @@ def plane(origin_mm: Sequence[float] = (0.0, 0.0, 0.0), normal: Sequence[float] 
     origin = np.asarray(origin_mm, dtype=float)
 
     def jet(u: Array, v: Array) -> Jet:
+        """Constant tangents; all second derivatives are zero."""
         flat = np.zeros((*u.shape, 3))
         return Jet(origin + u[..., None] * first + v[..., None] * second, flat + first, flat + second, flat, flat, flat)
 
@@ -126,6 +127,7 @@ def ellipsoid(a_mm: float, b_mm: float, c_mm: float) -> Surface:
     axes = np.array([a_mm, b_mm, c_mm], dtype=float)
 
     def jet(u: Array, v: Array) -> Jet:
+        """Products of sines and cosines of u and v, times the semi-axes."""
         cu, su, cv, sv, zero = np.cos(u), np.sin(u), np.cos(v), np.sin(v), np.zeros_like(u)
         rows = (
             (cu * sv, su * sv, cv),
@@ -149,6 +151,7 @@ def cylinder(radius_mm: float) -> Surface:
     """A shaft about the z axis, r = (R cos u, R sin u, v); turn ``outward`` for a bore with :func:`inside_out`."""
 
     def jet(u: Array, v: Array) -> Jet:
+        """A circle in u, a straight line in v."""
         cu, su, zero = radius_mm * np.cos(u), radius_mm * np.sin(u), np.zeros_like(u)
         flat, along = np.stack([zero] * 3, axis=-1), np.stack([zero, zero, zero + 1.0], axis=-1)
         return Jet(
@@ -170,6 +173,7 @@ def paraboloid(a_mm: float, b_mm: float) -> Surface:
     """
 
     def jet(u: Array, v: Array) -> Jet:
+        """Parabolas in u and in v; the second derivatives are constant."""
         zero, one = np.zeros_like(u), np.ones_like(u)
         flat, down = np.stack([zero] * 3, axis=-1), np.stack([zero, zero, -2.0 * b_mm * one], axis=-1)
         return Jet(
@@ -197,6 +201,7 @@ def from_function(function: PointFunction, step: float = 1e-3, outward: int = 1,
     moves = step * _OFFSETS
 
     def jet(u: Array, v: Array) -> Jet:
+        """Differences on a 5 x 5 grid about each place."""
         grid_u, grid_v = u[..., None, None] + moves[:, None], v[..., None, None] + moves
         points = np.asarray(function(*np.broadcast_arrays(grid_u, grid_v)), dtype=float)
         along_u, along_v = points[..., :, 2, :], points[..., 2, :, :]
@@ -220,6 +225,7 @@ def transformed(
     shift = np.asarray(translation_mm, dtype=float)
 
     def jet(u: Array, v: Array) -> Jet:
+        """The jet of ``surface``: all of it turned, the point moved too."""
         point, *derivatives = (part @ turn.T for part in surface.jet(u, v))
         return Jet(point + shift, *derivatives)
 

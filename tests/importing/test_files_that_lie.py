@@ -130,8 +130,10 @@ def test_the_truth_passes(tmp_path: Path) -> None:
     path = tmp_path / "recording.csv"
     comments = {"gauge_serial": "T-1", "gauge": "Test gauge, serial T-1", "tip_radius_mm": "1.5"}
     write_recording(path, stated(CASE, **comments))
-    for verb in ("evaluate", "diagnose", "import"):
-        run(verb, path, CASE.gauge)
+    recording = read_recording(path)
+    assert evaluate(recording, CASE.gauge).results[0].left_out == ()
+    assert diagnose(recording, CASE.gauge, make_machine(tip_radius_mm=1.5)).verdict == "adequate"
+    assert len(import_log(path, "csv", CASE.gauge).recording) == len(recording)
 
 
 @pytest.mark.parametrize(

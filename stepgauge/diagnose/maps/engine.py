@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.engine import MOST_LOCATED, SURE_OUTLIER, odds
+from stepgauge.diagnose.engine import odds
 from stepgauge.diagnose.located import UNDETERMINED
 from stepgauge.diagnose.maps.candidates import EMPIRICAL, GAUGE_KINDS, Candidate, candidates_for, empirical
 from stepgauge.diagnose.maps.forms import DIRECTION, Form, quantity_words
@@ -23,13 +23,19 @@ from stepgauge.diagnose.maps.search import Searched, form_of, searched
 from stepgauge.diagnose.maps.separate import reason, separate
 from stepgauge.diagnose.posterior.priors import Priors, shipped_priors
 from stepgauge.diagnose.posterior.scatter import OUTLYING
-from stepgauge.diagnose.posterior.told import Said, rival_laws, spread_factor, systematic, together
+from stepgauge.diagnose.posterior.told import (
+    LEAST_ODDS,
+    SURE_OUTLIER,
+    Said,
+    rival_laws,
+    spread_factor,
+    systematic,
+    together,
+)
 from stepgauge.diagnose.result import Located, Verdict
 from stepgauge.diagnose.solve import Estimate, widened
 
 Array = NDArray[np.float64]
-LEAST_ODDS = 1e-4
-"""Odds against the best hypothesis from which several laws in place of one are listed, with their odds."""
 HALF_A_DIGIT = 0.5 + 1e-6
 SIX_DIGITS = 5.1e-6
 """Share of a value that six printed digits leave open."""
@@ -231,7 +237,7 @@ def _where(found: Searched, left: Sequence[Located]) -> Iterator[Located]:
     yield from left
     known = [said.lead.candidate.kind for said in found.forms]
     least = found.priors.decision.in_set
-    for look, probability, share in systematic(found.search, found.state, known, MOST_LOCATED, least):
+    for look, probability, share in systematic(found.search, found.state, known, least):
         yield _located(look.candidate.source, look.atom, found, probability, share)
 
 

@@ -97,6 +97,7 @@ class SizedSearch(Search):
         self.rows, self.seed = rows, seed
 
     def run(self) -> State:
+        """The likelier of two hypotheses: the one searched from nothing, and the one that began with ``seed``."""
         best, seeded = super().run(), self.start
         for label in self.seed:
             for look in self.beside(seeded):

@@ -3,7 +3,13 @@
 1. In every place of the best hypothesis, nothing is said if nothing being there is likelier than ``1 - stated``.
 2. What is said is a law if the laws of the place are likelier together than its forms: the likeliest kind, with all
    other laws that have more than ``in_set`` of the place's probability as its set. Otherwise it is the likeliest form.
-3. A law whose size is less than ``determined`` standard uncertainties is not named, however likely.
+3. A law whose size is less than ``determined`` standard uncertainties is not named, however likely. Nor is a law beside
+   a form over the covariate that the law depends on, for the form may contain the law.
+4. Outliers, growing and correlated scatter are said if their probability is at least ``stated``. Correlated scatter
+   makes the verdict ``unknown``, as forms do: laws that are named beside it stay.
+
+These are the rules of docs/diagnosis.md. What rules 3 and 4 need of covariates and rows is in the two modules that use
+this one, for recordings and for probe maps.
 """
 
 from __future__ import annotations
@@ -21,6 +27,13 @@ from stepgauge.diagnose.posterior.looks import Look
 from stepgauge.diagnose.posterior.priors import Decision
 from stepgauge.diagnose.posterior.problem import Term
 from stepgauge.diagnose.posterior.search import Search
+
+SURE_OUTLIER = 0.5
+"""Probability from which a row is listed as an outlier."""
+LEAST_ODDS = 1e-4
+"""Odds against the best hypothesis from which several laws in place of one are listed, with their odds."""
+MOST_LOCATED = 4
+"""Covariates at most that are listed for systematic residuals."""
 
 
 @dataclass(frozen=True)
@@ -124,19 +137,19 @@ def one_of_each_kind(place: Place, named: bool) -> Iterator[Rival]:
 
 
 def systematic(
-    search: Search, state: State, known: Collection[str], most: int, least: float
+    search: Search, state: State, known: Collection[str], least: float
 ) -> Iterator[tuple[Look, float, float]]:
     """Forms that stand out before anything is named, one to a kind, with their probability alone and their share.
 
     They are rivals for one structure: those whose odds against the likeliest are below ``least`` are not where it
-    lives. ``state``: the scatter to judge by; ``known``: kinds that are told already; ``most``: kinds told altogether.
+    lives. ``state``: the scatter to judge by; ``known``: kinds that are told already.
     """
     start, told_kinds = search.evidence((), state.scatter, state.sigma_um), set(known)
     total = max(float(np.var(search.problem.um)) - start.sigma_um**2, 1e-300)
     looks = [look for look in search.beside(start) if not look.candidate.named and look.gain > 0.0]
     near = max((look.gain for look in looks), default=0.0) + float(np.log(least))
     for look in looks:
-        if look.gain < near or look.candidate.kind in told_kinds or len(told_kinds) >= most:
+        if look.gain < near or look.candidate.kind in told_kinds or len(told_kinds) >= MOST_LOCATED:
             continue
         told_kinds.add(look.candidate.kind)
         beside = search.added(start, look)
