@@ -1,8 +1,8 @@
 """What a probe test bench records, and the probe's parameters from it (Ren, Qu and Chen 2020, section 2).
 
-A push rod on a grating ruler pushes the tip while a laser watches the tip. Four readings of the rod tell the probe:
-r0 where rod and tip meet, r1 where the probe triggers, r2 where the rod stops, r3 where, on the way back, the tip
-stays behind. Pre-travel is r1 - r0 (Eq 2), hysteresis r3 - r0 (Eq 3), repeatability the range of r1 (Eq 4).
+A push rod on a grating ruler pushes the tip while a laser measures the position of the tip. Four positions of the rod
+characterise the probe: r0 at first contact of rod and tip, r1 at the trigger, r2 at standstill, r3 where the rod leaves
+the tip on its return. Pre-travel is r1 - r0 (Eq 2), hysteresis r3 - r0 (Eq 3), repeatability the range of r1 (Eq 4).
 """
 
 from __future__ import annotations
@@ -54,12 +54,12 @@ class Events(NamedTuple):
 
     @property
     def pretravel_um(self) -> float:
-        """Rod travel from touch to trigger (Eq 2)."""
+        """Rod travel from first contact to trigger (Eq 2)."""
         return 1e3 * (self.r1_mm - self.r0_mm)
 
     @property
     def hysteresis_um(self) -> float:
-        """Shift of the tip's zero after the push (Eq 3)."""
+        """Shift of the rest position of the tip after the push (Eq 3)."""
         return 1e3 * (self.r3_mm - self.r0_mm)
 
     @property
@@ -72,9 +72,9 @@ class Events(NamedTuple):
 class DirectionResult:
     """The pushes of one direction together: means, ranges and experimental standard deviations, all in um.
 
-    The repeatability of Eq 4 is ``trigger_range_um``; it compares rod readings of one zero, so that drift of the bench
-    is in it, while ``pretravel_range_um`` is free of a drift that moves r0 and r1 alike. The standard deviations are
-    None for a single push.
+    The repeatability of Eq 4 is ``trigger_range_um``; it compares rod positions counted from one zero, so it includes
+    drift of the bench, while ``pretravel_range_um`` is free of a drift that moves r0 and r1 alike. The standard
+    deviations are None for a single push.
     """
 
     direction_deg: float
@@ -90,7 +90,7 @@ class DirectionResult:
 
 @dataclass(frozen=True)
 class Anisotropy:
-    """Differences between directions, largest less smallest, in um, and the mean pre-travel over the directions."""
+    """Ranges over the directions, in um, and the mean pre-travel over the directions."""
 
     pretravel_um: float
     hysteresis_um: float
@@ -103,9 +103,9 @@ def find_events(push: Push, contact_from: ContactFrom = "signal") -> Events:
 
     Parameters
     ----------
-    push : the recording; the rod must be seen to advance, touch, trigger, stop and let go
+    push : the recording; it must contain advance, contact, trigger, standstill and release
     contact_from : ``"signal"`` takes r0 and r3 from the contact signal, ``"tip"`` from the laser alone, for ball and
-        rod that conduct no current: the straight line of tip against rod is carried back to the resting tip
+        rod that do not conduct: the straight line of tip against rod is extrapolated to the tip at rest
 
     Raises ``ValueError`` naming what the recording lacks.
     """
@@ -170,12 +170,12 @@ def _falling_edge(high: NDArray[np.bool_], complaint: str) -> int:
 
 
 def _between(values: Array, index: int) -> float:
-    """The middle of the interval in which the edge fell."""
+    """The middle of the sampling interval that contains the edge."""
     return float(values[index - 1] + values[index]) / 2.0
 
 
 def _departure(push: Push, part: slice) -> tuple[float, float]:
-    """Rod and time at which the tip's line meets the tip at rest, on one flank of the push."""
+    """Rod position and time at which the line of the moving tip meets the tip at rest, on one flank of the push."""
     rod, tip, time = push.rod_mm[part], push.tip_mm[part], push.time_s[part]
     low, stroke = float(tip.min()), float(np.ptp(tip))
     moving = (tip > low + _LINE_FROM * stroke) & (tip < low + _LINE_TO * stroke)

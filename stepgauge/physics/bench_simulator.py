@@ -1,8 +1,8 @@
-"""A virtual probe test bench: the signals Ren's device would record of a probe with known parameters.
+"""A virtual probe test bench: the signals of Ren's bench for a probe with known parameters.
 
-The rod advances at constant speed, meets the tip, pushes it until the probe triggers, brakes to a stand, dwells and
-returns at the same speed. The tip follows the rod less the flattening of the contact, and comes to rest ``hysteresis``
-away from where it started.
+The rod advances at constant speed, meets the tip, pushes it until the probe triggers, stops, dwells and
+returns at the same speed. The tip follows the rod, reduced by the indentation of the contact, and comes to rest at the
+distance ``hysteresis`` from its first position.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Bench:
     deceleration_mm_s2 : of the rod after the trigger
     latency_s : from the trigger to the start of braking
     sample_interval_s : of all four channels
-    gap_mm : rod travel from its zero to the resting tip
+    gap_mm : rod travel from its zero to the tip at rest
     dwell_s : standstill before the return
     grating_noise_um, laser_noise_um : one sigma of a sample
     """
@@ -49,10 +49,10 @@ class Probe:
 
     Parameters
     ----------
-    pretravel_um : rod travel from touch to trigger
-    hysteresis_um : shift of the tip's rest after a push; positive where it comes to rest pushed away from the rod
-    indentation_share : part of the rod's travel that flattens the contact instead of moving the tip
-    trigger_noise_um, zero_noise_um : one sigma, from push to push, of the trigger and of the resting tip
+    pretravel_um : rod travel from first contact to trigger
+    hysteresis_um : shift of the rest position of the tip after a push; positive away from the rod
+    indentation_share : share of the rod travel that is indentation of the contact instead of motion of the tip
+    trigger_noise_um, zero_noise_um : one sigma, from push to push, of the trigger and of the rest position of the tip
     """
 
     pretravel_um: float
@@ -123,10 +123,10 @@ def _motion(trigger_mm: float, bench: Bench) -> tuple[Array, Array, int]:
 def _tip(
     rod: Array, going: NDArray[np.bool_], touching: NDArray[np.bool_], ends_mm: tuple[float, float], share: float
 ) -> Array:
-    """The tip: pushed by the rod less the flattening, at rest before the touch and after the release.
+    """The tip: pushed by the rod, reduced by the indentation; at rest before the contact and after the release.
 
-    The flattening grows with the force on the way in; on the way back it is gone when the tip is let go, so that the
-    tip runs on a straight line from where it was pushed to, to where it comes to rest.
+    The indentation grows with the force during the advance; on the return it is zero at the release, so that the tip
+    moves on a straight line from its largest displacement to its rest position.
     """
     touch_mm, release_mm = ends_mm
     rest, far = release_mm - touch_mm, share * (rod[going][-1] - touch_mm)

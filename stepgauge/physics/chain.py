@@ -1,14 +1,14 @@
-"""The chain of axes of a machine: which bodies turn when a carriage turns, and about what.
+"""The chain of axes of a machine: which bodies rotate with a carriage, and about which point.
 
 A chain runs from the workpiece over the axes that carry the table to the base, and on over those that carry the probe
 to the tip. Each axis is a joint between two bodies; its *carriage* is the one farther from the base. A point that
 belongs to a carriage keeps its distance from it; the tip moves away from it by the travel of every joint that lies
-between that carriage and the tip. So, to first order in the errors, a turn e of the carriage of axis a moves the
-reading at the tip by e x arm with
+between that carriage and the tip. So, to first order in the errors, a rotation e of the carriage of axis a displaces
+the indication of the tip by e x arm with
 
-    arm_c = u_c (where the joint c lies between the carriage of a and the tip, else nothing) + tip_c - reference_ac,
+    arm_c = u_c (if the joint c lies between the carriage of a and the tip, else 0) + tip_c - reference_ac,
 
-u being the coordinates of the axes. The derivation stands in docs/virtual-cmm.md.
+where u are the coordinates of the axes. The derivation is in docs/virtual-cmm.md.
 
 Sources: G. Zhang, R. Veale, T. Charlton, B. Borchardt, R. Hocken, Error compensation of coordinate measuring machines,
 CIRP Annals 34 (1985) 445; the axes' order as in the structural codes of ISO 230-1:2012 and ISO 10791-6.
@@ -30,9 +30,9 @@ class Chain:
     Attributes
     ----------
     table, probe : names of the axes that carry the table and of those that carry the probe, from the base outward
-    reference_mm : by axis, the point of its carriage whose motion its positioning and straightness errors state, where
-        it is while all axes stand at 0; from the point that the axes count
-    tip_mm : tip centre from the point that the axes count (whose place is the axes' coordinates)
+    reference_mm : by axis, the point of its carriage whose motion its positioning and straightness errors describe,
+        with all axes at 0; from the point that the scales measure
+    tip_mm : tip centre from the point that the scales measure (the position of which is the coordinates of the axes)
     """
 
     table: str = ""
@@ -47,13 +47,13 @@ class Chain:
     def beyond(self, axis: str) -> str:
         """The joints between the carriage of an axis and the tip, in the order of the chain.
 
-        The carriage of an axis of the probe lies behind its joint, that of an axis of the table before it.
+        The carriage of an axis of the probe comes after its joint, that of an axis of the table before it.
         """
         joints = self.table[::-1] + self.probe
         return joints[joints.index(axis) + (axis in self.probe) :]
 
     def rest_arm_mm(self, axis: str, component: str, reference_mm: Vector | None = None) -> float:
-        """One component of the arm from the carriage's reference point to the tip while all axes stand at 0.
+        """One component of the arm from the carriage's reference point to the tip with all axes at 0.
 
         ``reference_mm``: a point of the carriage in place of that of the chain.
         """

@@ -1,6 +1,6 @@
-"""Hertz: how far two elastic bodies approach each other under a force, for balls on planes, spheres and cylinders.
+"""Hertzian contact: mutual approach of two elastic bodies under a force, for balls on planes, spheres and cylinders.
 
-Every approach here is k F^(2/3); the functions give the coefficient k, which depends on shapes and materials alone.
+Every approach here is k F^(2/3); the functions give the coefficient k, which depends only on shapes and materials.
 Source: K. L. Johnson, Contact Mechanics (1985), Eqs 3.22-3.24 (circle), 4.24-4.32 (ellipse). Ren et al. 2020 use the
 same law with rounded constants in Eqs 6 and 11.
 """
@@ -30,7 +30,7 @@ def contact_modulus_N_mm2(
 
 
 def approach_mm(coefficient: ArrayLike, force_N: ArrayLike) -> Array:
-    """Approach k F^(2/3) in mm; none for a force that pulls."""
+    """Approach k F^(2/3) in mm; 0 for a tensile force."""
     return np.asarray(coefficient, dtype=float) * np.maximum(np.asarray(force_N, dtype=float), 0.0) ** (2.0 / 3.0)
 
 
@@ -40,7 +40,7 @@ def ball_on_plane(radius_mm: ArrayLike, modulus_N_mm2: ArrayLike) -> Array:
 
 
 def ball_on_sphere(radius_mm: ArrayLike, sphere_radius_mm: ArrayLike, modulus_N_mm2: ArrayLike) -> Array:
-    """Coefficient k of a ball on a sphere; a negative radius is a hollow one (a ring gauge's bore ends).
+    """Coefficient k of a ball on a sphere; a negative radius is a hollow sphere.
 
     Raises ``ValueError`` if the ball does not fit into the hollow.
     """
@@ -61,7 +61,8 @@ def ball_on_cylinder(radius_mm: ArrayLike, cylinder_radius_mm: ArrayLike, modulu
 def elliptic_contact(first_per_mm: ArrayLike, second_per_mm: ArrayLike, modulus_N_mm2: ArrayLike) -> Array:
     """Coefficient k for two principal relative curvatures in 1/mm, in any order (Johnson 4.24-4.32).
 
-    Raises ``ValueError`` unless both are positive: with zero the contact is a line, which has no finite approach.
+    Raises ``ValueError`` unless both are positive: with zero the contact is a line, for which the approach is not
+    finite.
     """
     one, other = np.broadcast_arrays(np.asarray(first_per_mm, dtype=float), np.asarray(second_per_mm, dtype=float))
     small, large = np.minimum(one, other), np.maximum(one, other)
@@ -71,7 +72,7 @@ def elliptic_contact(first_per_mm: ArrayLike, second_per_mm: ArrayLike, modulus_
 
 
 def contact_radius_mm(radius_mm: ArrayLike, modulus_N_mm2: ArrayLike, force_N: ArrayLike) -> Array:
-    """Radius of the circle in which a ball touches, (3 F R / (4 E*))^(1/3) (Johnson 3.22).
+    """Radius of the circle of contact of a ball, (3 F R / (4 E*))^(1/3) (Johnson 3.22).
 
     ``radius_mm`` is the ball's radius on a plane, or 1 over the sum of the curvatures.
     """
@@ -104,7 +105,7 @@ def _elliptic_integrals(axes: Array) -> tuple[Array, Array]:
 
 
 def _squared_axis_ratio(ratio: Array) -> Array:
-    """(b/a)^2 of the ellipse for the ratio of curvatures (Johnson 4.25), by halving: the relation is monotonic."""
+    """(b/a)^2 of the ellipse for the ratio of curvatures (Johnson 4.25), by bisection: the relation is monotonic."""
     low, high = np.full(np.shape(ratio), -70.0), np.zeros(np.shape(ratio))
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)

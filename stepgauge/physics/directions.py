@@ -1,6 +1,6 @@
 """Directions about a probe: unit vectors <-> azimuth and elevation, and the patterns in which spheres are probed.
 
-A direction here is the outward surface normal at the contact, which is the way the surface pushes the tip; the
+A direction here is the outward surface normal at the contact, which is the direction of the force on the tip; the
 approach is its opposite. The pole is the stylus axis, from the tip to the probe body.
 """
 
@@ -15,9 +15,9 @@ Array = NDArray[np.float64]
 
 
 def probe_frame(stylus_axis: Sequence[float] = (0.0, 0.0, 1.0)) -> Array:
-    """Rows x', y', z' of the probe's own frame, (3, 3): z' is the stylus axis, x' the machine x made square to it.
+    """Rows x', y', z' of the frame of the probe, (3, 3): z' is the stylus axis, x' machine x made perpendicular to it.
 
-    A stylus along machine x takes machine y for x'. Raises ``ValueError`` for an axis that is zero or not finite.
+    For a stylus along machine x, x' comes from machine y. Raises ``ValueError`` for an axis that is zero or not finite.
     """
     axis = np.asarray(stylus_axis, dtype=float)
     length = np.linalg.norm(axis)
@@ -65,7 +65,7 @@ def iso_10360_5_points(azimuth_rad: float = 0.0) -> Array:
 def nine_degree_points(repeats: int = 5) -> Array:
     """Wozniak's grid: every 9 deg of azimuth and of elevation from 0 to 81 deg, (400 * repeats, 3).
 
-    The paper names the step, the five repeats and the total of 2000; 40 azimuths at 10 elevations give it.
+    The paper states the step, the five repeats and the total of 2000; 40 azimuths at 10 elevations give this total.
     """
     azimuth, elevation = np.meshgrid(np.radians(9.0 * np.arange(40)), np.radians(9.0 * np.arange(10)))
     return np.tile(unit_vectors(azimuth.ravel(), elevation.ravel()), (repeats, 1))

@@ -1,7 +1,7 @@
-"""How much a compensation gains: the systematic errors of a probe before and after, against a pre-travel known in full.
+"""Reduction of the error by a compensation: systematic errors of a probe before and after, for a known pre-travel.
 
-The judge of Wozniak's section 5. The truth is any function of direction (the full mechanical model, or a measured
-map); the compensation sees nothing of it but the few points of a qualification.
+As in Wozniak's section 5. The true pre-travel is any function of direction (the full mechanical model, or a measured
+map); the compensation knows only the few points of a qualification.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ _NO_ERROR_UM = 1e-6
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of the pre-travel taken off, (n,) in um, where the mean is taken off (before) and the model (after)."""
+    """Errors of the corrected pre-travel, (n,) in um: corrected by its mean (before) and by the model (after)."""
 
     before_um: Array
     after_um: Array
 
     @property
     def range_ratio(self) -> float:
-        """Range before over range after: what is left of the form error."""
+        """Range before over range after: by what factor the form error is reduced."""
         return _ratio(np.ptp(self.before_um), np.ptp(self.after_um))
 
     @property
@@ -49,11 +49,11 @@ class Errors:
 
 
 def errors_of_the_paper(pretravel_um: Pretravel, normals: Array, qualified: Array, model: LobeModel) -> Errors:
-    """Errors as Wozniak counts them: pre-travel measured directly, about a centre that is known (Eqs 6 and 9).
+    """Errors by Wozniak's definition: pre-travel measured directly, about a known centre (Eqs 6 and 9).
 
     Parameters
     ----------
-    pretravel_um : unit normals (..., 3) -> pre-travel (...) in um, the truth
+    pretravel_um : unit normals (..., 3) -> pre-travel (...) in um, the true one
     normals : (n, 3) directions to judge
     qualified : (m, 3) directions of the qualification
     model : shape of the compensation
@@ -65,7 +65,7 @@ def errors_of_the_paper(pretravel_um: Pretravel, normals: Array, qualified: Arra
 
 
 def errors_on_a_machine(pretravel_um: Pretravel, normals: Array, qualified: Array, model: LobeModel) -> Errors:
-    """Errors as a machine makes them: its centre is the one fitted to the qualification, which swallows a part.
+    """Errors on a machine: the centre is fitted to the qualification, and contains part of the pre-travel.
 
     Before: R_eff and centre of a least-squares sphere. After: constant and centre of :func:`wozniak.calibrate`.
     """
@@ -81,7 +81,7 @@ def errors_on_a_machine(pretravel_um: Pretravel, normals: Array, qualified: Arra
 
 
 def _ratio(before_um: float, after_um: float) -> float:
-    """Gain of a compensation; 1 where there was no error to take off, infinite where nothing is left of one."""
+    """Gain of a compensation; 1 where there was no error before, infinite where no error remains."""
     if before_um <= _NO_ERROR_UM and after_um <= _NO_ERROR_UM:
         return 1.0
     return float(before_um / after_um) if after_um > _NO_ERROR_UM else float("inf")

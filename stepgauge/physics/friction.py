@@ -1,10 +1,10 @@
-"""Friction of a touch: of the tip on the surface (Wozniak's mu) and of the arms in their seats (mu_g).
+"""Friction in a probing: of the tip on the surface (Wozniak's mu) and of the arms in their seats (mu_g).
 
-Both are Coulomb friction, fully mobilised against the motion that the touch forces; both pass into the frictionless
-statics of :mod:`stepgauge.physics.trigger` as their coefficient goes to zero. Wozniak names the two coefficients and
+Both are Coulomb friction, fully mobilised against the motion that the contact imposes; with coefficients of zero both
+give the frictionless statics of :mod:`stepgauge.physics.trigger`. Wozniak names the two coefficients and
 the friction moments of the two supports that stay closed, M_FB and M_FC (A. Wozniak, Simple method of 3D error
-compensation of triggering probes, section 2, symbols of Eq 3); his Eq 3 is not printed legibly in the copies at hand,
-so what stands here is derived from the equilibrium, not copied.
+compensation of triggering probes, section 2, symbols of Eq 3); his Eq 3 is not legible in the available copies,
+so the equations here are derived from the equilibrium.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ _RING_RADIUS = float(np.sqrt(2.0 * np.pi / (_RING * np.sin(2.0 * np.pi / _RING))
 def tip_force_direction(normal: ArrayLike, mu: float, compliance_ratio: float = 0.0) -> Array:
     """Direction (..., 3) of the force on a tip that drags over the surface with the normal (..., 3).
 
-    The stylus gives way sideways, so the tip slides along the surface; friction leans the force against that, towards
-    the stylus axis, by the friction angle atan(mu) at most. It leans no further than to where the tip would stick:
-    there the tip follows the machine, and the force takes the polar angle atan(ratio tan(polar)).
+    The stylus bends laterally, so the tip slides along the surface; friction inclines the force against this motion,
+    towards the stylus axis, by the friction angle atan(mu) at most. It does not go beyond the direction at which the
+    tip sticks: there the tip follows the machine, and the force has the polar angle atan(ratio tan(polar)).
 
     Parameters
     ----------
@@ -62,12 +62,13 @@ def trigger_force_N(
     arm_radius_mm: float = 0.0,
     down: ArrayLike = DOWN,
 ) -> Array:
-    """Largest force on the tip that the seat can hold when the arms rub on the balls, (...); beyond it, it must open.
+    """Largest force on the tip, (...), that the seat holds with friction of arms and balls; beyond it a contact opens.
 
-    Reactions may lean against the motion by the angle of friction. What six such contacts can balance is a convex cone
-    of wrenches; the force is used up where load and touch leave it. The faces of the cone depend neither on load nor on
-    direction, so that after them a million directions cost what they cost without friction. Without friction the cone
-    has six faces, the six motions that open one contact, and the force is the frictionless one.
+    Reactions may be inclined against the motion by the angle of friction. The wrenches that six such contacts can
+    balance form a convex cone; the result is the largest force that, with the load, is still in it. The faces of the
+    cone depend neither on load nor on direction, so that once they are known a direction costs as much as without
+    friction. Without friction the cone has six faces, the six motions that open one contact, and the force is the
+    frictionless one.
 
     Since friction leaves the reactions undetermined, this is the upper end: the first contact may open earlier, down to
     the frictionless force, if friction is not fully mobilised.
@@ -76,12 +77,13 @@ def trigger_force_N(
     ----------
     direction : (..., 3) unit vectors of the force on the tip
     mu_g : coefficient of friction in the seats, >= 0
-    arm_radius_mm : radius of the arms, from whose axis the points of contact lie off (half of Wozniak's d_3)
+    arm_radius_mm : radius of the arms: distance of the points of contact from the axis of the arm (half of Wozniak's
+        d_3)
     down : direction of gravity in the probe's frame
 
     Raises
     ------
-    ValueError : where the seat jams, that is for mu_g of tan(contact angle) and more
+    ValueError : if the seat is self-locking, for mu_g of tan(contact angle) and more
     """
     faces = _faces(unloaded(tripod), mu_g, arm_radius_mm)
     closed = -faces @ load_wrench(tripod, down)
@@ -99,11 +101,11 @@ def _opening_load(tripod: Tripod) -> Array:
 
 @lru_cache(maxsize=64)
 def _faces(geometry: Tripod, mu_g: float, arm_radius_mm: float) -> Array:
-    """Motions (faces, 6) in which none of the leaning reactions has positive power: the faces of their cone.
+    """Motions (faces, 6) in which none of the inclined reactions has positive power: the faces of their cone.
 
-    ``geometry`` is a seat that is unloaded; the array is not to be written to. All leaning reactions push upwards, so
-    the cone is cut at one unit of upward force and becomes a polytope. Arms that meet in one point make it degenerate;
-    joggling its corners by rounding errors (Qhull's QJ) makes it general again.
+    ``geometry`` is a seat without load; do not write to the array. All inclined reactions push upwards, so the cone is
+    cut at one unit of upward force, which gives a polytope. Arms that meet in one point make it degenerate; moving its
+    corners by rounding errors (Qhull's QJ) removes this.
     """
     points_mm = contact_points_mm(geometry)
     edges = _leaning_reactions(contact_normals(geometry), points_mm, mu_g, arm_radius_mm)
@@ -121,7 +123,7 @@ def _faces(geometry: Tripod, mu_g: float, arm_radius_mm: float) -> Array:
 
 
 def _leaning_reactions(normals: Array, points_mm: Array, mu_g: float, arm_radius_mm: float) -> Array:
-    """Wrenches (n, 6) of unit reactions that lean by the angle of friction, a ring of them for each contact."""
+    """Wrenches (n, 6) of unit reactions inclined by the angle of friction, a ring of them for each contact."""
     touching = points_mm - arm_radius_mm * normals
     if mu_g == 0.0:
         return wrench(normals, touching)

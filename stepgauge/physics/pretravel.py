@@ -1,17 +1,18 @@
-"""Pre-travel: how far the machine still moves between the first touch and the trigger.
+"""Pre-travel: travel of the machine from first contact to the trigger.
 
-Three displacements add up (Ren Eq 5, Wozniak Eq 2): of the transducer (the tripod tilts while its seats give way, and
-until its contacts are open far enough), of the stylus (bending, shear, compression) and of the contact between tip and
-surface (indentation). All are taken along the surface normal, since the tip slides along the surface freely.
+It is the sum of three displacements (Ren Eq 5, Wozniak Eq 2): of the transducer (the tripod tilts by the compliance of
+its seats, and until a contact is open far enough), of the stylus (bending, shear, compression) and of the contact
+between tip and surface (indentation). All are taken along the surface normal, since the tip slides along the surface
+freely.
 
-Two signs of the indentation are in the literature. Wozniak *adds* it: the machine has to travel what the surfaces give
-way, so this is the pre-travel of a machine reading, r - R_eff, which a simulated machine must show. Ren *subtracts* it:
-this is not the travel of the machine but the displacement left to the transducer and the stylus when their sum, as
-written, is taken for the whole; the two differ by twice the indentation.
+Two signs of the indentation are in the literature. Wozniak *adds* it: the machine travels the indentation, too, so this
+is the pre-travel in the indication of a machine, r - R_eff, which a simulated machine must show. Ren *subtracts* it:
+this is not the travel of the machine, but the displacement that remains for transducer and stylus if their sum, as
+written, is taken as the travel; the two differ by twice the indentation.
 
 Sources: G. Ren, X. Qu, X. Chen, Sensors 2020 (Abbe bench), Eqs 5-15; A. Wozniak, Simple method of 3D error
 compensation of triggering probes on coordinate measuring machine, Eq 2; M. Rodrigues 2021, Eq 3.2 (the sensing distance
-d_s = d_f / cos(inclination) is the sideways deflection, d_f is the pre-travel).
+d_s = d_f / cos(inclination) is the lateral deflection, d_f is the pre-travel).
 """
 
 from __future__ import annotations
@@ -33,14 +34,14 @@ _SIGN = {"added": 1.0, "subtracted": -1.0, "left out": 0.0}
 
 @dataclass(frozen=True)
 class Elasticity:
-    """What gives way in a probe, along and across the stylus.
+    """Compliances of a probe, along and across the stylus.
 
     Attributes
     ----------
-    lateral_mm_per_N, axial_mm_per_N : of the stylus and of what carries it, without the seats
+    lateral_mm_per_N, axial_mm_per_N : of the stylus and its carrier, without the seats
     seat_mm_per_N23 : Hertz coefficient k of one of the six contacts, approach = k F^(2/3); 0 = rigid seats
     tip_mm_per_N23 : Hertz coefficient of the tip on the surface; 0 = rigid
-    opening_mm : how far a contact must open before the probe's electronics see it (Wozniak's a)
+    opening_mm : opening of a contact at which the electronics respond (Wozniak's a)
     """
 
     lateral_mm_per_N: float
@@ -66,7 +67,7 @@ class Terms:
 def elastic_terms(
     elasticity: Elasticity, force_N: ArrayLike, normal: ArrayLike, push: ArrayLike | None = None
 ) -> Terms:
-    """Pre-travel of a probe whose transducer does not move, as of a piezo probe at its first stage.
+    """Pre-travel of a probe whose transducer does not move, such as a piezo probe at its first stage.
 
     Parameters
     ----------
@@ -109,11 +110,11 @@ def seat_displacement_mm(
     push: ArrayLike,
     down: ArrayLike = DOWN,
 ) -> Array:
-    """Displacement of the tip along the normal, (...), since the six contacts give way under the force.
+    """Displacement of the tip along the normal, (...), by the compliance of the six contacts.
 
-    This is Ren's rigid displacement L_c (Eq 7) without his lever L / L_a: by virtual work the tip moves by the sum of
-    the changes of approach of all six contacts, each times the change of its reaction per newton at the tip. A tripod
-    with rigid seats does not move before the trigger.
+    This is Ren's rigid displacement L_c (Eq 7) without his lever ratio L / L_a: by virtual work the tip moves by the
+    sum of the changes of approach of all six contacts, each times the change of its reaction per newton at the tip. A
+    tripod with rigid seats does not move before the trigger.
     """
     slopes = reaction_slopes(tripod, normal)
     rest = rest_reactions_N(tripod, down)
@@ -131,10 +132,10 @@ def opening_lever(tripod: Tripod, push: ArrayLike, normal: ArrayLike, down: Arra
 
 
 def piezo_force_N(direction: ArrayLike, lateral_N: float, axial_N: float) -> Array:
-    """Force (...) at which the sensing element of a two-stage probe answers, from its two thresholds.
+    """Force (...) at which the sensing element of a two-stage probe responds, from its two thresholds.
 
     Between across (``lateral_N``) and along the stylus (``axial_N``) the squares of the shares add up. With equal
-    thresholds the force is the same in all directions, as Wozniak takes it.
+    thresholds the force is the same in all directions, as Wozniak assumes.
     """
     n = np.asarray(direction, dtype=float)
     lateral = (n[..., 0] ** 2 + n[..., 1] ** 2) / lateral_N**2
@@ -158,7 +159,7 @@ class PretravelLaw:
         return root**2 * (self.two_thirds_mm + self.linear_mm * root)
 
     def force_N(self, pretravel_mm: ArrayLike) -> Array:
-        """The inverse (Ren writes f' in Eq 14): the force that belongs to a pre-travel >= 0.
+        """The inverse (Ren writes f' in Eq 14): the force at a pre-travel >= 0.
 
         With x = F^(1/3) this is the positive root of b x^3 + c x^2 = w: one for every w > 0. Found by Newton's method
         from above, where the cubic is convex and the steps never pass the root.

@@ -1,6 +1,6 @@
 """The uncertainty budget of a probe calibration and U(L) from it (Ren, Qu and Chen 2020, Table 2, Eqs 16-18).
 
-A component either is a length of its own (um) or grows with the measured length (um/m). Both parts are added in
+A component is either constant (um) or proportional to the measured length (um/m). Both parts are added in
 quadrature, U = k sqrt(a^2 + (b L)^2).
 """
 
@@ -33,12 +33,12 @@ class Budget:
 
     @property
     def fixed_um(self) -> float:
-        """Length-free part, um."""
+        """Part that does not depend on length, um."""
         return float(np.sqrt(sum(part.fixed_um**2 for part in self.components)))
 
     @property
     def per_m_um(self) -> float:
-        """Part that grows with length, um/m."""
+        """Part proportional to length, um/m."""
         return float(np.sqrt(sum(part.per_m_um**2 for part in self.components)))
 
     def expanded_um(self, length_m: ArrayLike, coverage_factor: float = 2.0) -> Array:
@@ -59,14 +59,14 @@ def temperature_um_per_m(u_temperature_K: float, expansion_per_K: float) -> floa
 def expansion_um_per_m(u_expansion_per_K: float, temperature_offset_K: float) -> float:
     """Standard uncertainty |T - 20| u(alpha) of a length from its expansion coefficient, in um/m.
 
-    Squared, these two are the terms (Delta T L)^2 u(alpha)^2 and (alpha L)^2 u(Delta T)^2 of the propagation; Eq 17
-    prints the sensitivities unsquared.
+    Squared, these two are the terms (Delta T L)^2 u(alpha)^2 and (alpha L)^2 u(Delta T)^2 of the propagation; in Eq 17
+    the sensitivity coefficients are not squared.
     """
     return 1e6 * u_expansion_per_K * abs(temperature_offset_K)
 
 
 def cosine_um_per_m(angle_rad: float) -> float:
-    """Shortening 1 - cos(angle) of a length measured askew, in um/m."""
+    """Cosine error 1 - cos(angle) of a length measured at an angle to its axis, in um/m."""
     return 1e6 * 2.0 * float(np.sin(angle_rad / 2.0)) ** 2
 
 
@@ -82,13 +82,13 @@ def repeatability_component(name: str, readings_um: ArrayLike) -> Component:
 
 
 def ren_budget(expansion_per_K: float = 11.5e-6, cosine_per_m_um: float = 0.001) -> Budget:
-    """The budget of Ren Table 2, its length part computed from the stated causes.
+    """The budget of Ren Table 2, its part proportional to length computed from the stated causes.
 
     Parameters
     ----------
     expansion_per_K : of the grating; the table's 0.058 and 0.115 um/m for 5 and 10 mK mean 11.5e-6
     cosine_per_m_um : the table's value. 0.1 mm in 100 mm, as the table states the cause, would give
-        ``cosine_um_per_m(1e-3)`` = 0.5 um/m, 500 times as much: pass that to see what it does.
+        ``cosine_um_per_m(1e-3)`` = 0.5 um/m, 500 times as much: pass this value to see its influence.
     """
     return Budget(
         (
@@ -107,10 +107,10 @@ def ren_budget(expansion_per_K: float = 11.5e-6, cosine_per_m_um: float = 0.001)
 
 
 def with_repeatability(pretravel_std_um: float | None) -> Budget:
-    """Ren's budget with the repeatability found on the bench itself.
+    """Ren's budget with the repeatability measured on the bench.
 
-    A pre-travel is the difference of two readings, and its standard deviation holds the scatter of both: it takes the
-    place of the zero and the trigger position together. None (a single push) keeps the table's values.
+    A pre-travel is the difference of two readings, and its standard deviation contains the scatter of both: it replaces
+    the components of zero and trigger position together. None (a single push) keeps the table's values.
     """
     budget = ren_budget()
     if pretravel_std_um is None:

@@ -1,11 +1,12 @@
 """How the probe tip slides while the spindle is fed into a surface (Rodrigues 2021, chapter 3).
 
-A stylus gives way sideways only, the spindle is fed against the surface normal. On a wall both are one direction; on an
-inclined or curved surface the tip slides, and bends the stylus by more than the feed. The feed is cut into
-sub-processes: after each, the ball must be tangent to the surface again, with its centre on the ray from the unbent
-position along the last deflection direction.
+A stylus bends laterally only; the spindle is fed against the surface normal. On a wall parallel to the stylus both
+directions are the same; on an inclined or curved surface the tip slides, and the deflection of the stylus is larger
+than the feed. The feed is divided into sub-processes: after each, the ball is tangent to the surface again, with its
+centre on the ray from the position of the unbent stylus along the last deflection direction.
 
-Positions are those of the tip centre: the spindle is the stylus length above, along ``stylus_axis`` (tip to spindle).
+Positions are those of the tip centre: the spindle is higher by the stylus length, along ``stylus_axis`` (tip to
+spindle).
 """
 
 from __future__ import annotations
@@ -40,11 +41,11 @@ class Tangency(NamedTuple):
 
 @dataclass(frozen=True)
 class SlidePath:
-    """The slide of n probings over k = 0..K sub-processes; index 0 is the first touch.
+    """The slide of n probings over k = 0..K sub-processes; index 0 is the first contact.
 
     Attributes
     ----------
-    feed_mm : (K + 1,) spindle travel since the first touch
+    feed_mm : (K + 1,) spindle travel since first contact
     deflection_mm : (K + 1, n) lateral deflection d_s of the stylus (Eq 3.7)
     centre_mm, contact_mm, normal : (K + 1, n, 3) tip centre, contact point, outward surface normal there
     u, v : (K + 1, n) surface parameters of the contact
@@ -60,7 +61,7 @@ class SlidePath:
 
     @property
     def sliding_mm(self) -> Array:
-        """(K + 1, n) path of the contact point over the surface since the first touch."""
+        """(K + 1, n) path of the contact point over the surface since first contact."""
         steps = np.linalg.norm(np.diff(self.contact_mm, axis=0), axis=-1)
         return np.concatenate([np.zeros((1, steps.shape[1])), np.cumsum(steps, axis=0)])
 
@@ -69,8 +70,8 @@ class Trigger(NamedTuple):
     """Where the probe triggers, one entry per probing; NaN (and sub-process -1) where it did not within the path.
 
     ``feed_mm`` is interpolated between sub-processes, ``subprocess`` is the thesis' k, the first at or past the
-    trigger, ``deflection_mm`` the sensing distance d_sd, ``spindle_mm`` (n, 3) the unbent tip centre, which is what a
-    machine latches.
+    trigger, ``deflection_mm`` the sensing distance d_sd, ``spindle_mm`` (n, 3) the tip centre of the unbent stylus,
+    which the machine latches.
     """
 
     feed_mm: Array
@@ -83,7 +84,7 @@ def inclined_deflection_mm(feed_mm: ArrayLike, polar_rad: ArrayLike) -> Array:
     """Lateral deflection on a plane, d_s = d_f / sin(polar) (Rodrigues Eq 3.2, with theta = 90 deg - polar).
 
     ``polar_rad`` is the angle between the surface normal and the stylus axis; 90 deg is a wall, where d_s = d_f.
-    Raises ``ValueError`` outside 0 < polar < 180 deg: a surface across the axis bends no stylus.
+    Raises ``ValueError`` outside 0 < polar < 180 deg: a surface perpendicular to the axis does not bend the stylus.
     """
     sine = np.sin(np.asarray(polar_rad, dtype=float))
     if np.any(sine <= _AXIAL):
@@ -136,10 +137,10 @@ def slide(
 
 
 def deflection_direction(normal: Array, stylus_axis: Array) -> Array:
-    """Unit direction V in which the stylus gives way: the normal less its part along the axis (Eqs 3.27 and 3.28).
+    """Unit vector V of the deflection of the stylus: the normal without its component along the axis (Eqs 3.27, 3.28).
 
-    The thesis' Eq 3.27 subtracts the whole scalar product from each component; its Eqs 3.9 and 4.25 show what is
-    meant. Raises ``ValueError`` for a normal along the axis.
+    The thesis' Eq 3.27 subtracts the whole scalar product from each component; its Eqs 3.9 and 4.25 show that the
+    axial component is meant. Raises ``ValueError`` for a normal along the axis.
     """
     lateral = normal - np.sum(normal * stylus_axis, axis=-1, keepdims=True) * stylus_axis
     length = np.linalg.norm(lateral, axis=-1, keepdims=True)
@@ -176,16 +177,17 @@ def target_point_mm(
 
     Parameters
     ----------
-    spindle_mm : (..., 3) latched position of the unbent tip centre (the thesis leaves out the stylus length here)
+    spindle_mm : (..., 3) latched position of the tip centre of the unbent stylus (the thesis omits the stylus length
+        here)
     approach : (..., 3) unit vector of travel towards the surface, N_0(in)
-    feed_at_trigger_mm : (...) k d_f, spindle travel between touch and trigger
+    feed_at_trigger_mm : (...) k d_f, spindle travel between first contact and trigger
     """
     beyond = tip_radius_mm - np.asarray(feed_at_trigger_mm, dtype=float)
     return np.asarray(spindle_mm, dtype=float) + beyond[..., None] * np.asarray(approach, dtype=float)
 
 
 class _Ray(NamedTuple):
-    """Where the tip centre may lie after a sub-process: start + share * feed + t * direction."""
+    """Possible positions of the tip centre after a sub-process: start + share * feed + t * direction."""
 
     start: Array
     feed: Array
@@ -193,13 +195,13 @@ class _Ray(NamedTuple):
 
 
 def _check_fit(surface: Surface, at: Tangency, radius_mm: float) -> None:
-    """A hollow narrower than the ball is touched at two places at once: no single contact to follow."""
+    """A hollow narrower than the ball has two points of contact: there is no single one to follow."""
     if np.any(1.0 + radius_mm * surface.curvatures_per_mm(at.u, at.v) <= 0.0):
         raise ValueError(f"{surface.name}: the hollow is narrower than the tip of radius {radius_mm} mm")
 
 
 def _follow(surface: Surface, radius_mm: float, ray: _Ray, guess: Tangency) -> Tangency:
-    """One sub-process, in one step or, where Newton loses its way, in 2, 4, 8... smaller ones."""
+    """One sub-process, in one step or, where Newton's method does not converge, in 2, 4, 8... smaller ones."""
     for halving in range(_HALVINGS):
         state = _follow_in_steps(surface, radius_mm, ray, guess, 2**halving)
         if state is not None:
@@ -221,10 +223,10 @@ def _follow_in_steps(surface: Surface, radius_mm: float, ray: _Ray, guess: Tange
 
 
 def _touch(surface: Surface, radius_mm: float, origin: Array, direction: Array, guess: Tangency) -> Tangency | None:
-    """Newton's method on S1(u, v) + r N(u, v) = P + t V (Eq 3.19 with its signs mended, u2, v2, lambda eliminated).
+    """Newton's method on S1(u, v) + r N(u, v) = P + t V (Eq 3.19 with corrected signs, u2, v2, lambda eliminated).
 
-    The ball touches with its point opposite the outward normal, so that the centre lies r outward of the contact.
-    Returns None where it does not converge.
+    The point of contact of the ball is opposite to the outward normal, so that the centre lies r outward of the
+    contact. Returns None where it does not converge.
     """
     u, v, t = guess
     tolerance_mm = _TOLERANCE * max(1.0, radius_mm, float(np.abs(origin).max()))

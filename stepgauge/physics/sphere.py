@@ -1,7 +1,7 @@
-"""The sphere fitted to probed points, and the effective tip radius that a probe is qualified with.
+"""The sphere fitted to probed points, and the effective tip radius from a qualification.
 
 A recorded tip centre lies ``sphere radius + tip radius - pre-travel`` from the centre of the reference sphere, so the
-fitted radius less that of the reference sphere is R_eff = r - w, the mean pre-travel included.
+fitted radius minus that of the reference sphere is R_eff = r - w, which includes the mean pre-travel.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ class SphereFit:
     ----------
     centre_mm : (3,)
     radius_mm : fitted radius
-    covariance_mm2 : (4, 4) of centre and radius; None with four points and no stated noise (nothing is left over)
+    covariance_mm2 : (4, 4) of centre and radius; None with four points and no stated noise (no degree of freedom is
+        left)
     residuals_um : (n,) distance of each point outside the sphere
     noise_um : standard deviation of one point: the stated one, or the one of the residuals
     degrees_of_freedom : n - 4
@@ -40,17 +41,17 @@ class SphereFit:
 
     @property
     def form_error_um(self) -> float:
-        """Largest less smallest residual, the range of radial distances about the least-squares centre."""
+        """Largest minus smallest residual, the range of radial distances about the least-squares centre."""
         return float(np.ptp(self.residuals_um))
 
     @property
     def u_radius_um(self) -> float | None:
-        """Standard uncertainty of the radius; None where nothing tells the noise."""
+        """Standard uncertainty of the radius; None if the noise is not known."""
         return None if self.covariance_mm2 is None else float(1e3 * np.sqrt(self.covariance_mm2[3, 3]))
 
     @property
     def u_centre_um(self) -> Array | None:
-        """Standard uncertainties of the centre, (3,); None where nothing tells the noise."""
+        """Standard uncertainties of the centre, (3,); None if the noise is not known."""
         return None if self.covariance_mm2 is None else 1e3 * np.sqrt(np.diag(self.covariance_mm2)[:3])
 
 
@@ -67,10 +68,10 @@ def fit_sphere(points_mm: ArrayLike, noise_um: float | None = None) -> SphereFit
     """Sphere of least sum of squared radial distances through n >= 4 points, (n, 3) in mm, in any pattern.
 
     The linear fit of x^2 + y^2 + z^2 starts Gauss-Newton on the true radial distances. With ``noise_um`` (standard
-    deviation of one probing) the uncertainty follows from it; without, from the residuals, which then also hold the
-    probe's lobing and the form of the sphere, so that few degrees of freedom say little.
+    deviation of one probing) the uncertainty follows from it; without, from the residuals, which then also contain
+    the lobing of the probe and the form error of the sphere: with few degrees of freedom this is a rough estimate.
 
-    Raises ``ValueError`` for fewer than four points, or points in one plane, which fit no single sphere.
+    Raises ``ValueError`` for fewer than four points, or points in one plane, which do not define one sphere.
     """
     points = np.asarray(points_mm, dtype=float)
     if points.ndim != 2 or points.shape[1] != 3 or len(points) < 4:

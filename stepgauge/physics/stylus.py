@@ -77,7 +77,7 @@ def length_mm(stylus: Stylus) -> float:
 
 
 def bending_compliance_mm_per_N(stylus: Stylus) -> float:
-    """Sideways motion of the tip per newton by bending: the sum of (a^3 - b^3) / (3 E I) over the sections.
+    """Lateral motion of the tip per newton by bending: the sum of (a^3 - b^3) / (3 E I) over the sections.
 
     a and b are the distances of a section's ends from the tip. One section gives L^3 / (3 E I) (Ren Eq 10).
     """
@@ -91,7 +91,7 @@ def bending_compliance_mm_per_N(stylus: Stylus) -> float:
 
 
 def shear_compliance_mm_per_N(stylus: Stylus) -> float:
-    """Sideways motion of the tip per newton by shear: the sum of l / (kappa G A) (Timoshenko, Cowper)."""
+    """Lateral motion of the tip per newton by shear: the sum of l / (kappa G A) (Timoshenko, Cowper)."""
     return float(sum(s.length_mm * _shear_softness(s) for s in stylus))
 
 
@@ -133,9 +133,10 @@ def centre_of_mass_mm(stylus: Stylus) -> float:
 
 
 def sag_mm(stylus: Stylus) -> float:
-    """How far the tip hangs down by the stylus' own weight when it lies level (shear left out).
+    """Deflection of the tip by the weight of a horizontal stylus, in mm (without shear).
 
-    The same at every touch of one orientation, so a qualification takes it off; between orientations it does not.
+    It is the same for all probings in one orientation, so a qualification corrects it; between orientations it does
+    not.
     """
     ends = _distances_from_tip(stylus)
     load = [s.mass_kg * GRAVITY_M_S2 / s.length_mm for s in stylus]
@@ -150,7 +151,7 @@ def sag_mm(stylus: Stylus) -> float:
 
 
 def _moment_of_weight(x: Array, far: float, near: float, load_N_per_mm: float) -> Array:
-    """Bending moment, at distances x from the tip, of the part of the load that lies nearer to the tip than x."""
+    """Bending moment at distances x from the tip, by the part of the load between the tip and x."""
     reach = np.clip(x, near, far)
     return load_N_per_mm * (reach - near) * (x - 0.5 * (reach + near))
 

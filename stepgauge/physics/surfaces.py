@@ -1,8 +1,8 @@
 """Parametric surfaces r(u, v): points, derivatives, outward normals and curvatures.
 
-A surface is known by its jet, the point and its first and second partial derivatives. The shapes here have theirs in
+A surface is defined by its jet: the point and its first and second partial derivatives. The shapes here have them in
 closed form; :func:`from_function` takes them from any r(u, v) by finite differences; :func:`transformed` carries a
-surface anywhere by a rigid motion. All functions accept scalar or array parameters that broadcast together.
+surface by a rigid motion. All functions accept scalar or array parameters that broadcast together.
 """
 
 from __future__ import annotations
@@ -167,9 +167,9 @@ def cylinder(radius_mm: float) -> Surface:
 
 
 def paraboloid(a_mm: float, b_mm: float) -> Surface:
-    """The convex surface r = (a u, a v, -b (u^2 + v^2)), material below (Rodrigues Eq 4.1, second component mended).
+    """The convex surface r = (a u, a v, -b (u^2 + v^2)), material below (Rodrigues Eq 4.1, second component corrected).
 
-    The curvature at its top is 2 b / a^2; a negative ``b_mm`` is a bowl.
+    The curvature at its top is 2 b / a^2; a negative ``b_mm`` gives a hollow.
     """
 
     def jet(u: Array, v: Array) -> Jet:
@@ -215,9 +215,9 @@ def from_function(function: PointFunction, step: float = 1e-3, outward: int = 1,
 def transformed(
     surface: Surface, rotation: ArrayLike | None = None, translation_mm: Sequence[float] = (0.0, 0.0, 0.0)
 ) -> Surface:
-    """The surface turned by the 3 x 3 ``rotation``, then moved by ``translation_mm``.
+    """The surface rotated by the 3 x 3 ``rotation``, then moved by ``translation_mm``.
 
-    Raises ``ValueError`` if ``rotation`` is not a proper rotation (a mirror would turn the material inside out).
+    Raises ``ValueError`` if ``rotation`` is not a proper rotation (a reflection would exchange material and air).
     """
     turn = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
     if turn.shape != (3, 3) or not np.allclose(turn @ turn.T, np.eye(3), atol=1e-9) or np.linalg.det(turn) < 0.0:
@@ -225,7 +225,7 @@ def transformed(
     shift = np.asarray(translation_mm, dtype=float)
 
     def jet(u: Array, v: Array) -> Jet:
-        """The jet of ``surface``: all of it turned, the point moved too."""
+        """The jet of ``surface``: rotated, and the point also moved."""
         point, *derivatives = (part @ turn.T for part in surface.jet(u, v))
         return Jet(point + shift, *derivatives)
 

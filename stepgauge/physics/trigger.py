@@ -1,14 +1,14 @@
 """Statics of a kinematic probe: a tripod on six contacts, a spring on it, a force at the tip.
 
-Three arms, 120 deg apart, lie each on two balls. Six frictionless contacts hold six degrees of freedom, so that the
-equilibrium of the rigid tripod alone gives the six reactions: no stiffness enters and nothing is iterated. The probe
-triggers when the first reaction falls to the force at which its contact opens (zero, if nothing else is known).
+Three arms, 120 deg apart, lie each on two balls. Six frictionless contacts constrain six degrees of freedom, so that
+the equilibrium of the rigid tripod alone gives the six reactions, without stiffness and without iteration. The probe
+triggers when the first reaction falls to the force at which its contact opens (zero, unless stated otherwise).
 
-Frame of all vectors here, the probe's own: origin where the probe axis meets the plane of the arms, z from the tip
+All vectors are in the frame of the probe: origin where the probe axis meets the plane of the arms, z from the tip
 towards the probe body, so that the tip is at (0, 0, -lever). A ``direction`` is a unit vector (..., 3) of the force on
 the tip; without friction it is the outward normal of the touched surface, the opposite of the approach. Its polar angle
-counts from z (90 deg = square to the stylus, 0 = the surface pushes the stylus into the probe), its azimuth from x
-towards y. Contact 2 k and contact 2 k + 1 carry arm k, the first on its clockwise side seen from the body.
+counts from z (90 deg = perpendicular to the stylus, 0 = the surface pushes the stylus into the probe), its azimuth from
+x towards y. Contact 2 k and contact 2 k + 1 carry arm k, the first on its clockwise side seen from the body.
 
 Sources: M. Rodrigues, An accurate on-machine surfaces measurement using FEA method, Concordia University 2021, sections
 2.7 to 2.9 and Tables 3.1, 4.1-4.9 (its "existing method"); G. Ren et al. 2020, section 3 and Fig 5, for the load K and
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 ARMS = 3
 CONTACTS = 6
 DOWN = (0.0, 0.0, -1.0)
-"""Direction of gravity in the frame of a probe that hangs."""
+"""Direction of gravity in the frame of a probe with its tip down."""
 
 # A direction whose load on the best contact is this small a part of the largest possible never opens a contact.
 _NEVER = 1e-12
@@ -46,15 +46,16 @@ class Tripod:
     contact_radius_mm : from the axis to the contacts
     contact_angle_rad : of the contact normals above the plane of the arms, inside (0, pi/2)
     lever_mm : from the plane of the arms to the tip centre
-    arm_azimuth_rad : azimuth of the first arm; a horizontal force along an arm meets the least resistance
+    arm_azimuth_rad : azimuth of the first arm; a lateral force along an arm is the smallest, or nearly so, that
+        triggers
     preload_offset_mm : x and y of the spring's line of action
-    weight_N : weight of all that moves with the tripod
-    weight_depth_mm : its centre of mass below the plane of the arms
+    weight_N : weight of all parts that move with the tripod
+    weight_depth_mm : depth of its centre of mass below the plane of the arms
     opening_force_N : reaction at which a contact counts as open, one for all or one for each of the six
 
     Raises
     ------
-    ValueError : for a seat that is no seat
+    ValueError : for values that do not make a seat
     """
 
     preload_N: float
@@ -116,13 +117,13 @@ def opening_twists(tripod: Tripod) -> Array:
 
 
 def unloaded(tripod: Tripod) -> Tripod:
-    """The seat alone, the same for all loads and levers: what a map asks for again and again is computed once."""
+    """The seat without load and lever: results that depend on the seat alone are computed once for it."""
     return Tripod(1.0, tripod.contact_radius_mm, tripod.contact_angle_rad, 1.0, tripod.arm_azimuth_rad)
 
 
 @lru_cache(maxsize=64)
 def _opening_twists(geometry: Tripod) -> Array:
-    """Of a seat that is :func:`unloaded`; not to be written to."""
+    """Of an :func:`unloaded` seat; do not write to the array."""
     unit_reactions = wrench(contact_normals(geometry), contact_points_mm(geometry))
     twists = np.asarray(np.linalg.inv(unit_reactions.T), dtype=np.float64)
     twists.flags.writeable = False
@@ -139,17 +140,17 @@ def load_wrench(tripod: Tripod, down: ArrayLike = DOWN) -> Array:
 
 
 def rest_reactions_N(tripod: Tripod, down: ArrayLike = DOWN) -> Array:
-    """The six reactions before the touch, (6,); a negative one says that the probe does not stay in its seat."""
+    """The six reactions before contact, (6,); a negative one means that the probe does not stay in its seat."""
     return -opening_twists(tripod) @ load_wrench(tripod, down)
 
 
 def reaction_slopes(tripod: Tripod, direction: ArrayLike) -> Array:
-    """How each reaction changes per newton at the tip, (..., 6); a contact with a negative one is being opened."""
+    """Change of each reaction per newton at the tip, (..., 6); where it is negative, the force opens the contact."""
     return np.asarray(direction, dtype=float) @ _slope_matrix(opening_twists(tripod), tripod.lever_mm)
 
 
 def reactions_N(tripod: Tripod, force_N: ArrayLike, down: ArrayLike = DOWN) -> Array:
-    """The six reactions under a force on the tip (..., 3) in N, (..., 6); negative ones would have to pull."""
+    """The six reactions under a force on the tip (..., 3) in N, (..., 6); a negative one would be tensile."""
     return rest_reactions_N(tripod, down) + reaction_slopes(tripod, force_N)
 
 
@@ -157,7 +158,7 @@ def trigger_force_N(tripod: Tripod, direction: ArrayLike, down: ArrayLike = DOWN
     """Force on the tip at which the first contact opens, (...).
 
     ``inf`` where no force of this direction opens a contact (pulling the stylus out of the probe body); 0 everywhere
-    if the probe is open before it touches.
+    if the probe is open before contact.
     """
     closed = rest_reactions_N(tripod, down) - tripod.opening_N
     return force_from_exhaustion(direction, _slope_matrix(opening_twists(tripod), tripod.lever_mm), closed)
@@ -174,9 +175,9 @@ def opening_contact(tripod: Tripod, direction: ArrayLike, down: ArrayLike = DOWN
 
 
 def force_from_exhaustion(direction: ArrayLike, slope_matrix: Array, closed_N: Array) -> Array:
-    """Force (...) that uses up the first of the closing forces ``closed_N`` (n,) at the rates ``slope_matrix`` (3, n).
+    """Force (...) that reduces the first of the forces ``closed_N`` (n,) to zero at the rates ``slope_matrix`` (3, n).
 
-    One product and one maximum for any number of directions: this is what makes maps of a million directions cheap.
+    One product and one maximum for any number of directions, so that maps of a million directions are fast.
     """
     directions = np.asarray(direction, dtype=float)
     if np.any(closed_N <= 0.0):
@@ -208,7 +209,7 @@ def _slope_matrix(twists: Array, lever_mm: float) -> Array:
 
 @lru_cache(maxsize=64)
 def unit_forces(lever_mm: float) -> Array:
-    """Wrenches (3, 6) of unit forces at the tip; not to be written to."""
+    """Wrenches (3, 6) of unit forces at the tip; do not write to the array."""
     found = wrench(np.eye(3), [0.0, 0.0, -lever_mm])
     found.flags.writeable = False
     return found

@@ -3,9 +3,9 @@
 The model has the shape of the probe's mechanics and one unknown, w = A g(beta, gamma) (Eq 4). The qualification gives
 A, since the true tip radius is known (Eq 9). Directions are outward surface normals in the probe's frame (z = stylus
 axis, tip to body): beta is their azimuth, gamma their elevation. ``lobe_azimuth_rad`` is the azimuth in which the
-probe triggers soonest; a probe with three feet has three, 120 deg apart.
+probe triggers with the least pre-travel; a tripod has three such azimuths, 120 deg apart.
 
-The numbers of the paper: Adam Wozniak, Simple method of 3D error compensation of triggering probes on coordinate
+Numbers of equations: Adam Wozniak, Simple method of 3D error compensation of triggering probes on coordinate
 measuring machine, Eqs 4-9.
 """
 
@@ -36,8 +36,9 @@ class LobeModel:
 
     Attributes
     ----------
-    transducer : ``"kinematic"`` (contacts that open: triangular about the axis) or ``"piezo"`` (round about the axis)
-    lobe_azimuth_rad : azimuth of least pre-travel; without meaning for ``"piezo"``
+    transducer : ``"kinematic"`` (contacts that open: three lobes about the axis) or ``"piezo"`` (rotationally
+        symmetric)
+    lobe_azimuth_rad : azimuth of least pre-travel; not used for ``"piezo"``
     slip : ``"full"`` lets the tip slide freely over the surface, as Eq 4 does; ``"mayer"`` scales the horizontal tip
         displacement by Mayer's coefficient of slip
     """
@@ -63,9 +64,9 @@ class LobeModel:
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a sphere qualification says about the model: A and its standard uncertainty (None if nothing tells it).
+    """Result of a sphere qualification for the model: A and its standard uncertainty (None if not known).
 
-    ``centre_mm`` is the sphere's centre, ``residuals_um`` (n,) what the model leaves of the probed radii.
+    ``centre_mm`` is the sphere's centre, ``residuals_um`` (n,) probed minus modelled radii.
     """
 
     model: LobeModel
@@ -78,7 +79,7 @@ class Calibration:
 def fold_azimuth_rad(azimuth_rad: ArrayLike, lobe_azimuth_rad: float = 0.0) -> Array:
     """Azimuth from the nearest lobe, -60..60 deg.
 
-    Eq 4 prints beta mod 120 deg, whose cosine passes zero at 90 deg: the fold to both sides of a lobe is meant.
+    Eq 4 prints beta mod 120 deg, whose cosine is zero at 90 deg: folding to both sides of a lobe is meant.
     """
     turned = np.asarray(azimuth_rad, dtype=float) - lobe_azimuth_rad
     return turned - LOBE_PERIOD_RAD * np.round(turned / LOBE_PERIOD_RAD)
@@ -87,7 +88,7 @@ def fold_azimuth_rad(azimuth_rad: ArrayLike, lobe_azimuth_rad: float = 0.0) -> A
 def mayer_slip(polar_rad: ArrayLike) -> Array:
     """Mayer's coefficient of slip lambda = exp(-beta / 4), beta being the angle from the stylus axis in rad.
 
-    It is 1 along the axis and 0.675 square to it.
+    It is 1 along the axis and 0.675 perpendicular to it.
     """
     return np.exp(-np.asarray(polar_rad, dtype=float) / 4.0)
 
@@ -95,8 +96,8 @@ def mayer_slip(polar_rad: ArrayLike) -> Array:
 def mayer_pretravel_um(vertical_um: ArrayLike, horizontal_um: ArrayLike, polar_rad: ArrayLike) -> Array:
     """Pre-travel along the normal from the two tip displacements, R = p cos beta + lambda h sin beta (Eq 1).
 
-    With lambda = 1 (the limit of full slip) this is the projection on the normal, as Eq 1 prints it; where the paper
-    puts lambda it does not say, and the horizontal displacement, which the slip changes, is this package's reading.
+    With lambda = 1 (the limit of full slip) this is the projection on the normal, as printed in Eq 1. The paper does
+    not say which term lambda scales; here it is the lateral displacement h, which slip changes (an interpretation).
     """
     polar = np.asarray(polar_rad, dtype=float)
     horizontal = mayer_slip(polar) * np.asarray(horizontal_um, dtype=float)
@@ -107,8 +108,8 @@ def constant_from_mean_um(mean_pretravel_um: float, normals: ArrayLike, model: L
     """A from the mean pre-travel over the probed normals (n, 3) (Eqs 6 and 9, for any number of points).
 
     This needs the mean about the *true* centre of the sphere. About the fitted centre of the five-point pattern the
-    pole's pre-travel is lost (one pole point cannot hold the centre against itself): see :func:`calibrate`.
-    Raises ``ValueError`` if all points lie on the pole, where the model is blind.
+    pre-travel of the pole is lost, since the pole point alone determines the height of the centre: see
+    :func:`calibrate`. Raises ``ValueError`` if all points lie on the pole, where the model is zero.
     """
     mean_shape = float(np.mean(model.shape(normals)))
     if mean_shape <= 1e-6:
@@ -127,20 +128,20 @@ def calibrate(
 ) -> Calibration:
     """A and the sphere's centre together from recorded tip centres on a reference sphere.
 
-    Solves |p_i - c| = R + r - A g(n_i) in the least-squares sense, which is Eq 9 without the wish that the centre were
-    known. n_i are the directions from the centre found so far.
+    Solves |p_i - c| = R + r - A g(n_i) in the least-squares sense, which is Eq 9 without a known centre. n_i are
+    the directions from the present estimate of the centre.
 
     Parameters
     ----------
     points_mm : (n, 3) recorded tip centres in machine axes, n >= 4, not all on one circle of latitude
     sphere_radius_mm, tip_radius_mm : certified radii of the reference sphere and of the tip
     to_probe_frame : (3, 3) rows x', y', z' of the probe's frame, default the machine's axes
-    u_radii_um : standard uncertainty of the sum of the two radii; all of it goes into A
+    u_radii_um : standard uncertainty of the sum of the two radii; all of it is in A
     noise_um : standard deviation of one probing; default, that of the residuals
 
     Raises
     ------
-    ValueError : fewer than four points, or a pattern that cannot tell A from a shift of the centre.
+    ValueError : fewer than four points, or a pattern that cannot separate A from a shift of the centre.
     """
     points = np.asarray(points_mm, dtype=float)
     frame = np.eye(3) if to_probe_frame is None else np.asarray(to_probe_frame, dtype=float)
@@ -155,7 +156,7 @@ def calibrate(
 def compensated_mm(
     points_mm: ArrayLike, approach: ArrayLike, constant_um: float, model: LobeModel, to_probe_frame: ArrayLike | None
 ) -> Array:
-    """Tip centres at the first touch: the recorded ones less the pre-travel along the approach, (n, 3).
+    """Tip centres at first contact: the recorded ones minus the pre-travel along the approach, (n, 3).
 
     Parameters
     ----------
@@ -177,8 +178,8 @@ def fit_lobe_azimuth_rad(
 ) -> float:
     """The lobe azimuth (0..120 deg) under which the model leaves the smallest residuals of a qualification.
 
-    Needs more points than five: their azimuths must sample the 120 deg period. Found by a scan of 1 deg and a parabola
-    through the best three.
+    Needs more than five points: their azimuths must sample the 120 deg period. Found by a scan in steps of 1 deg and a
+    parabola through the best three.
     """
     azimuths = np.radians(np.arange(120.0))
     models = [LobeModel(model.transducer, float(azimuth), model.slip) for azimuth in azimuths]
@@ -190,13 +191,13 @@ def fit_lobe_azimuth_rad(
 
 
 def _lowest_point(before: float, here: float, after: float) -> float:
-    """Where the parabola through three values, a step apart, is lowest, in steps from the middle one."""
+    """Minimum of the parabola through three equidistant values, in steps from the middle one."""
     bend = before - 2.0 * here + after
     return 0.5 * (before - after) / bend if bend > 0.0 else 0.0
 
 
 def _centre_and_constant_mm(points: Array, reach_mm: float, model: LobeModel, frame: Array) -> tuple[Array, float]:
-    """Gauss-Newton from the plain sphere; A enters linearly, and the directions hardly move with the centre."""
+    """Gauss-Newton from the least-squares sphere; A is linear, and the directions hardly change with the centre."""
     centre = fit_sphere(points).centre_mm
     for _ in range(_MAX_STEPS):
         design, excess_mm = _linearise(points, centre, reach_mm, model, frame)
@@ -220,7 +221,7 @@ def _linearise(points: Array, centre: Array, reach_mm: float, model: LobeModel, 
 def _constant_uncertainty_um(
     design: Array, residuals_um: Array, u_radii_um: float, noise_um: float | None
 ) -> float | None:
-    """Noise of the points through the fit, and the uncertainty of the radii, which is common to all points."""
+    """From the noise of the points by the fit, and from the uncertainty of the radii, which is common to all points."""
     freedom = len(residuals_um) - 4
     if noise_um is None:
         if freedom == 0:
