@@ -1,8 +1,8 @@
-"""What bends the readings of a machine: one vocabulary for the virtual CMM and for the diagnosis.
+"""Systematic effects on the readings of a machine: one vocabulary for the virtual CMM and for the diagnosis.
 
 An effect is one class in a module of this package. Its fields are the parameters (with unit, bounds and a sensible
-range), and :meth:`Effect.displacement_um` gives the displacement of all probings at once. The module is found by
-itself. Modules of another distribution are found by the entry point group ``stepgauge.effects``.
+range), and :meth:`Effect.displacement_um` gives the displacement of all probings at once. The module is found
+automatically. Modules of another distribution are found by the entry point group ``stepgauge.effects``.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ __all__ = [
 def effect_kinds(every: bool = False) -> dict[str, type[Effect]]:
     """Effect classes by their kind: those of this package, of installed extensions and of the running program.
 
-    ``every``: also those that the virtual CMM can switch on and no diagnosis looks for.
+    ``every``: also those that only the virtual CMM uses and the diagnosis does not seek.
     """
     _import_modules()
     return {effect.kind: effect for effect in _subclasses(Effect) if effect.kind and (every or effect.sought)}

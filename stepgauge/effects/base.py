@@ -1,4 +1,4 @@
-"""What an effect is: parameters that say what they are, and the displacement of all probings at once."""
+"""The base of all effects: described parameters, and the displacement of all probings at once."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ Axis = Literal["x", "y", "z"]
 Displacement = dict[str, Array]
 """Displacement in um by component: ``x``, ``y``, ``z`` (machine axes) or ``approach`` (along the approach)."""
 Role = Literal["linear", "nonlinear", "choice", "fixed"]
-"""``linear``: the displacement is proportional to it (to all linear ones together). ``nonlinear``: to be searched for.
-``choice``: which axis, plane, face or law. ``fixed``: a reference that only rescales another parameter or is known."""
+"""``linear``: the displacement is proportional to it (to all linear ones together). ``nonlinear``: found by a search.
+``choice``: which axis, plane, face or form. ``fixed``: a reference that only rescales another parameter or is known."""
 
 
 def _direction(value: object) -> object:
@@ -67,8 +67,8 @@ def parameter(
 ) -> Any:
     """A field of an effect.
 
-    ``unit`` as printed (``""`` for none), ``meaning`` in words, ``sensible``: what occurs on real machines, as a range
-    to search in; ``bounds``: ``ge``, ``gt``, ``le``, ``lt``, beyond which a value is an error.
+    ``unit`` as printed (``""`` for none), ``meaning`` in words, ``sensible``: the range on real machines, in which
+    a search is made; ``bounds``: ``ge``, ``gt``, ``le``, ``lt``, beyond which a value is an error.
     """
     extra = {"unit": unit, "role": role, "sensible": sensible}
     described = f"{meaning}, {unit}" if unit else meaning
@@ -77,7 +77,7 @@ def parameter(
 
 @dataclass(frozen=True)
 class Parameter:
-    """What is known of a parameter, see :func:`parameter`; ``open_low``, ``open_high``: the bound is excluded."""
+    """Description of a parameter, see :func:`parameter`; ``open_low``, ``open_high``: the bound is excluded."""
 
     name: str
     unit: str
@@ -94,11 +94,11 @@ class Parameter:
 
 
 class Effect(Table):
-    """A cause that bends recordings; a subclass names it (``kind``) and says by how much.
+    """A cause of systematic errors in recordings; a subclass names it (``kind``) and gives its displacement.
 
-    Class variables: ``equation``, one line for people; ``source``, where it comes from; ``covariates``, the columns of
-    the recording that the displacement depends on; ``quadrature``, an amplitude and the phase (in degrees) that turns
-    it, so that the pair is linear as a sine and a cosine; ``sought``, whether a diagnosis looks for it.
+    Class variables: ``equation``, one line to read; ``source``, the reference for it; ``covariates``, the columns of
+    the recording that the displacement depends on; ``quadrature``, an amplitude and its phase (in degrees), which
+    together are linear as a sine and a cosine; ``sought``, whether the diagnosis has it among its candidates.
 
     The equations broadcast: a column has shape ``(n,)`` or ``(runs, n)``, a parameter is a number or of shape
     ``(runs, 1)``.
@@ -111,7 +111,7 @@ class Effect(Table):
     quadrature: ClassVar[tuple[str, str] | None] = None
     sought: ClassVar[bool] = True
     when: str | None = Field(
-        None, description="formula that is true where the law holds, as x_mm > 300; without it everywhere"
+        None, description="formula that is true where the effect acts, as x_mm > 300; without it everywhere"
     )
 
     @field_validator("when")
@@ -130,7 +130,7 @@ class Effect(Table):
         return None
 
     def prepared(self, where: str | Path) -> Self:
-        """The effect ready for use; ``where`` is the machine file it stands in, for files that it names."""
+        """The effect ready for use; ``where`` is its machine file, to find other files that it names."""
         return self
 
     @property
@@ -145,7 +145,7 @@ class Effect(Table):
 
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
-        """All parameters in the order of the class; ``when``, which every effect may have, is none."""
+        """All parameters in the order of the class, without ``when``, which every effect may have."""
         return _parameters(cls)
 
     @classmethod

@@ -1,4 +1,4 @@
-"""A controller that corrects an axis by a table: the proof of ``stepgauge compensate`` on the virtual CMM."""
+"""Correction of an axis by the table of a controller: verifies ``stepgauge compensate`` on the virtual CMM."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ COLUMNS = ("position_mm", "error_positive_um", "error_negative_um", "u_positive_
 
 
 class AxisCompensation(Effect):
-    """The controller takes a table's error off an axis: d = -error(x, sense of travel), held beyond its ends.
+    """The controller corrects an axis by a table: d = -error(x, direction of travel), constant beyond its ends.
 
-    The CSV file is that of ``stepgauge compensate --to csv``; linear between its rows. An axis that stands is corrected
-    by the mean of both senses.
+    The CSV file is that of ``stepgauge compensate --to csv``; linear between its rows. An axis that does not move is
+    corrected by the mean of both directions.
     """
 
     kind: ClassVar[str] = "axis_compensation"
@@ -39,7 +39,7 @@ class AxisCompensation(Effect):
         return self.model_copy(update={"file": str(path)})
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """Minus the error of the sense of travel, by the coordinate."""
+        """Minus the error at the coordinate for the direction of travel."""
         position, positive, negative = read_compensation(self.file)
         x, share = probings.axis_mm(self.axis), probings.approach(self.axis)
         sense = np.sign(share) * (np.abs(share) > STANDSTILL)

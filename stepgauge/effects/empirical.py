@@ -1,4 +1,4 @@
-"""A law nobody has a name for yet: a formula in covariates with fitted coefficients."""
+"""A structure without a known cause: a formula of covariates with fitted coefficients."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ DERIVED = {
 }
 """Covariates beside the columns of the recording."""
 PAUSE_S = 60.0
-"""Shortest time without a touch that is a pause."""
+"""Shortest time between two probings that is a pause."""
 
 
 class Empirical(Effect):
-    """A fitted law without a name: d = formula(covariates, coefficients).
+    """A fitted formula without a known cause: d = formula(covariates, coefficients).
 
     The formula knows the columns of the recording by name (``x_mm``, ``time_s``, ``gauge_temperature_C``, any further
-    one), what ``DERIVED`` lists, and the coefficients. It is parsed, never executed as code:
+    one), what ``DERIVED`` lists, and the coefficients. It is parsed, and never executed as code:
     :mod:`stepgauge.formula`.
     """
 
@@ -73,11 +73,11 @@ class Empirical(Effect):
 
     @property
     def label(self) -> str:
-        """The formula has no place in the name of a column."""
+        """Without the formula, which cannot be part of the name of a column."""
         return self.kind
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """The formula for all rows; :class:`InputError` where it is not finite or names something unknown."""
+        """The formula for all rows; :class:`InputError` where it is not finite or has an unknown name."""
         names = self.parsed.names
         columns = {name: _covariate(probings, name) for name in names if name not in self.coefficients}
         um = self.parsed(columns | {name: np.asarray(c, float) for name, c in self.coefficients.items()})
@@ -88,7 +88,7 @@ class Empirical(Effect):
 
 
 def formula_name(column: str) -> str | None:
-    """A recorded column as a formula can name it; None where the name means something else there, or nothing."""
+    """A recorded column as a formula can name it; None where the name has another meaning there, or is not allowed."""
     taken = column in DERIVED or re.fullmatch(rf"(c|touches_|{RESTED}_)\d+", column)
     if taken or keyword.iskeyword(column) or not (column.isascii() and column.isidentifier()):
         return None

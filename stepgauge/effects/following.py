@@ -1,4 +1,4 @@
-"""What follows a temperature that was recorded, with the delay of a body that takes time to warm."""
+"""Effects of a recorded temperature, through the first-order lag of a body that takes time to warm."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ LAG = "T: the column, or the column minus another, after a first-order lag"
 
 
 class Following(Effect):
-    """A recorded column, or the difference of two, as a body with a time constant follows it."""
+    """A recorded column, or the difference of two, after a first-order lag."""
 
     column: str = parameter(unit="", role="choice", meaning="recorded temperature, or any other column", min_length=1)
-    minus: str | None = parameter(None, unit="", role="choice", meaning="column that is taken off it: a gradient")
+    minus: str | None = parameter(None, unit="", role="choice", meaning="column that is subtracted: a gradient")
     lag_s: float = parameter(
         0.0, unit="s", role="nonlinear", meaning="time constant of the body", ge=0, le=1e9, sensible=(0, 4e4)
     )
@@ -27,13 +27,13 @@ class Following(Effect):
         None,
         unit="deg C",
         role="fixed",
-        meaning="where it does nothing; without it 20, of a difference 0",
+        meaning="temperature at which it is zero; without it 20, of a difference 0",
         ge=-1e9,
         le=1e9,
     )
 
     def warmer_K(self, probings: Probings) -> Array:
-        """What the body is warmer by, K, (n,)."""
+        """Temperature of the body above ``from_C``, K, (n,)."""
         nothing = (0.0 if self.minus else REFERENCE_C) if self.from_C is None else self.from_C
         warmth = probings.lagged(self.column, self.lag_s) - nothing
         return warmth if self.minus is None else warmth - probings.lagged(self.minus, self.lag_s)
@@ -48,7 +48,7 @@ class ThermalExpansionOf(Following):
     covariates: ClassVar[tuple[str, ...]] = ("time", "coordinate")
     sought: ClassVar[bool] = False
     of: Literal["x", "y", "z", "gauge"] = parameter(
-        unit="", role="choice", meaning="scale x, y or z, reading too long, or the gauge, being longer"
+        unit="", role="choice", meaning="scale x, y or z (indication too long), or the gauge (longer)"
     )
     um_per_m_K: float = parameter(unit="um/(m K)", meaning="growth per length", ge=-1e3, le=1e3, sensible=(-15, 15))
 
@@ -77,9 +77,9 @@ class ThermalShift(Following):
 
 
 class ThermalBending(PowerOfCoordinate, Following):
-    """A gradient bends an axis: one of its error motions is d = per_K (T - T0) ((x - about) / 1 m)^order.
+    """A temperature gradient bends an axis: one of its error motions is d = per_K (T - T0) ((x - about) / 1 m)^order.
 
-    A bar that is warmer above than below by g K per metre of its height bends with the curvature alpha g: straightness
+    A bar that is warmer at its top by g K per metre of its height bends with the curvature alpha g: straightness error
     alpha g x^2 / 2 (order 2) together with pitch alpha g x (order 1).
     """
 
@@ -103,16 +103,16 @@ class ThermalBending(PowerOfCoordinate, Following):
 
 
 class ScaleWarmUp(Effect):
-    """A scale warms on its own after an event: d = um_per_m x (1 - exp(-t / tau))."""
+    """A scale warms up after an event: d = um_per_m x (1 - exp(-t / tau))."""
 
     kind: ClassVar[str] = "scale_warm_up"
-    equation: ClassVar[str] = "d = um_per_m x (1 - exp(-t / time_constant_h)); t = time_s - start_s, nothing before"
+    equation: ClassVar[str] = "d = um_per_m x (1 - exp(-t / time_constant_h)); t = time_s - start_s, zero before"
     source: ClassVar[str] = "first-order warm-up, ISO 230-3:2020; a ball screw after switching on"
     covariates: ClassVar[tuple[str, ...]] = ("time", "coordinate")
     sought: ClassVar[bool] = False
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
     um_per_m: float = parameter(
-        unit="um/m", meaning="reading too long in the end by", ge=-1e4, le=1e4, sensible=(-50, 50)
+        unit="um/m", meaning="indication too long in the end by", ge=-1e4, le=1e4, sensible=(-50, 50)
     )
     time_constant_h: float = parameter(
         unit="h", role="nonlinear", meaning="time constant", gt=0, le=1e4, sensible=(0.05, 5)
@@ -120,6 +120,6 @@ class ScaleWarmUp(Effect):
     start_s: float = begins_s()
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """Nothing before the event, proportional to the coordinate in the end."""
+        """Zero before the event, proportional to the coordinate in the end."""
         warmed = -np.expm1(-hours_since(self.start_s, probings) / self.time_constant_h)
         return moved(probings, self.axis, self.axis, self.um_per_m * 1e-3 * warmed * probings.axis_mm(self.axis))

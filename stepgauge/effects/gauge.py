@@ -1,4 +1,4 @@
-"""What the gauge does, wherever the machine is: a defective face, a bent rail, a line that is not its axis."""
+"""Effects of the gauge, alike everywhere in the machine: a defective face, bending, misalignment."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stepgauge.errors import InputError
 
 
 class BlockDefect(Effect):
-    """One face is off its certificate: d = um along the gauge axis at that face, wherever the gauge lies."""
+    """One face is not at its certified position: d = um along the gauge axis at that face, wherever the gauge lies."""
 
     kind: ClassVar[str] = "block_defect"
     equation: ClassVar[str] = "d = um along the gauge axis where the face is 'face'"
@@ -23,7 +23,7 @@ class BlockDefect(Effect):
     um: float = parameter(unit="um", meaning="true minus certified position", ge=-1e4, le=1e4, sensible=(-20, 20))
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """Nothing on all other faces; :class:`InputError` for a face that the gauge does not have."""
+        """Zero on all other faces; :class:`InputError` for a face that the gauge does not have."""
         known = probings.setting.gauge
         if known is not None and self.face > known.n_faces:
             raise InputError("effects", "no such face", found=self.face, expected=f"1 to {known.n_faces}")
@@ -31,7 +31,7 @@ class BlockDefect(Effect):
 
 
 class Misalignment(Effect):
-    """The probed line is at an angle to the gauge: cosine error, lengths S read S / cos(angle), about S angle^2 / 2."""
+    """The probed line is at an angle to the gauge: cosine error, indication S / cos(angle), S angle^2 / 2 too long."""
 
     kind: ClassVar[str] = "misalignment"
     equation: ClassVar[str] = "d = S (1 / cos(mrad) - 1) along the gauge axis"
@@ -51,7 +51,7 @@ class Misalignment(Effect):
 class GaugeBending(Effect):
     """The gauge sags between its supports and the faces tilt: d = -height w'(S) along the gauge.
 
-    w is the deflection of a uniform beam as long as the gauge on two supports. ``sag_um`` says how soft it is: its sag
+    w is the deflection of a uniform beam as long as the gauge on two supports. ``sag_um`` states its stiffness: the sag
     in the middle if supported at the ends, 5 q L^4 / (384 E I). The slope at the ends vanishes with the supports at the
     Airy points, L (1 -+ 1/sqrt(3)) / 2.
     """
@@ -67,7 +67,7 @@ class GaugeBending(Effect):
         unit="um", meaning="sag in the middle if supported at the ends", ge=-1e5, le=1e5, sensible=(0, 100)
     )
     height_mm: float = parameter(
-        22.5, unit="mm", role="fixed", meaning="probed height above the neutral fibre", ge=-500, le=500
+        22.5, unit="mm", role="fixed", meaning="height of the probed line above the neutral plane", ge=-500, le=500
     )
 
     @model_validator(mode="after")

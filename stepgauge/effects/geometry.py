@@ -19,7 +19,7 @@ _SQUARE = {"xy": ("x", "y"), "xz": ("x", "z"), "yz": ("y", "z")}
 
 
 class Squareness(Effect):
-    """Two axes are not square: the first axis of the plane moves with the second, d_first = angle * second."""
+    """Two axes are not perpendicular: the first axis of the plane moves with the second, d_first = angle * second."""
 
     kind: ClassVar[str] = "squareness"
     equation: ClassVar[str] = "d_first = urad 1e-6 second"
@@ -27,7 +27,7 @@ class Squareness(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     plane: Literal["xy", "xz", "yz"] = parameter(unit="", role="choice", meaning="plane of the two axes")
     urad: float = parameter(
-        unit="urad", meaning="angle by which the second axis leans to the first", ge=-1e5, le=1e5, sensible=(-100, 100)
+        unit="urad", meaning="inclination of the second axis towards the first", ge=-1e5, le=1e5, sensible=(-100, 100)
     )
 
     def displacement_um(self, probings: Probings) -> Displacement:
@@ -37,19 +37,17 @@ class Squareness(Effect):
 
 
 class Straightness(Effect):
-    """A guideway is bowed: d = um (1 - (2 (x - middle) / length)^2) across the travel."""
+    """A guideway is not straight but a parabola: d = um (1 - (2 (x - middle) / length)^2) across the travel."""
 
     kind: ClassVar[str] = "straightness"
     equation: ClassVar[str] = "d_direction = um (1 - (2 (x - middle of travel) / length_mm)^2)"
-    source: ClassVar[str] = (
-        "ISO 230-1:2012, straightness, as the parabola of a bowed guideway with sagitta um over length_mm"
-    )
+    source: ClassVar[str] = "ISO 230-1:2012, straightness, as a parabola with sagitta um over length_mm"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
-    direction: Axis = parameter(unit="", role="choice", meaning="axis that is displaced, another than the travel")
-    um: float = parameter(unit="um", meaning="sagitta of the bow", ge=-1e4, le=1e4, sensible=(-20, 20))
+    direction: Axis = parameter(unit="", role="choice", meaning="axis that is displaced, not the axis of travel")
+    um: float = parameter(unit="um", meaning="sagitta of the parabola", ge=-1e4, le=1e4, sensible=(-20, 20))
     length_mm: float = parameter(
-        unit="mm", role="fixed", meaning="chord of the bow, about the middle of the travel", gt=0, le=1e5
+        unit="mm", role="fixed", meaning="chord of the parabola, about the middle of the travel", gt=0, le=1e5
     )
 
     @model_validator(mode="after")
@@ -64,11 +62,11 @@ class Straightness(Effect):
 
 
 class AngularError(Effect):
-    """The carriage turns as it travels: d = e(x) r x arm, e = urad_per_m x (pitch, yaw, or roll about its own axis).
+    """The carriage rotates as it travels: d = e(x) r x arm, e = urad_per_m x (pitch, yaw, or roll about its own axis).
 
-    The arm goes to the tip from the carriage's reference point in the machine's chain of axes. Where no chain is stated
-    it goes from the line on which the scale of the travelling axis lies (``scale_at_mm``) and rides with the carriage,
-    so it has no part along the travel. Pitch and yaw act on the travel itself (Abbe), roll across.
+    The arm is from the reference point of the carriage, in the machine's chain of axes, to the tip. Without a chain it
+    begins at the line of the scale of this axis (``scale_at_mm``) and moves with the carriage, so it has no component
+    along the travel. Pitch and yaw act along the travel (Abbe), roll across it.
     """
 
     kind: ClassVar[str] = "angular_error"
@@ -76,7 +74,7 @@ class AngularError(Effect):
     source: ClassVar[str] = "Abbe 1890; Bryan, Precision Engineering 1 (1979) 129; Zhang et al. 1985, EAX to ECZ"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     travel_axis: Axis = parameter(unit="", role="choice", meaning="axis that travels: x, y or z")
-    rotation_axis: Axis = parameter(unit="", role="choice", meaning="axis about which the carriage turns: x, y or z")
+    rotation_axis: Axis = parameter(unit="", role="choice", meaning="axis about which the carriage rotates: x, y or z")
     urad_per_m: float = parameter(unit="urad/m", meaning="rotation per travel", ge=-1e5, le=1e5, sensible=(-100, 100))
     scale_at_mm: Vector3 | None = reference_point()
 
@@ -87,7 +85,7 @@ class AngularError(Effect):
 
 
 class Roll(Effect):
-    """The carriage rolls about its own travel: d = e(x) t x arm, e = urad_per_m x."""
+    """The carriage rolls about its axis of travel: d = e(x) t x arm, e = urad_per_m x."""
 
     kind: ClassVar[str] = "roll"
     equation: ClassVar[str] = "d = urad_per_m 1e-6 x (travel axis) x (tip - scale line)"
@@ -113,7 +111,7 @@ class PowerOfCoordinate(Effect):
     scale_at_mm: Vector3 | None = reference_point()
 
     def motion_um(self, coefficient: Array | float, probings: Probings) -> Displacement:
-        """The power times ``coefficient`` (um or urad at 1 m), rotations with their arm."""
+        """The power times ``coefficient`` (um or urad at 1 m), rotations act with their arm."""
         metres = (probings.axis_mm(self.axis) - self.about_mm) * 1e-3
         amount = um_or_mrad(coefficient * metres**self.order, self.component)
         return moved(probings, self.axis, self.component, amount, self.scale_at_mm)

@@ -1,4 +1,4 @@
-"""What depends on when a probing happened, or on what went before it."""
+"""Effects that depend on the time of a probing, or on the probings before it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stepgauge.effects.probings import Probings
 
 
 class StepChange(Effect):
-    """The origin jumps once, by a knock or a slipped clamp: d = um from time_s on."""
+    """The origin changes by a step, after a knock or a slipped clamp: d = um from time_s on."""
 
     kind: ClassVar[str] = "step_change"
     equation: ClassVar[str] = "d = um where time_s (of the probing) >= time_s"
@@ -19,17 +19,17 @@ class StepChange(Effect):
     covariates: ClassVar[tuple[str, ...]] = ("time",)
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
     time_s: float = parameter(
-        unit="s", role="nonlinear", meaning="time of the jump", ge=-1e12, le=1e12, sensible=(0, 1e4)
+        unit="s", role="nonlinear", meaning="time of the step", ge=-1e12, le=1e12, sensible=(0, 1e4)
     )
-    um: float = parameter(unit="um", meaning="jump", ge=-1e5, le=1e5, sensible=(-20, 20))
+    um: float = parameter(unit="um", meaning="step", ge=-1e5, le=1e5, sensible=(-20, 20))
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """Nothing before, um after."""
+        """Zero before, um after."""
         return along(self.direction, np.where(probings.time_s >= self.time_s, self.um, 0.0))
 
 
 class Vibration(Effect):
-    """The machine shakes faster than it is sampled: d = A sin(2 pi f t + phase) at the triggers, which aliases."""
+    """The machine vibrates faster than it is sampled: d = A sin(2 pi f t + phase) at the triggers, which aliases."""
 
     kind: ClassVar[str] = "vibration"
     equation: ClassVar[str] = "d = amplitude_um sin(2 pi frequency_hz time_s + phase_deg)"
@@ -50,7 +50,7 @@ class Vibration(Effect):
 
 
 class ApproachMemory(Effect):
-    """The first touches after a pause trigger differently: d = um exp(-k / touches), k touches after the pause.
+    """The first probings after a pause have another pre-travel: d = um exp(-k / touches), k probings after the pause.
 
     The first probing of a recording counts as one after a pause (k = 0).
     """
@@ -59,19 +59,21 @@ class ApproachMemory(Effect):
     equation: ClassVar[str] = "d = um exp(-k / touches) along the approach, k = touches since a pause > pause_s"
     source: ClassVar[str] = "reseating of a kinematic probe after rest, as an exponential run-in"
     covariates: ClassVar[tuple[str, ...]] = ("order", "time")
-    um: float = parameter(unit="um", meaning="first touch later by", ge=-1e3, le=1e3, sensible=(-10, 10))
+    um: float = parameter(
+        unit="um", meaning="pre-travel of the first probing larger by", ge=-1e3, le=1e3, sensible=(-10, 10)
+    )
     touches: float = parameter(
         unit="touches",
         role="nonlinear",
-        meaning="number of touches in which it falls to 1/e",
+        meaning="number of probings in which it decays to 1/e",
         gt=0,
         le=1e4,
         sensible=(0.5, 50),
     )
     pause_s: float = parameter(
-        60.0, unit="s", role="fixed", meaning="shortest time without a touch that is a pause", ge=0, le=1e6
+        60.0, unit="s", role="fixed", meaning="shortest time between two probings that is a pause", ge=0, le=1e6
     )
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """Decays with the number of touches."""
+        """Decays with the number of probings."""
         return {"approach": self.um * np.exp(probings.touches_since_pause(self.pause_s) * (-1.0 / self.touches))}

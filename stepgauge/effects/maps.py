@@ -1,4 +1,4 @@
-"""Tabulated errors of an axis: what a laser interferometer or a calibration house measured."""
+"""Tabulated errors of an axis, as measured with a laser interferometer or by a calibration laboratory."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ COLUMNS = ("coordinate_mm", "error")
 
 
 class ErrorMap(Effect):
-    """One of the 18 errors of motion from a table: d = scale * error(x), linear between the rows, held beyond the ends.
+    """One of the 18 errors of motion from a table: d = scale * error(x), linear between rows, constant beyond the ends.
 
-    The CSV file has the columns ``coordinate_mm`` (rising) and ``error``: um for the components x, y, z (positioning
-    or straightness), urad for rx, ry, rz (rotations, which act with the arm of :class:`AngularError`).
+    The CSV file has the columns ``coordinate_mm`` (increasing) and ``error``: um for the components x, y, z
+    (positioning or straightness), urad for rx, ry, rz (rotations, which act with the arm of :class:`AngularError`).
     """
 
     kind: ClassVar[str] = "error_map"
@@ -30,7 +30,7 @@ class ErrorMap(Effect):
     source: ClassVar[str] = "ISO 230-2:2014 and ISO 230-1:2012 measurements; Zhang et al. 1985"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     axis: Axis = parameter(unit="", role="choice", meaning="axis of travel: x, y or z")
-    component: Component = parameter(unit="", role="choice", meaning=f"what is tabulated: {COMPONENTS}")
+    component: Component = parameter(unit="", role="choice", meaning=f"tabulated quantity: {COMPONENTS}")
     file: str = parameter(unit="", role="fixed", meaning="CSV file, beside the machine file", min_length=1)
     scale: float = parameter(1.0, unit="1", meaning="factor on the table", ge=-100, le=100, sensible=(0, 2))
     scale_at_mm: Vector3 | None = reference_point()
@@ -50,7 +50,7 @@ class ErrorMap(Effect):
 
 @lru_cache(maxsize=64)
 def read_map(path: str) -> tuple[Array, Array]:
-    """Coordinates and errors of a table; :class:`InputError` names the row that does not rise."""
+    """Coordinates and errors of a table; :class:`InputError` names the row that does not increase."""
     table = read_numbers(path, COLUMNS)
     coordinate = table["coordinate_mm"]
     wrong = np.flatnonzero(np.diff(coordinate) <= 0)

@@ -1,7 +1,8 @@
-"""How the error of one axis' motion reaches the reading: translations as they are, rotations with their arm.
+"""Displacement of the indication by an error motion of one axis: a translation directly, a rotation with its arm.
 
-Positive is what the reading does. Where an axis carries the probe its carriage has moved or turned the other way, where
-it carries the table the same way: so one and the same number bends the readings alike in every chain but for the arm.
+The sign is that of the indication. Where an axis carries the probe, its carriage has moved or rotated in the opposite
+direction; where it carries the table, in the same one. So one value has the same influence in every chain, but for the
+arm.
 """
 
 from __future__ import annotations
@@ -20,13 +21,13 @@ COMPONENTS = "displacement along x, y, z (um) or rotation about them, rx, ry, rz
 
 
 def reference_point() -> Any:
-    """The parameter of every rotation: the point that it leaves where it is."""
-    meaning = "a point of the scale's line, machine coordinates; without it that of the machine's chain, or zero"
+    """The parameter of every rotation: its fixed point."""
+    meaning = "a point of the line of the scale, machine coordinates; without it that of the machine's chain, or zero"
     return parameter(None, unit="mm", role="fixed", meaning=meaning)
 
 
 def um_or_mrad(amount: Array, component: str) -> Array:
-    """A tabulated translation in um as it is, a rotation in urad as mrad, which times mm are um."""
+    """A translation in um unchanged, a rotation in urad as mrad (mrad times mm are um)."""
     return amount if len(component) == 1 else amount * 1e-3
 
 
@@ -52,10 +53,10 @@ def moved(
 
 
 def arm_mm(probings: Probings, travel: str, component: str, reference_mm: Vector3 | None) -> Array | float | None:
-    """One component of the arm on which a turn of a carriage acts at the tip, mm; None where there is none.
+    """One component of the arm from a rotating carriage to the tip, mm; None where there is none.
 
-    Of a machine whose chain nobody stated, the carriage is taken to ride along with its own axis only: the arm goes
-    from the reference point to the tip, without the part along the travel.
+    Without a stated chain the carriage is assumed to move with its own axis only: the arm is from the reference point
+    to the tip, without the component along the travel.
     """
     chain = probings.setting.chain
     if chain is None:

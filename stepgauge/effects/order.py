@@ -1,4 +1,4 @@
-"""What follows from the order of touches: rests, turns, and how far a body has followed a column."""
+"""Quantities from the order of the probings: rests, reversals, and columns after a first-order lag."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ Rows = NDArray[np.int64]
 
 
 def followed(time_s: Array, values: Array, lags_s: Sequence[float] | Array) -> Array:
-    """Values ``(n,)`` as bodies of some time constants follow them, ``(lags, n)``: first-order lags.
+    """Values ``(n,)`` after first-order lags of several time constants, ``(lags, n)``.
 
-    Between readings a column stands at its newest value; before the first a body is at rest with it.
+    Between rows a column keeps its latest value; before the first row the output equals it.
     """
     order = np.argsort(time_s, kind="stable")
     steps = np.diff(time_s[order], prepend=time_s[order[0]])
@@ -39,9 +39,9 @@ def kept(part: Array, added: Array) -> Array:
 
 
 def in_order(probings: Probings) -> tuple[Rows, Array]:
-    """Rows by placement and then by time (as they stand where none was recorded), and the placements in that order.
+    """Rows by placement and then by time (as recorded if there are no times), and the placements in that order.
 
-    Recordings of several placements may each have started their clock anew.
+    Every placement may have a clock of its own.
     """
     count = len(probings)
     placement = probings.column("placement") if "placement" in probings.columns else np.ones(count, int)
@@ -51,7 +51,7 @@ def in_order(probings: Probings) -> tuple[Rows, Array]:
 
 
 def rest_s(probings: Probings) -> Array:
-    """Time since the touch before, s, ``(n,)``; the longest of them where there was none."""
+    """Time since the previous probing, s, ``(n,)``; the longest of these where there was none."""
     order, placement = in_order(probings)
     gap = np.diff(probings.time_s[order], prepend=-np.inf)
     gap[np.diff(placement, prepend=placement[0]) != 0] = np.inf
@@ -61,7 +61,7 @@ def rest_s(probings: Probings) -> Array:
 
 
 def rested(probings: Probings, touches: float) -> Array:
-    """Fading sum of the roots of the rests, s^0.5, ``(n,)``."""
+    """Exponentially weighted sum of the square roots of the rests, s^0.5, ``(n,)``."""
     order, _ = in_order(probings)
     rest = np.diff(probings.time_s[order], prepend=probings.time_s[order[0]])
     rest[rest < 0.0] = rest.max()
@@ -69,13 +69,13 @@ def rested(probings: Probings, touches: float) -> Array:
 
 
 def way(probings: Probings) -> Array:
-    """Sense of the way along the gauge to each touch, ``(n,)``."""
+    """Direction of the path along the gauge to each probing, ``(n,)``."""
     order, steps = along_gauge_mm(probings)
     return by_row(np.where(steps < 0.0, -1.0, 1.0), order)
 
 
 def since_turning_mm(probings: Probings) -> Array:
-    """Way along the gauge since it last turned round, mm, ``(n,)``."""
+    """Path along the gauge since its last reversal, mm, ``(n,)``."""
     order, steps = along_gauge_mm(probings)
     way = np.sign(steps)
     turned = np.concatenate([[True], (way[1:] != way[:-1]) | (steps[1:] == 0.0)])
@@ -85,7 +85,7 @@ def since_turning_mm(probings: Probings) -> Array:
 
 
 def along_gauge_mm(probings: Probings) -> tuple[Rows, Array]:
-    """Rows in order and the way along the gauge to each from the touch before, 0 for the first of a placement."""
+    """Rows in order, and the path along the gauge from the previous probing, 0 for the first of a placement."""
     order, placement = in_order(probings)
     position = probings.certified_mm()[order]
     steps = np.diff(position, prepend=position[0])
@@ -93,7 +93,7 @@ def along_gauge_mm(probings: Probings) -> tuple[Rows, Array]:
 
 
 def run_mm(probings: Probings, axis: str) -> Array:
-    """Way of an axis to each touch in the sense of its approach, mm, ``(..., n)``; none to the first of a placement."""
+    """Path of an axis to each probing, if in the direction of its approach, mm, ``(..., n)``; else, and at first, 0."""
     order, placement = in_order(probings)
     place = probings.coordinate_mm(axis)[..., order]
     steps = np.diff(place, axis=-1, prepend=place[..., :1]) * np.sign(probings.approach(axis)[order])
@@ -102,7 +102,7 @@ def run_mm(probings: Probings, axis: str) -> Array:
 
 
 def touches_since(probings: Probings, pause_s: float) -> Array:
-    """Number of touches since a pause or a new placement, ``(n,)``."""
+    """Number of probings since a pause or a new placement, ``(n,)``."""
     order, placement = in_order(probings)
     apart = (np.diff(probings.time_s[order]) > pause_s) | (np.diff(placement) != 0)
     count = np.arange(len(order), dtype=float)

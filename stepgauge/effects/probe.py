@@ -1,4 +1,4 @@
-"""What the touch-trigger probe does to a reading: it triggers late, and not equally late in all directions."""
+"""Effects of the touch-trigger probe: its pre-travel, which depends on direction and speed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stepgauge.probes import EmpiricalProbe, MechanicalProbe, Probe
 ON_AXIS = 1e-6
 """Sine of the polar angle below which an approach along the stylus has no azimuth."""
 ACROSS = np.column_stack([np.cos(np.arange(36) * np.pi / 18), np.sin(np.arange(36) * np.pi / 18), np.zeros(36)])
-"""Contact normals all round the stylus, in the probe's frame."""
+"""Contact normals around the stylus, in the frame of the probe."""
 
 
 class EffectiveRadius(Effect):
@@ -46,7 +46,7 @@ class ProbeLobing(Effect):
     )
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """cos 3b and sin 3b as polynomials of cos b and sin b; nothing along the stylus, where b is undefined."""
+        """cos 3b and sin 3b as polynomials of cos b and sin b; zero along the stylus, where b is undefined."""
         c, s = probings.lateral_share()
         size = np.sqrt(c * c + s * s)
         inverse = np.where(size > ON_AXIS, 1.0, 0.0) / np.maximum(size, ON_AXIS)
@@ -57,7 +57,7 @@ class ProbeLobing(Effect):
 
 
 class TriggerDelay(Effect):
-    """The machine travels on until the trigger is read: d = delay * measuring speed along the approach."""
+    """The position is latched a delay after the trigger: d = delay * measuring speed along the approach."""
 
     kind: ClassVar[str] = "trigger_delay"
     equation: ClassVar[str] = "d = ms speed_mm_s along the approach"
@@ -71,9 +71,9 @@ class TriggerDelay(Effect):
 
 
 class ServoLag(Effect):
-    """The axes fall behind the more the faster they go: d = k speed^2 along the approach, beside a delay.
+    """A lag of the axes that grows with the square of the speed: d = k speed^2 along the approach.
 
-    What falls behind in proportion to the speed is ``trigger_delay``.
+    A lag in proportion to the speed is ``trigger_delay``.
     """
 
     kind: ClassVar[str] = "servo_lag"
@@ -91,10 +91,10 @@ class ServoLag(Effect):
 
 
 class InterpolationStep(Effect):
-    """Positions are known once per cycle of the controller: d = speed times what is left of the cycle at the trigger.
+    """Positions are latched once per cycle of the controller: d = speed times the rest of the cycle at the trigger.
 
-    Between nothing and a whole cycle's way, as the time falls: a scatter for whoever does not know the times to a part
-    of the cycle.
+    It is between zero and the travel in one cycle, depending on the time. If times are not known to a fraction of the
+    cycle, it appears as scatter.
     """
 
     kind: ClassVar[str] = "interpolation_step"
@@ -112,7 +112,7 @@ class InterpolationStep(Effect):
 
 
 class TipChange(Effect):
-    """One placement was probed with another tip, or the stylus turned: d = um along every approach there."""
+    """One placement was probed with another tip, or after a change of the stylus: d = um along every approach there."""
 
     kind: ClassVar[str] = "tip_change"
     equation: ClassVar[str] = "d = um along the approach where the placement is 'placement'"
@@ -123,16 +123,16 @@ class TipChange(Effect):
     um: float = parameter(unit="um", meaning="pre-travel larger there by", ge=-1e4, le=1e4, sensible=(-20, 20))
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """Nothing in all other placements."""
+        """Zero in all other placements."""
         return {"approach": self.um * (probings.column("placement") == self.placement)}
 
 
 class LeverArm(Effect):
     """The trigger lever is longer than modelled: d = w(lever + mm) - w(lever) along the approach.
 
-    A kinematic probe says by its statics what a longer lever does. For a probe of which only a pre-travel w is known: a
-    lateral trigger force F has a fixed moment F lever about the contacts, and w is the bending under F, so that
-    d = -w mm / (lever + mm) sin^2(polar), with the stylus length as lever.
+    For a kinematic probe the statics give the influence of a longer lever. For a probe of which only a pre-travel w is
+    known: a lateral trigger force F has a fixed moment F lever about the contacts, and w is the bending under F, so
+    that d = -w mm / (lever + mm) sin^2(polar), with the stylus length as lever.
     """
 
     kind: ClassVar[str] = "lever_arm"
@@ -174,5 +174,5 @@ def _by_statics_um(sensor: MechanicalProbe, probings: Probings, longer_mm: float
 
 
 def _mean_pretravel_um(sensor: Probe) -> float:
-    """Over the directions across the stylus."""
+    """Mean over the directions across the stylus."""
     return float(sensor.pretravel_um(sensor.approaches(ACROSS)).mean())

@@ -1,4 +1,4 @@
-"""What effects see of a recording: columns and what follows from them, made when first asked for."""
+"""The recording as effects use it: columns, and quantities computed from them on demand."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 _COORDINATE = {axis: f"{axis}_mm" for axis in "xyz"}
 AT_ONCE_S = 1e-9
-"""Time constant that stands for none where others have one."""
+"""Time constant that stands for no lag where other runs have one."""
 _MARK = np.array([1.0, 0.7390851332151607, 0.2801694990238691])
-"""Weights whose sum over the components hardly any two directions have in common."""
+"""Weights of the components; two different directions practically never have the same weighted sum."""
 FEW = 64
 _APPROACH = dict(zip("xyz", ("approach_i", "approach_j", "approach_k"), strict=True))
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What holds for all probings.
+    """Data that are common to all probings.
 
     ``travel_mm (3, 2)``: lowest and highest x, y, z; ``gauge``: the certificate; ``axis``: the true gauge axis by
-    placement number (without it fronts are taken as probed along the axis and backs against it); ``chain``: of the
-    machine's axes, where it is known.
+    placement number (without it front faces are assumed to be probed along the axis and back faces against it);
+    ``chain``: of the machine's axes, where it is known.
     """
 
     travel_mm: Array
@@ -50,7 +50,7 @@ class Setting:
 
     @classmethod
     def of(cls, machine: Machine, gauge: Gauge | None = None, axis: Mapping[int, Array] | None = None) -> Setting:
-        """The setting that a machine file and a gauge make."""
+        """The setting from a machine file and a gauge."""
         expansion = machine.table.scale_expansion_per_K
         return cls(machine.travel_mm, gauge, machine.probe, machine.sensor, axis or {}, expansion, machine.chain)
 
@@ -66,7 +66,7 @@ class Columns(Protocol):
 class Probings:
     """``n`` probings; ``columns`` are those of a recording, of shape ``(n,)`` or ``(runs, n)``.
 
-    Unused columns cost nothing: they are taken from ``columns`` when an effect asks for them.
+    Unused columns cost nothing: a column is read when an effect asks for it.
     """
 
     def __init__(self, columns: Columns, setting: Setting) -> None:
@@ -95,7 +95,7 @@ class Probings:
         return self.column(_COORDINATE[axis])
 
     def axis_mm(self, axis: str) -> Array:
-        """Coordinate of the axis itself, mm: that of the tip less its offset, where the machine's chain states one."""
+        """Coordinate of the axis itself, mm: that of the tip minus its offset, where the machine's chain states one."""
         chain = self.setting.chain
         offset = 0.0 if chain is None else chain.tip_mm["xyz".index(axis)]
         if not offset:
@@ -106,13 +106,13 @@ class Probings:
         return self._made[key]
 
     def approach(self, axis: str) -> Array:
-        """Share of one axis in the approach."""
+        """Component of the approach along one axis."""
         return self.column(_APPROACH[axis])
 
     def approaches(self) -> tuple[Array, Rows]:
-        """The approaches that occur, ``(m, 3)``, and for every row which of them it has.
+        """The distinct approaches, ``(m, 3)``, and for every row the number of its approach.
 
-        Programs probe along few directions, so that what is dear is worked out for each once.
+        Programs probe along few directions, so that expensive quantities are computed once for each.
         """
         if "approaches" not in self._made:
             every = np.stack([self.approach(axis) for axis in "xyz"])
@@ -155,7 +155,7 @@ class Probings:
         return self._made["certified"]
 
     def along(self) -> Array:
-        """Share of the gauge axis in the approach, a . p: near +1 at fronts, near -1 at backs."""
+        """Component of the approach along the gauge axis, a . p: near +1 at front faces, near -1 at back faces."""
         if "along" not in self._made:
             self._made["along"] = self._along()
         return self._made["along"]
@@ -176,14 +176,14 @@ class Probings:
     def shifted_along_gauge(self, um: Array) -> Array:
         """Displacement of the trigger along the approach when a face moves ``um`` along the gauge axis: um / (a . p).
 
-        The ball meets a plane across ``a`` that much later on its way along ``p``.
+        On its path along ``p`` the ball meets a plane perpendicular to ``a`` later by this amount.
         """
         return um / self.along()
 
     def touches_since_pause(self, pause_s: float) -> Array:
-        """How many touches went before each one since the last pause longer than ``pause_s``, in order of time.
+        """Number of probings before each one since the last pause longer than ``pause_s``, in order of time.
 
-        Placing the gauge anew is a pause, however long it took.
+        A new placement of the gauge is a pause, whatever its duration.
         """
         key = ("touches", pause_s)
         if key not in self._made:
@@ -191,16 +191,16 @@ class Probings:
         return self._made[key]
 
     def rest_s(self) -> Array:
-        """Time since the touch before, s; the first touch of a placement counts as rested for the longest of them."""
+        """Time since the previous probing, s; for the first probing of a placement, the longest of these times."""
         if "rest" not in self._made:
             self._made["rest"] = order.rest_s(self)
         return self._made["rest"]
 
     def rested(self, touches: float) -> Array:
-        """Roots of the rests before each touch and before the earlier ones, s^0.5, fading to 1/e over ``touches``.
+        """Sum of the square roots of this and earlier rests, s^0.5, with weights that fall to 1/e over ``touches``.
 
-        What creeps back while nothing happens does so about with the root of time. Of the time before the first touch
-        nothing is known; where a placement starts its clock anew, the probe rested for as long as at the longest.
+        Relaxation during a rest is about proportional to the square root of time. The time before the first probing is
+        not known; for a placement with a clock of its own the longest rest is assumed.
         """
         key = ("rested", touches)
         if key not in self._made:
@@ -208,7 +208,7 @@ class Probings:
         return self._made[key]
 
     def lagged(self, name: str, lag_s: float | Array) -> Array:
-        """A recorded column as a body with a time constant of ``lag_s`` seconds follows it; 0 for the column itself.
+        """A recorded column after a first-order lag with the time constant ``lag_s``, s; 0 for the column itself.
 
         Of shape ``(n,)``, for a time constant by run ``(runs, 1)`` of shape ``(runs, n)``.
         """
@@ -221,19 +221,19 @@ class Probings:
         return self._made[key]
 
     def way(self) -> Array:
-        """+1 where the touch before, in order of time, was nearer to face 1 (or there was none), else -1."""
+        """+1 where the previous probing, in order of time, was nearer to face 1 (or there was none), else -1."""
         if "way" not in self._made:
             self._made["way"] = order.way(self)
         return self._made["way"]
 
     def since_turning_mm(self) -> Array:
-        """Way along the gauge between touches since it last turned round, mm, in order of time."""
+        """Path along the gauge between probings since its last reversal, mm, in order of time."""
         if "turning" not in self._made:
             self._made["turning"] = order.since_turning_mm(self)
         return self._made["turning"]
 
     def run_mm(self, axis: str) -> Array:
-        """Way of an axis from the touch before in the sense of the approach, in order of time; 0 against it, mm."""
+        """Path of an axis from the previous probing, mm, if in the direction of the approach; else 0."""
         key = ("run", axis)
         if key not in self._made:
             self._made[key] = order.run_mm(self, axis)
@@ -249,7 +249,7 @@ class Probings:
         return _dot(first, p), _dot(second, p)
 
     def at(self, rows: slice) -> Probings:
-        """Some of the rows; what depends on the order of all touches stays what it is."""
+        """Some of the rows; quantities that depend on the order of all probings do not change."""
         return _Slice(self, rows)
 
     def blocks(self, size: int) -> Iterator[tuple[slice, Probings]]:
@@ -297,9 +297,10 @@ class _Slice(Probings):
 
 
 def _told_apart(columns: Array) -> tuple[Rows, Rows]:
-    """Of ``(3, n)``: where each column that differs from the others stands first, and which of them each is.
+    """Of ``(3, n)``: index of the first of each distinct column, and for each column which of them it is.
 
-    Looked for among the first few, as nearly all recordings have few; then among all; two of one mark leave all apart.
+    First those of a few rows are tried, since most recordings have few directions, then those of all. If two columns
+    have the same weighted sum, every column counts as distinct.
     """
     marks = _MARK @ columns
     for some in (marks[:FEW], marks):

@@ -18,7 +18,7 @@ class ScaleError(Effect):
     source: ClassVar[str] = "ISO 230-2:2014, linear part of the systematic deviation; Zhang et al. 1985, EXX"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
-    ppm: float = parameter(unit="um/m", meaning="reading too long by", ge=-1e5, le=1e5, sensible=(-50, 50))
+    ppm: float = parameter(unit="um/m", meaning="indication too long by", ge=-1e5, le=1e5, sensible=(-50, 50))
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """ppm times the coordinate in metres."""
@@ -26,7 +26,7 @@ class ScaleError(Effect):
 
 
 class ScaleCurvature(Effect):
-    """The scale's error is bowed: d = k (x - middle of travel)^2."""
+    """The error of the scale is quadratic: d = k (x - middle of travel)^2."""
 
     kind: ClassVar[str] = "scale_curvature"
     equation: ClassVar[str] = "d = um_per_m2 (x - middle of travel)^2"
@@ -45,7 +45,7 @@ class ScaleCurvature(Effect):
 
 
 class PeriodicScaleError(Effect):
-    """The scale's error repeats with its pitch: d = A sin(2 pi x / period + phase)."""
+    """The error of the scale is periodic, as with its pitch: d = A sin(2 pi x / period + phase)."""
 
     kind: ClassVar[str] = "periodic_scale_error"
     equation: ClassVar[str] = "d = amplitude_um sin(2 pi x / period_mm + phase_deg)"
@@ -70,11 +70,11 @@ class PeriodicScaleError(Effect):
 
 
 class LocalScaleDefect(Effect):
-    """One place of the scale is off: a bump d = h exp(-4 ln2 ((x - at) / width)^2), whatever the gauge does."""
+    """The scale has an error at one position: d = h exp(-4 ln2 ((x - at) / width)^2), wherever the gauge lies."""
 
     kind: ClassVar[str] = "local_scale_defect"
     equation: ClassVar[str] = "d = height_um exp(-4 ln2 ((x - at_mm) / width_mm)^2)"
-    source: ClassVar[str] = "Gaussian bump; width_mm is its full width at half height"
+    source: ClassVar[str] = "Gaussian; width_mm is its full width at half height"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
     at_mm: float = parameter(
@@ -91,10 +91,10 @@ class LocalScaleDefect(Effect):
 
 
 class ScaleJoint(Effect):
-    """Two scales meet at a place: beyond it d = size ((x - at) / 1 m)^order, a jump (order 0) or another slope (1)."""
+    """Two scales are joined: beyond the joint d = size ((x - at) / 1 m)^order, a step (order 0) or a slope (1)."""
 
     kind: ClassVar[str] = "scale_joint"
-    equation: ClassVar[str] = "d = size ((x - at_mm) / 1 m)^order where x >= at_mm, else nothing"
+    equation: ClassVar[str] = "d = size ((x - at_mm) / 1 m)^order where x >= at_mm, else 0"
     source: ClassVar[str] = "tapes and racks laid end to end: gap or difference in pitch; definition"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
     sought: ClassVar[bool] = False
@@ -103,16 +103,18 @@ class ScaleJoint(Effect):
     at_mm: float = parameter(
         unit="mm", role="nonlinear", meaning="coordinate of the joint", ge=-1e5, le=1e5, sensible=(-2e3, 2e3)
     )
-    size: float = parameter(unit="um or um/m", meaning="beyond minus before", ge=-1e5, le=1e5, sensible=(-50, 50))
+    size: float = parameter(
+        unit="um or um/m", meaning="error beyond the joint minus error before it", ge=-1e5, le=1e5, sensible=(-50, 50)
+    )
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """Nothing before the joint."""
+        """Zero before the joint."""
         beyond = probings.axis_mm(self.axis) - self.at_mm
         return {self.axis: self.size * np.where(beyond >= 0.0, (beyond * 1e-3) ** self.order, 0.0)}
 
 
 class ScrewError(Effect):
-    """A screw or its gear runs out: d = A sin(2 pi order gear x / pitch + phase)."""
+    """A screw or its gear has a periodic error: d = A sin(2 pi order gear x / pitch + phase)."""
 
     kind: ClassVar[str] = "screw_error"
     equation: ClassVar[str] = "d = amplitude_um sin(2 pi order gear x / pitch_mm + phase_deg)"
@@ -124,11 +126,16 @@ class ScrewError(Effect):
     sought: ClassVar[bool] = False
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the screw: x, y or z")
     pitch_mm: float = parameter(
-        unit="mm", role="nonlinear", meaning="travel per turn of the screw", gt=0, le=1e3, sensible=(1, 50)
+        unit="mm", role="nonlinear", meaning="travel per revolution of the screw", gt=0, le=1e3, sensible=(1, 50)
     )
-    order: int = parameter(1, unit="", role="choice", meaning="how often per turn", ge=1, le=100)
+    order: int = parameter(1, unit="", role="choice", meaning="periods per revolution", ge=1, le=100)
     gear: float = parameter(
-        1.0, unit="1", role="fixed", meaning="turns of what runs out per turn of the screw", gt=0, le=1e4
+        1.0,
+        unit="1",
+        role="fixed",
+        meaning="revolutions of the part with the error per revolution of the screw",
+        gt=0,
+        le=1e4,
     )
     amplitude_um: float = parameter(unit="um", meaning="amplitude", ge=0, le=1e3, sensible=(0, 20))
     phase_deg: float = parameter(
@@ -136,7 +143,7 @@ class ScrewError(Effect):
     )
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """A sine of the turns."""
+        """A sine of the revolutions."""
         per_mm = 2.0 * np.pi * self.order * self.gear / self.pitch_mm
         return {
             self.axis: self.amplitude_um * np.sin(probings.axis_mm(self.axis) * per_mm + np.radians(self.phase_deg))

@@ -1,4 +1,4 @@
-"""What changes the scatter rather than the mean: repeatability that grows, and single probings gone wrong."""
+"""Effects on the scatter instead of the mean: repeatability that grows, and outliers."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class NoiseGrowth(Effect):
     start_s: float = parameter(0.0, unit="s", role="fixed", meaning="time from which hours count", ge=-1e12, le=1e12)
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """Nothing: the mean stays."""
+        """None: the mean does not change."""
         return {}
 
     def scatter_um(self, probings: Probings) -> Array:
@@ -54,7 +54,7 @@ class NoiseGrowth(Effect):
 
 
 class Outliers(Effect):
-    """Isolated probings gone wrong: d = um along the approach in the listed rows; no law."""
+    """Isolated erroneous probings: d = um along the approach in the listed rows; no law."""
 
     kind: ClassVar[str] = "outliers"
     equation: ClassVar[str] = "d = um along the approach where the row is listed"
@@ -76,7 +76,7 @@ class Outliers(Effect):
         return self
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """Rows beyond the end of the recording are not there to be displaced."""
+        """Row numbers beyond the end of the recording are ignored."""
         rows = whole_numbers(self.rows) - probings.first_row
         inside = (rows >= 0) & (rows < len(probings))
         um = np.asarray(self.um, dtype=float)

@@ -1,8 +1,9 @@
-"""Temperature: what is warmer than the recording says, and what drifts meanwhile.
+"""Temperature: gauge and scales that are warmer than recorded, and drift.
 
-Lengths count against 20 deg C. A gauge at T is longer by alpha (T - 20) of each position. A scale at T has its
-graduations spread by 1 + alpha_s (T - 20) about machine zero: uncompensated it reads x / (1 + alpha_s (T - 20)), too
-short; a controller that compensates multiplies by 1 + alpha_s (T_recorded - 20) and reads x when the sensor is right.
+The reference temperature is 20 deg C. In a gauge at T each position is longer by alpha (T - 20). In a scale at T the
+graduation is expanded by 1 + alpha_s (T - 20) about machine zero: without compensation the indication is
+x / (1 + alpha_s (T - 20)), too short; a controller that compensates multiplies by 1 + alpha_s (T_recorded - 20) and
+indicates x if its sensor has no error.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ REFERENCE_C = 20.0
 
 
 def begins_s() -> Any:
-    """The parameter of whatever begins at an event: switching on, an opened door, the first coolant."""
+    """The parameter of effects that begin at an event: switching on, an opened door, the first coolant."""
     meaning = "time at which it begins; nothing before"
     return parameter(0.0, unit="s", role="fixed", meaning=meaning, ge=-1e12, le=1e12, sensible=(0, 1e4))
 
@@ -47,7 +48,7 @@ class GaugeTemperature(Effect):
 
 
 class ScaleTemperature(Effect):
-    """A scale is warmer than the recording says: its graduations are spread, it reads d = -alpha_s delta x."""
+    """A scale is warmer than the recording says: d = -alpha_s delta x, since its graduation expands."""
 
     kind: ClassVar[str] = "scale_temperature"
     equation: ClassVar[str] = "d = -scale_expansion_per_K delta_K x"
@@ -81,7 +82,7 @@ class ThermalDrift(Effect):
     start_s: float = begins_s()
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """A ramp, or what saturates with the time constant."""
+        """A ramp, or an exponential approach with the time constant."""
         hours = hours_since(self.start_s, probings)
         if self.time_constant_h is None:
             return along(self.direction, self.rate_um_per_h * hours)
@@ -90,7 +91,7 @@ class ThermalDrift(Effect):
 
 
 class TemperatureCycle(Effect):
-    """Air conditioning moves the placement to and fro: d = A sin(2 pi t / period + phase)."""
+    """Air conditioning shifts the placement periodically: d = A sin(2 pi t / period + phase)."""
 
     kind: ClassVar[str] = "temperature_cycle"
     equation: ClassVar[str] = "d = amplitude_um sin(2 pi time_s / period_s + phase_deg)"
@@ -111,9 +112,9 @@ class TemperatureCycle(Effect):
 
 
 class UncompensatedScales(Effect):
-    """Scales at a temperature that nobody corrects for: d = x / (1 + alpha_s (T - 20)) - x on all three axes.
+    """Scales without temperature compensation: d = x / (1 + alpha_s (T - 20)) - x on all three axes.
 
-    No kind of its own: it is switched on by ``scales_compensated = false`` of the machine table.
+    It has no kind: it is switched on by ``scales_compensated = false`` of the machine table.
     """
 
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
@@ -121,11 +122,11 @@ class UncompensatedScales(Effect):
 
     @property
     def label(self) -> str:
-        """As it appears among the shares."""
+        """Its name among the shares."""
         return "uncompensated_scales"
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """The reading minus the true coordinate."""
+        """Indication minus true coordinate."""
         spread = probings.setting.scale_expansion_per_K * (self.temperature_C - REFERENCE_C)
         stretch = -spread / (1.0 + spread) * 1e3
         return {axis: stretch * probings.axis_mm(axis) for axis in "xyz"}

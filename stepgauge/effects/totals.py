@@ -1,4 +1,4 @@
-"""Effects added up: the total displacement, the scatter, and the share of each."""
+"""Sums over effects: the total displacement, the scatter, and the share of each."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def added_up(effects: Sequence[Effect], probings: Probings) -> tuple[Array, Arra
 
 
 def displacement_um(effect: Effect, probings: Probings) -> Displacement:
-    """Displacement of one effect, um; :class:`InputError` names the effect as it stands in a machine file."""
+    """Displacement of one effect, um; :class:`InputError` names the effect as in the machine file."""
     try:
         found = effect.displacement_um(probings)
         if effect.when is None:
@@ -53,7 +53,7 @@ def displacement_um(effect: Effect, probings: Probings) -> Displacement:
 
 
 def along_approach_um(effect: Effect, probings: Probings) -> Array:
-    """Displacement of one effect along the approach, um, shape ``(n,)``; on the other directions it does not show."""
+    """Displacement of one effect along the approach, um, shape ``(n,)``; other directions are not measured."""
     total = np.zeros(len(probings))
     for component, um in displacement_um(effect, probings).items():
         total = total + (um if component == "approach" else um * probings.approach(component))

@@ -1,4 +1,4 @@
-"""What a kinematic probe does with the direction of approach: the statics of its six contacts times what gives way."""
+"""Pre-travel of a kinematic probe by direction: trigger force by the statics of its six contacts, times compliance."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from stepgauge.physics.directions import iso_10360_5_points
 from stepgauge.probes.base import head_frame
 
 QUALIFIED = iso_10360_5_points()
-"""Contact normals of a qualification, in the probe's frame."""
+"""Contact normals of a qualification, in the frame of the probe."""
 
 
 class Seated(Effect):
     """A probe that triggers when the first of its six contacts opens: seat, lever and compliance.
 
-    With the machine's probe modelled as a constant, or not at all, these parameters are the probe.
+    If the probe of the machine file is a constant or has no pre-travel, these parameters describe the probe.
     """
 
     um_per_N: float = parameter(
@@ -68,7 +68,7 @@ class Seated(Effect):
         return self
 
     def displacement_um(self, probings: Probings) -> Displacement:
-        """Force times compliance; every direction that occurs is worked out once."""
+        """Force times compliance; computed once for every distinct direction."""
         sensor = probings.setting.sensor
         approach, which = probings.approaches()
         normal = -approach @ (head_frame() if sensor is None else sensor.frame).T
@@ -92,7 +92,7 @@ class Seated(Effect):
             yield self.with_values(**{name: float(np.ravel(v)[min(run, np.size(v) - 1)]) for name, v in values.items()})
 
     def tripod(self, opening_N: tuple[float, ...] = (0.0,) * trigger.CONTACTS) -> trigger.Tripod:
-        """The seat, each contact counting as open at a reaction of its own."""
+        """The seat, with an opening force for each contact."""
         angle, azimuth = np.radians(self.contact_angle_deg), np.radians(self.arm_azimuth_deg)
         seat = (self.preload_N, self.contact_radius_mm, float(angle), self.lever_mm, float(azimuth))
         return trigger.Tripod(*seat, opening_force_N=opening_N)
@@ -110,9 +110,9 @@ class Seated(Effect):
 class KinematicPretravel(Seated):
     """The probe triggers when its tripod opens a contact: d = um_per_N F(direction) along the approach.
 
-    F is the force at which the first of the six reactions is used up; along the stylus the tip gives way ``along``
-    times as much as across. To be added to what the machine's probe is modelled to do: of a probe that was qualified as
-    a constant only the part that is ``varying`` about the mean of its qualification is left.
+    F is the force at which the first of the six reactions becomes zero; the compliance along the stylus is ``along``
+    times that across it. The effect is added to the pre-travel of the probe in the machine file: after a qualification
+    with a constant only the part that is ``varying`` about the mean of the qualification remains.
     """
 
     kind: ClassVar[str] = "kinematic_pretravel"
@@ -128,11 +128,11 @@ class KinematicPretravel(Seated):
         "whole",
         unit="",
         role="choice",
-        meaning="the whole pre-travel, or what varies about the mean of 25 points on a sphere",
+        meaning="the whole pre-travel, or its variation about the mean of 25 points on a sphere",
     )
 
     def force_N(self, normal: Array) -> Array:
-        """Of the sound seat, without the mean of its qualification where that is asked."""
+        """Of the seat without defect; minus the mean of its qualification, if so chosen."""
         tripod = self.tripod()
         force = self.giving_way_N(normal, tripod)
         return force if self.part == "whole" else force - self.giving_way_N(QUALIFIED, tripod).mean()
@@ -142,7 +142,7 @@ class SeatDefect(Seated):
     """One seat of a tripod is worn or dirty and opens too early: d = um_per_N (F with it - F without).
 
     Its two contacts count as open at a ``share`` of their reaction at rest. The probe triggers earlier where that arm
-    opens first, and as before elsewhere: orders 1 and 2 in azimuth, which a sound tripod has not.
+    opens first, and as before elsewhere: orders 1 and 2 in azimuth, which a tripod without defect does not have.
     """
 
     kind: ClassVar[str] = "seat_defect"
@@ -162,14 +162,14 @@ class SeatDefect(Seated):
     share: float = parameter(
         unit="1",
         role="nonlinear",
-        meaning="of the reaction at rest, at which it counts as open",
+        meaning="share of the reaction at rest at which it counts as open",
         ge=0,
         le=0.95,
         sensible=(0.02, 0.5),
     )
 
     def force_N(self, normal: Array) -> Array:
-        """Of the defective seat less that of the sound one."""
+        """Of the defective seat minus that of the seat without defect."""
         sound = self.tripod()
         rest = trigger.rest_reactions_N(sound)
         worn = np.arange(trigger.CONTACTS) // 2 == ("first", "second", "third").index(self.arm)

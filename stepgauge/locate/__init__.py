@@ -1,10 +1,10 @@
 """16 hand-probed points to the placement of the gauge (Pahk & Kim, section 3, Fig 2).
 
 Points 1-8 lie on the beginning block, 9-16 on the end block: three on the front face, one on either side, one on top,
-one on the rail beside the block, one on the back face. All are tip centres. The front plane's normal N and the five
-other points fix the block's centre; the axis is the line through the two centres, never N. The points are more than
-these need: what is redundant tests them (:mod:`stepgauge.locate.adjustment`, :mod:`stepgauge.locate.slips`) and, where
-it shows more scatter than was stated, enlarges the uncertainties (:mod:`stepgauge.locate.scatter`).
+one on the rail beside the block, one on the back face. All are tip centres. The normal N of the front plane and the
+five other points give the centre of the block; the axis is the line through the two centres, never N. The points are
+redundant: the redundancy is used to test them (:mod:`stepgauge.locate.adjustment`, :mod:`stepgauge.locate.slips`) and,
+where the scatter is larger than stated, to increase the uncertainties (:mod:`stepgauge.locate.scatter`).
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ POINT_COLUMNS = ("point", "x_mm", "y_mm", "z_mm")
 FARTHEST_MM = 1e5
 """No coordinate of a machine is farther from 0 than this."""
 ROLLED_DEG = 2.0
-"""A gauge turned about its axis by less than this is taken to lie with its blocks up."""
+"""A gauge rotated about its axis by less than this is assumed to lie with its blocks up."""
 TURNED_DEG, STEEP_DEG = 30.0, 50.0
-"""A gauge that is turned about its axis, or rises, by more than this must be stated to do so: three columns exchanged
-in turn make that of every gauge that lies, up to 0.6 rad of pitch."""
+"""A rotation about the axis, or a pitch, of more than this must be stated: a cyclic exchange of the three columns gives
+such angles for every lying gauge, up to 0.6 rad of pitch."""
 ROLL_RESIDUAL_MM = 0.2
-"""Misfit of width and height that makes a turn about the axis worth considering."""
+"""Misfit of width and height above which a rotation about the axis is considered."""
 
 
 def read_points(path: str | Path) -> Array:
@@ -83,7 +83,7 @@ def locate(
     repeatability_um : standard deviation of a probed coordinate
     tip_radius_mm : nominal tip radius, checked against the one that the points give
     where : file name for messages
-    turned : the gauge is known to be steeper than :data:`STEEP_DEG`, or turned by more than :data:`TURNED_DEG`
+    turned : the gauge is known to be steeper than :data:`STEEP_DEG`, or rotated by more than :data:`TURNED_DEG`
 
     Returns
     -------
@@ -92,8 +92,8 @@ def locate(
     Raises
     ------
     InputError
-        points that cannot be what they are claimed to be, with the explanation that fits (see ``locate.checks``); a
-        gauge that is turned without being stated to be so
+        points that contradict the certificate or each other, with the slip that explains them (see ``locate.checks``);
+        a gauge that is rotated or steep without being stated so
     """
     up, notes = _choose_up(points, gauge, blocks)
     check_points(points, gauge, blocks, up, tip_radius_mm, where)
@@ -117,7 +117,7 @@ def locate(
 
 
 def _choose_up(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> tuple[Array | None, list[str]]:
-    """None where machine +z will do; else the direction that the points give, and a note that says so."""
+    """None where machine +z is right; else the direction from the points, and a note."""
     try:
         level = solve_blocks(points, gauge, blocks)
     except np.linalg.LinAlgError:
@@ -136,9 +136,9 @@ def _turn_deg(level: Blocks, up: Array) -> float:
 
 
 def _check_lies(points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None, where: str | Path) -> None:
-    """:class:`InputError` for a gauge on end, steep or turned: nothing in the points tells it from exchanged columns.
+    """:class:`InputError` for a gauge on end, steep or rotated: the points cannot exclude exchanged columns.
 
-    The program of a placement that is wrong in this way would drive the probe into whatever stands there.
+    The program of a placement that is wrong in this way would cause a collision.
     """
     level = solve_blocks(points, gauge, blocks)
     rise_deg = float(np.degrees(np.arcsin(np.clip(abs(level.axis[2]), 0.0, 1.0))))

@@ -1,22 +1,22 @@
 """The 16 points as one least-squares adjustment: which of them contradicts the others, and by how much.
 
-Observation model. Every point is one observation: the distance of its tip centre from the middle of its block, square
-to its face. In gauge directions (a, s, up), from the centre of its block:
+Observation model. Every point is one observation: the distance of its tip centre from the centre of its block,
+perpendicular to its face. In gauge directions (a, s, up), from the centre of its block:
 
     points 1, 2, 3    a = -l/2 - r + t_s s + t_u up      l: certified size of the block
     point 8           a = +l/2 + r + t_s s + t_u up      t: tilt of the faces of a block, common to front and back
     points 4, 5       s = +(w/2 + r), -(w/2 + r)
-    point 6, 7        up = h/2 + r, -h/2 + r             both are touched from above
+    point 6, 7        up = h/2 + r, -h/2 + r             both are probed from above
 
-Unknown are the place of block C1 (3), the direction of the axis (2), the tip radius r, width w and height h of the
-blocks, what C1-C2 is longer than certified, and the tilt of each block (4): 13. The width and the height on the
-certificate are nominal, a gauge is warm, faces lean; what is known of these is observed once more with a standard
-deviation that belongs to it, which makes 7 further observations.
+The 13 unknowns are the position of block C1 (3), the direction of the axis (2), the tip radius r, width w and height h
+of the blocks, the difference of C1-C2 from its certified value, and the tilt of the faces of each block (4). Width and
+height are nominal, the gauge may be warm, faces may be tilted: prior knowledge of these quantities is added as 7
+further observations with standard deviations.
 
 The redundancy number of an observation is the share of its error that shows in its residual (Baarda 1968, A testing
-procedure for use in geodetic networks): 0 for one that nothing checks, 1 for one that the others know exactly. The
+procedure for use in geodetic networks): 0 without any check by the others, 1 with a perfect one. The
 normalised residual w = v / (sigma sqrt(redundancy)) is standard normal; an error of 4.13 sigma / sqrt(redundancy) is
-found in four of five cases by a test at 0.1 %.
+detected with a probability of 80 % by a test at 0.1 %.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ Array = NDArray[np.float64]
 ALONG = np.array([0, 0, 0, 1, 1, 2, 2, 0] * 2)
 """Direction (a, s, up) that each point measures."""
 OUTWARD = np.array([-1.0, -1.0, -1.0, 1.0, -1.0, 1.0, 1.0, 1.0] * 2)
-"""Sense in which the tip stands away from the face."""
+"""Sign of the direction from the face to the tip."""
 RADIUS, WIDTH, HEIGHT, LONGER = 5, 6, 7, 8
-"""Places of tip radius, width, height and what C1-C2 is longer than certified among the unknowns."""
+"""Indices of tip radius, width, height and the difference of C1-C2 from its certified value among the unknowns."""
 TEST_LIMIT = 3.29
 """Two-sided limit of a standard normal variable at 0.1 %."""
 DETECTABLE = 4.13
@@ -46,18 +46,18 @@ WIDTH_SIGMA_MM, HEIGHT_SIGMA_MM = 0.15, 0.3
 USUAL_RADIUS_MM = 2.0
 TILT_SIGMA = np.radians(0.5) / TEST_LIMIT
 BY_HAND_MM = np.array([0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.05, 0.02] * 2)
-"""What a point probed by hand on a real block may be off, one sigma; the rail is no measuring surface."""
+"""Standard deviation of a point probed by hand on a real block; the rail is no measuring surface."""
 LEFT_OUT_MM = 1e6
-"""Standard deviation of a point that is to have no weight."""
+"""Standard deviation of a point that gets no weight."""
 _STEPS = np.array([1e-3] * 3 + [1e-6] * 2 + [1e-3] * 4 + [1e-6] * 4)
 _ITERATIONS = 12
 
 
 @dataclass(frozen=True)
 class Adjustment:
-    """The adjusted unknowns and what is left.
+    """The adjusted unknowns and the residuals.
 
-    ``off_mm (16,)``: how far each point stands outside its adjusted face (outward positive); ``redundancy (16,)``;
+    ``off_mm (16,)``: distance of each point from its adjusted face (outward positive); ``redundancy (16,)``;
     ``normalised (16 + k,)``: normalised residuals of points and of the further observations; ``chi2``: sum of squared
     residuals in units of their standard deviations; ``rotation``: rows a, s, up; ``c1_mm``: centre of the first block.
     """
@@ -72,7 +72,7 @@ class Adjustment:
 
     @property
     def worst(self) -> float:
-        """Largest normalised residual; infinite where the adjustment did not come to anything."""
+        """Largest normalised residual; infinite where the adjustment did not converge."""
         worst = float(np.abs(self.normalised).max())
         return worst if np.isfinite(worst) else np.inf
 
@@ -136,7 +136,7 @@ def adjust(
     ----------
     points : tip centres in mm, shape ``(16, 3)``
     gauge, blocks : the certified gauge, and the numbers of the two blocks
-    up : direction from the rail to the blocks, None for machine +z (where the gauge stands, as its points say)
+    up : direction from the rail to the blocks, None for machine +z (for a gauge on end, from its points)
     sigma_mm : standard deviation of each point across its face, shape ``(16,)``
     """
     model = _model(points, gauge, blocks, up)
@@ -180,7 +180,7 @@ def _start(model: _Model) -> Array:
 
 
 def _scale() -> Array:
-    """Unknowns of a like size for the solution: mm, and angles in units of 1 mm over 1 m."""
+    """Scales of the unknowns for the solution: mm, and angles in units of 1 mm over 1 m."""
     return np.where(_STEPS < 1e-3, 1e3, 1.0)
 
 
@@ -199,7 +199,7 @@ def _linear(model: _Model, x: Array, sigma_mm: Array) -> tuple[Array, Array]:
 def suspects(
     points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None
 ) -> Iterator[tuple[int, Adjustment]]:
-    """Each point (counted from 0) with the adjustment of all others, the one that explains most first."""
+    """Each point (counted from 0) with the adjustment of all others, the best explanation first."""
     found = []
     for point in range(16):
         sigma = BY_HAND_MM.copy()
@@ -209,9 +209,9 @@ def suspects(
 
 
 def expected_place(points: Array, point: int, others: Adjustment, gauge: Gauge, blocks: tuple[int, int]) -> Array:
-    """Where the other points put one, machine mm, shape ``(3,)``: on its face, and where on it the point itself says.
+    """Position of a point expected from the others, machine mm, shape ``(3,)``: on its face, beside the probed point.
 
-    A point beyond its face is expected where points are usually probed.
+    For a point beyond its face the usual position of a point is expected.
     """
     width, height, radius = gauge.table.block_width_mm, gauge.table.block_height_mm, float(others.unknowns[RADIUS])
     half = np.array([gauge.block_size_mm[blocks[point // 8] - 1], width, height]) / 2.0
@@ -232,7 +232,7 @@ def expected_place(points: Array, point: int, others: Adjustment, gauge: Gauge, 
 
 
 def _usual(place: int, half: Array, radius_mm: float) -> Array:
-    """A usual place on its face for each of the eight points, from the centre of the block."""
+    """The usual position on its face of each of the eight points, from the centre of the block."""
     front = {0: (-0.6, -0.5), 1: (0.6, -0.5), 2: (0.0, 0.6)}
     s, up = front.get(place, (0.0, 0.0))
     beside = half[1] + radius_mm + 2.0 if place == 6 else s * half[1]

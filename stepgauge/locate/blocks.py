@@ -14,20 +14,20 @@ Array = NDArray[np.float64]
 ROLL_STEPS = 720
 AXIS_ITERATIONS = 20
 AXIS_SETTLED = 1e-8
-"""After a step of the axis as small as this, rad, the next would be a millionth of it."""
+"""The iteration of the axis stops after a step smaller than this, rad: the next would be a millionth of it."""
 UPWARDS = np.array([0.0, 0.0, 1.0])
 STEEP_COS = 0.9
-"""|a.z| above which the side of a gauge turns by more than twice what its axis does."""
+"""|a.z| above which the side direction of a gauge rotates by more than twice the rotation of its axis."""
 _TILT, _LARGEST_TURN = 1e-6, 0.3
 
 
 @dataclass(frozen=True)
 class Blocks:
-    """What the 16 points say; any leading dimensions, then one entry for the beginning and one for the end block.
+    """Geometry from the 16 points; any leading dimensions, then one entry for the beginning and one for the end block.
 
     ``points (..., 2, 8, 3)``; ``normal (..., 2, 3)``: unit normal of the front plane, out of the block; ``centre_mm
-    (..., 2, 3)``; ``radius_mm (..., 2)``: half of what the block measures more than certified, the effective tip
-    radius; ``axis`` and ``up (..., 3)``.
+    (..., 2, 3)``; ``radius_mm (..., 2)``: half the difference of the measured and certified size of the block, the
+    effective tip radius; ``axis`` and ``up (..., 3)``.
     """
 
     points: Array
@@ -51,7 +51,7 @@ class Blocks:
 
 
 def unit(vector: Array) -> Array:
-    """Vectors ``(..., 3)`` at length one; a vector without length gives NaN."""
+    """Vectors ``(..., 3)`` at length one; a vector of length zero gives NaN."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
 
@@ -59,10 +59,10 @@ def unit(vector: Array) -> Array:
 def solve_blocks(
     points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None = None, axis: Array | None = None
 ) -> Blocks:
-    """Centres, normals and effective radius from the 16 points ``(..., 16, 3)``, without judging them.
+    """Centres, normals and effective radius from the 16 points ``(..., 16, 3)``, without checks.
 
     ``up``: direction from the rail to the blocks; default machine +z, or, where a single gauge stands on end, the
-    direction that its points give. ``axis``: where to start from, default :func:`first_axis` or :func:`rough_axis`.
+    direction from its points. ``axis``: the start value, default :func:`first_axis` or :func:`rough_axis`.
     ``numpy.linalg.LinAlgError`` where the points do not span two blocks.
     """
     p = points.reshape(*points.shape[:-2], 2, 8, 3)
@@ -81,10 +81,10 @@ def solve_blocks(
 
 
 def _turn(p: Array, axis: Array, up: Array, size_mm: Array) -> Array:
-    """What a Newton step adds to the axis so that it becomes the line through the centres, ``(..., 3)``.
+    """Newton step of the axis towards the line through the centres, ``(..., 3)``.
 
-    Putting in the axis that came out converges too slowly for a short gauge that is steep, and not at all beside the
-    vertical: there the sides turn by more than the axis does.
+    Fixed-point iteration converges too slowly for a short, steep gauge, and not at all near the vertical: there the
+    side direction rotates by more than the axis.
     """
     across = _square(up, axis)
     frame = np.stack([np.cross(axis, across), across], axis=-2)
@@ -101,15 +101,15 @@ def _turn(p: Array, axis: Array, up: Array, size_mm: Array) -> Array:
 
 
 def _square(up: Array, axis: Array) -> Array:
-    """The part of ``up`` square to the axis, at length one."""
+    """The component of ``up`` perpendicular to the axis, as a unit vector."""
     return unit(up - axis * (axis * up).sum(axis=-1, keepdims=True))
 
 
 def first_axis(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> Array:
-    """An axis to start from, unit vector: that through the means of the points ``(16, 3)`` unless the gauge is steep.
+    """Start value of the axis, unit vector: through the means of the points ``(16, 3)`` unless the gauge is steep.
 
-    Beside the vertical, two axes may fit an up direction that is given; the one that the points give with their own up
-    direction is the right one.
+    Near the vertical, two axes may fit a given up direction; the right one is that with the up direction from the
+    points.
     """
     axis = rough_axis(points)
     if abs(axis[2]) < STEEP_COS:
@@ -118,7 +118,7 @@ def first_axis(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> Array:
 
 
 def usual_up(points: Array, axis: Array, gauge: Gauge) -> Array:
-    """Machine +z, or, where the gauge stands on end, the direction that its points ``(16, 3)`` give."""
+    """Machine +z, or, for a gauge on end, the direction from its points ``(16, 3)``."""
     return fit_up(points, axis, gauge)[0] if abs(axis[2]) > STANDING_COS else UPWARDS
 
 

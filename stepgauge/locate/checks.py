@@ -1,8 +1,8 @@
-"""Are the 16 points what they are claimed to be?
+"""Checks of the 16 points against the certificate and against each other.
 
-A set of points is judged by complaints: facts about the located blocks that contradict the certificate, and a test of
-the points against each other (:mod:`stepgauge.locate.adjustment`). What explains a complaint is looked for in
-:mod:`stepgauge.locate.slips`.
+A set of points is judged by complaints: properties of the located blocks that contradict the certificate, and a test of
+the points against each other (:mod:`stepgauge.locate.adjustment`). :mod:`stepgauge.locate.slips` searches for the slip
+that explains a complaint.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ Array = NDArray[np.float64]
 SMALLEST_TRIANGLE_MM = 1.0
 """Least height of the triangle of the three front points."""
 SQUARE_DEG = 0.5
-"""How far a front plane's normal may be off the axis."""
+"""Largest angle between the normal of a front plane and the axis."""
 SIDES_DEG = 12.0
-"""How far the line from point 5 to point 4 may be off square to the axis (the points are placed by hand)."""
+"""Largest deviation from 90 deg between the axis and the line from point 5 to point 4 (points are placed by hand)."""
 WIDTH_TOLERANCE_MM = 0.5
 HEIGHT_TOLERANCE_MM = 1.0
 RADIUS_TOLERANCE_MM = 0.05
 EDGE_MM = 0.5
-"""How far a point may seem to lie beyond the edge of its face."""
+"""Largest distance of a point beyond the edge of its face."""
 BESIDE_MM = 30.0
-"""How far along the gauge the rail may be touched from the block it belongs to."""
+"""Largest distance along the gauge from a point on the rail to its block."""
 CONTRADICTION = 4.1
 """Largest normalised residual of points probed by hand: 0.1 % for the largest of all."""
 
 
 def check_tip(found: Blocks, tip_radius_mm: float | None, where: str | Path) -> None:
-    """:class:`InputError` where the tip radius that somebody states is not the one that the points give."""
+    """:class:`InputError` where the stated tip radius is not that of the points."""
     if tip_radius_mm is not None and abs(found.tip_radius_mm - tip_radius_mm) > RADIUS_TOLERANCE_MM:
         raise InputError(
             where,
@@ -50,7 +50,7 @@ def check_tip(found: Blocks, tip_radius_mm: float | None, where: str | Path) -> 
 
 
 def wrong_unit(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> tuple[str, str, str] | None:
-    """What is wrong, what was found and what was expected where the points look like inches or metres."""
+    """The contradiction, what was found and what was expected, where the points look like inches or metres."""
     middle = points.reshape(2, 8, 3).mean(axis=1)
     found, certified = float(np.linalg.norm(middle[1] - middle[0])), block_distance_mm(gauge, *blocks)
     for factor, unit in ((1 / 25.4, "inches"), (1e-3, "metres"), (25.4, "mm multiplied by 25.4")):
@@ -60,7 +60,7 @@ def wrong_unit(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> tuple[st
 
 
 def collinear(points: Array) -> str | None:
-    """Which front points do not span their face, None if all do."""
+    """Front points that do not span their face, None if all do."""
     for block, first in ((0, 1), (1, 9)):
         p = points[8 * block : 8 * block + 3]
         sides = [np.linalg.norm(p[i] - p[j]) for i, j in ((0, 1), (1, 2), (2, 0))]

@@ -1,10 +1,10 @@
-"""What the redundancy of the 16 points says of their scatter, for the uncertainties of the placement.
+"""Scatter of the 16 points from their redundancy, for the uncertainties of the placement.
 
-The stated repeatability is believed unless the points contradict it. They can in three places: both blocks are longer
+The stated repeatability is used unless the points contradict it. Three properties are checked: both blocks are longer
 than certified by the same tip diameter (points 1, 2, 3, 8), they are equally wide (4, 5) and equally high (6, 7). For
 each of these three groups the variance is estimated from its residuals and redundancy numbers (variance components,
 Foerstner 1979): s^2 = sum v^2 / sum redundancy. Where it is larger than the stated one with 99.9 % confidence, every
-point of the group gets it, and a note says so; which point is off, a single redundancy cannot tell.
+point of the group gets it, with a note; a single redundancy cannot identify the erroneous point.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ GROUPS: Mapping[str, tuple[int, ...]] = {
     "wide": (4, 5, 12, 13),
     "high": (6, 7, 14, 15),
 }
-"""How the two blocks are alike, and the points that say so."""
+"""Properties in which the two blocks agree, and the points that show it."""
 ROLL = 3e-3
-"""A gauge that is taken to lie with its blocks up may be turned about its axis by so much, rad, one sigma."""
+"""Standard deviation of the rotation about its axis of a gauge that is assumed to lie with its blocks up, rad."""
 LEAST_UM = 0.05
-"""No probing repeats better than this, and points are written with so many digits."""
+"""Least repeatability: no probing repeats better, and points are written with this resolution."""
 LEAST_REDUNDANCY = 0.1
 _NORMAL = 3.09
 
 
 @dataclass(frozen=True)
 class Scatter:
-    """Standard deviation of each point across its face ``sigma_um (16,)``, what else is known of it, and notes."""
+    """Standard deviation of each point across its face ``sigma_um (16,)``, further quantities, and notes."""
 
     sigma_um: Array
     redundancy: Array
@@ -54,7 +54,7 @@ class Scatter:
 def find_scatter(
     points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None, repeatability_um: float
 ) -> Scatter:
-    """The stated repeatability, and more of it where the points contradict it; ``points (16, 3)`` in mm."""
+    """The stated repeatability, increased where the points contradict it; ``points (16, 3)`` in mm."""
     stated = max(repeatability_um, LEAST_UM)
     sigma, notes = np.full(16, stated), list[str]()
     found = adjust(points, gauge, blocks, up, sigma * 1e-3)
@@ -79,7 +79,7 @@ def _chi2_limit(freedom: float) -> float:
 
 
 def _roll_um(found: Adjustment, points: Array, rows: NDArray[np.intp]) -> Array:
-    """What a turn about the axis does to points that lie differently on the two blocks, um."""
+    """Influence of a rotation about the axis on points that lie differently on the two blocks, um."""
     across = {1: 2, 2: 1}
     q = (points - found.c1_mm) @ found.rotation.T
     lever = [
@@ -100,7 +100,7 @@ def _note(name: str, members: tuple[int, ...], found: Adjustment, sigma_um: floa
 
 
 def _unlike_um(name: str, found: Adjustment) -> float:
-    """How much longer, wider or higher one block was probed than the other, against the certificate, um."""
+    """Difference of the two blocks in measured length, width or height, against the certificate, um."""
     off = found.off_mm.reshape(2, 8) * 1e3
     front, sides, heights, back = off[:, :3].mean(axis=1), off[:, 3:5], off[:, 5:7] * [1.0, -1.0], off[:, 7]
     measured = {"long": front + back, "wide": sides.sum(axis=1), "high": heights.sum(axis=1)}

@@ -1,8 +1,8 @@
 """The slip that explains why 16 points contradict the certificate or each other.
 
-Likely slips are undone one by one: blocks swapped, two points swapped, a point on a neighbour block, columns exchanged,
-one point off (:func:`stepgauge.locate.adjustment.suspects`), other blocks or another gauge than claimed. The one that
-leaves no complaint is the explanation.
+Frequent slips are undone one by one: blocks swapped, two points swapped, a point on a neighbour block, columns
+exchanged, one erroneous point (:func:`stepgauge.locate.adjustment.suspects`), other blocks or another gauge than
+claimed. The one that leaves no complaint is the explanation.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Explains = Callable[..., bool]
 ALIKE = 4.0
 """Two points explain the contradiction equally well where their sums of squares differ by less than this."""
 MOST_FILES = 50
-"""So many files of a folder are looked at for a gauge that fits better."""
+"""Largest number of files of a folder that are read for a gauge that fits better."""
 
 
 def check_points(
@@ -59,7 +59,7 @@ def check_points(
 
 
 def _judge(gauge: Gauge, blocks: tuple[int, int], turned: bool) -> Explains:
-    """Whether mended points leave no complaint, as points on these blocks or on others that are named."""
+    """Whether corrected points leave no complaint, as points on these blocks or on others that are named."""
 
     def explains(mended: Array, claimed: tuple[int, int] = blocks, of: Gauge = gauge) -> bool:
         if collinear(mended) is not None:
@@ -71,7 +71,7 @@ def _judge(gauge: Gauge, blocks: tuple[int, int], turned: bool) -> Explains:
 
 
 def _slips(points: Array, gauge: Gauge, blocks: tuple[int, int], turned: bool) -> Iterator[str]:
-    """Descriptions of the slips that, undone, leave no complaint; ``turned`` lets the gauge lie on its side."""
+    """Descriptions of the slips that, undone, leave no complaint; with ``turned`` the gauge may lie on its side."""
 
     explains = _judge(gauge, blocks, turned)
     if explains(np.roll(points, 8, axis=0)):
@@ -90,7 +90,7 @@ def _slips(points: Array, gauge: Gauge, blocks: tuple[int, int], turned: bool) -
 
 
 def _columns(points: Array, explains: Explains) -> Iterator[str]:
-    """Two columns exchanged, which mirrors the gauge; one that then does not stand on end is likelier."""
+    """Two columns exchanged, which mirrors the gauge; a result that does not stand on end is more probable."""
     ways = [order for order in ((1, 0, 2), (2, 1, 0), (0, 2, 1)) if explains(points[:, order])]
     ways.sort(key=lambda order: bool(abs(rough_axis(points[:, order])[2]) > STANDING_COS))
     for order in ways[:1]:
@@ -100,7 +100,7 @@ def _columns(points: Array, explains: Explains) -> Iterator[str]:
 
 
 def _single(points: Array, gauge: Gauge, blocks: tuple[int, int], turned: bool, explains: Explains) -> Iterator[str]:
-    """One point that is off, or the few of which the data cannot tell which it is."""
+    """One erroneous point, or the few points among which the data cannot decide."""
     up = fit_up(points, rough_axis(points), gauge)[0] if turned else None
     found: list[tuple[int, Adjustment, Array]] = []
     for point, others in suspects(points, gauge, blocks, up):
@@ -125,7 +125,7 @@ def _far(one: Array, other: Array) -> str:
 
 
 def _others(points: Array, gauge: Gauge, blocks: tuple[int, int], explains: Explains) -> Iterator[str]:
-    """Other blocks of this gauge, or blocks of another gauge that is at hand."""
+    """Other blocks of this gauge, or blocks of another available gauge."""
     ideas = list[str]()
     fitting = _fitting(points, gauge)
     if fitting and explains(points, fitting[0]):
@@ -149,7 +149,7 @@ def _fitting(points: Array, gauge: Gauge) -> list[tuple[int, int]]:
 
 
 def gauges_at_hand(gauge: Gauge) -> Iterator[Gauge]:
-    """The gauges in files beside that of this gauge, and the shipped ones; what cannot be read is left out."""
+    """The gauges in files beside that of this gauge, and the shipped ones; unreadable files are left out."""
     folders = [Path(gauge.path).parent, folder("calibration_data")] if gauge.path else [folder("calibration_data")]
     paths = (path for place in folders for path in islice(sorted(place.glob("*.toml")), MOST_FILES))
     seen = {gauge.table.serial}
@@ -164,7 +164,7 @@ def gauges_at_hand(gauge: Gauge) -> Iterator[Gauge]:
 
 
 def _moved_back(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> Iterator[tuple[int, int, Array]]:
-    """Each point moved to its block from each of the four blocks next to it."""
+    """Each point moved to its block from each of the four nearest other blocks."""
     axis = rough_axis(points)
     for point in range(16):
         own = blocks[point // 8]
