@@ -1,8 +1,8 @@
-"""What is said: probabilities averaged over the hypotheses that were visited.
+"""Probabilities of statements, averaged over the hypotheses that were computed.
 
-Hypotheses are told apart by what they say (labels of the terms, kind of the scatter), not by the shapes and sizes in
-them, whose volume is in each one's number already: of those that say the same the likeliest counts. Alternatives in one
-place of the best hypothesis that only a look has seen count with that look, brought to the scale of the exact numbers.
+Hypotheses differ by the labels of their terms and the kind of scatter, not by shapes and sizes, whose volume is part of
+each log posterior: of those with the same labels the most probable counts. Rivals of a term of the best hypothesis that
+were only rated (:mod:`looks`), not computed, count with this rating on the scale of the exact log posteriors.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from stepgauge.diagnose.posterior.search import Search
 
 Array = NDArray[np.float64]
 NEAR = 9.0
-"""Rivals of a term that are less likely by more are not asked for, nats."""
+"""Rivals of a term that are less probable by more than this are not computed, nats."""
 COMPUTED = 6
 """Rivals of a term that are computed exactly."""
 
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """What a hypothesis says, and its log posterior."""
+    """The labels of a hypothesis, and its log posterior."""
 
     candidates: tuple[Candidate, ...]
     scatter: Scatter
@@ -44,7 +44,7 @@ class Hypothesis:
 
 @dataclass(frozen=True)
 class Rival:
-    """What may stand in a place instead: a candidate, its share of the place's probability, and the state or look."""
+    """A candidate that may replace a term: its share of the probability of this place, and its state or look."""
 
     candidate: Candidate
     share: float
@@ -56,7 +56,7 @@ class Rival:
 class Place:
     """One term of the best hypothesis with its rivals.
 
-    ``rivals``: the term's own candidate first; ``nothing``: share of nothing being there.
+    ``rivals``: the term's own candidate first; ``nothing``: share of the hypothesis without any of them.
     """
 
     term: int
@@ -76,7 +76,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Alternative:
-    """A hypothesis that says something else than the best: what goes, what comes, and its odds against the best."""
+    """A hypothesis with other terms than the best: terms that go, terms that come, and its odds against the best."""
 
     gone: tuple[str, ...]
     come: tuple[Candidate, ...]
@@ -85,7 +85,7 @@ class Alternative:
 
 
 class Answer:
-    """Probabilities over everything that a search has visited."""
+    """Probabilities over all hypotheses that a search has computed."""
 
     def __init__(self, search: Search, best: State) -> None:
         self.search, self.best = search, best
@@ -93,7 +93,7 @@ class Answer:
 
     @cached_property
     def hypotheses(self) -> list[Hypothesis]:
-        """All that was visited, each thing that is said once."""
+        """All hypotheses computed, one for each set of labels."""
         found: dict[tuple[object, ...], Hypothesis] = {}
         for state in self.search.evidence.visited.values():
             candidates = tuple(term.candidate for term in state.terms)
@@ -104,7 +104,7 @@ class Answer:
         return [*found.values(), *self._seen()]
 
     def _seen(self) -> list[Hypothesis]:
-        """Rivals that only a look has seen."""
+        """Rivals that were rated by a look and not computed."""
         seen = []
         for place in self.places:
             others = tuple(term.candidate for i, term in enumerate(self.best.terms) if i != place.term)
@@ -117,22 +117,22 @@ class Answer:
 
     @cached_property
     def weights(self) -> Array:
-        """Posterior probability of each hypothesis, all that was visited being all there is."""
+        """Posterior probability of each hypothesis, normalised over those computed."""
         return np.asarray(special.softmax([one.log_posterior for one in self.hypotheses]))
 
     def probability(self, labels: Sequence[str]) -> float:
-        """Of any candidate with one of these labels being there."""
+        """Probability that any candidate with one of these labels is a term."""
         wanted = set(labels)
         return float(sum(w for w, one in zip(self.weights, self.hypotheses, strict=True) if wanted & one.labels))
 
     def probability_of_scatter(self, has: str) -> float:
-        """Of the scatter having something: ``growth``, ``correlation``, ``certificate``, ``outlying``, ``heavy``."""
+        """Of a property of the scatter: ``growth``, ``correlation``, ``certificate``, ``outlying`` or ``heavy``."""
         found = [_has(one.scatter, has) for one in self.hypotheses]
         return float(self.weights[found].sum())
 
     @cached_property
     def adequate(self) -> float:
-        """Of nothing being there beyond a scatter of which nothing need be told."""
+        """Probability that there is nothing beyond independent, normal scatter."""
         found = [not one.candidates and one.scatter.plain for one in self.hypotheses]
         return float(self.weights[found].sum())
 
@@ -160,9 +160,9 @@ class Answer:
         return Place(place, (rivals[0], *sorted(rivals[1:], key=lambda one: -one.share)), float(share[0]))
 
     def alternatives(self, least_odds: float) -> list[Alternative]:
-        """Hypotheses of several other terms than the best's that are not less likely than by ``least_odds``.
+        """Hypotheses with several terms in place of terms of the best, with odds of at least ``least_odds``.
 
-        Each of the other terms must be needed: what is as likely without one of them is an alternative without it.
+        Each of these terms must be needed: if the hypothesis is as probable without one, that is the alternative.
         """
         likeliest = self._likeliest
         mine = {term.candidate.label: term.candidate for term in self.best.terms}
@@ -181,7 +181,7 @@ class Answer:
 
     @cached_property
     def _likeliest(self) -> dict[frozenset[str], State]:
-        """The likeliest state that was visited with each set of terms."""
+        """The most probable state that was computed for each set of terms."""
         found: dict[frozenset[str], State] = {}
         for state in self.search.evidence.visited.values():
             if state.labels not in found or found[state.labels].log_posterior < state.log_posterior:
@@ -189,11 +189,11 @@ class Answer:
         return found
 
     def spread(self, label: str, least: float) -> tuple[Array, Array] | None:
-        """Posterior mean ``(d,)`` and covariance of a term's amplitudes over the hypotheses that hold it.
+        """Posterior mean ``(d,)`` and covariance of the amplitudes of a term over the hypotheses that contain it.
 
-        Of those, the ones whose odds against the best one are at least ``least``: an interval is no wider for what
-        lies outside of it with less than its own probability. None where it is not in the best one, or where their
-        signatures are not of one shape.
+        Only those with odds of at least ``least`` against the best one count, since less probable ones do not change
+        the coverage interval. None if the best hypothesis does not contain the term, or if the signatures differ in
+        dimension.
         """
         held = []
         near = self.best.log_posterior + float(np.log(least))

@@ -1,6 +1,6 @@
-"""The number that decides, of one hypothesis: log prior plus log marginal likelihood.
+"""The log posterior of one hypothesis: log prior plus log marginal likelihood.
 
-Amplitudes and nuisances are integrated exactly (they are linear with normal priors), the size of the scatter by
+Amplitudes and nuisance parameters are integrated exactly (they are linear with normal priors), the scatter sigma by
 Laplace's approximation in its logarithm (MacKay, Neural Computation 4, 1992: 415).
 """
 
@@ -26,17 +26,18 @@ Array = NDArray[np.float64]
 POTRF, POTRI, POTRS = get_lapack_funcs(("potrf", "potri", "potrs"), dtype=np.float64)
 ROUNDS = 12
 FIRST_STEP = 0.05
-"""Half the width of the parabolas that find the likeliest log sigma."""
+"""Half the width of the parabolas that find the most probable log sigma."""
 LOG_2 = float(np.log(2.0))
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A hypothesis: its terms and scatter, with what follows from them.
+    """A hypothesis: its terms and scatter, and the quantities that follow from them.
 
     ``log_posterior``: up to a constant of the problem; ``sigma_um``: standard deviation of an ordinary row; ``left_um
-    (n,)``: what terms and nuisances leave; ``mean (k,)``: posterior mean of the amplitudes of ``count`` nuisances and
-    of the terms, ``prior_sd`` their prior standard deviations, ``factor`` that of their precision in units of these.
+    (n,)``: residuals after terms and nuisance parameters; ``mean (k,)``: posterior mean of the amplitudes of ``count``
+    nuisance parameters and of the terms, ``prior_sd`` their prior standard deviations, ``factor`` that of their
+    precision in units of these.
     """
 
     terms: tuple[Term, ...]
@@ -51,12 +52,12 @@ class State:
 
     @cached_property
     def covariance(self) -> Array:
-        """Posterior covariance of nuisances and amplitudes, sigma at its likeliest value."""
+        """Posterior covariance of nuisance parameters and amplitudes at the most probable sigma."""
         return np.asarray(self.prior_sd[:, None] * _inverse(self.factor) * self.prior_sd)
 
     @property
     def labels(self) -> frozenset[str]:
-        """What the terms are, without their shapes."""
+        """Labels of the terms, without their shapes."""
         return frozenset(term.candidate.label for term in self.terms)
 
     @property
@@ -78,7 +79,7 @@ def _parts(values: Array, columns: Sequence[Array]) -> Iterator[tuple[Array, Arr
 
 @dataclass(frozen=True)
 class _Base:
-    """What all hypotheses with one scatter share: rows, the mapped residual and nuisances, and their products."""
+    """Common to all hypotheses with one scatter: rows, mapped residual and nuisance columns, and their products."""
 
     rows: Rows
     raw: Array
@@ -136,7 +137,7 @@ class Evidence:
         return gram
 
     def _product(self, term: Term, other: Term | None, scatter: Scatter, base: _Base) -> Array:
-        """Products ``(d, e)`` of a term's columns with another's; ``(k, d)`` with residual and nuisances."""
+        """Products ``(d, e)`` of a term's columns with another's; ``(k, d)`` with residual and nuisance columns."""
         key = (term.key, None if other is None else other.key, scatter.key)
         if key not in self._products:
             mapped = self._mapped(term, scatter, base)
@@ -160,7 +161,7 @@ class Evidence:
         return self._with_signs(state)
 
     def _with_signs(self, state: State) -> State:
-        """The state with half-normal priors of amplitudes that cannot be negative: twice the part above nought."""
+        """The state with half-normal priors of amplitudes that cannot be negative: twice the part above zero."""
         gain = 0.0
         for place, term in enumerate(state.terms):
             if isinstance(term.candidate, Law) and term.candidate.positive:
@@ -169,7 +170,7 @@ class Evidence:
         return replace(state, log_posterior=state.log_posterior + gain) if gain else state
 
     def squares(self, state: State) -> Array:
-        """Expected squared residual of each row over its variance, for given other rows, ``(n,)``; computed once."""
+        """Expected squared residual of each row over its variance, given the other rows, ``(n,)``; computed once."""
         if id(state) not in self._squares:
             self._squares[id(state)] = self._expected_squares(state)
         return self._squares[id(state)]
@@ -215,7 +216,7 @@ class _Likelihood:
         return factor, POTRS(factor, self.b / s2, lower=1)[0], s2
 
     def integrated(self, near_um: float) -> tuple[float, float]:
-        """Logarithm of the integral over log sigma, and its most likely value: parabolas until one is at its top."""
+        """Logarithm of the integral over log sigma, and the most probable value, by repeated parabolas."""
         at, step = float(np.log(near_um)), FIRST_STEP
         for _ in range(ROUNDS):
             low, here, high = self(at - step), self(at), self(at + step)

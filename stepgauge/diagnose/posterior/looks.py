@@ -1,7 +1,7 @@
-"""Every candidate beside a hypothesis in one pass: what it would add to the log posterior.
+"""Rating of all candidates for addition to a hypothesis in one pass: the approximate gain in the log posterior.
 
-The scatter is integrated as in a Student distribution with the degrees of freedom left, shapes are summed over their
-grids and sizes over their mixtures. A look proposes; what is proposed is computed by :mod:`evidence`.
+The scatter is integrated as in a Student distribution with the remaining degrees of freedom, shapes are summed over
+their grids and sizes over their mixtures. A look proposes candidates; :mod:`evidence` computes those proposed.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ from stepgauge.diagnose.posterior.scatter import Scatters
 
 Array = NDArray[np.float64]
 UNSEEN = 3e-6
-"""Share of a signature that single precision cannot tell from nought."""
+"""Share of a signature that single precision cannot distinguish from zero."""
 WORTH_A_SIZE = 15.0
-"""Shapes whose evidence lies this far below the best one's are given no further sizes, nats."""
+"""Shapes whose evidence is lower than the best by more than this are not tried with further sizes, nats."""
 MOST_FEATURES, SEEN_FEATURES = 90, 0.99
-"""Features of a random function that a look sees, and the share of its variance from which it sees enough."""
+"""Largest number of features of a random function in a look, and the share of its variance that is sufficient."""
 FULL = 0.9999
 MOST_EXACT = 16
-"""Kernels that are looked at beside the terms of a hypothesis; of others these are taken to be independent."""
+"""Kernels that are rated with the terms of the hypothesis; the others are taken to be independent of these."""
 LIKE_SIGMA = 0.5
-"""Difference of log sigma within which looks share a metric."""
+"""Difference of log sigma within which looks use the same metric."""
 
 
 @dataclass(frozen=True)
 class Look:
-    """A candidate beside a hypothesis.
+    """A candidate rated for addition to a hypothesis.
 
-    ``gain``: what it adds to the log posterior, prior included; ``volume``: what the shapes and sizes together have
-    over the evidence of the best one, their prior included (negative as a rule); ``atom``, ``sd``: that shape and size;
+    ``gain``: increase of the log posterior, prior included; ``volume``: log evidence of all shapes and sizes together
+    minus that of the best one, their prior included (negative as a rule); ``atom``, ``sd``: that shape and size;
     ``by_atom``: log evidence of each shape, of laws.
     """
 
@@ -52,12 +52,12 @@ class Look:
     by_atom: Array | None = None
 
     def term(self) -> Term:
-        """The candidate with the shape and size that looked best."""
+        """The candidate with its best shape and size."""
         columns = self.candidate.columns(self.atom)
         return Term(self.candidate, self.atom, columns, self.sd, self.candidate.log_odds + self.volume)
 
     def peaks(self, most: int) -> list[int]:
-        """Other shapes that look better than their neighbours on the grid, the best first: aliases of a period."""
+        """Other local maxima on the grid of shapes, the best first: aliases of a period."""
         if self.by_atom is None or not isinstance(self.candidate, Law) or len(self.by_atom) < 3:
             return []
         inside = self.by_atom[1:-1]
@@ -66,7 +66,7 @@ class Look:
         return [int(atom) for atom in ranked if atom != self.atom][:most]
 
     def volume_of(self, atom: int) -> float:
-        """The volume with another shape in place of the one that looked best."""
+        """The volume with another shape in place of the best one."""
         assert isinstance(self.candidate, Law)
         weight = self.candidate.log_weight
         return self.volume + float(weight[atom] - weight[self.atom])
@@ -74,7 +74,7 @@ class Look:
 
 @dataclass(frozen=True)
 class _Beside:
-    """What a hypothesis leaves: the mapped residual, its terms' columns as a low-rank loss, and their products."""
+    """Residual of a hypothesis: mapped, with the columns of its terms as a low-rank loss, and their products."""
 
     left: Array
     lost: Array
@@ -86,7 +86,7 @@ class _Beside:
         return self.total / self.dof
 
     def student(self, gain: Array) -> Array:
-        """Log evidence of gains in the sum of squares, the scatter integrated."""
+        """Log evidence of reductions of the sum of squares, the scatter integrated."""
         return np.asarray(-0.5 * self.dof * np.log1p(-np.clip(gain, 0.0, FULL * self.total) / self.total))
 
 
@@ -100,7 +100,7 @@ class Looker:
         self.smooth = _Features([one for one in problem.candidates if isinstance(one, Smooth)], metric)
 
     def looks(self, state: State) -> list[Look]:
-        """All candidates beside a hypothesis, the best first."""
+        """All candidates for addition to a hypothesis, the best first."""
         beside = self._beside(state)
         vectors = self.metric.adjoint(np.column_stack([beside.left, beside.lost]))
         dots = [one.dots(vectors) for one in self.patterns]
@@ -108,9 +108,9 @@ class Looker:
         return sorted([*found, *self.smooth.looks(beside)], key=lambda look: -look.gain)
 
     def pairs(self, state: State, most: int, without: frozenset[str]) -> list[tuple[Look, Look]]:
-        """The likeliest pairs of laws of one shape and one amplitude each beside a hypothesis.
+        """The most probable pairs of laws of one shape and one amplitude each.
 
-        Two laws may explain together what neither does alone; all pairs are looked at, at each step of the sizes.
+        Two laws may explain together what neither does alone; all pairs are rated, at each step of the sizes.
         """
         keep = [i for i, law in enumerate(self.plain[0]) if law.label not in without]
         if len(keep) < 2:
@@ -155,7 +155,7 @@ class Looker:
 
 
 def _alone(law: Law, size: int, gain: float) -> Look:
-    """A look at a law of one shape with one of its sizes."""
+    """The look of a law of one shape with one of its sizes."""
     return Look(law, gain, float(law.sizes.log_weight[size]), 0, float(law.sizes.sd[size]))
 
 
@@ -164,7 +164,7 @@ class _Table:
     """Laws with the same number of amplitudes, all shapes of all of them in one row after the other.
 
     ``sets``: which pattern and which mixture of shares the rows come from; ``gram (rows, d, d)``; ``unseen (rows, d)``:
-    what rounding may be taken for; ``sizes (t, rows)`` and ``weight (t, rows)``: priors of size and shape together;
+    limits of rounding; ``sizes (t, rows)`` and ``weight (t, rows)``: priors of size and shape together;
     ``first``: where each law begins; ``owner``: the law of each row.
     """
 
@@ -179,7 +179,7 @@ class _Table:
     owner: NDArray[np.intp]
 
     def looks(self, dots: Sequence[Array], beside: _Beside) -> Iterator[Look]:
-        """Evidence of every shape and size; what is hopeless with the largest size is so with smaller ones."""
+        """Evidence of every shape and size; a shape rejected with the largest size is not tried with smaller ones."""
         d = self.gram.shape[1]
         products = [_mixed_dots(dots[place], mix, d) for place, mix in self.sets]
         product = np.concatenate(products)
@@ -243,7 +243,7 @@ def _table(parts: Sequence[tuple[int, Array, list[Law], Array, Array]]) -> _Tabl
 
 
 def _padded(values: Array, most: int, filler: float | None = None) -> Array:
-    """Values with fillers before them: the largest sizes stay last."""
+    """Values padded at the front, so that the largest sizes stay last."""
     before = np.full(most - len(values), values[0] if filler is None else filler)
     return np.concatenate([before, values])
 
@@ -257,7 +257,7 @@ def _mixed_dots(dots: Array, mix: Array, d: int) -> Array:
 
 
 def _sized(gram: Array, dot: Array, sd: Array, positive: NDArray[np.bool_], beside: _Beside) -> tuple[Array, Array]:
-    """Log evidence ``(rows,)`` for one size of each, and without the price of the size."""
+    """Log evidence ``(rows,)`` for one size of each, with and without the prior of the size."""
     d, s2 = gram.shape[1], beside.scatter
     ridge = s2 / sd**2
     solved, log_det = _solve(gram, ridge, dot)
@@ -283,7 +283,7 @@ def _solve(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
 
 
 def _cholesky(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
-    """The same by a factorisation of all rows at once: there are thousands of small matrices."""
+    """The same by one factorisation of all rows: there are thousands of small matrices."""
     d = gram.shape[1]
     a = np.ascontiguousarray(gram.transpose(1, 2, 0))
     x = np.ascontiguousarray(dot.T)
@@ -301,7 +301,7 @@ def _cholesky(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
 
 
 class _Features:
-    """All random functions' features with one metric, those of a kernel turned to be independent of one another.
+    """All random functions' features with one metric, those of a kernel rotated to be orthogonal.
 
     ``value``, ``white (m, n)``: squared lengths and mapped features, kernel after kernel; ``first``: where each kernel
     begins; ``owner``: the kernel of each feature.
@@ -317,7 +317,7 @@ class _Features:
         self.slices = [slice(a, a + c) for a, c in zip(self.first, count, strict=False)]
 
     def looks(self, beside: _Beside) -> Iterator[Look]:
-        """The random functions beside a hypothesis, over all kernels and sizes."""
+        """Looks of the random functions, over all kernels and sizes."""
         if not self.smooth:
             return
         sizes, weight = self.smooth[0].sizes.sd, self.smooth[0].sizes.log_weight
@@ -346,7 +346,7 @@ class _Features:
 
 
 def _turned(features: Array, metric: Metric) -> tuple[Array, Array]:
-    """Squared lengths ``(m,)`` and mapped features ``(m, n)`` turned to be orthogonal; those that matter."""
+    """Squared lengths ``(m,)`` and mapped features ``(m, n)`` rotated to be orthogonal; only those that matter."""
     size = (features**2).sum(axis=1)
     most = np.argsort(-size)
     seen = np.searchsorted(np.cumsum(size[most]) / size.sum(), SEEN_FEATURES)
@@ -360,7 +360,7 @@ def _turned(features: Array, metric: Metric) -> tuple[Array, Array]:
 
 
 def _beside_terms(shrunk: Array, dot: Array, lost: Array) -> tuple[Array, Array]:
-    """What the terms of a hypothesis change of a kernel's gain and price, ``(t,)`` each."""
+    """Change of gain and prior of a kernel by the terms of a hypothesis, ``(t,)`` each."""
     together = shrunk @ (lost * dot[:, None])
     middle = np.eye(lost.shape[1]) - (shrunk[:, None, :] * lost.T) @ lost
     more = (together * np.linalg.solve(middle, together[:, :, None])[:, :, 0]).sum(axis=1)
@@ -368,7 +368,7 @@ def _beside_terms(shrunk: Array, dot: Array, lost: Array) -> tuple[Array, Array]
 
 
 class Looks:
-    """Looks at all candidates, with a metric for every model of the scatter that hypotheses have."""
+    """Looks of all candidates, with a metric for every model of the scatter that hypotheses have."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
@@ -377,14 +377,14 @@ class Looks:
         self._looks: dict[tuple[object, ...], list[Look]] = {}
 
     def __call__(self, state: State, scatters: Scatters) -> list[Look]:
-        """All candidates beside a hypothesis, the best first; computed once."""
+        """All candidates for addition to a hypothesis, the best first; computed once."""
         key = (frozenset(term.key for term in state.terms), state.scatter.key)
         if key not in self._looks:
             self._looks[key] = self._looker(state, scatters).looks(state)
         return self._looks[key]
 
     def pairs(self, state: State, scatters: Scatters, most: int, without: frozenset[str]) -> list[tuple[Look, Look]]:
-        """The likeliest pairs of plain laws beside a hypothesis, some of them left out by their labels."""
+        """The most probable pairs of laws of one shape and one amplitude, without those of the given labels."""
         return self._looker(state, scatters).pairs(state, most, without)
 
     def _looker(self, state: State, scatters: Scatters) -> Looker:

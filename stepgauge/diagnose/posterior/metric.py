@@ -1,4 +1,4 @@
-"""Residuals as independent numbers of variance one, freed from the nuisances: a linear map for one model of scatter."""
+"""Residuals as independent variables of variance one without nuisances: a linear map for one model of scatter."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from stepgauge.diagnose.posterior.scatter import Scatter, Scatters
 Array = NDArray[np.float64]
 Columns = TypeVar("Columns", bound=NDArray[Any])
 ROUNDING = 1e-14
-"""Share of the largest variance of a nuisance below which another is rounding: a free origin has very much."""
+"""Share of the largest variance of a nuisance column below which another is rounding; a free origin has the largest."""
 FREE_UM = 1e3
-"""Prior standard deviation of a nuisance of which nothing is known: far beyond what is left of any origin."""
+"""Prior standard deviation of a nuisance parameter without prior knowledge: far larger than any remaining origin."""
 
 
 class Rows:
-    """Rows made independent of one another: scaled, and, where they are correlated, less what the one before tells."""
+    """Rows made independent: scaled and, where they are correlated, minus the prediction from the previous row."""
 
     def __init__(self, problem: Problem, scatter: Scatter, scatters: Scatters) -> None:
         self.scale = 1.0 / np.sqrt(scatters.variance(scatter))
@@ -32,7 +32,7 @@ class Rows:
             self.turned = bool((np.diff(problem.order) < 0).any())
 
     def __call__(self, columns: Columns) -> Columns:
-        """Columns ``(..., n)`` with independent rows of one variance, in their own precision."""
+        """Columns ``(..., n)`` with independent rows of equal variance, in their own precision."""
         scaled = columns * self.scale.astype(columns.dtype)
         if not self.correlated:
             return cast(Columns, scaled)
@@ -57,7 +57,7 @@ class Rows:
 
     @cached_property
     def precision(self) -> Array:
-        """Precision of each row for given others, ``(n,)``, for one of all rows' variance."""
+        """Precision of each row given the others, ``(n,)``, in units of that of all rows."""
         if not self.correlated:
             return self.scale**2
         square = 1.0 / self.left**2
@@ -66,7 +66,7 @@ class Rows:
 
 
 def nuisances(problem: Problem, scatter: Scatter) -> tuple[Array, Array]:
-    """Nuisance columns ``(k, n)`` beside a model of the scatter and their prior standard deviations ``(k,)``, um."""
+    """Nuisance columns ``(k, n)`` for a model of the scatter and their prior standard deviations ``(k,)``, um."""
     columns = [problem.certified, problem.free]
     sd = [problem.certified_u * scatter.certificate, np.full(len(problem.free), FREE_UM)]
     if scatter.rounded:
@@ -76,10 +76,10 @@ def nuisances(problem: Problem, scatter: Scatter) -> tuple[Array, Array]:
 
 
 class Metric:
-    """The map for a given scatter ``sigma_um``: products of mapped columns are those that the likelihood takes.
+    """The map for a given scatter ``sigma_um``: products of mapped columns are those of the likelihood.
 
     With N the nuisances and V their variances, (I + N V N')^-1 = (I - F (1 - h) F')^2 by the eigenvectors F of N V N'.
-    Terms ``beside`` are nuisances, too.
+    Terms ``beside`` count as nuisances, too.
     """
 
     def __init__(

@@ -1,8 +1,8 @@
-"""Signatures of many laws at once: patterns of the rows, and the shares in which they show on each row.
+"""Signatures of many laws at once: patterns over the rows, and their shares on each row.
 
 Laws often differ only in the share of each row: a motion along x, along y or anywhere between. A pattern is kept once,
-and everything that a search asks of it (its products with a residual, with a model, with itself) is computed for some
-of the shares, of which all others are mixtures.
+and all its products that a search needs (with a residual, with a model, with itself) are computed for a basis of the
+shares; all others are linear combinations of it.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from stepgauge.diagnose.posterior.problem import Law
 
 Array = NDArray[np.float64]
 CHUNK = 200_000
-"""Numbers worked on at a time: they stay in a processor's cache."""
+"""Numbers processed at a time: they stay in the cache of a processor."""
 DEPENDENT = 1e-9
 
 
 class Patterns:
-    """Patterns of the same depth that show in the same sets of shares.
+    """Patterns of the same depth with the same sets of shares.
 
-    ``values (atoms, depth, n)``, single precision: where a search points to is computed again in double. ``sets``: the
-    laws by their shares, each with the shares as mixtures ``(k, r)`` of the rows of ``basis (r, n)``.
+    ``values (atoms, depth, n)``, in single precision: candidates chosen by the search are computed again in double.
+    ``sets``: the laws by their shares, each with the shares as mixtures ``(k, r)`` of the rows of ``basis (r, n)``.
     """
 
     def __init__(self, laws: Sequence[Law]) -> None:
@@ -70,7 +70,7 @@ class Patterns:
 
 
 def grouped(laws: Sequence[Law]) -> Iterator[Patterns]:
-    """Laws sorted by the depth of their patterns and the sets of shares in which these show."""
+    """Laws sorted by the depth of their patterns and by their sets of shares."""
     shares: dict[int, tuple[int, ...]] = {}
     for law in laws:
         shares[id(law.pattern)] = (*shares.get(id(law.pattern), ()), id(law.shares))
@@ -87,7 +87,7 @@ def mixed(gram: Array, mix: Array) -> Array:
 
 
 def _basis(shares: Array) -> Array:
-    """Independent ones of the shares ``(k, n)``, each the farthest from those before it: mixtures stay of order one."""
+    """A basis of the shares ``(k, n)``, each the farthest from those before it: coefficients stay of order one."""
     unit = shares / np.maximum(np.linalg.norm(shares, axis=1, keepdims=True), 1e-300)
     chosen: list[int] = []
     left = unit

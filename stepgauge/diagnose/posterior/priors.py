@@ -23,7 +23,7 @@ FILE = "priors.toml"
 
 
 class Decision(Table):
-    """From which probabilities something is said."""
+    """Probabilities from which results are stated."""
 
     stated: float = Field(ge=0.5, lt=1.0)
     in_set: float = Field(gt=0.0, lt=0.5)
@@ -31,7 +31,7 @@ class Decision(Table):
 
 
 class SizePriors(Table):
-    """How amplitudes spread about what is usual."""
+    """Distribution of amplitudes about the usual size."""
 
     spread: float = Field(gt=1.0)
     shortest_mm: float = Field(ge=0.0)
@@ -63,7 +63,7 @@ class ScatterPriors(Table):
 
 
 class FormPriors(Table):
-    """Structure without a law."""
+    """Forms: structure without a known law."""
 
     odds: float = Field(gt=0.0)
     lag: float = Field(gt=0.0)
@@ -87,7 +87,7 @@ class FormPriors(Table):
 
 
 class KindPrior(Table):
-    """What is usual of one kind of law."""
+    """Prior odds and usual size of one kind of law."""
 
     odds: float = Field(gt=0.0)
     usual: float = Field(gt=0.0)
@@ -101,12 +101,12 @@ class LawPriors(Table):
     kinds: dict[str, KindPrior]
 
     def of(self, kind: str) -> KindPrior:
-        """Those of one kind; of a kind that the file does not know, a common one of one unit."""
+        """Those of one kind; for a kind that is not in the file, common odds and a usual size of one unit."""
         return self.kinds.get(kind, KindPrior(odds=1.0, usual=1.0))
 
 
 class MapPriors(Table):
-    """What else is usual of maps, and of the laws that they show."""
+    """Further priors of probe maps and of their laws."""
 
     gauge_share: float = Field(gt=0.0, lt=0.1)
     slight: float = Field(ge=0.0, lt=0.1)
@@ -115,7 +115,7 @@ class MapPriors(Table):
 
 
 class Priors(Table):
-    """Everything that is set by hand, see ``priors.toml``."""
+    """All values that are set by hand, see ``priors.toml``."""
 
     decision: Decision
     sizes: SizePriors
@@ -145,7 +145,7 @@ def shipped_priors() -> Priors:
 
 
 def read_priors(path: str | Path) -> Priors:
-    """The shipped priors with what a file says in their place (:class:`InputError` where it is not one)."""
+    """The shipped priors, replaced by those of a file (:class:`InputError` for a file that is not valid)."""
     own, shipped = read_toml(path), shipped_priors()
     _check_kinds(path, own, ("laws", "kinds"), shipped.laws)
     _check_kinds(path, own, ("maps", "laws", "kinds"), shipped.maps.laws)
@@ -153,7 +153,7 @@ def read_priors(path: str | Path) -> Priors:
 
 
 def _check_kinds(path: str | Path, own: Any, keys: Sequence[str], laws: LawPriors) -> None:
-    """Kinds of laws that a file names must be known; what is no table is said elsewhere."""
+    """Kinds of laws in a file must be known; values that are no tables are reported elsewhere."""
     for key in keys:
         own = own.get(key) if isinstance(own, dict) else None
     for kind in own if isinstance(own, dict) else ():
@@ -164,7 +164,7 @@ def _check_kinds(path: str | Path, own: Any, keys: Sequence[str], laws: LawPrior
 
 
 def _over(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
-    """Tables with some keys replaced, all the way down."""
+    """Nested tables with some keys replaced."""
     merged = dict(base)
     for key, value in own.items():
         old = base.get(key)

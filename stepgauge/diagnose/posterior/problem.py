@@ -1,4 +1,4 @@
-"""What is to be explained, and by what: residuals, nuisances, and candidates with their priors."""
+"""Residuals to be explained, nuisance columns, and candidates with their priors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Sizes:
-    """Prior of an amplitude: a mixture of normal distributions about nought.
+    """Prior of an amplitude: a mixture of normal distributions about zero.
 
     ``sd (t,)``: their standard deviations, um for a unit of the signature; ``log_weight (t,)``: logarithms of their
     shares, which sum to one.
@@ -27,23 +27,23 @@ class Sizes:
 
 @dataclass(frozen=True)
 class Refined:
-    """A signature between the points of a grid: ``columns (d, n)`` and whatever tells its shape."""
+    """A signature between the points of a grid: ``columns (d, n)`` and its shape parameters."""
 
     columns: Array
     shape: Any
 
 
 Refine = Callable[[int, Array], Refined | None]
-"""From an atom's number and residuals ``(n,)`` in um to the signature that fits them best near that atom."""
+"""From the number of an atom and residuals ``(n,)`` in um to the signature that fits them best near this atom."""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Alternatives under one prior: a law with its choices made, or a form over one covariate.
+    """Shapes under one prior: a law with its choices made, or a form over one covariate.
 
-    ``kind``: a law's name, or the covariate of a form; ``label``: what tells it from all others; ``named``: whether it
-    is a law; ``log_odds``: prior odds of it being there; ``sizes``: prior of its amplitudes; ``source``: for whoever
-    made the candidate.
+    ``kind``: a law's name, or the covariate of a form; ``label``: its unique name; ``named``: whether it
+    is a law; ``log_odds``: log of its prior odds; ``sizes``: prior of its amplitudes; ``source``: the object that
+    the candidate was made from.
     """
 
     kind: str
@@ -65,10 +65,10 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Law(Candidate):
-    """Few amplitudes, many shapes: a period, a place, a time constant on a grid.
+    """Few amplitudes, many shapes: a period, a position, a time constant on a grid.
 
-    ``pattern (atoms, depth, n)`` times each of ``shares (k, n)``; candidates that differ in the shares alone hold the
-    same pattern. ``log_weight (atoms,)``: prior of the shapes; ``positive``: amplitudes are; ``refine``: see
+    ``pattern (atoms, depth, n)`` times each of ``shares (k, n)``; candidates that differ only in the shares have the
+    same pattern. ``log_weight (atoms,)``: prior of the shapes; ``positive``: whether amplitudes are; ``refine``: see
     :data:`Refine`.
     """
 
@@ -107,7 +107,7 @@ class Smooth(Candidate):
 
 @dataclass(frozen=True, eq=False)
 class Term:
-    """A candidate with its shape and size chosen; ``log_prior``: its odds and the volume of what was not chosen.
+    """A candidate with its shape and size chosen; ``log_prior``: log odds, and the volume of shapes and sizes.
 
     ``columns (d, n)``: um for a unit of each amplitude; ``sd``: prior standard deviation of the amplitudes.
     """
@@ -121,25 +121,25 @@ class Term:
 
     @cached_property
     def key(self) -> tuple[str, int, float, float, float]:
-        """What makes two terms the same."""
+        """Identity of a term."""
         size = float(np.abs(self.columns).sum())
         return self.candidate.label, self.atom, self.sd, round(self.log_prior, 6), size
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Residuals with all that may be behind them.
+    """Residuals with all candidates for their causes.
 
     Parameters
     ----------
     um : residuals ``(n,)``
     scale_um : stated standard deviation of one reading
     certified, certified_u : nuisance columns ``(f, n)`` and the standard uncertainty stated of each, um
-    free : nuisance columns ``(p, n)`` of which nothing is known beforehand
+    free : nuisance columns ``(p, n)`` without prior knowledge
     order : rows in the order of reading
     gap : time between neighbours in that order over the typical one ``(n - 1,)``, infinite across a break
-    growing : covariates from nought to one with which the scatter may grow
-    step_um : step of the display that the readings are rounded to, nought for none
+    growing : covariates from 0 to 1 with which the scatter may grow
+    step_um : resolution to which the readings are rounded, 0 for none
     group : set of repeats that a row belongs to
     candidates : laws and forms
     """
@@ -166,7 +166,7 @@ class Problem:
 
     @cached_property
     def within_um(self) -> float:
-        """Standard deviation within the sets of repeats; that of all rows where there are too few of these."""
+        """Standard deviation within the sets of repeats; that of all rows if there are too few repeats."""
         count = np.bincount(self.group)
         mean = np.bincount(self.group, self.um) / np.maximum(count, 1)
         dof = int((np.maximum(count, 1) - 1).sum())

@@ -1,9 +1,9 @@
-"""Models of the scatter: how large it is in every row, how it is correlated, and what each model costs beforehand.
+"""Models of the scatter: its size in every row, its correlation, and the prior of each model.
 
-Outlying rows and heavy tails are scale mixtures: a row's precision is a hidden number, and the marginal likelihood is
-replaced by its variational bound, exact in the hidden numbers for given residuals (Bishop, Pattern Recognition and
-Machine Learning, 2006, section 10.2). The bound is a constant beside a Gaussian likelihood with fixed weights, so that
-hypotheses compare by one number whatever their scatter.
+Outlying rows and heavy tails are scale mixtures: the precision of a row is a latent variable, and the marginal
+likelihood is replaced by its variational bound, exact in the latent variables for given residuals (Bishop, Pattern
+Recognition and Machine Learning, 2006, section 10.2). The bound is a Gaussian likelihood with fixed weights times a
+constant, so that hypotheses with different scatter can be compared.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Scatter:
 
     ``weight (n,)``: expected precision of a row over that of an ordinary one; ``growth``: covariate and rate of growing
     scatter; ``correlation``: from one reading to the next; ``certificate``: factor on the stated uncertainties;
-    ``rounded``: whether the display's step shows beside the scatter; ``tails``: see the module; ``outlying (n,)``:
+    ``rounded``: whether the resolution shows in addition to the scatter; ``tails``: see the module; ``outlying (n,)``:
     probability of a row being an outlier; ``log_prior``: logarithm of the prior with the constants of the bound.
     """
 
@@ -44,25 +44,25 @@ class Scatter:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """What makes two models the same."""
+        """Identity of a model."""
         tails = (self.tails, self.freedom, round(self.bound, 6), round(float(self.weight.sum()), 6))
         return self.growth, self.correlation, self.certificate, self.rounded, tails
 
     @property
     def alike(self) -> tuple[object, ...]:
-        """What makes two models nearly the same: the weights of the rows by their mean."""
+        """Approximate identity of a model: the weights of the rows by their mean."""
         mean = round(float(self.weight.mean()) * 50.0)
         return self.growth, self.correlation, self.certificate, self.rounded, self.tails, self.freedom, mean
 
     @property
     def kind(self) -> tuple[object, ...]:
-        """What tells one model from another, without the numbers in it."""
+        """Kind of the model, without its numbers."""
         growth = None if self.growth is None else self.growth[0]
         return growth, self.correlation > 0.0, self.certificate > 1.0, self.rounded, self.tails
 
     @property
     def plain(self) -> bool:
-        """Whether nothing of it would be told: the same for all rows, one by one, no outliers."""
+        """Whether it is the simplest model: the same for all rows, independent, no outliers."""
         return self.growth is None and not self.correlation and self.tails != OUTLYING
 
 
@@ -74,7 +74,7 @@ class Scatters:
         self.ones = np.ones(len(problem))
 
     def plain(self) -> Scatter:
-        """The same for every row, each for itself."""
+        """The same for every row, independent."""
         return self._priced(Scatter(self.ones, 0.0))
 
     def variance(self, scatter: Scatter) -> Array:
@@ -86,7 +86,7 @@ class Scatters:
         return grown / scatter.weight
 
     def changed(self, scatter: Scatter, **facets: object) -> Scatter:
-        """A model with some facets changed, priced anew."""
+        """A model with some properties changed, and its new prior."""
         return self._priced(replace(scatter, **facets))  # type: ignore[arg-type]
 
     def without_tails(self, scatter: Scatter) -> Scatter:

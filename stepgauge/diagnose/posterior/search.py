@@ -1,4 +1,4 @@
-"""Hypotheses worth having: forward with a beam, models of the scatter, exchanges until nothing visited improves."""
+"""The search: forward with a beam, models of the scatter, exchanges until no hypothesis is more probable."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Step:
-    """A step of the search: what was done with what, and by how much the log posterior rose."""
+    """A step of the search: the change, its term, and the gain in the log posterior."""
 
     action: str
     label: str
@@ -31,19 +31,19 @@ class Step:
 BEAM = 2
 MOST_TERMS = 6
 PROPOSED, PROPOSED_FORMS = 4, 2
-"""Laws and forms that are tried beside a hypothesis."""
+"""Laws and forms that are tried for addition to a hypothesis."""
 PROPOSED_PAIRS = 3
-"""Pairs of plain laws that are."""
+"""Pairs of laws of one shape and one amplitude that are."""
 COARSE, PEAKS = 5.0, 4
-"""Gain of a fitted shape over the grid's from which the grid is too coarse to choose by, nats; peaks tried then."""
+"""Gain of a fitted shape over that of the grid from which the grid is too coarse, nats; peaks that are tried then."""
 HOPELESS = -6.0
 """Gain of a look below which a candidate is not tried, nats."""
 FARTHER = 4.0
-"""How far below the best hypothesis a beam may be and still go on, nats."""
+"""Difference to the best hypothesis up to which a hypothesis stays in the beam, nats."""
 ROUNDS = 4
 SETTLED = 0.5
 WEIGHING = 3
-"""Rounds in which rows are weighed anew by what they leave."""
+"""Rounds in which rows are weighted anew by their residuals."""
 
 
 class Search:
@@ -69,7 +69,7 @@ class Search:
         return self._exchanged(best)
 
     def _better(self, best: State, other: State) -> State:
-        """The likelier one; what changes is noted."""
+        """The more probable one; the change is recorded."""
         if other.log_posterior <= best.log_posterior:
             return best
         gain = other.log_posterior - best.log_posterior
@@ -80,11 +80,11 @@ class Search:
         return other
 
     def beside(self, state: State) -> list[Look]:
-        """Looks at all candidates beside a hypothesis that are not in it, the best first."""
+        """Looks of all candidates that are not in a hypothesis, the best first."""
         return [look for look in self.looks(state, self.scatters) if look.candidate.label not in state.labels]
 
     def added(self, state: State, look: Look) -> State:
-        """The hypothesis with one term more; of a shape on the grid or near it, whichever is likelier."""
+        """The hypothesis with one term more; with a shape on the grid or near it, whichever is more probable."""
         key = (id(state), look.candidate.label, look.atom, look.sd)
         if key not in self._added:
             self._added[key] = self._shaped(state, look)
@@ -99,7 +99,7 @@ class Search:
         return best
 
     def _between(self, state: State, look: Look, atom: int, grid: State) -> State:
-        """The hypothesis with a shape fitted near a point of the grid; that of the grid where it cannot be."""
+        """The hypothesis with a shape fitted near a point of the grid; that of the grid if the fit fails."""
         law = look.candidate
         refined = law.refine(atom, state.left_um) if isinstance(law, Law) and law.refine is not None else None
         if refined is None:
@@ -108,9 +108,9 @@ class Search:
         return self._narrowed(state, Term(law, atom, refined.columns, look.sd, log_prior, refined.shape), grid)
 
     def _narrowed(self, state: State, term: Term, grid: State) -> State:
-        """The hypothesis with a fitted shape, whose peak may be narrower than the grid's step.
+        """The hypothesis with a fitted shape, whose peak may be narrower than the step of the grid.
 
-        Of a peak that is higher by d at a distance x from the nearest point, the standard deviation is x / sqrt(2 d);
+        For a peak that is higher by d at a distance x from the nearest point, the standard deviation is x / sqrt(2 d);
         on average x is a quarter of a step.
         """
         found = self._with(state, term)
@@ -122,7 +122,7 @@ class Search:
         return self.evidence((*state.terms, term), state.scatter, state.sigma_um)
 
     def _forward(self, heads: list[State]) -> list[State]:
-        """The likeliest hypotheses with one term more: of laws alone, and of all."""
+        """The most probable hypotheses with one term more: of laws alone, and of all."""
         found: dict[int, State] = {}
         for head in heads:
             for state in (*(self.added(head, look) for look in self._proposed(head)), *self._paired(head)):
@@ -141,12 +141,12 @@ class Search:
         yield from islice(_two_of_a_kind(look for look in looks if not look.candidate.named), PROPOSED_FORMS)
 
     def _paired(self, state: State, without: frozenset[str] = frozenset()) -> Iterator[State]:
-        """The hypothesis with two plain laws more that explain together what neither does alone."""
+        """The hypothesis with two more laws that explain together what neither does alone."""
         for one, other in self.looks.pairs(state, self.scatters, PROPOSED_PAIRS, without | state.labels):
             yield self._with(self._with(state, one.term()), other.term())
 
     def _weeded(self, state: State) -> State:
-        """Without the terms that it is likelier without; the newest stays."""
+        """The hypothesis without terms whose removal makes it more probable; the newest stays."""
         for place in range(len(state.terms) - 1):
             fewer = self.without(state, place)
             if fewer.log_posterior > state.log_posterior:
@@ -154,14 +154,14 @@ class Search:
         return state
 
     def without(self, state: State, *places: int) -> State:
-        """The hypothesis without the terms in some places."""
+        """The hypothesis without some of its terms, by index."""
         terms = tuple(term for i, term in enumerate(state.terms) if i not in places)
         return self.evidence(terms, state.scatter, state.sigma_um)
 
     # -- the scatter ---------------------------------------------------------------------------------------------
 
     def reshaped(self, state: State) -> State:
-        """The likeliest model of the scatter beside the same terms, one facet changed after the other."""
+        """The most probable model of the scatter for the same terms, changing one property after the other."""
         for _ in range(ROUNDS):
             best = max(self._facets(state), key=_worth, default=state)
             if best.log_posterior <= state.log_posterior + SETTLED:
@@ -186,7 +186,7 @@ class Search:
         yield from self._tails(state, tried)
 
     def _likeliest_growth(self, state: State) -> tuple[str, float]:
-        """The covariate and rate that the squares of what is left grow with, by their likelihood."""
+        """The covariate and rate with which the squared residuals grow, by their likelihood."""
         square = self.evidence.squares(state)
         n = len(square)
 
@@ -198,7 +198,7 @@ class Search:
         return max(every, key=lambda one: gain(*one))
 
     def _correlated(self, state: State, tried: Callable[[Scatter], State]) -> Iterator[State]:
-        """Correlations about the present one, farther as long as they are likelier."""
+        """Correlations about the present one, farther as long as they are more probable."""
         every = [0.0, *self.priors.scatter.correlations]
         here = every.index(state.scatter.correlation)
         for step in (1, -1):
@@ -213,7 +213,7 @@ class Search:
             yield tried(self.scatters.changed(state.scatter, correlation=0.0))
 
     def _tails(self, state: State, tried: Callable[[Scatter], State]) -> Iterator[State]:
-        """Outlying rows and heavy tails, weighed by what the state leaves; normal tails where they are not."""
+        """Outliers and heavy tails, weighted by the residuals of the state; normal tails if these are more probable."""
         normal = self.scatters.without_tails(state.scatter)
         if state.scatter.tails != NORMAL:
             yield tried(normal)
@@ -225,7 +225,7 @@ class Search:
                 yield self._weighed(tried, first, partial(self.scatters.heavy, normal, freedom))
 
     def _robust(self, state: State) -> Array:
-        """Squares of what is left by the scatter of the middle half of the rows: bad rows do not hide one another."""
+        """Squared residuals over the variance of the middle half of the rows: outliers do not mask one another."""
         square = self.evidence.squares(state)
         return square / min(float(np.median(square)) / MEDIAN_SQUARE, 1.0)
 
@@ -241,7 +241,7 @@ class Search:
     # -- exchanges -----------------------------------------------------------------------------------------------
 
     def _exchanged(self, best: State) -> State:
-        """One term for one, one for two, two for one, until nothing improves; two at once where one alone does not."""
+        """Exchanges of one term for one, one for two, two for one, until nothing improves; two at once if one fails."""
         for _ in range(ROUNDS):
             old = best
             for state in self._unweighed(old):
@@ -257,19 +257,19 @@ class Search:
         return best
 
     def _unweighed(self, state: State) -> Iterator[State]:
-        """The hypothesis, and the same with normal tails: rows are weighed by what its own terms leave of them."""
+        """The hypothesis, and the same with normal tails: rows are weighted by the residuals of its own terms."""
         yield state
         if state.scatter.tails != NORMAL:
             yield self.evidence(state.terms, self.scatters.without_tails(state.scatter), state.sigma_um)
 
     def _ones(self, state: State, *places: int) -> list[State]:
-        """The hypothesis with one other term, or a pair of plain laws, in some places; with nothing there first."""
+        """The hypothesis with one other term, or a pair of laws, in place of some; first without these."""
         base = self.without(state, *places)
         looks = self._proposed(base, 3)
         return [base, *(self.added(base, look) for look in looks), *self._paired(base, state.labels)]
 
     def _instead(self, state: State, place: int) -> State:
-        """The best with one other term in a place, or with two; what these make superfluous elsewhere is dropped."""
+        """The best with one or two other terms in place of one; terms that become superfluous are dropped."""
         base, *ones = self._ones(state, place)
         others = sorted((one for one in ones if one.labels != state.labels), key=_worth, reverse=True)
         # what is nearly as likely stands there by itself; beside what is not, something else may be missing
@@ -281,7 +281,7 @@ class Search:
         return max((base, *ones, *map(self._weeded, [*others, *twos])), key=_worth)
 
     def polished(self, state: State) -> State:
-        """Each term's shape and size once more beside the others."""
+        """Shape and size of each term fitted again with the others."""
         for candidate in [term.candidate for term in state.terms]:
             base = self.without(state, next(i for i, t in enumerate(state.terms) if t.candidate is candidate))
             own = next(look for look in self.beside(base) if look.candidate is candidate)
@@ -290,7 +290,7 @@ class Search:
 
 
 NEAR_OUTLYING = 9.0
-"""Square of what is left, over the variance, from which a row may be an outlier."""
+"""Squared residual over the variance from which a row may be an outlier."""
 MEDIAN_SQUARE = 0.4549
 """Median of chi-square with one degree of freedom."""
 

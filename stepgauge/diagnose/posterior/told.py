@@ -1,11 +1,15 @@
-"""What of an answer is told: the rules that know probabilities and sizes alone, not what the laws are about.
+"""The rules by which results are stated; they use probabilities and sizes only.
 
-1. In every place of the best hypothesis, nothing is said if nothing being there is likelier than ``1 - stated``.
-2. What is said is a law if the laws of the place are likelier together than its forms: the likeliest kind, with all
-   other laws that have more than ``in_set`` of the place's probability as its set. Otherwise it is the likeliest form.
+Each term of the best hypothesis is a place: it explains one structure of the residuals, and other candidates are its
+rivals.
+
+1. In a place nothing is stated if the probability that there is no structure is larger than ``1 - stated``.
+2. A law is stated if the laws of the place together are more probable than its forms: the most probable kind, with all
+   other laws that have more than ``in_set`` of the probability of the place as its set. Otherwise the most probable
+   form is stated.
 3. A law whose size is less than ``determined`` standard uncertainties is not named, however likely. Nor is a law beside
    a form over the covariate that the law depends on, for the form may contain the law.
-4. Outliers, growing and correlated scatter are said if their probability is at least ``stated``. Correlated scatter
+4. Outliers, growing and correlated scatter are stated if their probability is at least ``stated``. Correlated scatter
    makes the verdict ``unknown``, as forms do: laws that are named beside it stay.
 
 These are the rules of docs/diagnosis.md. What rules 3 and 4 need of covariates and rows is in the two modules that use
@@ -31,14 +35,14 @@ from stepgauge.diagnose.posterior.search import Search
 SURE_OUTLIER = 0.5
 """Probability from which a row is listed as an outlier."""
 LEAST_ODDS = 1e-4
-"""Odds against the best hypothesis from which several laws in place of one are listed, with their odds."""
+"""Least odds against the best hypothesis at which several laws in place of one are listed."""
 MOST_LOCATED = 4
-"""Covariates at most that are listed for systematic residuals."""
+"""Largest number of covariates that are listed for systematic residuals."""
 
 
 @dataclass(frozen=True)
 class Said:
-    """What is said in one place: its rivals, likeliest first, and the term of the one that is told."""
+    """The statement for one place: its rivals, the most probable first, and the term of the one that is stated."""
 
     place: Place
     lead: Rival
@@ -46,17 +50,17 @@ class Said:
 
     @property
     def source(self) -> Any:
-        """What the candidate was made from: the law with its choices, or the form."""
+        """The object behind the candidate: the law with its choices, or the form."""
         return self.lead.candidate.source
 
     @property
     def named(self) -> bool:
-        """Whether a law is told."""
+        """Whether a law is stated."""
         return self.lead.candidate.named
 
 
 def told(search: Search, answer: Answer, stated: float) -> tuple[State, list[Said]]:
-    """The hypothesis that is told and what it says, by rules 1 and 2."""
+    """The hypothesis that is stated, and its statements, by rules 1 and 2."""
     places = [place for place in answer.places if place.nothing <= 1.0 - stated]
     leads = [(place, _lead(place)) for place in places]
     state = _told_state(search, answer.best, leads)
@@ -66,7 +70,7 @@ def told(search: Search, answer: Answer, stated: float) -> tuple[State, list[Sai
 
 
 def _lead(place: Place) -> Rival:
-    """The rival that is told: of the likelier of laws and forms the likeliest kind, of that the likeliest one."""
+    """The rival that is stated: the most probable one of the most probable kind, of laws or of forms."""
     named = place.named >= place.nameless
     rivals = [one for one in place.rivals if one.candidate.named is named]
     share: dict[str, float] = defaultdict(float)
@@ -77,7 +81,7 @@ def _lead(place: Place) -> Rival:
 
 
 def _told_state(search: Search, best: State, said: list[tuple[Place, Rival]]) -> State:
-    """The best hypothesis with the rivals that are told in their places, less the places that are not."""
+    """The best hypothesis with the rivals that are stated as its terms, without places of which nothing is stated."""
     terms = [best.terms[place.term] for place, _ in said]
     state = search.evidence(tuple(terms), best.scatter, best.sigma_um)
     for place, lead in said:
@@ -90,7 +94,7 @@ def _told_state(search: Search, best: State, said: list[tuple[Place, Rival]]) ->
 
 
 def determined(state: State, term: Term, least: float) -> bool:
-    """Whether the size of a term is more than ``least`` standard uncertainties (rule 3), its shape being what it is."""
+    """Whether the size of a term is more than ``least`` standard uncertainties (rule 3), for a fixed shape."""
     place = next((i for i, other in enumerate(state.terms) if other is term), None)
     if place is None:
         return True
@@ -99,26 +103,26 @@ def determined(state: State, term: Term, least: float) -> bool:
 
 
 def sure(said: Said, state: State, answer: Answer, decision: Decision, wider: float) -> bool:
-    """Whether a law is determined once its uncertainty is as wide as all hypotheses make it, times ``wider``."""
+    """Whether a law is determined with its uncertainty over all hypotheses, times ``wider``."""
     factor = spread_factor(answer, state, said.lead.candidate.label, decision.in_set) * wider
     return determined(state, said.term, decision.determined * factor)
 
 
 def rival_laws(said: Said, least: float) -> list[Rival]:
-    """The laws that may stand in a place, the one that is told first."""
+    """The laws among the rivals of a place, the one that is stated first."""
     others = [one for one in said.place.rivals if one.candidate.named and one.share > least and one is not said.lead]
     return [said.lead, *others]
 
 
 def together(several: Sequence[Alternative], label: str, least: float) -> tuple[str, ...]:
-    """Several laws that may well stand in place of one, as their kinds: ``scale_error + squareness``."""
+    """Combinations of laws that may replace one law, as their kinds: ``scale_error + squareness``."""
     near = [one for one in several if one.gone == (label,) and one.odds >= least]
     instead = [one.come for one in near if all(c.named for c in one.come)]
     return tuple(dict.fromkeys(" + ".join(sorted(c.kind for c in come)) for come in instead))
 
 
 def spread_factor(answer: Answer, state: State, label: str, least: float) -> float:
-    """By how much a size is less certain over all hypotheses that hold it than in the one that is told."""
+    """Factor on the uncertainty of a size: over all hypotheses that contain it, over that in the stated one."""
     spread = answer.spread(label, least)
     place = next((i for i, term in enumerate(state.terms) if term.candidate.label == label), None)
     if spread is None or place is None:
@@ -128,7 +132,7 @@ def spread_factor(answer: Answer, state: State, label: str, least: float) -> flo
 
 
 def one_of_each_kind(place: Place, named: bool) -> Iterator[Rival]:
-    """The likeliest law or form of each kind in a place, the likeliest first."""
+    """The most probable law or form of each kind in a place, the most probable first."""
     first: dict[str, Rival] = {}
     for one in sorted(place.rivals, key=lambda one: -one.share):
         if one.candidate.named is named:
@@ -139,10 +143,10 @@ def one_of_each_kind(place: Place, named: bool) -> Iterator[Rival]:
 def systematic(
     search: Search, state: State, known: Collection[str], least: float
 ) -> Iterator[tuple[Look, float, float]]:
-    """Forms that stand out before anything is named, one to a kind, with their probability alone and their share.
+    """Forms of the residuals before any law is named, one to a kind, with their probability alone and their share.
 
-    They are rivals for one structure: those whose odds against the likeliest are below ``least`` are not where it
-    lives. ``state``: the scatter to judge by; ``known``: kinds that are told already.
+    They are rivals for one structure: those with odds below ``least`` against the most probable one are left out.
+    ``state``: the scatter to judge by; ``known``: kinds that are stated already.
     """
     start, told_kinds = search.evidence((), state.scatter, state.sigma_um), set(known)
     total = max(float(np.var(search.problem.um)) - start.sigma_um**2, 1e-300)
