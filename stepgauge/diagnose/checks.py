@@ -1,7 +1,7 @@
-"""The posterior predictive check: does what the best hypothesis leaves look like the scatter that it says?
+"""The posterior predictive check: do the residuals of the best hypothesis agree with its scatter?
 
-Each part compares a figure of the residuals with its distribution under the hypothesis and is told in standard
-deviations of it: rows (the largest one), repeats (their scatter against all rows'), sequence (neighbours in the order
+Each part compares a statistic of the residuals with its distribution under the hypothesis, in standard deviations of
+it: rows (the largest one), repeats (their scatter against all rows'), sequence (neighbours in the order
 of probing), tails (the fourth moment).
 """
 
@@ -25,17 +25,17 @@ FEWEST_DOF = 8
 
 
 def predictive_checks(problem: Problem, state: State, metric: Metric) -> tuple[Check, ...]:
-    """All parts of the check; ``metric``: that of the state's scatter at its sigma."""
+    """All parts of the check; ``metric``: that of the scatter of the state at its sigma."""
     independent = metric.rows(state.left_um) / state.sigma_um
     return tuple(_checks(problem, state, independent))
 
 
 def widening(checks: tuple[Check, ...], problem: Problem, state: State, metric: Metric) -> float:
-    """Factor on standard uncertainties for what the check has found, one where all parts pass.
+    """Factor on standard uncertainties from the result of the check, one if all parts pass.
 
-    Neighbours that resemble one another say less than as many independent readings: for a correlation r of neighbours
-    the variance of a mean grows by (1 + r) / (1 - r). Repeats that scatter less than the rest show structure that is
-    not in the model, and everything is less certain by the ratio.
+    Correlated neighbours have less information than as many independent readings: for a correlation r the variance of
+    a mean is larger by (1 + r) / (1 - r). If repeats scatter less than the rest, the model lacks some structure, and
+    all uncertainties are increased by the ratio.
     """
     factor, failed = 1.0, {check.name for check in checks if not check.passed}
     if "sequence" in failed:
@@ -73,7 +73,7 @@ def _check(name: str, deviation: float, words: str) -> Check:
 
 
 def _neighbours(problem: Problem, independent: Array) -> float:
-    """Correlation of neighbours; rows of a correlated scatter stand in their order already."""
+    """Correlation of neighbours; with correlated scatter the rows are in this order already."""
     turn = independent[problem.order]
     turn = turn - turn.mean()
     return float((turn[1:] * turn[:-1]).sum() / max(float((turn**2).sum()), 1e-300))

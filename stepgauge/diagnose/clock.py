@@ -1,7 +1,8 @@
 """The clock of a recording that had run long before the first touch: since 1970, since midnight, since switching on.
 
-A drift from the clock's nought is all but a constant then, and the phase of a swing at that nought follows its period
-through thousands of turns. So the search counts the time from the first touch, and what it finds is told by the clock.
+Then a drift since the zero of the clock is practically constant, and the phase of an oscillation at this zero depends
+on its period through thousands of cycles. So the search counts time from the first touch, and results are converted to
+the clock.
 """
 
 from __future__ import annotations
@@ -17,15 +18,15 @@ from stepgauge.diagnose.solve import Estimate
 from stepgauge.effects import Effect, Probings
 
 LONG = 0.1
-"""Share of the time of the measurement that a clock may have run before it and still have begun with it."""
+"""Latest time of the first touch, over the duration, at which the clock counts as started with the measurement."""
 TIMES = ("start_s", "time_s")
-"""Parameters that are readings of the clock."""
+"""Parameters that are times of the clock."""
 UNTOLD_DEG = 360.0 / math.sqrt(12.0)
-"""Standard deviation of a phase of which nothing is known."""
+"""Standard deviation of an unknown phase."""
 
 
 def clock_start_s(data: Residuals) -> float:
-    """What the clock read at the first touch, s; nought where it began with the measurement, or there is none."""
+    """Time of the clock at the first touch, s; 0 if it started with the measurement, or if there is none."""
     if not data.has_time:
         return 0.0
     time_s = data.frame["time_s"]
@@ -34,7 +35,7 @@ def clock_start_s(data: Residuals) -> float:
 
 
 def counted_from(data: Residuals, start_s: float) -> Residuals:
-    """The same residuals with all times counted from a reading of the clock, s."""
+    """The same residuals with all times counted from a time of the clock, s."""
     if start_s == 0.0:
         return data
     time_s = data.frame["time_s"] - start_s
@@ -43,7 +44,7 @@ def counted_from(data: Residuals, start_s: float) -> Residuals:
 
 
 def told_by_clock(finding: Finding, start_s: float) -> Finding:
-    """A finding whose times were counted from a reading of the clock, s, as the clock tells it."""
+    """A finding whose times were counted from a time of the clock, s, converted to the clock."""
     effect = finding.effect
     if start_s == 0.0:
         return finding
@@ -64,14 +65,14 @@ def told_by_clock(finding: Finding, start_s: float) -> Finding:
 
 
 def _turns(effect: Effect, start_s: float) -> float:
-    """Turns of an oscillation in time since the clock's nought; none of one along the travel."""
+    """Cycles of an oscillation in time since the zero of the clock; 0 for one along the travel."""
     if hasattr(effect, "period_s"):
         return start_s / float(effect.period_s)
     return start_s * float(getattr(effect, "frequency_hz", 0.0))
 
 
 def _phase(effect: Effect, parameters: dict[str, Estimate], start_s: float) -> Estimate:
-    """The phase at the clock's nought, without an uncertainty where the period leaves it open."""
+    """The phase at the zero of the clock, without an uncertainty if the period does not determine it."""
     phase, turns = parameters["phase_deg"], _turns(effect, start_s)
     rate = next(parameters[name] for name in ("period_s", "frequency_hz") if name in parameters)
     value = (phase.value - 360.0 * turns + 180.0) % 360.0 - 180.0

@@ -1,4 +1,4 @@
-"""What a disagreement may depend on, and along what it may move the readings."""
+"""The covariates on which residuals may depend, and the directions in which readings may be displaced."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ROUNDING = 1e-9
 SAME_PLACE = 1e-6
 """Share of the gauge's length below which two coordinates are the same."""
 FEWEST_IN_CYCLE = 6
-"""Rows of a cycle from which it can be told from the others, and from the order of the rows."""
+"""Least number of rows of a cycle that distinguishes it from other cycles and from the order of the rows."""
 COLUMN = "column "
 FIXED = ("position", "machine x", "machine y", "machine z", "cycle", "time", "order", "side", "placement", "azimuth")
 TOUCHES = "touches since a pause"
@@ -25,16 +25,16 @@ TURNING = "way since turning round"
 REST = "rest before the touch"
 WAY = "direction of travel"
 FEWEST_BACK = 0.2
-"""Share of the touches each way from which a difference between the ways can be told from single touches."""
+"""Least share of the touches in each direction of travel for a difference between the directions to be tested."""
 SIDES = ("approach", "gauge", "front", "back")
 """Along every approach; along the gauge axis; on front faces only; on back faces only."""
 AXES = ("x", "y", "z")
-"""Sides, too: along a machine axis, whatever the gauge."""
+"""Further sides: along a machine axis, independent of the gauge."""
 
 
 @dataclass(frozen=True)
 class Covariate:
-    """Something the disagreement may depend on: a name, a unit and a value per row.
+    """A covariate of the residuals: a name, a unit and a value per row.
 
     ``further``: a column of the recording beyond those that every recording has.
     """
@@ -74,8 +74,8 @@ def covariates(data: Residuals) -> list[Covariate]:
 def _place_mm(data: Residuals, axis: str) -> Array:
     """A machine coordinate, to a millionth of the gauge's length.
 
-    Along an axis in which a placement does not move, what is left of a coordinate is its rounding and a trace of the
-    very residual that is to be explained: the gauge is never quite at right angles to it.
+    Along an axis in which a placement does not move, the variation of a coordinate is its rounding and a trace of the
+    residual itself, since the gauge is never exactly perpendicular to the axis.
     """
     mm = data.probings.coordinate_mm(axis)
     step = SAME_PLACE * max(float(np.ptp(data.probings.certified_mm())), 1.0)
@@ -83,7 +83,7 @@ def _place_mm(data: Residuals, axis: str) -> Array:
 
 
 def _touches(data: Residuals) -> Iterator[Covariate]:
-    """Touches since a pause, for every length that may count as one in this recording; without any they only count."""
+    """Touches since a pause, for every duration of a pause in this recording; without pauses their number."""
     told: list[Array] = []
     for pause_s in (round(pause) for pause in pauses_s(data)):
         touches = data.probings.touches_since_pause(pause_s)
@@ -94,12 +94,12 @@ def _touches(data: Residuals) -> Iterator[Covariate]:
 
 
 def pause_of(covariate: str) -> int:
-    """The length of a pause, s, in the name of the touches since one."""
+    """The duration of a pause, s, from the name of the covariate."""
     return int(covariate.removeprefix(TOUCHES).split()[1])
 
 
 def _plain_name(name: str, others: Sequence[Covariate]) -> str:
-    """A column's name, told from covariates that every recording has."""
+    """Name of a column, distinct from covariates that every recording has."""
     if name == "speed_mm_s":
         return "speed"
     return COLUMN + name if name in FIXED or name in {one.name for one in others} else name
@@ -111,18 +111,18 @@ def _varies(values: Array) -> bool:
 
 
 def axes_shown(data: Residuals) -> list[str]:
-    """Machine axes along which a motion differs from one along the gauge: those that placements lie along in part."""
+    """Machine axes along which a motion differs from one along the gauge: those oblique to a placement."""
     shares = np.abs(np.array(list(data.probings.setting.axis.values())))
     return [axis for i, axis in enumerate("xyz") if np.ptp(shares[:, i]) > SEEN_SHARE]
 
 
 def lives_on(covariate: Covariate, side: str) -> bool:
-    """Whether a covariate is one that may move the readings along a machine axis, if the side is one."""
+    """Whether a covariate may displace the readings along a machine axis, if the side is one."""
     return side in SIDES or covariate.name.startswith("machine ") or covariate.further
 
 
 def mask(data: Residuals, side: str) -> Array:
-    """Share of a form in every row by the side on which it lives."""
+    """Share of a form in every row by its side."""
     if side in AXES:
         return data.probings.approach(side)
     return {
@@ -134,7 +134,7 @@ def mask(data: Residuals, side: str) -> Array:
 
 
 def length_mm(side: str, data: Residuals) -> Array:
-    """The coordinate along which a length on a side grows in proportion, from its middle, mm."""
+    """The coordinate to which a length error on a side is proportional, from its middle, mm."""
     values = along_mm(side, data)
     return values - float(values.mean())
 
@@ -145,7 +145,7 @@ def along_mm(side: str, data: Residuals) -> Array:
 
 
 def goes_both_ways(data: Residuals) -> bool:
-    """Whether enough touches were made each way to tell the ways apart."""
+    """Whether there are enough touches in each direction to compare the directions."""
     way = data.probings.way()
     return bool(min((way > 0).sum(), (way < 0).sum()) >= FEWEST_BACK * len(data))
 

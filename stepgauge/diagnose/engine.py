@@ -1,4 +1,4 @@
-"""From a recording to a diagnosis: residuals, a problem, the posterior, what is said of it."""
+"""From a recording to a diagnosis: residuals, problem, posterior, statements."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ from stepgauge.recording import Recording
 Array = NDArray[np.float64]
 FEWEST_DOF = 8
 MOST_SEARCHED = 3000
-"""Rows that are searched; the laws found are fitted to all."""
+"""Largest number of rows in the search; the laws found are fitted to all."""
 FEWEST_RUNS = 6
 SMALLEST_SIGMA_UM = 1e-5
-"""Recordings that repeat better than this do so by construction, and give no scale to judge anything by."""
+"""Repeatability below this is an artefact of the file and no scale to judge residuals by."""
 GROWTH_UNITS = {"time": "um/h", "speed": "um/(mm/s)"}
-"""Units of what scatter grows by; of a length otherwise."""
+"""Units of the rate of growing scatter; otherwise per length."""
 
 
 @dataclass(frozen=True)
 class _Searched:
-    """A search with its answer, and the residuals that it searched in."""
+    """A search with its answer, and its residuals."""
 
     data: Residuals
     search: Search
@@ -62,20 +62,20 @@ def diagnose(
     without: Collection[str] = (),
     priors: Priors | None = None,
 ) -> Diagnosis:
-    """Find where recording and simulation disagree, and the physics that explains it.
+    """Find where recording and simulation disagree, and the effects that explain it.
 
     Parameters
     ----------
     recording : one or more placements, joined
     gauge : the certificate
-    machine : the model to be judged, with the effects it already knows
-    without : kinds of effects that are no candidates, because they are known not to be there
-    priors : what is usual, the shipped priors by default
+    machine : the model to be tested, with its effects
+    without : kinds of effects that are no candidates, because they are known to be absent
+    priors : the table of priors, the shipped one by default
 
     Raises
     ------
     InputError
-        recordings that are not this gauge's, or too small to say anything about; kinds that do not exist
+        recordings of another gauge, or too small for a diagnosis; kinds that do not exist
     """
     _check_kinds(without)
     recorded = make_residuals(recording, gauge, machine)
@@ -98,7 +98,7 @@ def _check_kinds(without: Collection[str]) -> None:
 
 
 def _some(data: Residuals, recording: Recording) -> Residuals:
-    """All rows, or whole cycles spread over a recording that is too long to be searched row by row."""
+    """All rows, or whole cycles spread over a recording that is too long to search all rows."""
     if len(data) <= MOST_SEARCHED:
         return data
     run = np.unique(data.frame[["placement", "cycle"]].to_numpy(), axis=0, return_inverse=True)[1].ravel()
@@ -113,21 +113,21 @@ def _some(data: Residuals, recording: Recording) -> Residuals:
 
 
 def _degrees(data: Residuals) -> int:
-    """Degrees of freedom that rows have beyond their origins, or, of repeats, beyond their means."""
+    """Degrees of freedom: rows minus origins or, with repeats, rows minus means."""
     count = np.bincount(data.group)
     within = int((np.maximum(count, 1) - 1).sum())
     return within if _repeated(data) else len(data) - int(data.placement.max()) - 3
 
 
 def _repeated(data: Residuals) -> bool:
-    """Whether faces were probed repeatedly."""
+    """Whether most faces were probed repeatedly."""
     count = np.bincount(data.group)
     return bool((count[data.group] > 1).mean() > 0.5)
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def _search(data: Residuals, priors: Priors, without: Collection[str]) -> _Searched:
-    """The search; many small products are five times slower where threads share each of them."""
+    """The search; many small products are five times slower if several threads share each."""
     search = Search(make_problem(data, priors, without), priors)
     answer = Answer(search, search.run())
     return _Searched(data, search, answer, make_model(search, answer, data, priors))
@@ -178,7 +178,7 @@ def _told(
 
 
 def odds(answer: Answer, told: Sequence[Finding], left: Sequence[Located]) -> dict[str, Any]:
-    """Probabilities of the statements: nothing there, each law by itself and with its set, each form."""
+    """Probabilities of the statements: no structure, each law by itself and with its set, each form."""
     said: list[dict[str, Any]] = []
     for one in told:
         choices = {name: {"value": value} for name, value in one.choices.items()}
@@ -196,7 +196,7 @@ def odds(answer: Answer, told: Sequence[Finding], left: Sequence[Located]) -> di
 
 
 def _where(search: Search, model: Model, left: Sequence[Located], priors: Priors) -> Iterator[Located]:
-    """Where the residuals are systematic before anything is named, and where forms are left; one to a covariate."""
+    """Covariates of the stated forms, and of the residuals before any law is named; one form to a covariate."""
     yield from left
     known, least = {one.covariate for one in left}, priors.decision.in_set
     for look, probability, share in systematic(search, model.state, known, least):
@@ -204,7 +204,7 @@ def _where(search: Search, model: Model, left: Sequence[Located], priors: Priors
 
 
 def _on_all_rows(told: Sequence[Finding], model: Model, data: Residuals) -> list[Finding]:
-    """The laws that were found in some rows, fitted to all of them; those that these do not confirm are dropped."""
+    """The laws that were found in some rows, fitted to all rows; those not confirmed by these are dropped."""
     problem = bare_problem(data)
     scatters = Scatters(problem, shipped_priors())
     metric = Metric(problem, scatters.plain(), scatters, model.state.sigma_um)
@@ -224,7 +224,7 @@ def _confirmed(solved: Solved) -> bool:
 
 
 def _noise(model: Model, searched: Residuals, data: Residuals) -> Noise:
-    """The scatter of every row by the model that is told."""
+    """The scatter of every row in the stated model."""
     state, scatter = model.state, model.state.scatter
     relative = np.sqrt(model.metric.rows.scale**-2.0 * scatter.weight)
     by_row = state.sigma_um * relative
@@ -238,7 +238,7 @@ def _noise(model: Model, searched: Residuals, data: Residuals) -> Noise:
 def _of_scatter(
     answer: Answer, model: Model, noise: Noise, data: Residuals, priors: Priors, without: Collection[str]
 ) -> tuple[list[Finding], list[Located]]:
-    """Outliers and growing scatter as findings, correlated scatter as a form; what is no candidate, as a form, too."""
+    """Outliers and growing scatter as findings, correlated scatter as a form; kinds in ``without`` as forms, too."""
     stated, scatter = priors.decision.stated, model.state.scatter
     named: list[Finding] = []
     left: list[Located] = []
@@ -262,7 +262,7 @@ def _of_scatter(
 
 
 def _growing(scatter: Scatter, sigma_um: float, p: float, data: Residuals) -> Finding:
-    """Growing scatter as the vocabulary has it: a rate per metre, hour or mm/s."""
+    """Growing scatter as the effect ``noise_growth``: a rate per metre, hour or mm/s."""
     assert scatter.growth is not None
     name, rate = scatter.growth
     per = name.removeprefix("machine ")
@@ -275,7 +275,7 @@ def _growing(scatter: Scatter, sigma_um: float, p: float, data: Residuals) -> Fi
 
 
 def _span(per: str, data: Residuals) -> float:
-    """Span of what scatter grows with, in the unit of the vocabulary."""
+    """Span of the covariate of growing scatter, in the unit of the effect."""
     if per == "time":
         return float(np.ptp(data.probings.time_s)) / 3600.0
     if per == "speed":
@@ -285,7 +285,7 @@ def _span(per: str, data: Residuals) -> float:
 
 
 def _fit(data: Residuals, noise: Noise, told: Sequence[Finding]) -> Fit:
-    """Agreement before and after; chi-square by the scatter within repeats, which no model enters."""
+    """Agreement before and after; chi-square by the repeatability, which does not depend on a model."""
     problem = bare_problem(data)
     sigma_um = problem.within_um if noise.repeats else noise.sigma_um
     scatters = Scatters(problem, shipped_priors())
@@ -336,7 +336,7 @@ def _insufficient(data: Residuals) -> Diagnosis:
 
 
 def _remarks(found: _Searched, data: Residuals, start_s: float) -> Iterator[str]:
-    """What has to be known of the search to read what it says."""
+    """Remarks on the search that the reader of its results needs."""
     scatter = found.model.state.scatter
     if len(found.data) < len(data):
         yield f"searched in {len(found.data)} of {len(data)} rows, fitted to all of them"

@@ -1,7 +1,7 @@
-"""A diagnosis as the files that leave the house: ``diagnosis.json``, ``diagnosis.md``, the machine file, the figures.
+"""The files of a diagnosis: ``diagnosis.json``, ``diagnosis.md``, the machine file, the figures.
 
-Every parameter in the JSON is an object with ``value``; numbers have ``u`` (standard uncertainty, null where the data
-give none) and ``unit`` besides, choices (axis, plane, face, direction, ...) have nothing else.
+Every parameter in the JSON is an object with ``value``; numbers also have ``u`` (standard uncertainty, null if the
+data give none) and ``unit``, choices (axis, plane, face, direction, ...) have ``value`` only.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ from stepgauge.recording import Recording
 FORMAT = "stepgauge diagnosis 1"
 MACHINE_FILE = "machine.diagnosed.toml"
 HEADLINE_FOLDS = ("cycles", "placements", "faces")
-"""Which held-out groups stand for all in ``holdout_rms_*``: the first that the recording has. A face held out is
-predicted without knowing how far it is off its certificate, which adds the certificate's uncertainty to the noise."""
+"""Groups of which the first in the recording is used for ``holdout_rms_*``. The prediction of a face that is held out
+does not know its error against the certificate, which adds the uncertainty of the certificate to the noise."""
 
 
 class Told(Protocol):
-    """What diagnoses of recordings and of probe maps have in common."""
+    """Common part of diagnoses of recordings and of probe maps."""
 
     @property
     def located(self) -> Sequence[Located]: ...
@@ -56,7 +56,7 @@ class Told(Protocol):
 
 @dataclass(frozen=True)
 class Inputs:
-    """What a diagnosis was made from: the recordings as read, in the order in which they were joined."""
+    """Input of a diagnosis: the recordings as read, in the order in which they were joined."""
 
     recordings: tuple[Recording, ...]
 
@@ -76,18 +76,18 @@ def write_diagnosis(
     suffix: str = "png",
     laws: Sequence[UnknownLaw] | None = None,
 ) -> list[Path]:
-    """Write everything a diagnosis says into a folder (made if missing).
+    """Write a diagnosis into a folder (made if missing).
 
     ``diagnosis.json``, ``diagnosis.md``, ``machine.diagnosed.toml``, the placements of the runs it proposes, and the
-    figures. Nothing is written before all of it is known, and every file appears only when it is whole.
+    figures. Nothing is written before all is computed, and every file appears only when complete.
 
     Parameters
     ----------
-    folder : where to
-    diagnosis : what :func:`stepgauge.diagnose.engine.diagnose` gives
+    folder : the folder
+    diagnosis : result of :func:`stepgauge.diagnose.engine.diagnose`
     recordings : as they were read, in the order in which they were joined
     suffix : format of the figures: png, svg or pdf
-    laws : what :func:`stepgauge.diagnose.unknown_law.model_unknown` gives, where that is known already
+    laws : result of :func:`stepgauge.diagnose.unknown_law.model_unknown`, if already computed
 
     Returns
     -------
@@ -116,9 +116,9 @@ def write_diagnosis(
 def diagnosis_to_dict(
     diagnosis: Diagnosis, inputs: Inputs, laws: Sequence[UnknownLaw] = (), folder: str | Path = "."
 ) -> dict[str, Any]:
-    """Everything a diagnosis says, as JSON types; undefined numbers are None.
+    """A diagnosis as JSON types; undefined numbers are None.
 
-    ``folder`` is where the proposed placements will stand, for the commands that name them.
+    ``folder`` is the folder of the proposed placements, for the commands that name them.
     """
     said = {
         "format": FORMAT,
@@ -137,7 +137,7 @@ def diagnosis_to_dict(
 
 
 def evidence_json(diagnosis: Told) -> dict[str, Any]:
-    """What any diagnosis says of forms, of the search and of the predictive check."""
+    """Forms, search and predictive check of any diagnosis."""
     return {
         "located": [_located(one, one in diagnosis.unexplained) for one in diagnosis.located],
         "unexplained": [_located(one, True) for one in diagnosis.unexplained],
@@ -185,7 +185,7 @@ def _finding(finding: Finding, diagnosis: Diagnosis, inputs: Inputs, folder: Pat
 
 
 def _member(member: Member, data: Residuals) -> dict[str, Any]:
-    """One law of a set with its own values and what it means at the machine."""
+    """One law of a set with its own values and its meaning at the machine."""
     parameters: dict[str, Any] = {name: {"value": _json(value)} for name, value in member.choices.items()}
     parameters |= {name: estimate_json(one) for name, one in member.parameters.items() if name not in parameters}
     return {
@@ -216,7 +216,7 @@ def _outlier(row: int, diagnosis: Diagnosis, inputs: Inputs) -> dict[str, Any]:
 
 
 def _parameters(finding: Finding) -> dict[str, dict[str, Any]]:
-    """Choices first, then numbers; what the law needs besides (a fixed length) without uncertainty."""
+    """Choices first, then numbers; other parameters of the law (a fixed length) without uncertainty."""
     said: dict[str, dict[str, Any]] = {name: {"value": _json(value)} for name, value in finding.choices.items()}
     for name, estimate in finding.parameters.items():
         if name not in said:
@@ -236,7 +236,7 @@ def _json(value: object) -> Any:
 
 
 def _in_folder(text: str, placements: Mapping[str, str], folder: Path) -> str:
-    """The command as it must be typed where the diagnosis was."""
+    """The command for the folder in which the diagnosis was started."""
     for name in placements:
         stem = name.removesuffix(".toml")
         text = text.replace(f" {stem}.", f" {(folder / stem).as_posix()}.")
@@ -244,7 +244,7 @@ def _in_folder(text: str, placements: Mapping[str, str], folder: Path) -> str:
 
 
 def _located(one: Located, left: bool) -> dict[str, Any]:
-    """A form; ``left``: whether it is left beside what is named, or only where the residuals were systematic before."""
+    """A form; ``left``: it remains beside the named effects; else it describes the residuals before these."""
     return {
         "covariate": one.covariate,
         "side": one.side,
@@ -300,7 +300,7 @@ def _headline(holdout: Mapping[str, tuple[float, float]]) -> tuple[float, float]
 
 
 def _with_empirical(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Any]:
-    """The fit with the laws that have no name: over all rows with weight, and for rows held out."""
+    """The fit with the approximated forms: over all rows with weight, and for rows held out."""
     data, sigma = diagnosis.data, diagnosis.noise.by_row_um
     shares = [f.share_um for f in diagnosis.findings if f.share_um.any()] + [law.share_um for law in laws]
     holdout = {folds.by: holdout_rms(data, sigma, np.array(shares).T, folds) for folds in make_folds(data)}
@@ -371,13 +371,13 @@ def _file(path: str | Path) -> dict[str, Any]:
 
 
 def checksum(path: str | Path) -> str | None:
-    """Checksum of a file as it is now; None for what was never in a file."""
+    """Checksum of a file as it is now; None for data that were never in a file."""
     place = Path(path)
     return hashlib.sha256(place.read_bytes()).hexdigest() if str(path) and place.is_file() else None
 
 
 def without_nan(value: Any) -> Any:
-    """JSON types with None for what is no number."""
+    """JSON types with None for values that are not finite."""
     if isinstance(value, dict):
         return {key: without_nan(one) for key, one in value.items()}
     if isinstance(value, list):

@@ -1,8 +1,9 @@
-"""Forms without a law: random functions of whatever the disagreement may depend on.
+"""Forms without a law: random functions of the covariates.
 
-A random function is a normal process; its features are columns whose sum with independent amplitudes of one standard
-deviation has the process' covariance (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, sec. 4.2).
-One candidate holds the kernels that say the same in words: smooth with several correlation lengths, or rough.
+A random function is a Gaussian process; its features are columns whose sum with independent amplitudes of one standard
+deviation has the covariance of the process (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, sec.
+4.2). One candidate contains the kernels with the same description in words: smooth with several correlation lengths, or
+rough.
 """
 
 from __future__ import annotations
@@ -50,14 +51,14 @@ FEWEST_DIRECTIONS = 8
 WANDERING = ("time", "order")
 REPEATING = ("position", "machine x", "machine y", "machine z", *WANDERING)
 SAME = 1.0 - 1e-10
-"""Correlation from which two covariates say the same."""
+"""Correlation from which two covariates count as the same."""
 
 
 @dataclass(frozen=True)
 class Form:
-    """What a candidate without a name is: ``shape``, the side that it moves, what it depends on and how.
+    """Description of a form: ``shape``, its side, its covariate and kernels.
 
-    ``kernels``: what each of its shapes is: ``trend`` or ``smooth`` or ``rough``, a lag in s, a period.
+    ``kernels``: for each of its shapes ``trend``, ``smooth`` or ``rough``, a lag in s, or a period.
     """
 
     covariate: str
@@ -70,7 +71,7 @@ class Form:
 
 @dataclass(frozen=True)
 class _Said:
-    """A form before it is given a side."""
+    """A form before the choice of a side."""
 
     covariate: str
     unit: str
@@ -83,7 +84,7 @@ class _Said:
 
 
 def form_candidates(data: Residuals, priors: Priors, scale_um: float) -> list[Candidate]:
-    """All forms that a recording may show, each on every side on which it may live; sizes go by ``scale_um``."""
+    """All forms that a recording may show, each on all its possible sides; sizes in proportion to ``scale_um``."""
     said = [one for one in _said(data, priors) if len(one.features) and one.sides]
     total = sum(one.share for one in said)
     sides = {side: mask(data, side) for one in said for side in one.sides}
@@ -118,7 +119,7 @@ def form_candidates(data: Residuals, priors: Priors, scale_um: float) -> list[Ca
 
 
 def _shown(columns: Array) -> Array:
-    """Features that show on some row."""
+    """Features that are not zero on all rows."""
     return columns[np.abs(columns).max(axis=1) > 1e-9]
 
 
@@ -142,7 +143,7 @@ def _said(data: Residuals, priors: Priors) -> Iterator[_Said]:
 
 
 def _different(found: Sequence[Covariate]) -> list[Covariate]:
-    """Covariates less those that say the same as one before them, up to a factor and a constant."""
+    """Covariates without those that are linear functions of a previous one."""
     kept: list[tuple[Covariate, Array]] = []
     for one in found:
         unit = standard(one.values)
@@ -152,7 +153,7 @@ def _different(found: Sequence[Covariate]) -> list[Covariate]:
 
 
 def standard(values: Array) -> Array:
-    """Values about their mean in standard deviations."""
+    """Values minus their mean, over their standard deviation."""
     return np.asarray((values - values.mean()) / max(float(values.std()), 1e-300))
 
 
@@ -162,9 +163,9 @@ def _sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
 
 
 def _of_one(one: Covariate, data: Residuals, priors: Priors) -> _Said:
-    """A trend, smooth functions of several lengths, and rough ones of what wanders.
+    """A trend, smooth functions of several lengths, and rough ones of covariates such as time.
 
-    What settles after a pause does so by ratios of its length: functions of it are smooth in its logarithm.
+    A relaxation after a pause depends on ratios of its duration: its functions are smooth in the logarithm.
     """
     values = np.log1p(one.values) if one.name == REST or one.name.startswith(TOUCHES) else one.values
     smooth = [matern(values, length) for length in priors.forms.lengths]
@@ -202,7 +203,7 @@ def _between(u: Array, knots: Array) -> Array:
 
 
 def _waves(one: Covariate, data: Residuals, priors: Priors) -> _Said:
-    """Waves of any shape: a period and its overtones."""
+    """Periodic functions of any shape: a fundamental and its harmonics."""
     span, most = float(np.ptp(one.values)), min(one.steps / 4.0, MOST_PERIODS)
     turns = np.arange(2.0, most, 1.0 / PERIODS_PER_SPAN)
     first = np.exp(2j * np.pi * turns[:, None] * ((one.values - one.values.min()) / span))
@@ -215,7 +216,7 @@ def _waves(one: Covariate, data: Residuals, priors: Priors) -> _Said:
 
 
 def _wave_sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
-    """A wave over a machine axis moves along it; one in time may move anything."""
+    """A periodic function of a machine axis acts along this axis; one of time on all sides."""
     if one.name.startswith("machine "):
         own = one.name[-1]
         return (own,) if own in axes_shown(data) else ()
@@ -223,7 +224,7 @@ def _wave_sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
 
 
 def _lagged(told: Sequence[Covariate], position: Covariate | None, data: Residuals, priors: Priors) -> Iterator[_Said]:
-    """Recorded columns that act with a lag, and lengths that grow with them."""
+    """Recorded columns that act through a lag, and length errors proportional to them."""
     length = None if position is None else standard(position.values)
     for one in told:
         if one.name == "speed" and length is not None:
@@ -247,7 +248,7 @@ def _duration_s(data: Residuals) -> float:
 
 
 def _products(position: Covariate, slow: Covariate, priors: Priors) -> Iterator[_Said]:
-    """Lengths and waves along the gauge that change with time or order."""
+    """Length errors and periodic errors along the gauge that change with time or order."""
     both, share = ("approach", "gauge"), priors.forms.product
     length = standard(position.values)
     changing = [matern(slow.values, at) * (length - zero) for at in priors.forms.lengths[1:3] for zero in
@@ -262,7 +263,7 @@ def _products(position: Covariate, slow: Covariate, priors: Priors) -> Iterator[
 
 
 def _product(one: Array, other: Array, most: int = 200) -> Array:
-    """Products of features, those that matter."""
+    """Products of features, without negligible ones."""
     both = (one[:, None] * other[None]).reshape(-1, one.shape[1])
     return both[np.argsort(-(both**2).sum(axis=1))[:most]]
 
@@ -277,7 +278,7 @@ def _beat(x: Array, y: Array, f: float, g: float) -> Array:
 
 
 def _of_ways(position: Covariate, data: Residuals, priors: Priors) -> Iterator[_Said]:
-    """What differs between the ways there and back: a constant, or another shape along the gauge each way."""
+    """Differences between the directions of travel: a constant, or a separate function along the gauge for each."""
     way = data.probings.way()
     loops = [way[None], *(way * matern(position.values, length) for length in priors.forms.lengths)]
     kernels = (TREND, *[SMOOTH] * len(priors.forms.lengths))
@@ -285,7 +286,7 @@ def _of_ways(position: Covariate, data: Residuals, priors: Priors) -> Iterator[_
 
 
 def _levels(data: Residuals, priors: Priors) -> Iterator[_Said]:
-    """Levels of their own for cycles, faces, placements; harmonics of the approach's azimuth about the stylus."""
+    """Separate levels of cycles, faces, placements; harmonics of the azimuth of the approach about the stylus."""
     both = ("approach", "gauge")
     run = runs_of(data)[1]
     if 1 < run.max() < len(data) / FEWEST_IN_CYCLE:

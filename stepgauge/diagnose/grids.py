@@ -1,4 +1,4 @@
-"""Where to look for the non-linear parameters of an effect in a recording."""
+"""Grids of the non-linear parameters of effects in a recording."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from stepgauge.effects import Effect, Parameter
 
 Array = NDArray[np.float64]
 FEWEST_PERIODS = 2.0
-"""Periods within the travel or the time of the measurement from which something repeats: less of one is a bow."""
+"""Least number of periods within the travel or the duration of the measurement: less of one is a curvature."""
 FEWEST_ALONG = 1.25
-"""The same along an axis, where a period that is hardly seen has aliases at the pitch of the faces."""
+"""The same along an axis, where a period that is not fully covered has aliases at the pitch of the faces."""
 MOST_PERIODS = 4000
 MOST_FREQUENCIES = 2500
 RHYTHM = np.linspace(0.0, 1.0, 41)
-"""Quantiles of the times between touches that stand for all of them."""
+"""Quantiles that represent the times between touches."""
 GRADUAL = 0.1
-"""Part of a turn from touch to touch below which a swing is seen as a gradual change."""
+"""Part of a period from touch to touch below which an oscillation is seen as a gradual change."""
 MOST_TIMES = 1000
 MOST_TOUCHES = 50.0
-"""A probe is worked in after some dozens of touches; what takes longer is time, not touches."""
+"""A probe has settled after some dozens of touches; a longer relaxation depends on time, not on touches."""
 
 
 def parameter_grid(kind: type[Effect], parameter: Parameter, choices: dict[str, Any], data: Residuals) -> list[Any]:
@@ -61,7 +61,7 @@ def _periods_s(_: dict[str, Any], data: Residuals) -> Array:
 
 
 def _frequencies_hz(_: dict[str, Any], data: Residuals) -> Array:
-    """Oscillations that the rhythm of the touches does not show as one slow change."""
+    """Frequencies that the rhythm of the touches does not show as one slow change."""
     step = 1.0 / (2.0 * _duration_s(data))
     frequency = np.arange(0.2, 0.2 + step * MOST_FREQUENCIES, step)
     between_s = np.quantile(np.diff(np.sort(data.frame["time_s"].to_numpy(float))), RHYTHM)
@@ -95,7 +95,7 @@ def _widths_mm(choices: dict[str, Any], data: Residuals) -> Array:
 
 
 def _supports(_: dict[str, Any], data: Residuals) -> list[tuple[float, float]]:
-    """Two supports on either side of the middle, for the gauge would tip over; neighbours differ little."""
+    """Two supports, one on either side of the middle, for the gauge must not tip over; neighbours differ little."""
     length = float(data.gauge.position_mm[-1])
     left, right = np.linspace(0.0, 0.48, 17), np.linspace(0.52, 1.0, 17)
     pairs = [(a, b) for i, a in enumerate(left) for b in (right if i % 2 else right[::-1])]
@@ -103,7 +103,7 @@ def _supports(_: dict[str, Any], data: Residuals) -> list[tuple[float, float]]:
 
 
 def _touches(choices: dict[str, Any], data: Residuals) -> Array:
-    """What has not decayed before the next pause is no memory of the first touches."""
+    """An effect that has not decayed before the next pause is not one of the first touches."""
     most = float(data.probings.touches_since_pause(choices["pause_s"]).max())
     return np.geomspace(0.3, float(np.clip(most / 3.0, 1.0, MOST_TOUCHES)), 14)
 

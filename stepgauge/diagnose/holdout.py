@@ -1,4 +1,4 @@
-"""Held-out groups: what a model predicts for probings that it has not seen."""
+"""Held-out groups: the prediction of a model for probings that were not used in its fit."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from stepgauge.diagnose.residuals import Residuals
 
 Array = NDArray[np.float64]
 WEAK = 1e-4
-"""Prior weight of a coefficient: what the rows left in do not determine is predicted as nothing, not at random."""
+"""Prior weight of a coefficient: if the remaining rows do not determine it, it is predicted as zero."""
 
 
 MOST_FOLDS = 20
-"""Of more cycles, every twentieth is held out together."""
+"""Largest number of folds: with more cycles, every twentieth is held out together."""
 
 
 @dataclass(frozen=True)
 class Folds:
-    """A split of the rows into groups; ``by`` says into what."""
+    """A split of the rows into groups; ``by`` names them."""
 
     by: str
     fold: NDArray[np.intp]
@@ -31,7 +31,7 @@ class Folds:
 
 
 def make_folds(data: Residuals) -> list[Folds]:
-    """Whole cycles, and whole faces in interleaved sets; only splits that leave something to learn from."""
+    """Whole cycles, and whole faces in interleaved sets; only splits that leave enough rows for the fit."""
     found = []
     cycle = np.unique(data.frame["cycle"].to_numpy(), return_inverse=True)[1] % MOST_FOLDS
     if cycle.max() > 0:
@@ -46,8 +46,8 @@ def holdout_rms(data: Residuals, sigma_um: Array, columns: Array, folds: Folds) 
     """Rms of the prediction error over all held-out rows with weight, um.
 
     ``columns (n, d)``: displacement of the model's terms, whose coefficients are fitted anew without the rows held out,
-    together with the origins of the placements and the faces' departures from the certificate (as far as its
-    uncertainty allows).
+    together with the origins of the placements and the errors of the faces against the certificate (within its
+    uncertainty).
     """
     errors = np.full(len(data), np.nan)
     design = np.column_stack([_origins(data), columns])
@@ -69,7 +69,7 @@ def _origins(data: Residuals) -> Array:
 
 
 def _with_faces(data: Residuals, design: Array) -> tuple[Array, Array]:
-    """The design with a column for every face, in units of its certificate's uncertainty, and all prior weights."""
+    """The design with a column for every face, in units of its certified uncertainty, and all prior weights."""
     faces, index = np.unique(data.face, return_inverse=True)
     u = np.maximum(data.gauge.u_um[faces - 1], 1e-6)
     face_columns = np.eye(len(faces))[index] * data.side[:, None] * u

@@ -20,11 +20,11 @@ from stepgauge.effects import Effect
 
 Array = NDArray[np.float64]
 BEYOND = 1.1
-"""How far beyond the values that were tried a fitted shape may lie, as a factor."""
+"""Factor by which a fitted shape may lie beyond the grid."""
 
 
 def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Collection[str] = ()) -> list[Law]:
-    """Candidates for all named laws that could show; ``metric``: what their shapes are fitted by between the grid's."""
+    """Candidates for all laws with a signature here; ``metric``: for the fit of shapes between points of the grid."""
     families = list(effect_families(data, without))
     count, labels = Counter(one.kind for one in families), Counter[str]()
     found = []
@@ -53,7 +53,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
 def sizes_of(family: Family, priors: Priors, data: Residuals) -> Sizes:
     """Prior of a law's amplitudes, in the unit of its linear parameter.
 
-    A misalignment is linear in its square; a law without an amplitude is there as it is.
+    A misalignment is linear in its square; a law without an amplitude has the size one.
     """
     assert family.law is not None
     prior = priors.laws.of(family.kind)
@@ -67,7 +67,7 @@ def sizes_of(family: Family, priors: Priors, data: Residuals) -> Sizes:
 
 
 def _magnified(family: Family, priors: Priors, data: Residuals) -> float:
-    """What is usual per length is told of gauges of a length; over shorter ones a length is as wrong in um."""
+    """The usual size per length holds for long gauges; over shorter ones the error in um stays the same."""
     assert family.law is not None
     length_mm = float(np.ptp(data.probings.certified_mm()))
     per_length = family.law.covariates[0] in ("coordinate", "position") and not is_height(family.law)
@@ -75,7 +75,7 @@ def _magnified(family: Family, priors: Priors, data: Residuals) -> float:
 
 
 def is_height(law: type[Effect]) -> bool:
-    """Whether a law's size is in um, and not over a length that the law gives with it."""
+    """Whether the size of a law is in um, and not per a length that the law states."""
     units = {p.unit for p in law.parameters() if p.role == "linear"}
     return units == {"um"} and "length_mm" not in law.model_fields
 
@@ -83,8 +83,8 @@ def is_height(law: type[Effect]) -> bool:
 def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
     """Logarithms of the prior of each shape ``(atoms,)``.
 
-    Of a period or a frequency: as likely in every decade of what is physically possible, so that each point of the grid
-    has the share of its step. All other shapes are equally likely.
+    For a period or a frequency every decade of the physically possible range is equally likely, so that each point of
+    the grid has the share of its step. All other shapes are equally likely.
     """
     count = len(family.atoms)
     for name, (low, high) in priors.shapes.items():
@@ -104,7 +104,7 @@ def _has_shape(family: Family) -> bool:
 
 
 def _refined(family: Family, data: Residuals, metric: Metric, atom: int, left_um: Array) -> Refined | None:
-    """The law with its shape fitted, starting from a shape of the grid; None where it leaves what was tried."""
+    """The law with its shape fitted, starting from a shape of the grid; None if it leaves the range of the grid."""
     if not any(isinstance(v, float | tuple) for v in family.atoms[atom].values()):
         return None
     try:

@@ -1,7 +1,7 @@
-"""Every named effect that a recording could show, as signatures along the approach.
+"""All named effects that a recording can show, as signatures along the approach.
 
-An effect with a direction is a family for every machine axis that the gauge was laid along, and one more that may point
-anywhere between them: its components are linear parameters.
+An effect with a direction is a family for every machine axis along which a motion shows, and one with a free direction
+between them: its components are linear parameters.
 """
 
 from __future__ import annotations
@@ -24,32 +24,32 @@ from stepgauge.recording import APPROACH
 
 Array = NDArray[np.float64]
 NOT_LAWS = {"axis_compensation", "empirical", "error_map", "outliers", "noise_growth"}
-"""Kinds that are no law of the mean with parameters of their own: fitted elsewhere or not at all."""
+"""Kinds that are not laws of the mean with own parameters: fitted elsewhere or not at all."""
 NEEDS_TIME = {"time", "order"}
 SEEN_SHARE = 0.1
-"""Smallest share of a direction along some gauge axis with which motion in it is looked for."""
+"""Least component along some gauge axis of a direction in which motion is searched."""
 NEAR_AXIS = np.cos(np.radians(5.0))
 MOST_PAUSES = 4
 PAUSE_JUMP = 1.25
 MOST_PAUSED = 0.15
-"""Largest share of touches that follow a pause: what every touch follows is none."""
+"""Largest share of touches after a pause: an interval before nearly every touch is not a pause."""
 SHORT_PAUSE_S = 10.0
 ORIGIN_ONLY = 3e-3
-"""Share of a signature left beside the origins below which it shows nothing else."""
+"""Share of a signature that must remain beside the origins; below it the signature is an origin."""
 CHUNK = 50_000
-"""Numbers computed at a time: they stay in a processor's cache."""
+"""Numbers computed at a time: they stay in the cache of a processor."""
 
 
 @dataclass(frozen=True)
 class Family:
     """One law with its choices made (axis, face, ...) and its signatures.
 
-    ``kind`` is the name in the vocabulary. ``atoms``: the non-linear
+    ``kind`` is the kind of effect. ``atoms``: the non-linear
     parameters of each signature; ``pattern (atoms, depth, n)``: displacement in um for a unit of each of its linear
     parameters, along the approach or where ``shares (k, n)`` are given to be multiplied by each of these: families that
-    differ only in the shares hold the same pattern. ``law``: the effect class, None for a form. ``directions (k, 3)``:
-    unit vectors whose components make the direction of motion, where that is free. ``prior``: standard deviation of
-    what is expected of its sizes, infinite for none.
+    differ only in the shares have the same pattern. ``law``: the effect class, None for a form. ``directions (k, 3)``:
+    unit vectors that span a free direction of motion. ``prior``: prior standard deviation of its sizes, infinite for
+    none.
     """
 
     kind: str
@@ -82,7 +82,7 @@ class Family:
 
     @cached_property
     def ranges(self) -> dict[str, tuple[float, float]]:
-        """Least and largest value that was tried of every non-linear parameter that is one number."""
+        """Least and largest value on the grid of every non-linear parameter that is one number."""
         names = [name for name, value in self.atoms[-1].items() if isinstance(value, float | int)]
         values = {name: [atom[name] for atom in self.atoms if atom[name] is not None] for name in names}
         return {name: (float(min(tried)), float(max(tried))) for name, tried in values.items()}
@@ -93,7 +93,7 @@ class Family:
 
 
 def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[Family]:
-    """Families of all named effects whose signature can be computed from this recording and is not nothing.
+    """Families of all named effects whose signature can be computed from this recording and is not zero.
 
     Kinds in ``without`` are no candidates.
     """
@@ -119,11 +119,11 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
 
 
 def _beside_origins(columns: Array, data: Residuals) -> Array:
-    """Signatures ``(atoms, d, n)`` without what the origins of the placements take of them.
+    """Signatures ``(atoms, d, n)`` without their part in the origins of the placements.
 
-    The shape of a law may be mostly a constant, as a bow over the travel is in its middle: what is left of it is still
-    the law. Of one that is nothing but a constant rounding is left, and it stays as it is; so do oscillations, which
-    could fit anything with a huge amplitude once they keep step with the pitch of the gauge.
+    The shape of a law may be mostly a constant, such as a parabola over the travel near its middle: the rest is still
+    the law. A law that is only a constant would leave rounding, so it is not changed. Oscillations are not changed
+    either: with the period of the pitch of the gauge they could fit anything with a very large amplitude.
     """
     left = data.without_origins(columns)
     size, whole = (np.linalg.norm(one, axis=2, keepdims=True) for one in (left, columns))
@@ -159,7 +159,7 @@ def _atoms(law: type[Effect], choices: dict[str, Any], data: Residuals) -> list[
 
 
 def pauses_s(data: Residuals) -> list[float]:
-    """What may count as a pause, s: between the sizes into which the times between touches fall, the clearest first."""
+    """Durations that separate pauses, s: between the clusters of the times between touches, the clearest first."""
     gaps = np.sort(np.diff(np.sort(data.frame["time_s"].to_numpy(float))))
     gaps = np.unique(gaps[len(gaps) - int(MOST_PAUSED * len(gaps)) :])
     jump = gaps[1:] / np.maximum(gaps[:-1], 1e-9)
@@ -169,10 +169,10 @@ def pauses_s(data: Residuals) -> list[float]:
 
 
 def visible_directions(axes: Array) -> Iterator[str | tuple[float, ...] | Array]:
-    """Directions in which placements of the gauge axes ``(m, 3)`` show a motion.
+    """Directions in which placements with gauge axes ``(m, 3)`` show a motion.
 
-    Laid along one line, only the motion along it shows: a machine axis by name where the line is near one, else the
-    line. Otherwise the machine axes that show, and then the unit vectors ``(k, 3)`` that span all that shows.
+    If all placements are on one line, only a motion along it shows: the name of a machine axis if the line is near one,
+    else the line. Otherwise the machine axes that show, and then unit vectors ``(k, 3)`` that span all that shows.
     """
     _, size, span = np.linalg.svd(axes, full_matrices=False)
     span = span[size > SEEN_SHARE]
@@ -232,7 +232,7 @@ def _family(
     shares: Array | None = None,
     directions: Array | None = None,
 ) -> Iterator[Family]:
-    """The family of the signatures that are not nothing, if there are any."""
+    """The family of the signatures that are not zero, if there are any."""
     seen = size > 1e-9 * max(float(size.max()), 1e-300)
     if not seen.any() or size.max() == 0.0:
         return
@@ -255,7 +255,7 @@ def _family(
 
 
 def fixed_values(law: type[Effect]) -> dict[str, Any]:
-    """Defaults of the fixed parameters; a length that only rescales is taken as a metre."""
+    """Defaults of the fixed parameters; a length that only rescales is one metre."""
     values: dict[str, Any] = {}
     for p in law.parameters():
         if p.role == "fixed":
@@ -312,5 +312,5 @@ def _column(law: type[Effect], values: dict[str, Any], data: Residuals, count: i
 
 
 def _needs_check(law: type[Effect]) -> bool:
-    """Laws with a rule between their choices must be built with it."""
+    """Whether a law has a rule between its choices, and must be built with validation."""
     return law.kind == "straightness"

@@ -15,13 +15,13 @@ CORRELATED, GROWING, UNDETERMINED = "correlated scatter", "growing scatter", "un
 SCATTER = (CORRELATED, GROWING)
 """Forms of the scatter, which no formula of the mean describes."""
 CHANGED = 3.0
-"""Standard deviations from which a form has changed."""
+"""Standard deviations from which a form counts as changed."""
 QUIET = 0.3
-"""Share of the record over which nothing must change for the rest to be told as the part where something does."""
+"""Share of the record without any change from which the rest is stated as the part in which the form acts."""
 
 
 def located(candidate: Candidate, atom: int, probability: float, share: float = 1.0) -> Located:
-    """A form with one of its shapes, in words a technician uses."""
+    """A form with one of its shapes, in words for a technician."""
     form: Form = candidate.source
     shape = TREND if form.kernels[atom] == TREND and form.shape != LOOP else form.shape
     number = form.kernels[atom]
@@ -63,10 +63,10 @@ def _words(form: Form, shape: str, number: object) -> str:
 
 
 def regime(x: Array, columns: Array, mean: Array, covariance: Array, unit: str) -> str:
-    """Where along a covariate a form differs from what it is elsewhere, empty where that is everywhere.
+    """The part of a covariate in which a form differs from the rest, in words; empty if there is no such part.
 
     ``x (n,)``: the covariate; ``columns (d, n)``: the form's features; ``mean (d,)``, ``covariance (d, d)``: posterior
-    of their amplitudes. What is compared are differences within the form: a constant may be the origin.
+    of their amplitudes. Differences within the form are compared, since a constant may be the origin.
     """
     order = np.argsort(x, kind="stable")
     x, columns = x[order], columns[:, order]
@@ -79,7 +79,7 @@ def regime(x: Array, columns: Array, mean: Array, covariance: Array, unit: str) 
 
 
 def _flat_share(columns: Array, mean: Array, covariance: Array) -> float:
-    """Share of the rows from the beginning over which a form stays what it was in their first tenth."""
+    """Share of the rows, from the beginning, over which a form does not change from its value in the first tenth."""
     first = max(columns.shape[1] // 10, 3)
     apart = columns - columns[:, :first].mean(axis=1, keepdims=True)
     spread = np.sqrt(np.maximum(np.einsum("dn,dn->n", apart, covariance @ apart), 0.0))

@@ -1,4 +1,4 @@
-"""``machine.diagnosed.toml``: the machine file as its owner wrote it, with what was found appended."""
+"""``machine.diagnosed.toml``: the original machine file, with the effects found appended."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ DIGITS = 9
 
 
 def machine_text(diagnosis: Diagnosis, laws: Sequence[UnknownLaw], folder: str | Path) -> tuple[str, list[str]]:
-    """Text of the machine file with the effects added, and what could not be added.
+    """Text of the machine file with the effects added, and those that could not be added.
 
     Parameters
     ----------
-    diagnosis : what was found; its machine must have come from a file
-    laws : empirical laws for what has no name
-    folder : where the text will stand; files that the machine file names are found from there, too
+    diagnosis : the result; its machine must have come from a file
+    laws : empirical laws of the forms
+    folder : folder of the new file; paths in the machine file are made relative to it
 
     Raises
     ------
     InputError
-        the machine file has gone, or is not TOML any more
+        the machine file does not exist any more, or is not TOML
     """
     source = diagnosis.data.machine.path
     text = _moved(read_text(source), Path(source).parent, Path(folder))
@@ -51,7 +51,7 @@ def machine_text(diagnosis: Diagnosis, laws: Sequence[UnknownLaw], folder: str |
 
 
 def effect_table(effect: Effect) -> dict[str, Any]:
-    """An effect as a machine file has it: plain numbers, words and lists, without what is not set."""
+    """An effect as a machine file has it: plain numbers, words and lists, without keys that are not set."""
     values = {p.name: getattr(effect, p.name) for p in effect.parameters()}
     return {"kind": effect.kind, **{name: _plain(value) for name, value in values.items() if value is not None}}
 
@@ -131,7 +131,7 @@ def _list(values: Sequence[object]) -> str:
 
 
 def _moved(text: str, before: Path, after: Path) -> str:
-    """The text with the files that it names beside itself (a probe, maps) as seen from another folder."""
+    """The text with the paths of its files (a probe, maps) relative to another folder."""
     for name in _named_files(tomllib.loads(text)):
         if not Path(name).is_absolute() and (before / name).is_file():
             seen = Path(os.path.relpath(before.resolve() / name, after.resolve())).as_posix()
@@ -146,7 +146,7 @@ def _named_files(data: Mapping[str, Any]) -> set[str]:
 
 
 def _joined(text: str, addition: str) -> str:
-    """Both as one TOML file; a file whose effects stand in one array in a line is written anew, its comments lost."""
+    """Both as one TOML file; a file with all effects in one inline array is written anew, without its comments."""
     whole = text.rstrip("\n") + "\n\n" + addition
     try:
         tomllib.loads(whole)

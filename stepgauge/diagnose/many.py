@@ -1,4 +1,4 @@
-"""Recordings in files to diagnoses in folders: all of one machine together, or each on its own over processes."""
+"""From recordings in files to diagnoses in folders: all of one machine together, or each separately in processes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from stepgauge.recording import Recording, join_recordings, read_recording
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of one diagnosis: its name, the verdict in a line, and the files written (none where it failed)."""
+    """Result of one diagnosis: its name, the verdict in a line, and the files written (none where it failed)."""
 
     name: str
     summary: str
@@ -59,19 +59,19 @@ def diagnose_each(
 ) -> Iterator[Outcome]:
     """Diagnose recordings one by one into folders named after their files, in the order given.
 
-    Everything is read and checked before the first diagnosis begins; a recording that turns out not to be of this
-    gauge, or too small, gives an outcome without files and does not stop the others. The processes are forked where
-    the system can, so that they share what is loaded.
+    All files are read and checked before the first diagnosis begins; a recording of another gauge, or one that is too
+    small, gives an outcome without files and does not stop the others. Processes are forked if the system supports it,
+    so that they share the loaded modules.
 
     Parameters
     ----------
     paths : recording files; their names without the suffix must differ
     gauge, machine : files, or names of shipped ones
-    folder : gets one folder per recording
+    folder : for one folder per recording
     jobs : processes; by default as many as there are processors
     suffix : format of the figures
     without : kinds of effects that are no candidates
-    priors : what is usual, the shipped table by default
+    priors : the table of priors, the shipped one by default
 
     Raises
     ------
@@ -92,7 +92,7 @@ def _in_processes(one: Any, recordings: Sequence[Recording], count: int) -> Iter
 
 
 def _start_method() -> str:
-    """A server that forks has the imports done once and no threads to lose; elsewhere every process imports anew."""
+    """A fork server imports once and has no threads; on other systems every process imports anew."""
     if "forkserver" in get_all_start_methods():
         get_context("forkserver").set_forkserver_preload(["stepgauge.diagnose.many", "stepgauge.figures.diagnosis"])
         return "forkserver"
@@ -142,7 +142,7 @@ def _check_names(paths: Sequence[str]) -> None:
 
 
 def summary_line(found: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> str:
-    """Verdict, effects and fit in a line; ``laws``: how forms without a law are imitated."""
+    """Verdict, effects and fit in a line; ``laws``: the empirical laws of the forms."""
     fit = found.fit
     names = counted([_name(f.label, (*f.confounded_with, *f.alternatives)) for f in found.findings])
     left = [one.where for one in found.unexplained[:1]]

@@ -1,4 +1,4 @@
-"""What a finding means at the machine: one sentence per kind, with this recording's spans and this gauge's length."""
+"""Meaning of a finding at the machine: a sentence per kind, with the spans of the recording and the gauge length."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Sentence = Callable[[Values, Residuals], str]
 
 
 def in_practice(finding: Finding | Member, data: Residuals) -> str:
-    """What a finding means, for the person at the machine."""
+    """Meaning of a finding, for the person at the machine."""
     values = _values(finding)
     sentence = _SENTENCES.get(finding.kind)
     if sentence is not None:
@@ -34,7 +34,7 @@ def name_of(kind: str) -> str:
 
 
 def counted(names: Iterable[str]) -> list[str]:
-    """Names, each once, with how often it stood there: ``vibration``, ``twice step change x``."""
+    """Names, each once, with their number: ``vibration``, ``twice step change x``."""
     said = {1: "", 2: "twice "}
     return [f"{said.get(times, f'{times} times ')}{name}" for name, times in Counter(names).items()]
 

@@ -1,7 +1,7 @@
-"""Diagnosis of a probe's map: which part of its construction is not what the probe file says.
+"""Diagnosis of the map of a probe: which part of its construction differs from the probe file.
 
-The posterior is that of recordings with other candidates: the map's rows for probings, the probe's statics for the
-simulation, whole polar rings and azimuth spokes for the groups held out.
+The method is that for recordings with other candidates: rows of the map instead of probings, the statics of the probe
+as the simulation, polar rings and azimuth spokes as the groups held out.
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ def diagnose_probe_map(
     suffix: str = "png",
     priors: Priors | None = None,
 ) -> MapDiagnosis:
-    """Diagnose a map and write the answer.
+    """Diagnose a map and write the result.
 
     Parameters
     ----------
     map_path : CSV with ``polar_deg,azimuth_deg`` and ``trigger_force_N``, ``deflection_um`` or ``pretravel_um``
     probe_path : probe file, or the name of a shipped one
-    folder : takes ``diagnosis.json``, ``diagnosis.md``, ``probe.diagnosed.toml`` and the figures
+    folder : for ``diagnosis.json``, ``diagnosis.md``, ``probe.diagnosed.toml`` and the figures
     columns : other column names, see :func:`stepgauge.diagnose.maps.data.read_map_data`
     suffix : of the figures, ``png``, ``svg`` or ``pdf``
-    priors : what is usual, the shipped priors by default
+    priors : the table of priors, the shipped one by default
 
     Raises
     ------
     InputError
-        unreadable maps and probe files, maps of something that the probe file says nothing of, a folder that cannot be
-        written to or whose probe file is the one that is judged
+        unreadable maps and probe files, maps of a quantity that the probe file does not give, a folder that cannot be
+        written to or that contains the tested probe file
     """
     table, where = read_probe_table(probe_path)
     check_output(Path(folder) / PROBE_FILE, where, map_path)
@@ -58,7 +58,7 @@ def diagnose_probe_map(
 
 
 def read_probe_table(probe_path: str | Path) -> tuple[dict[str, Any], str]:
-    """The ``[probe]`` table of a probe file as it is written there, and the file's path."""
+    """The ``[probe]`` table of a probe file as written there, and the path of the file."""
     path = find_data(probe_path, "probe", "probes")
     checked, where = probe_table(read_toml(path).get("probe"), path)
     table = checked.model_dump(exclude_unset=True)
@@ -69,7 +69,7 @@ def read_probe_table(probe_path: str | Path) -> tuple[dict[str, Any], str]:
 
 
 def parse_columns(options: Sequence[str]) -> dict[str, str]:
-    """``["trigger_force_N=force_fea_N"]`` as a mapping; :class:`InputError` for what is no such pair."""
+    """``["trigger_force_N=force_fea_N"]`` as a mapping; :class:`InputError` for anything that is not such a pair."""
     found = {}
     for option in options:
         name, equals, column = option.partition("=")

@@ -1,4 +1,4 @@
-"""A recording's residuals as a problem: nuisances, order of probing, and every law and form that may be behind them."""
+"""The residuals of a recording as a problem: nuisances, order of probing, and all laws and forms as candidates."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from stepgauge.recording import POSITION
 
 Array = NDArray[np.float64]
 LEAST_GAP = 0.2
-"""Shortest time between neighbours over the typical one: readings at one time are not one reading."""
+"""Least time between neighbours over the typical one: readings with equal times are not one reading."""
 STEP_GRAIN_UM = 0.01
-"""Steps of a display finer than this are none."""
+"""A resolution finer than this counts as none."""
 GROWING = ("position", "time", "speed", *(f"machine {axis}" for axis in AXES))
 """Covariates with which the scatter may grow."""
 
 
 def make_problem(data: Residuals, priors: Priors, without: Collection[str] = ()) -> Problem:
-    """The problem of a recording, with all its candidates; kinds in ``without`` are none."""
+    """The problem of a recording, with all its candidates; without the kinds in ``without``."""
     bare = bare_problem(data)
     scatters = Scatters(bare, priors)
     metric = Metric(bare, scatters.plain(), scatters, bare.within_um)
@@ -62,7 +62,7 @@ def bare_problem(data: Residuals) -> Problem:
 
 
 def _gaps(data: Residuals) -> Array:
-    """Time between neighbours over the typical one, infinite where the gauge was laid anew."""
+    """Time between neighbours over the typical one, infinite between placements of the gauge."""
     time = data.frame["time_s"].to_numpy(float)[data.order] if data.has_time else np.arange(float(len(data)))
     gap = np.diff(time)
     gap = np.maximum(gap / max(float(np.median(gap)), 1e-9), LEAST_GAP)
@@ -70,7 +70,7 @@ def _gaps(data: Residuals) -> Array:
 
 
 def display_step_um(data: Residuals) -> float:
-    """The step that the readings along the gauge stand on, um; nought where they stand on none."""
+    """The resolution of the readings along the gauge, um; 0 if none is seen."""
     axis = int(np.abs(np.mean(list(data.probings.setting.axis.values()), axis=0)).argmax())
     grains = data.frame[POSITION[axis]].to_numpy(float) * 1e3 / STEP_GRAIN_UM
     whole = np.rint(grains)

@@ -1,7 +1,7 @@
-"""``diagnosis.md``: what a ``diagnosis.json`` says: what to do on the first page, the evidence for it after that.
+"""``diagnosis.md``, the report of a ``diagnosis.json``: actions on the first page, then the evidence.
 
 The template ``templates/reports/diagnosis.md.j2`` sees ``d``, the content of the JSON; ``figures``, the names of the
-figures beside it; ``limits``, what this recording cannot show however long one looks; and the words of this module.
+figures beside it; ``limits``, what this recording cannot show; and the words of this module.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from stepgauge.report.numbers import clean
 from stepgauge.resources import folder
 
 COVERAGE = 2.0
-"""Coverage factor of what the report prints after a plus-minus sign."""
+"""Coverage factor of the expanded uncertainty after a plus-minus sign."""
 VERDICTS = {
     "adequate": "The recording agrees with the simulation within the noise. Nothing needs to be added to the model.",
     "effects": "The recording disagrees with the simulation, and known physics explains it:",
@@ -31,7 +31,7 @@ VERDICTS = {
 }
 FEW_DOF = 20
 SURE = 0.99
-"""Probability above which no digits are told: the priors are not known so well."""
+"""Probability above which no digits are stated: the priors are not known so well."""
 SCATTER_WORDS = {
     "growth": "scatter that grows",
     "correlation": "scatter correlated from touch to touch",
@@ -40,7 +40,7 @@ SCATTER_WORDS = {
     "heavy": "tails heavier than normal",
 }
 NO_CHOICE = ("start_s", "pause_s")
-"""What a law was computed with, and is not called by."""
+"""Parameters of the computation that are not part of the name of a law."""
 
 
 def report_text(said: Mapping[str, Any], figures: Sequence[str] = (), template: str | Path | None = None) -> str:
@@ -68,7 +68,7 @@ def report_text(said: Mapping[str, Any], figures: Sequence[str] = (), template: 
 
 
 def environment() -> ImmutableSandboxedEnvironment:
-    """Where the templates of diagnoses are rendered, with the words and numbers of this module as filters."""
+    """The environment of the templates of diagnoses, with the words and numbers of this module as filters."""
     found = ImmutableSandboxedEnvironment(
         undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
@@ -95,7 +95,7 @@ def summary(said: Mapping[str, Any]) -> str:
 
 
 def _named(effect: Mapping[str, Any]) -> str:
-    """An effect with its choices, and what it may be instead."""
+    """An effect with its choices, and its alternatives."""
     choices = [str(value) for value in chosen(effect) if not isinstance(value, list)]
     name = " ".join([name_of(effect["kind"]), *(choices and [f"({', '.join(choices)})"])])
     others = [name_of(kind) for kind in effect["confounded_with"]] + [
@@ -105,7 +105,7 @@ def _named(effect: Mapping[str, Any]) -> str:
 
 
 def chosen(effect: Mapping[str, Any]) -> list[Any]:
-    """What tells an effect from others of its kind: axis, plane, face, direction, and no time."""
+    """Choices that distinguish an effect from others of its kind: axis, plane, face, direction; no times."""
     parameters = effect["parameters"].items()
     return [p["value"] for name, p in parameters if "unit" not in p and name not in ("rows", *NO_CHOICE)]
 
@@ -146,7 +146,7 @@ def limits(said: Mapping[str, Any]) -> list[str]:
 
 
 def lacking(said: Mapping[str, Any]) -> list[str]:
-    """What a recording that cannot tell should have had."""
+    """What an insufficient recording lacks."""
     if said["verdict"] != "insufficient":
         return []
     found = []
@@ -159,7 +159,7 @@ def lacking(said: Mapping[str, Any]) -> list[str]:
 
 
 def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """What has no law, by covariate: each once, with the faces, all forms seen in it, and the largest probability."""
+    """The forms by covariate: each covariate once, with the faces, its forms, and the largest probability."""
     found: dict[str, dict[str, Any]] = {}
     for one in unexplained:
         row = found.setdefault(one["covariate"], {"covariate": one["covariate"], "sides": [], "where": [], "p": []})
@@ -190,12 +190,12 @@ def wrapped_sum(formulas: Sequence[str], width: int = 96) -> list[str]:
 
 
 def um(value: float | None) -> str:
-    """A length in um with what digits it deserves."""
+    """A length in um with a suitable number of digits."""
     return "undefined" if value is None else f"{significant(value, 3)} um"
 
 
 def significant(value: float | None, digits: int = 3) -> str:
-    """A number to some significant digits, without an exponent where people would not write one."""
+    """A number to some significant digits, without an exponent where it is not usual."""
     if value is None:
         return "undefined"
     if value == 0.0 or 1e-3 <= abs(value) < 1e6:
@@ -220,7 +220,7 @@ def plus_minus(parameter: Mapping[str, Any]) -> str:
 
 
 def probability(value: float) -> str:
-    """A probability to two digits; beyond ``SURE`` only that it is."""
+    """A probability to two digits; above ``SURE`` only that it is above."""
     if value > SURE:
         return f"above {SURE:g}"
     return f"below {1.0 - SURE:.2g}" if value < 1.0 - SURE else f"{value:.2f}"
@@ -232,12 +232,12 @@ def percent(share: float | None) -> str:
 
 
 def cell(text: object) -> str:
-    """Text that neither ends a cell of a table nor starts markup."""
+    """Text escaped for a cell of a table."""
     return clean(text).replace("\n", " ").replace("|", "\\|").replace("`", "'")
 
 
 def without(text: str, commands: Sequence[str]) -> str:
-    """A sentence whose commands are printed under it."""
+    """A sentence without the commands that are printed below it."""
     for command in commands:
         text = text.replace(f": {command}", " (the command below)")
     return text

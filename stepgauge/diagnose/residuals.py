@@ -1,4 +1,4 @@
-"""Recorded minus simulated, along the approach: what a diagnosis explains."""
+"""Residuals: recorded minus simulated, along the approach."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stepgauge.recording.identity import axis_from_approaches, certified_mm, che
 Array = NDArray[np.float64]
 FEWEST_ROWS = 12
 MOST_ALONE = 0.2
-"""Share of probings without a repeat at the same speed above which repeats at other speeds count, too."""
+"""Share of probings without a repeat at the same speed above which repeats at other speeds also count."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Residuals:
 
     ``um``: (recorded - simulated) . approach, with the origin of every placement still in it; ``side``: +1 where the
     approach goes along the gauge axis (fronts), -1 against it; ``placement``: index from 0; ``probings``: the columns
-    that effects see, with the simulated coordinates: a recorded one holds the very residual that is to be explained;
+    that effects use, with the simulated coordinates, since a recorded coordinate contains the residual itself;
     ``frame``: the recording, rows as in the file.
     """
 
@@ -54,9 +54,9 @@ class Residuals:
 
     @cached_property
     def group(self) -> NDArray[np.intp]:
-        """Index of the set of repeats a row belongs to: the same face of the same placement.
+        """Index of the set of repeats of a row: the same face of the same placement.
 
-        At the same speed, too, unless that left too many probings alone.
+        And the same speed, unless too many probings would then have no repeat.
         """
         face = np.column_stack([self.placement, self.face])
         sets = np.unique(np.column_stack([face, self.speed]), axis=0, return_inverse=True)[1].ravel()
@@ -71,7 +71,7 @@ class Residuals:
         return np.unique(self.frame["speed_mm_s"], return_inverse=True)[1].ravel()
 
     def without_origins(self, um: Array) -> Array:
-        """Displacements along the approach ``(..., n)``, um, with the mean origin of every placement taken out."""
+        """Displacements along the approach ``(..., n)``, um, minus the mean origin of every placement."""
         own = (self.placement == np.arange(self.placement.max() + 1)[:, None]) * self.side
         return um - um @ (own.T / np.abs(own).sum(axis=1)) @ own
 
@@ -83,10 +83,10 @@ class Residuals:
 def make_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Residuals:
     """Recorded minus simulated positions along the approach.
 
-    The simulation is the machine file's: certified faces at the recorded gauge temperature, tip radius less pre-travel,
-    and the effects that the file already knows. Where the gauge lies is not known and left to the fits.
+    The simulation uses the machine file: certified faces at the recorded gauge temperature, tip radius minus
+    pre-travel, and the effects in the file. The position of the gauge is not known and is fitted.
 
-    :class:`InputError` for recordings too small to say anything about.
+    :class:`InputError` for recordings too small for a diagnosis.
     """
     frame = recording.frame
     if len(frame) < FEWEST_ROWS:
@@ -126,5 +126,5 @@ def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) ->
 
 
 def _origin(along_um: Array, placement: NDArray[np.intp]) -> Array:
-    """A first guess of each placement's origin, so that numbers stay small."""
+    """First estimate of the origin of each placement, so that numbers stay small."""
     return np.array([np.median(along_um[placement == i]) for i in range(placement.max() + 1)])

@@ -1,4 +1,4 @@
-"""What a diagnosis says, before it is written down."""
+"""The result of a diagnosis, before it is written to files."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Noise:
     """Scatter of a single probing.
 
     ``sigma_um``: standard deviation of an ordinary row; ``by_row_um (n,)``: of each row, infinite for outliers;
-    ``dof``: degrees of freedom behind it; ``outliers``: indices of rows; ``repeats``: whether faces were repeated.
+    ``dof``: its degrees of freedom; ``outliers``: indices of rows; ``repeats``: whether faces were repeated.
     """
 
     sigma_um: float
@@ -49,10 +49,10 @@ class Finding:
     """A named effect.
 
     ``effect``: ready for a machine file; ``choices``: axis, plane, face, ... ; ``probability``: of the set; ``own``: of
-    this member of it; ``confounded_with``: other kinds that this recording cannot tell from it; ``alternatives``: other
-    choices of the same kind; ``members``: all of the set with values of their own; ``several``: sets of several laws
-    that may stand in place of it, each as labels with its odds; ``where``: the part of the record that it acts in,
-    empty for all of it; ``reason``: why the set cannot be told apart; ``share_um (n,)``: its displacement.
+    this member of it; ``confounded_with``: other kinds that this recording cannot discriminate from it;
+    ``alternatives``: other choices of the same kind; ``members``: all of the set with their own values; ``several``:
+    sets of several laws that may replace it, each as labels with its odds; ``where``: the part of the record in which
+    it acts, empty for all of it; ``reason``: why the set cannot be discriminated; ``share_um (n,)``: its displacement.
     """
 
     kind: str
@@ -76,7 +76,7 @@ class Finding:
 class Located:
     """Where residuals are systematic: covariate, side, form, in words, share of the structure, probability.
 
-    ``beside``: a second covariate that the form depends on; ``numbers``: what the form is told with: a period, a lag.
+    ``beside``: a second covariate that the form depends on; ``numbers``: numbers of the form: a period, a lag.
     """
 
     covariate: str
@@ -91,7 +91,7 @@ class Located:
 
 @dataclass(frozen=True)
 class Fit:
-    """How well simulation and recording agree before and after, um."""
+    """Agreement of simulation and recording before and after, um."""
 
     noise_um: float
     noise_dof: int
@@ -104,7 +104,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Check:
-    """One part of the posterior predictive check: what was compared, its deviation in standard deviations."""
+    """One part of the posterior predictive check: its name, and the deviation in standard deviations."""
 
     name: str
     deviation: float
@@ -114,10 +114,10 @@ class Check:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The whole answer; ``before_um`` and ``after_um`` are the residuals, origins taken out.
+    """The whole result; ``before_um`` and ``after_um`` are the residuals without origins.
 
     ``placements``: texts of placement files for the runs that ``separate_by`` of the findings proposes, by file name;
-    ``refuted``: what speaks against the law that comes nearest to what is unexplained; ``odds``: probabilities of all
+    ``refuted``: the odds against the law nearest to the unexplained forms; ``odds``: probabilities of all
     statements; ``checks``: the posterior predictive check.
     """
 

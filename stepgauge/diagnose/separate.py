@@ -1,8 +1,8 @@
-"""The measurement that would tell confounded effects apart, chosen by computing it.
+"""The measurement that discriminates confounded effects, chosen by simulation.
 
-Every feasible extra run (the gauge turned, shifted, end for end, or measured at another speed) is added to the
-recording on paper. The best one is where the effect's signature keeps the most that its rivals, with their parameters
-fitted anew, cannot imitate.
+Every feasible extra run (the gauge rotated, shifted, end for end, or measured at another speed) is added to the
+recording by simulation. The best one leaves the largest part of the signature of the effect that its rivals, with their
+parameters fitted anew, cannot explain.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from stepgauge.resources import called
 Array = NDArray[np.float64]
 CYCLES = 2
 MARGIN_MM = np.array([40.0, 40.0, 60.0])
-"""Room to leave to the travel limits for stand-off, clearance and lift, on x, y and z."""
+"""Distance to the travel limits for stand-off, clearance and lift, on x, y and z."""
 TELLING = 9.0
-"""Gain of chi-square from which an extra run is worth proposing."""
+"""Increase of chi-square from which an extra run is proposed."""
 NO_SEPARATION = "the same in every placement and at every speed within this travel; log the temperatures"
 SPEED_FACTOR = 3.0
 PAUSE_S = 120.0
@@ -44,7 +44,7 @@ PAUSE_S = 120.0
 
 @dataclass(frozen=True)
 class ExtraRun:
-    """A further measurement: in words, where the gauge lies, and at which speed (None: as before)."""
+    """A further measurement: in words, the position of the gauge, and the speed (None: as before)."""
 
     words: str
     placement: Placement
@@ -53,7 +53,7 @@ class ExtraRun:
 
 @dataclass(frozen=True)
 class Separation:
-    """The best extra run: the rivals it tells from the effect, the least chi-square they leave, the ones left."""
+    """The best extra run: the rivals that it excludes, their least chi-square, and the rivals that remain."""
 
     run: ExtraRun
     chi2: float
@@ -73,7 +73,7 @@ class Separation:
 
 @dataclass(frozen=True)
 class Lengthened:
-    """The recording with the rows of an extra run added on paper, and what whitens it."""
+    """The recording with the simulated rows of an extra run, and its whitening."""
 
     run: ExtraRun
     data: Residuals
@@ -81,7 +81,7 @@ class Lengthened:
 
 
 def lengthened(data: Residuals, sigma_um: float) -> list[Lengthened]:
-    """The recording with each feasible extra run, the least trouble first; ``sigma_um``: scatter of a probing."""
+    """The recording with each feasible extra run, the least effort first; ``sigma_um``: scatter of a probing."""
     found = []
     for run in extra_runs(data):
         try:
@@ -101,7 +101,7 @@ def _metric(data: Residuals, sigma_um: float) -> Metric:
 def with_separations(
     findings: Sequence[Finding], model: Model, data: Residuals
 ) -> tuple[list[Finding], dict[str, str]]:
-    """The findings with the reason of their sets and the measurement that would separate them; placements by file."""
+    """The findings with the reasons of their sets and the measurements that separate them; placements by file."""
     told: list[Finding] = []
     placements: dict[str, str] = {}
     sets = any(one.confounded_with or one.alternatives for one in findings)
@@ -130,7 +130,7 @@ def with_separations(
 
 
 def _reason(finding: Finding, data: Residuals) -> str:
-    """Why the set cannot be told apart, in words."""
+    """Why the set cannot be discriminated, in words."""
     others = ", ".join([*finding.confounded_with, *finding.alternatives])
     count = int(data.placement.max()) + 1
     where = "the one placement" if count == 1 else f"the {count} placements"
@@ -143,14 +143,14 @@ def separate(
     rivals: Sequence[tuple[Candidate, int]],
     possible: Sequence[Lengthened],
 ) -> Separation | None:
-    """The extra run that best tells one finding from its rivals; None where no feasible run does.
+    """The extra run that best discriminates one finding from its rivals; None if no feasible run does.
 
     Parameters
     ----------
-    place : which of ``solved`` the rivals belong to
+    place : index in ``solved`` of the rivals
     solved : the fitted effects
-    rivals : the other laws that could stand in that place, each with the number of its shape
-    possible : what :func:`lengthened` gives
+    rivals : the other laws for this place, each with the number of its shape
+    possible : result of :func:`lengthened`
     """
     found = []
     for one in possible:
@@ -168,7 +168,7 @@ def separate(
 
 
 def extra_runs(data: Residuals) -> Iterator[ExtraRun]:
-    """Runs that fit into the travel, the least trouble first."""
+    """Runs that fit into the travel, the least effort first."""
     here = _placement_of(data)
     speed = float(np.median(data.frame["speed_mm_s"])) if "speed_mm_s" in data.frame else None
     if speed is not None:
@@ -203,7 +203,7 @@ def _directions() -> Iterator[tuple[str, Array]]:
 
 
 def _placement_of(data: Residuals) -> Placement:
-    """Where the first placement's gauge lies, from its probings."""
+    """The first placement of the gauge, from its probings."""
     number = int(data.frame["placement"].iloc[int(np.flatnonzero(data.placement == 0)[0])])
     axis = data.probings.setting.axis[number]
     rows = data.placement == 0
@@ -215,7 +215,7 @@ def _placement_of(data: Residuals) -> Placement:
 
 
 def _room(data: Residuals, axis: Array, length: float) -> tuple[Array, Array]:
-    """Lowest and highest centre of a gauge of that direction."""
+    """Least and largest coordinates of the centre of a gauge in this direction."""
     limits = data.probings.setting.travel_mm
     reach = np.abs(axis) * (length / 2.0 + 30.0) + MARGIN_MM
     return limits[:, 0] + reach, limits[:, 1] - reach
@@ -232,7 +232,7 @@ def _nearest_inside(data: Residuals, centre: Array, axis: Array, length: float) 
 
 
 def _shifts(data: Residuals, middle: Array, axis: Array, length: float) -> Iterator[Array]:
-    """Each machine axis as far as it goes, to the farther side."""
+    """Shifts along each machine axis to the farther limit."""
     low, high = _room(data, axis, length)
     for i in range(3):
         target = middle.copy()
@@ -244,7 +244,7 @@ def _shifts(data: Residuals, middle: Array, axis: Array, length: float) -> Itera
 def _left_over(
     one: Lengthened, place: int, solved: Sequence[Solved], rivals: Sequence[tuple[Candidate, int]]
 ) -> dict[str, float]:
-    """The chi-square of the effect that each rival leaves over, with the extra run added."""
+    """The chi-square of the effect that each rival cannot explain, with the extra run added."""
     more, metric = one.data, one.metric
     effect = metric(np.asarray(along_approach_um(solved[place].effect, more.probings)))
     others = [metric(along_approach_um(s.effect, more.probings)) for i, s in enumerate(solved) if i != place]
@@ -259,7 +259,7 @@ def _left_over(
 
 
 def _with_run(run: ExtraRun, data: Residuals) -> Residuals:
-    """The recording with the rows of an extra run, ideal readings, behind it."""
+    """The recording followed by the rows of an extra run, with ideal readings."""
     face = np.tile(np.arange(1, data.gauge.n_faces + 1), CYCLES)
     sign = np.where(face % 2 == 1, 1.0, -1.0)
     axis, radius = run.placement.axis, data.machine.probe.tip_radius_mm

@@ -19,18 +19,18 @@ from stepgauge.effects import Effect, along_approach_um
 Array = NDArray[np.float64]
 UNBOUNDED = 1e300
 BEYOND = 0.02
-"""Standard deviation by which a non-linear parameter may lie beyond what was tried of it, as a share of that."""
+"""Standard deviation by which a non-linear parameter may lie outside its grid, as a share of the grid."""
 SMALLEST_SHARE = 0.01
-"""Share of the least value tried below which all values are alike: a logarithm needs a positive one."""
+"""Share of the least value of the grid below which all values count as equal: a logarithm needs a positive one."""
 SAME_COST = 1e-6
-"""Share of the sum of squares that a step must still save: of a thousand rows a thousandth in chi-square."""
+"""Least relative decrease of the sum of squares by a step: with a thousand rows a thousandth in chi-square."""
 FROZEN = {"time_s"}
-"""Parameters in which the displacement has no slope: as fine as the grid."""
+"""Parameters without a derivative of the displacement: their resolution is that of the grid."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A parameter: value, standard uncertainty (None where the data give none) and unit."""
+    """A parameter: value, standard uncertainty (None if the data give none) and unit."""
 
     value: float
     u: float | None
@@ -51,7 +51,7 @@ class Solved:
     parameters: dict[str, Estimate]
 
     def displacement_um(self, data: Residuals, **changed: float) -> Array:
-        """Along the approach, shape ``(n,)``, maybe with some parameters changed."""
+        """Displacement along the approach, shape ``(n,)``, optionally with some parameters changed."""
         effect = self.effect.model_copy(update=changed) if changed else self.effect
         return np.broadcast_to(along_approach_um(effect, data.probings), (len(data),)).astype(float)
 
@@ -60,8 +60,8 @@ class Solved:
 class Fitted:
     """Laws fitted together.
 
-    ``left (n,)``: whitened residuals; ``basis (n, k)``: orthonormal columns of what the fit is free to move to first
-    order, the non-linear parameters' tangents included; ``tangents``: these columns law by law, ``(n, p)`` each.
+    ``left (n,)``: whitened residuals; ``basis (n, k)``: orthonormal columns of all that the fit can change to first
+    order, with the tangents of the non-linear parameters; ``tangents``: these columns for each law, ``(n, p)`` each.
     """
 
     solved: tuple[Solved, ...]
@@ -86,7 +86,7 @@ def solve(families: Sequence[Family], atoms: Sequence[int], data: Residuals, whi
 class _Law:
     """A family as a function of its fitted parameters.
 
-    A free direction stands among them by its components: the first ``k`` parameters.
+    A free direction is represented by its components: the first ``k`` parameters.
     """
 
     def __init__(self, family: Family, atom: int) -> None:
@@ -117,7 +117,7 @@ class _Law:
         return 0 if self.family.directions is None else len(self.family.directions)
 
     def start(self, coefficients: Array) -> Array:
-        """Parameters that the signature's coefficients mean."""
+        """Parameters from the coefficients of the signature."""
         values: dict[str, Any] = dict(self.atom)
         if "phase_deg" in self.names:
             lobes = 1.0 if self.law.quadrature else 3.0
@@ -154,7 +154,7 @@ class _Law:
     def shape(self, parameters: Array, data: Residuals) -> Array:
         """Displacement along the approach for a unit of every size, um, for one or more sets of parameters ``(m, p)``.
 
-        Shape ``(m, k, n)``; the only one is the displacement itself where the law has no size to be scaled by.
+        Shape ``(m, k, n)``; for a law without a size it is the displacement itself.
         """
         sets = np.maximum(np.atleast_2d(parameters), self.least)[:, self.sized :]
         key = sets.tobytes()
@@ -169,7 +169,7 @@ class _Law:
         return um[:, None] * (1.0 if self.family.directions is None else self._shares(data))
 
     def _values_of_sets(self, sets: Array) -> dict[str, Any]:
-        """All parameters but the sizes, the fitted ones ``(m, 1)``; a free direction is left to the shares of it."""
+        """All parameters but the sizes, the fitted ones ``(m, 1)``; a free direction is in its shares."""
         fitted: dict[str, Any] = dict(zip(self.names[self.sized :], sets.T[..., None], strict=True))
         for name, value in self.atom.items():
             if isinstance(value, tuple):
@@ -197,7 +197,7 @@ class _Law:
         return np.vstack([shape[0, : self.sized], (um[1:] - um[0]) / steps[self.sized :, None]])
 
     def sizes(self, parameters: Array) -> Array:
-        """Linear parameters over the standard deviation of what is expected of them."""
+        """Linear parameters over their prior standard deviation."""
         if not np.isfinite(self.family.prior):
             return np.zeros(0)
         return parameters[: self.sized] / self.family.prior
@@ -208,10 +208,10 @@ class _Law:
         return np.eye(count, len(self.names)) / self.family.prior
 
     def strays(self, parameters: Array) -> tuple[Array, Array]:
-        """How far parameters are beyond what was tried of them, in standard deviations, and each one's slope.
+        """Distance of parameters beyond their grid, in standard deviations, and the derivative of each.
 
-        A period of many times the span is a bow, a decay over many times the touches a constant: other laws. By ratio
-        where only positive values were tried.
+        A period of many times the span is a parabola, a decay over many times the touches a constant: other laws. As a
+        ratio if the grid has only positive values.
         """
         low, high = self.range
         if ((parameters >= low) & (parameters <= high)).all():
@@ -225,7 +225,7 @@ class _Law:
         return beyond / BEYOND, np.where(parameters != inside, slope, 0.0) / BEYOND
 
     def scales(self, parameters: Array) -> Array:
-        """How far a parameter is moved to see its effect."""
+        """Step of each parameter for its derivative."""
         return np.array(
             [
                 10.0 if name == "phase_deg" or "_mm" in name else max(abs(value), 1e-3)
@@ -281,12 +281,12 @@ def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Metr
 
 
 def _steps(moved: Array) -> Array:
-    """Steps that lose half the digits of a difference, away from zero."""
+    """Steps of a difference quotient that keep half the digits, away from zero."""
     return np.sqrt(np.finfo(float).eps) * np.where(moved < 0.0, -1.0, 1.0) * np.maximum(np.abs(moved), 1.0)
 
 
 def _covariance(jacobian: Array, scale: Array) -> Array:
-    """Covariance from the curvature of the sum of squares (variance one); NaN on the diagonal where there is none."""
+    """Covariance from the curvature of the sum of squares (variance one); NaN on the diagonal if not determined."""
     gram = jacobian.T @ jacobian
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     value, vector = np.linalg.eigh(gram / np.outer(size, size))
@@ -334,7 +334,7 @@ def _solved(law: _Law, parameters: Array, covariance: Array) -> Solved:
 
 
 def _point_forward(values: dict[str, Any], law: _Law) -> None:
-    """A direction and its opposite are one: the one with its largest component positive is told."""
+    """A direction and its opposite are equivalent: the one with its largest component positive is stated."""
     direction = np.array(values["direction"])
     if direction[np.abs(direction).argmax()] < 0.0:
         direction = -direction
@@ -346,7 +346,7 @@ def _point_forward(values: dict[str, Any], law: _Law) -> None:
 
 
 def orthonormal(columns: Array) -> Array:
-    """Orthonormal basis ``(n, k)`` of the span of columns ``(n, m)``; columns that add nothing are dropped."""
+    """Orthonormal basis ``(n, k)`` of the span of columns ``(n, m)``; linearly dependent columns are dropped."""
     if columns.shape[1] == 0:
         return columns
     size = np.linalg.norm(columns, axis=0)

@@ -1,8 +1,8 @@
-"""Structure without a law as ``empirical`` effects: the form that was told, with fitted coefficients.
+"""Structure without a law as ``empirical`` effects: the stated form with fitted coefficients.
 
-The formula is what is fitted: every term is evaluated by the effect that will stand in the machine file, so that the
-simulation repeats exactly what was fitted here. Of functions with more and with fewer bends the one that Schwarz'
-criterion prefers is taken: it is meant to be read and simulated, and decides nothing.
+The formula itself is fitted: every term is evaluated by the effect that is written to the machine file, so that the
+simulation repeats the fit exactly. The number of bends is chosen by Schwarz' criterion: the formula is for reading and
+simulation and has no influence on the verdict.
 """
 
 from __future__ import annotations
@@ -62,26 +62,26 @@ NAMES = {
     "speed": "speed_mm_s",
     REST: "rest_s",
 }
-"""Name of a covariate in a formula, where it differs."""
+"""Name of a covariate in a formula, if it differs."""
 MASK = {"approach": "", "gauge": "side * "}
 MASK |= {axis: f"{column} * " for axis, column in zip(AXES, APPROACH, strict=True)}
 TERMS_PER_FORMULA = 6
-"""Longer sums become several effects: a formula is meant to be read."""
+"""Longer sums are divided into several effects, so that formulas stay readable."""
 KNOTS = (3, 5, 9, 17)
-"""Bends of a function to try."""
+"""Numbers of bends of a function that are tried."""
 FEW_KNOTS = 4
 FINER = 17
-"""Periods that are tried about the one of the grid."""
+"""Number of periods that are tried about that of the grid."""
 UNSEEN = 1e-6
-"""Share of a term that must be left once the origins of the placements are fitted."""
+"""Share of a term that must remain beside the origins of the placements."""
 
 
 @dataclass(frozen=True)
 class UnknownLaw:
-    """A described form and the effects that imitate it.
+    """A described form and the effects that approximate it.
 
-    ``estimates``: coefficients by name with their standard uncertainties, um or um per unit of the term they stand
-    before; ``share_um (n,)``: along the approach; ``period`` in the covariate's unit, where it repeats.
+    ``estimates``: coefficients by name with their standard uncertainties, um or um per unit of their
+    term; ``share_um (n,)``: along the approach; ``period`` in the unit of the covariate, if it is periodic.
     """
 
     located: Located
@@ -93,10 +93,10 @@ class UnknownLaw:
 
 
 def model_unknown(diagnosis: Diagnosis) -> list[UnknownLaw]:
-    """Laws for what a diagnosis could not name, the clearest form first, further ones where they add something.
+    """Empirical laws of the forms of a diagnosis, the clearest form first, further ones if they improve the fit.
 
-    They are fitted to what the named laws leave. Empty where nothing is unexplained, or where its covariate cannot be
-    named in a formula.
+    They are fitted to the residuals of the named laws. Empty if there is no form, or if its covariate has no name in a
+    formula.
     """
     told = [one for one in diagnosis.unexplained if one.form not in (*SCATTER, UNDETERMINED)]
     if not told:
@@ -115,7 +115,7 @@ def model_unknown(diagnosis: Diagnosis) -> list[UnknownLaw]:
 
 
 def rest_um(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> Array:
-    """Residuals when all that is modelled is taken out, and with it the mean origin of every placement, um."""
+    """Residuals minus all modelled effects and the mean origin of every placement, um."""
     data = diagnosis.data
     if not laws:
         return diagnosis.after_um
@@ -123,7 +123,7 @@ def rest_um(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> Array:
 
 
 def rest_rms_um(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> float:
-    """Their rms over all rows with weight, um."""
+    """Rms of these over all rows with weight, um."""
     rest = rest_um(diagnosis, laws)[np.isfinite(diagnosis.noise.by_row_um)]
     return float(np.sqrt((rest**2).mean()))
 
@@ -131,7 +131,7 @@ def rest_rms_um(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> float:
 def _best_law(
     located: Located, data: Residuals, metric: Metric, left_um: Array, used: NDArray[np.bool_]
 ) -> UnknownLaw | None:
-    """The law whose terms are worth most by Schwarz' criterion; None where none is worth anything."""
+    """The best law by Schwarz' criterion; None if none is better than no law."""
     best, worth = None, 0.0
     price = float(np.log(max(int(used.sum()), 2)))
     for side in [located.side] if located.side in AXES else ["approach", "gauge"]:
@@ -145,7 +145,7 @@ def _best_law(
 
 
 def _about(located: Located, data: Residuals) -> Iterator[Located]:
-    """The form with periods within a step of the grid that it was found on; of other forms itself."""
+    """The form with periods within a step of its grid; other forms unchanged."""
     one = next((c for c in covariates(data) if c.name == located.covariate), None)
     if located.form != WAVE or one is None:
         yield located
@@ -165,7 +165,7 @@ class _Fitted:
 
 
 def _fit(terms: Sequence[str], data: Residuals, metric: Metric, left_um: Array, used: NDArray[np.bool_]) -> _Fitted:
-    """Least squares of what is left on the terms; those that only move an origin are left out."""
+    """Least-squares fit of the residuals by the terms, without those that only shift an origin."""
     columns = np.array([_column(term, data) for term in terms])
     white, target = metric(columns * used).T, metric(left_um * used)
     seen = np.linalg.norm(white, axis=0) > UNSEEN * np.linalg.norm(columns / metric.sigma_um, axis=1)
@@ -197,7 +197,7 @@ def _law(located: Located, side: str, fitted: _Fitted) -> UnknownLaw:
 
 
 def _terms(located: Located, side: str, data: Residuals) -> Iterator[list[str]]:
-    """Sums to try for a form on one side."""
+    """Sums that are tried for a form on one side."""
     mask = MASK[side]
     for terms in _shapes(located, side, data):
         yield [mask + term for term in terms]
@@ -253,12 +253,12 @@ def _times(one: str, other: str) -> str:
 
 
 def _late(name: str, lag_s: object) -> str:
-    """A column followed with a time constant, in a formula."""
+    """A column after a first-order lag, in a formula."""
     return f"{name}_lag_{round(lag_s)}" if isinstance(lag_s, float) and lag_s >= 1.0 else name
 
 
 def _column_name(covariate: str) -> str | None:
-    """Name of a covariate in a formula, None where a formula cannot name it."""
+    """Name of a covariate in a formula, None if a formula cannot name it."""
     if covariate.startswith(TOUCHES):
         return f"touches_{pause_of(covariate)}"
     return NAMES.get(covariate) or formula_name(covariate.removeprefix(COLUMN))
@@ -270,13 +270,13 @@ def _length(side: str, data: Residuals) -> str:
 
 
 def _ramps(name: str, x: Array, knots: int) -> list[str]:
-    """A line that may bend at evenly spaced places."""
+    """A polyline with equidistant bends."""
     at = np.linspace(x.min(), x.max(), knots)[:-1]
     return ["1", *(f"max({name} - {place:.12g}, 0)" for place in at)]
 
 
 def _levels(covariate: str, data: Residuals) -> list[str]:
-    """One for each cycle of each placement, each placement, or each face of each placement."""
+    """A level for each cycle of each placement, each placement, or each face of each placement."""
     if covariate == "cycle":
         return [f"(abs(placement - {p:g}) < 0.5) * (abs(cycle - {c:g}) < 0.5)" for p, c in runs_of(data)[0]]
     numbers = np.unique(data.frame[covariate].to_numpy())

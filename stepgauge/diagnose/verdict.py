@@ -1,4 +1,4 @@
-"""From an answer's probabilities to what is said of a recording, by rules 1 to 3 of :mod:`.posterior.told`.
+"""From probabilities to the statements on a recording, by rules 1 to 3 of :mod:`.posterior.told`.
 
 The part of rule 3 that needs covariates is here: a free function of time may contain a step or a drift.
 """
@@ -38,14 +38,14 @@ from stepgauge.diagnose.solve import Estimate, Fitted, Solved, solve, widened
 
 Array = NDArray[np.float64]
 FAINT = 0.3
-"""Share of its largest weight below which a reading says too little of a form."""
+"""Share of the largest weight below which a reading has too little information on a form."""
 MOST_FORMS = 3
-"""Covariates that a place without a law is told with."""
+"""Largest number of covariates that are stated for a place without a law."""
 
 
 @dataclass(frozen=True)
 class Model:
-    """The hypothesis that is told: laws by name, forms, and the laws' fit beside the forms."""
+    """The hypothesis that is stated: laws, forms, and the fit of the laws beside the forms."""
 
     state: State
     laws: tuple[Said, ...]
@@ -75,7 +75,7 @@ def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], d
 
 
 def with_doubts(model: Model, search: Search, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Model:
-    """The model less the laws that are not determined any more (rule 3) once uncertainties are ``wider``."""
+    """The model without laws that are not determined (rule 3) with uncertainties times ``wider``."""
     vague = [one for one in model.laws if not sure(one, model.state, answer, priors.decision, wider)]
     if not vague:
         return model
@@ -94,7 +94,7 @@ def _oscillates(family: Family) -> bool:
 
 
 def _lives_in(family: Family) -> set[str]:
-    """The covariates whose free function may hold a law."""
+    """The covariates whose free function may contain a law."""
     assert family.law is not None
     first = family.law.covariates[0]
     if first == "time":
@@ -106,7 +106,7 @@ def _lives_in(family: Family) -> set[str]:
 
 
 def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Iterator[Finding]:
-    """The laws that are told; ``wider``: factor on uncertainties for what the predictive check has found."""
+    """The laws that are stated; ``wider``: factor on uncertainties from the predictive check."""
     several = answer.alternatives(LEAST_ODDS)
     for said, solved in zip(model.laws, model.fitted.solved, strict=True):
         rivals = rival_laws(said, priors.decision.in_set)
@@ -143,7 +143,7 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
 def _members(
     said: Said, rivals: list[Rival], own: dict[str, Estimate], model: Model, data: Residuals
 ) -> Iterator[Member]:
-    """All laws of a set, each with its own values: one set alone takes them from the fit in its place."""
+    """All laws of a set, each with its own values from a fit in its place; none for a set of one."""
     if len(rivals) < 2:
         return
     total = sum(one.share for one in rivals)
@@ -163,21 +163,21 @@ def _in_place(rival: Rival, place: int, model: Model, data: Residuals) -> Solved
 
 
 def choices_of(solved: Solved) -> dict[str, object]:
-    """Axis, face, ... of an effect, and the direction that was found for it."""
+    """Axis, face, ... of an effect, and its fitted direction."""
     if solved.family.directions is None:
         return dict(solved.family.choices)
     return {**solved.family.choices, "direction": getattr(solved.effect, "direction", None)}
 
 
 def _vague(said: Said, answer: Answer) -> Located:
-    """A place where a law would fit, but with a size that is not determined: something is there, and has no name."""
+    """A place in which a law fits with a size that is not determined: structure without a name."""
     where = sorted(_lives_in(said.source))[0]
     words = f"looks like {said.source.label}, whose size this recording does not determine"
     return Located(where, "both", UNDETERMINED, words, 1.0, answer.probability([said.lead.candidate.label]))
 
 
 def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Iterator[Located]:
-    """The forms that are told, one to a covariate, the likeliest first; ``wider``: see :func:`findings`."""
+    """The forms that are stated, one to a covariate, the most probable first; ``wider``: see :func:`findings`."""
     for said in model.forms:
         if said.named:
             if not sure(said, model.state, answer, priors.decision, wider):
@@ -191,7 +191,7 @@ def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, w
 
 
 def _regime(said: Said, model: Model, data: Residuals) -> str:
-    """The part of the record in which a smooth form is not what it is elsewhere, in words; empty for all of it."""
+    """The part of the record in which a smooth form differs from the rest, in words; empty for all of it."""
     form: Form = said.lead.candidate.source
     place = next((i for i, term in enumerate(model.state.terms) if term is said.term), None)
     x = next((one.values for one in covariates(data) if one.name == form.covariate), None)
@@ -205,7 +205,7 @@ def _regime(said: Said, model: Model, data: Residuals) -> str:
 
 
 def nearest_laws(model: Model) -> Iterator[str]:
-    """What speaks against the law that comes nearest to a form that is told."""
+    """The odds against the law nearest to a stated form, in words."""
     for said in model.forms:
         named = [one for one in said.place.rivals if one.candidate.named]
         if said.named or not named:

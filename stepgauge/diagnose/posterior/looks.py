@@ -257,7 +257,7 @@ def _mixed_dots(dots: Array, mix: Array, d: int) -> Array:
 
 
 def _sized(gram: Array, dot: Array, sd: Array, positive: NDArray[np.bool_], beside: _Beside) -> tuple[Array, Array]:
-    """Log evidence ``(rows,)`` for one size of each, with and without the prior of the size."""
+    """Log evidence ``(rows,)`` for one size of each, with and without its Occam factor."""
     d, s2 = gram.shape[1], beside.scatter
     ridge = s2 / sd**2
     solved, log_det = _solve(gram, ridge, dot)
@@ -360,7 +360,7 @@ def _turned(features: Array, metric: Metric) -> tuple[Array, Array]:
 
 
 def _beside_terms(shrunk: Array, dot: Array, lost: Array) -> tuple[Array, Array]:
-    """Change of gain and prior of a kernel by the terms of a hypothesis, ``(t,)`` each."""
+    """Change of gain and Occam factor of a kernel by the terms of a hypothesis, ``(t,)`` each."""
     together = shrunk @ (lost * dot[:, None])
     middle = np.eye(lost.shape[1]) - (shrunk[:, None, :] * lost.T) @ lost
     more = (together * np.linalg.solve(middle, together[:, :, None])[:, :, 0]).sum(axis=1)
