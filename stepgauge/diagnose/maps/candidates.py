@@ -1,4 +1,4 @@
-"""What of a probe's construction may differ from its file, as changes of the ``[probe]`` table."""
+"""Possible differences of the construction of a probe from its file, as changes of the ``[probe]`` table."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ class Knob:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A change of the construction, of the force gauge, or of nothing but the map, with its knobs.
+    """A change of the construction, of the force gauge, or of the map only, with its parameters (knobs).
 
-    ``shape``: how what it does depends on its knobs: on one of them (``line``), on two as on the components of a vector
-    (``plane``), in proportion (``linear``), in proportion to the first and by the phase of the lobes (``lobes``).
-    ``prior``: its key among the priors; ``nominal``: what is usual is a share of this.
+    ``shape``: dependence on the knobs: on one (``line``), on two as the components of a vector (``plane``), linear
+    (``linear``), linear in the first and by the phase of the lobes (``lobes``). ``prior``: its key among the priors;
+    ``nominal``: the usual size is a share of this.
     """
 
     kind: str
@@ -62,7 +62,7 @@ class Candidate:
 
 
 def candidates_for(table: Table, quantities: Sequence[str]) -> list[Candidate]:
-    """All changes that make sense for a probe's model and for what was measured."""
+    """All changes that are possible for the model of a probe and for the measured quantities."""
     if table.get("model", "constant") in ("constant", "lobed"):
         return _of_laws(table)
     if "seat" not in table:
@@ -132,12 +132,12 @@ def _tip_friction(probe: Table) -> Candidate:
 
 
 def _rigid_or(surface: Table | None) -> Table:
-    """The surface of the file; without one, ruby on steel whose indentation stays left out, as before."""
+    """The surface of the file; without one, ruby on steel without indentation."""
     return dict(surface) if surface is not None else {**_STEEL, "indentation": "left out"}
 
 
 def _compliance() -> Candidate:
-    """The stylus gives way by a factor, the same for all sections and both ways."""
+    """A factor on the compliance of the stylus, the same for all sections and both directions."""
 
     def change(table: Table, values: Sequence[float]) -> None:
         for section in table["stylus"]:
@@ -147,7 +147,7 @@ def _compliance() -> Candidate:
 
 
 def _of_gauge() -> list[Candidate]:
-    """What the force gauge does to every force; the probe itself is not changed."""
+    """Errors of the force gauge; the probe itself is not changed."""
 
     def unchanged(table: Table, values: Sequence[float]) -> None:
         del table, values
@@ -160,7 +160,7 @@ def _of_gauge() -> list[Candidate]:
 
 
 def _of_laws(table: Table) -> list[Candidate]:
-    """Of a probe that is a law of its pre-travel: another mean, and lobes of either shape."""
+    """Changes of a probe with a pre-travel function: another mean, and lobes of either shape."""
     nominal = float(table.get("pretravel_um", 0.0))
     lobes, phase_rad = float(table.get("amplitude_um", 0.0)), radians(3.0 * float(table.get("phase_deg", 0.0)))
 
@@ -189,7 +189,7 @@ def _of_laws(table: Table) -> list[Candidate]:
 
 
 def empirical(quantity: str, unit: str, terms: Sequence[str], form: str) -> Candidate:
-    """A law without a name as the probe file takes it: a sum of terms in the direction, in the quantity's unit."""
+    """An empirical law of the probe file: a sum of terms of the direction, in the unit of the quantity."""
     names = [f"c{i}" for i in range(1, len(terms) + 1)]
     formula = " + ".join(name if term == "1" else f"{name} * {term}" for name, term in zip(names, terms, strict=True))
 

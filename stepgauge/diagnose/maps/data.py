@@ -1,4 +1,4 @@
-"""A probe map as a diagnosis sees it: directions, measured values, and what the digits say of their scatter."""
+"""A probe map as the data of a diagnosis: directions, measured values, and their resolution."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _COARSEST_DECIMALS = -1
 
 @dataclass(frozen=True)
 class Measured:
-    """One quantity of a map: name, unit, values (n,), and the last digit in which they were printed (0 = unseen)."""
+    """One quantity of a map: name, unit, values (n,), and the resolution of the printed values (0 = not seen)."""
 
     name: str
     unit: str
@@ -35,7 +35,7 @@ class Measured:
 
     @property
     def rounding(self) -> float:
-        """Standard deviation that the rounding alone gives; a millionth of the values at least, as numbers go."""
+        """Standard deviation that the rounding alone gives; at least a millionth of the values."""
         return max(self.quantum / math.sqrt(12.0), FINEST_SHARE * float(np.abs(self.values).max(initial=0.0)))
 
 
@@ -68,7 +68,7 @@ class MapData:
 
     @property
     def direction(self) -> NDArray[np.intp]:
-        """Index of the direction of each row; rows of one direction are repeats, on the axis whatever the azimuth."""
+        """Index of the direction of each row; equal directions are repeats; on the axis at any azimuth."""
         on_axis = (self.polar_deg == 0.0) | (self.polar_deg == 180.0)
         return _index(np.column_stack([self.polar_deg, np.where(on_axis, 0.0, self.azimuth_deg % 360.0)]))
 
@@ -95,7 +95,7 @@ def read_map_data(path: str | Path, columns: Mapping[str, str] | None = None) ->
 
     Raises
     ------
-    InputError : missing columns, cells that are no numbers, values below zero, no quantity at all
+    InputError : missing columns, cells that are no numbers, negative values, no quantity
     """
     chosen = _chosen(path, columns)
     angles = [chosen.get(name, name) for name in ANGLES]
@@ -155,9 +155,9 @@ def _measured(rows: Rows, key: str, name: str) -> Measured:
 
 
 def quantum_of(values: Array) -> float:
-    """The last digit in which values were printed: the coarsest power of ten that divides them all.
+    """Resolution of printed values: the largest power of ten of which all are multiples.
 
-    0 where no digit down to the sixth decimal is the last.
+    0 if they have more than six decimals.
     """
     for decimals in range(_COARSEST_DECIMALS, _FINEST_DECIMALS + 1):
         step = 10.0**-decimals

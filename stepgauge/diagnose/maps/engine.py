@@ -1,4 +1,4 @@
-"""From a map and a probe file to what is said: the search, and the rules that recordings are told by, too."""
+"""From a map and a probe file to the statements: the search, and the same rules as for recordings."""
 
 from __future__ import annotations
 
@@ -38,15 +38,15 @@ from stepgauge.diagnose.solve import Estimate, widened
 Array = NDArray[np.float64]
 HALF_A_DIGIT = 0.5 + 1e-6
 SIX_DIGITS = 5.1e-6
-"""Share of a value that six printed digits leave open."""
+"""Relative resolution of six printed digits."""
 
 
 def diagnose_map(
     model: MapModel, candidates: Sequence[Candidate] | None = None, priors: Priors | None = None
 ) -> MapDiagnosis:
-    """The diagnosis of a map; without ``candidates`` all changes that the probe's model can have are tried.
+    """The diagnosis of a map; without ``candidates`` all possible changes of the model of the probe are tried.
 
-    Raises :class:`InputError` for a probe file that says nothing of what was measured.
+    Raises :class:`InputError` for a probe file that does not give the measured quantities.
     """
     check_model(model)
     scatter = estimate_scatter(model.data, model.residuals(()))
@@ -61,13 +61,13 @@ def diagnose_map(
 
 
 def _reproduced(model: MapModel) -> bool:
-    """Whether the probe file gives every value as it is printed: what is left is the digits' and no scatter."""
+    """Whether the probe file gives every printed value: the residuals are rounding and no scatter."""
     pairs = zip(model.data.measured, model.residuals(()), strict=True)
     return all((np.abs(r) <= np.maximum(HALF_A_DIGIT * m.quantum, SIX_DIGITS * m.values)).all() for m, r in pairs)
 
 
 def _as_it_is(verdict: Verdict, model: MapModel, scatter: MapScatter, missing: tuple[str, ...] = ()) -> MapDiagnosis:
-    """Residuals as they are; the scatter is known from repeats or not at all."""
+    """The unchanged residuals; the scatter is known from repeats or not at all."""
     kept, rows = np.ones(len(model.data), bool), MapRows(model, scatter.sigma)
     known = scatter.repeats or not missing
     none = np.zeros((0, len(rows.um)))
@@ -108,7 +108,7 @@ def _told(found: Searched, scatter: MapScatter) -> MapDiagnosis:
 
 
 def _stages(found: Searched, terms: Terms, columns: Array) -> list[Stage]:
-    """Residuals as they are, with the named changes, and with the forms ``columns (k, m)`` besides."""
+    """Residuals without changes, with the named changes, and with the forms ``columns (k, m)`` in addition."""
     rows, slopes = found.rows, found.fitted.slopes
     named = rows.um - rows.moved(found.fitted.terms)
     return [(rows.um, slopes[:0]), (named, slopes), (rows.um - rows.moved(terms), np.vstack([slopes, columns]))]
@@ -125,7 +125,7 @@ def _chi2_dof(found: Searched, stage: Stage, kept: NDArray[np.bool_], by_row: Se
 
 
 def _kept(found: Searched) -> NDArray[np.bool_]:
-    """Rows ``(n,)`` that are no outliers."""
+    """Rows ``(n,)`` that are not outliers."""
     outlying, stated = found.state.scatter.outlying, found.priors.decision.stated
     if outlying is None or found.answer.probability_of_scatter(OUTLYING) < stated:
         return np.ones(len(found.rows.data), bool)
@@ -139,7 +139,7 @@ def _grown(found: Searched, scatter: MapScatter) -> MapScatter:
 
 
 def _by_row(found: Searched, scatter: MapScatter) -> list[Array]:
-    """Standard deviation of every ordinary row of each quantity: among repeats on average, else by the model."""
+    """Standard deviation of every ordinary row of each quantity: the mean over repeats, else that of the model."""
     state = found.state
     relative = np.sqrt(found.search.scatters.variance(state.scatter) * state.scatter.weight)
     found_by = [part * s for part, s in zip(np.split(relative, len(found.rows.sigma)), found.rows.sigma, strict=True)]
@@ -197,7 +197,7 @@ def _values(term: Term) -> dict[str, float]:
 
 
 def _moved(found: Searched, term: Term) -> dict[str, Array]:
-    """How far a change moves each quantity beside the others, (n,) by name."""
+    """Influence of a change on each quantity beside the other changes, (n,) by name."""
     rows, without = found.rows, tuple(one for one in found.fitted.terms if one is not term)
     share = rows.parts(rows.moved(found.fitted.terms) - rows.moved(without))
     return {m.name: each for m, each in zip(rows.data.measured, share, strict=True)}
@@ -225,7 +225,7 @@ def _unexplained(found: Searched) -> Iterator[Located]:
 
 
 def _vague(found: Searched) -> Iterator[Located]:
-    """Places where a law would fit, but with a size that is not determined."""
+    """Places in which a law fits with a size that is not determined."""
     for said in found.vague:
         label = said.lead.candidate.label
         words = f"looks like {label}, whose size this map does not determine"
@@ -233,7 +233,7 @@ def _vague(found: Searched) -> Iterator[Located]:
 
 
 def _where(found: Searched, left: Sequence[Located]) -> Iterator[Located]:
-    """Where the residuals are systematic: what is left, and what stood out before anything was named."""
+    """Forms of the systematic residuals: those that remain, and those before any law is named."""
     yield from left
     known = [said.lead.candidate.kind for said in found.forms]
     least = found.priors.decision.in_set
@@ -242,7 +242,7 @@ def _where(found: Searched, left: Sequence[Located]) -> Iterator[Located]:
 
 
 def _laws(found: Searched) -> tuple[list[tuple[Term, Law]], Array]:
-    """The forms as laws of the probe file, with the slopes ``(k, m)`` of their coefficients."""
+    """The forms as laws of the probe file, with the derivatives ``(k, m)`` by their coefficients."""
     forms = [said for said in found.forms if form_of(said)[0].terms[form_of(said)[1]]]
     if not forms:
         return [], np.zeros((0, len(found.rows.um)))

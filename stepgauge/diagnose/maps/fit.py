@@ -1,4 +1,4 @@
-"""Changes of a probe fitted together by its statics: generalised least squares about what a search found."""
+"""Changes of a probe fitted together by its statics: generalised least squares from the result of a search."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ from stepgauge.diagnose.posterior.priors import Priors
 
 Array = NDArray[np.float64]
 STEP = 1e-3
-"""Share of a usual size by which a knob is moved to find the slope."""
+"""Step of a knob for its derivative, as a share of the usual size."""
 WIDEST = 100.0
-"""Sizes over the usual one that hold a knob of which the map says nothing."""
+"""Prior standard deviation over the usual size, for knobs that the map does not determine."""
 IMPOSSIBLE = 1e6
 MOST_STEPS = 30
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """Terms with fitted values, their covariance ``(k, k)`` and what a unit of each knob moves, ``(k, m)``."""
+    """Terms with fitted values, their covariance ``(k, k)`` and the derivatives by each knob, ``(k, m)``."""
 
     terms: Terms
     covariance: Array
     slopes: Array
 
     def covariance_of(self, place: int) -> Array:
-        """Of the knobs of one term."""
+        """Covariance of the knobs of one term."""
         first = sum(len(term.values) for term in self.terms[:place])
         own = slice(first, first + len(self.terms[place].values))
         return self.covariance[own, own]
 
 
 def fit(terms: Sequence[Term], rows: MapRows, metric: Metric, priors: Priors) -> Fitted:
-    """All knobs of some terms together, starting from their values; ``metric``: of the scatter, beside forms."""
+    """Fit of all knobs of some terms together, from their values; ``metric``: of the scatter, beside forms."""
     knobs = [knob for term in terms for knob in term.candidate.knobs]
     if not knobs:
         return Fitted((), np.zeros((0, 0)), np.zeros((0, len(rows.um))))
@@ -63,7 +63,7 @@ def fit(terms: Sequence[Term], rows: MapRows, metric: Metric, priors: Priors) ->
 
 
 def _slopes(terms: Sequence[Term], x: Array, scale: Array, high: Array, rows: MapRows) -> Array:
-    """Slopes ``(k, m)`` for steps of the usual size, by one-sided differences away from the bound."""
+    """Derivatives ``(k, m)`` in units of the usual size, by one-sided differences away from the bound."""
     here, columns = rows.moved(_with(terms, x * scale)), []
     for place in range(len(x)):
         step = STEP if x[place] + STEP < high[place] else -STEP

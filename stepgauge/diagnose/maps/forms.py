@@ -1,7 +1,7 @@
-"""Shapes without physics over a map: sums of terms in the direction, which a probe file takes as they are.
+"""Forms over a map: sums of terms of the direction, which can be written to a probe file.
 
-Every form is a sum of terms of a formula (:data:`stepgauge.probes.empirical.DIRECTION`), so that one that has no name
-can be written into the probe file and simulated; only what differs from direction to direction in no form cannot.
+Every form is a sum of terms of a formula (:data:`stepgauge.probes.empirical.DIRECTION`), so that it can be
+written to the probe file and simulated. Only irregular differences between directions have no formula.
 """
 
 from __future__ import annotations
@@ -23,26 +23,26 @@ ALL, POLAR, AZIMUTH, DIRECTION = "all directions", "polar_deg", "azimuth_deg", "
 SMOOTH, IRREGULAR = "free shape", "irregular"
 MOST_LOBES = 8
 SEEN = 0.75
-"""Share of a period that must be there for lobes to be told from a trend; three lobes mirror each sixth of a turn."""
+"""Least share of a period that distinguishes lobes from a trend; three lobes are symmetric in each 60 deg."""
 MOST_EDGES, MOST_CENTRES = 24, 60
 FEW_ROWS = 20_000
-"""Above so many rows places are looked for between half as many edges and centres: signatures take memory."""
+"""Number of rows above which half as many edges and centres are tried: signatures need memory."""
 MOST_DIRECTIONS = 400
-"""Directions up to which what differs between them in no form is looked for."""
+"""Largest number of directions for which irregular differences are tried."""
 WIDTHS_DEG = (15.0, 30.0)
 ALONE_DEG = 3.0
-"""Width of a rise in one direction alone, which its repeats must confirm."""
+"""Width of a peak in one direction alone, which its repeats must confirm."""
 FEWEST_ROWS = 4.0
-"""Rows that must share a shape: fewer are single readings, not structure."""
+"""Least number of rows of a shape: fewer are single readings, not structure."""
 _LOBES = ("one lobe", "two lobes", "three lobes", "four lobes", "five lobes", "six lobes", "seven lobes", "eight lobes")
 
 
 @dataclass(frozen=True)
 class Form:
-    """A form over a covariate: of each of its shapes the words and the terms of its formula.
+    """A form over a covariate, with the words and the terms of the formula of each shape.
 
-    ``weight``: of each term, the standard deviation of its amplitude over that of the form; ``quantity``: of which it
-    is, by number.
+    ``weight``: of each term, the standard deviation of its amplitude over that of the form; ``quantity``: index of
+    its quantity.
     """
 
     covariate: str
@@ -54,7 +54,7 @@ class Form:
 
 
 def form_candidates(data: MapData, priors: Priors, ones: Array) -> list[Candidate]:
-    """All forms that the directions of a map can show, of every quantity; amplitudes in scatters of a reading.
+    """All forms of every quantity that the directions of a map can show; amplitudes in units of the scatter.
 
     ``ones (1, m)``: the share of a law in every row, the same for all candidates.
     """
@@ -87,7 +87,7 @@ def _candidate(
 
 
 def _irregular(quantity: int, odds: float, data: MapData, priors: Priors, ones: Array) -> Iterator[Candidate]:
-    """What differs from direction to direction in no form; repeats alone can show it."""
+    """Irregular differences between directions; only repeats can show them."""
     index = data.direction
     count = int(index.max()) + 1
     if count > MOST_DIRECTIONS or len(data) < 2 * count:
@@ -137,7 +137,7 @@ def _wave(order: int) -> tuple[str, str]:
 
 
 def _seen_orders(data: MapData) -> list[int]:
-    """Numbers of lobes that the azimuths of a map show."""
+    """Numbers of lobes that the azimuths of a map can show."""
     spokes = int(data.spokes.max()) + 1
     span = float(np.ptp(data.azimuth_deg % 360.0)) * spokes / max(spokes - 1, 1)
     return [
@@ -148,7 +148,7 @@ def _seen_orders(data: MapData) -> list[int]:
 
 
 def _over_azimuth(data: MapData) -> Iterator[Form]:
-    """Lobes of the same height at all polar angles, or as high as the approach is across the stylus; any shape."""
+    """Lobes of one height at all polar angles, or as high as the lateral component of the approach; any shape."""
     orders, rings = _seen_orders(data), int(data.rings.max()) + 1
     for order in orders:
         shapes, words = [_wave(order)], [f"{_LOBES[order - 1]} in the azimuth"]
@@ -178,18 +178,18 @@ def _sectors(data: MapData) -> Iterator[Form]:
 
 
 def _some(count: int, most: int, data: MapData) -> NDArray[np.intp]:
-    """Indices of some places of many, evenly chosen."""
+    """Evenly spaced indices."""
     most = most if len(data) <= FEW_ROWS else most // 2
     return np.unique(np.linspace(0, count - 1, min(most, count)).astype(int))
 
 
 def _enough(part: Array) -> bool:
-    """Whether a shape between nought and one is there on enough rows, and not there on enough others."""
+    """Whether a shape between 0 and 1 is present on enough rows and absent on enough others."""
     return min(float((part**2).sum()), float(((1.0 - part) ** 2).sum())) >= FEWEST_ROWS / 2.0
 
 
 def _spots(data: MapData) -> Iterator[Form]:
-    """A rise about one direction, the same all around it; of repeats also one in that direction alone."""
+    """A peak about one direction, symmetric about it; with repeats also one in this direction alone."""
     index = data.direction
     count = int(index.max()) + 1
     if count < 2 * FEWEST_ROWS:
@@ -211,7 +211,7 @@ def _spot(polar: float, azimuth: float, width_deg: float) -> str:
 
 
 def _surface(data: MapData) -> Iterator[Form]:
-    """Lobes whose height turns with the polar angle."""
+    """Lobes whose height changes with the polar angle."""
     orders, rings = [k for k in _seen_orders(data) if k <= 5], int(data.rings.max()) + 1
     if rings < 3 or not orders:
         return
@@ -227,6 +227,6 @@ def _times(order: int, wave: str) -> str:
 
 
 def quantity_words(name: str) -> str:
-    """A quantity as people say it: ``trigger_force_N`` is the trigger force."""
+    """A quantity in words: ``trigger_force_N`` is the trigger force."""
     assert name in QUANTITIES
     return {"pretravel_um": "pre-travel"}.get(name, name.rsplit("_", 1)[0].replace("_", " "))

@@ -1,4 +1,4 @@
-"""How well the probe fits the map before and after, and what it predicts for rings and spokes that it has not seen."""
+"""Agreement of probe and map before and after, and predictions for polar rings and azimuth spokes held out."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from stepgauge.diagnose.maps.result import QuantityFit, rms
 
 Array = NDArray[np.float64]
 Stage = tuple[Array, Array]
-"""Residuals ``(m,)`` of a model and the slopes ``(k, m)`` of what is fitted in it."""
+"""Residuals ``(m,)`` of a model and the derivatives ``(k, m)`` by its fitted parameters."""
 FEWEST_GROUPS = 3
 MOST_FOLDS = 5
 
 
 def folds(data: MapData) -> dict[str, NDArray[np.intp]]:
-    """Index of the fold of each row, by whole polar rings and by whole azimuth spokes; groups stand interleaved."""
+    """Index of the fold of each row, by whole polar rings and by whole azimuth spokes; groups are interleaved."""
     found = {}
     for by, group in (("rings", data.rings), ("spokes", data.spokes)):
         if group.max() + 1 >= FEWEST_GROUPS:
@@ -30,9 +30,9 @@ def folds(data: MapData) -> dict[str, NDArray[np.intp]]:
 def fits_of(
     rows: MapRows, stages: Sequence[Stage], kept: NDArray[np.bool_], by_row: Sequence[Array]
 ) -> tuple[QuantityFit, ...]:
-    """Agreement of every quantity before, with the named changes, and with what is described besides.
+    """Agreement of every quantity before, with the named changes, and with the forms in addition.
 
-    ``kept (n,)``: rows that are no outliers; ``by_row (n,)``: scatter of each row of each quantity.
+    ``kept (n,)``: rows that are not outliers; ``by_row (n,)``: scatter of each row of each quantity.
     """
     residuals = [rows.parts(um) for um, _ in stages]
     held = {
@@ -70,7 +70,7 @@ def _fit(
 
 
 def _held_out(rows: MapRows, stage: Stage, kept: NDArray[np.bool_], fold: NDArray[np.intp]) -> Array:
-    """Recorded minus predicted ``(m,)``, every row predicted by a fit that did not see it, to first order."""
+    """Recorded minus predicted ``(m,)``, every row predicted by a fit without it, to first order."""
     um, slopes = stage
     errors, count = um.copy(), len(rows.sigma)
     if not len(slopes):

@@ -1,4 +1,4 @@
-"""What a probe file, with changes, says for the directions of a map."""
+"""Predictions of a probe file, with changes, for the directions of a map."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class TriangularProbe(Probe):
-    """Pre-travel of three contacts that open, w = A g (Wozniak Eq 4), and the same amount more everywhere."""
+    """Pre-travel of three contacts that open, w = A g (Wozniak Eq 4), plus a constant."""
 
     constant_um: float
     added_um: float
@@ -56,7 +56,7 @@ def changed_table(table: Mapping[str, Any], terms: Sequence[Term]) -> Table:
 def build_probe(table: Mapping[str, Any], where: str) -> Probe:
     """The probe of a table, which may be of the model ``triangular`` that probe files do not have.
 
-    Raises :class:`InputError` for a construction that cannot be.
+    Raises :class:`InputError` for an impossible construction.
     """
     if table.get("model") != "triangular":
         return probe_from_table(dict(table), where)
@@ -76,7 +76,7 @@ def _triangular(table: Mapping[str, Any]) -> TriangularProbe:
 
 
 def read_gauge(terms: Sequence[Term], force_N: Array) -> Array:
-    """What the force gauge shows of forces."""
+    """Indication of the force gauge for forces."""
     for term in terms:
         if term.candidate.kind == GAUGE_KINDS[0]:
             force_N = force_N * term.values[0]
@@ -86,7 +86,7 @@ def read_gauge(terms: Sequence[Term], force_N: Array) -> Array:
 
 
 class MapModel:
-    """A probe file's table, asked for the quantities and directions of a map."""
+    """The table of a probe file, evaluated for the quantities and directions of a map."""
 
     def __init__(self, table: Table, where: str, data: MapData) -> None:
         self.table, self.where, self.data = table, where, data
@@ -97,7 +97,7 @@ class MapModel:
         self._lately = lru_cache(maxsize=512)(self._predict)
 
     def predict(self, terms: Sequence[Term]) -> list[Array]:
-        """Values (n,) of each quantity; :class:`InputError` for a construction that cannot be."""
+        """Values (n,) of each quantity; :class:`InputError` for an impossible construction."""
         return self._lately(tuple(terms))
 
     def _predict(self, terms: Terms) -> list[Array]:
@@ -123,7 +123,7 @@ def predict(probe: Probe, terms: Sequence[Term], normals: Array, quantities: Seq
 
 
 def check_model(model: MapModel) -> None:
-    """:class:`InputError` where the probe file cannot say what the map measured."""
+    """:class:`InputError` if the probe file does not give a quantity of the map."""
     for measured, values in zip(model.data.measured, model.predict(()), strict=True):
         if np.isnan(values).all():
             expected = "a probe file of the model kinematic or piezo"

@@ -1,4 +1,4 @@
-"""Files of a map's diagnosis: JSON for programs, Markdown for people, the changed probe file, figures."""
+"""Files of the diagnosis of a map: JSON for programs, Markdown to read, the changed probe file, figures."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _OF_LAWS = ("constant_um", "lobe_azimuth_deg", "more_um", "pretravel_um", "ampli
 def write_map_diagnosis(found: MapDiagnosis, probe_path: str, folder: str | Path, suffix: str = "png") -> list[Path]:
     """Write all files into a folder, which is made if it is missing; returns their paths, the JSON first.
 
-    Nothing is written before all of it is known, and every file appears only when it is whole.
+    Nothing is written before all is computed, and every file appears only when complete.
     """
     from stepgauge.figures.probe_diagnosis import draw_map_diagnosis, figure_names
 
@@ -44,7 +44,7 @@ def write_map_diagnosis(found: MapDiagnosis, probe_path: str, folder: str | Path
 
 
 def _probe_files(found: MapDiagnosis) -> dict[str, str]:
-    """The changed probe file, and the map beside it that it may need, by name."""
+    """The changed probe file, and a map file if it needs one, by name."""
     table, beside = _plain(found.table), {}
     if table.get("model") == "triangular":
         table, beside[_PRETRAVEL_FILE] = _as_map(table)
@@ -69,7 +69,7 @@ def _short(parameter: Estimate) -> str:
 
 
 def _as_map(table: dict[str, Any]) -> tuple[dict[str, Any], str]:
-    """A law that probe files do not have, as a map beside the file; laws without a name stay laws."""
+    """A law that probe files do not have, as a map file; empirical laws stay formulas."""
     named = {key: value for key, value in table.items() if key != "empirical"}
     found = map_directions(build_probe(named, ""), np.arange(0.0, 181.0, 5.0), np.arange(0.0, 360.0, 3.0))
     polar, azimuth, _, _, pretravel = found.columns()
@@ -82,7 +82,7 @@ def _as_map(table: dict[str, Any]) -> tuple[dict[str, Any], str]:
 
 
 def _plain(value: Any) -> Any:
-    """As TOML takes it, floats with nine significant digits."""
+    """Plain TOML types, floats with nine significant digits."""
     if isinstance(value, dict):
         return {key: _plain(part) for key, part in value.items() if part is not None}
     if isinstance(value, (list, tuple)):

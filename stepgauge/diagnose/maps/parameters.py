@@ -54,7 +54,7 @@ def _polar(
 
 
 def _offset(table: Table, more: Estimate) -> Estimate:
-    """Pre-travel beside triangular lobes: none where they are Wozniak's law alone."""
+    """Constant beside triangular lobes: 0 for Wozniak's law alone."""
     return Estimate(float(table.get("pretravel_um", 0.0)) + more.value, more.u, more.unit)
 
 
@@ -65,7 +65,7 @@ def _compliance(table: Table, term: Term, u: float | None) -> dict[str, Estimate
 
 
 def _total(key: str, name: str, unit: str) -> Callable[[Table, Term, float | None], dict[str, Estimate]]:
-    """The number that stands in the changed file."""
+    """The value in the changed file."""
 
     def derive(table: Table, term: Term, u: float | None) -> dict[str, Estimate]:
         return {name: Estimate(float(changed_table(table, [term])["seat"][key]), u, unit)}
@@ -84,5 +84,5 @@ _DERIVED = {
 
 
 def _root(variance: Any) -> float | None:
-    """Square root of a variance; None where there is none."""
+    """Square root of a variance; None if there is none."""
     return float(np.sqrt(variance)) if np.isfinite(variance) and variance >= 0.0 else None

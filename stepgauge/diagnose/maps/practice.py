@@ -1,4 +1,4 @@
-"""What a change of the construction means for the person who has the probe in hand: one sentence per kind."""
+"""Meaning of a change of the construction for the user of the probe: one sentence per kind."""
 
 from __future__ import annotations
 

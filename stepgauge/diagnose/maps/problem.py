@@ -1,7 +1,7 @@
-"""A map's residuals as a problem: all quantities one behind the other, each over the scatter of one reading.
+"""The residuals of a map as a problem: all quantities one after the other, each over the scatter of one reading.
 
-A law's signature is what a construction with the change in it says less what the file's says, for a unit of the change.
-It depends on the size of the change, so that its shapes stand for sizes; one that was fitted is among them exactly.
+The signature of a law is the difference of the predictions with and without the change, over the change. It depends on
+the size of the change, so the shapes of a law are sizes; a fitted size is one of them exactly.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from stepgauge.errors import InputError
 
 Array = NDArray[np.float64]
 SIZES = (0.2, 1.0, 4.0)
-"""Sizes of a change that are tried, over the usual one."""
+"""Sizes of a change that are tried, over the usual size."""
 TURNS = 12
 """Directions in which a vector is tried."""
 PHASES_DEG = np.arange(-58.0, 60.0, 4.0)
 LOBES = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-"""Amplitudes of triangular lobes of a phase: their height, and the mean beside them."""
+"""Amplitudes of triangular lobes of one phase: their height, and a constant."""
 PARTS = 8
-"""Steps between neighbouring sizes: what is computed once serves again."""
+"""Steps between neighbouring sizes, so that computed signatures can be used again."""
 VARIES = 0.5
-"""Share of the largest value over which values must spread for scatter to grow with them."""
+"""Least range over the largest value at which scatter may grow with the value."""
 FAR = 10.0
-"""Residuals larger than so many times their median do not take part where a shape is fitted: bad readings."""
+"""Residuals larger than so many times their median are not used to fit a shape: outliers."""
 
 
 @dataclass(frozen=True)
@@ -72,16 +72,16 @@ class MapRows:
         return np.concatenate([each / s for each, s in zip(values, self.sigma, strict=True)])
 
     def parts(self, row: Array) -> list[Array]:
-        """The other way round."""
+        """The inverse of :meth:`stacked`."""
         return [each * s for each, s in zip(np.split(row, len(self.sigma)), self.sigma, strict=True)]
 
     @cached_property
     def nothing(self) -> Array:
-        """What the probe file says."""
+        """Prediction of the probe file."""
         return self.stacked(self.model.predict(()))
 
     def moved(self, terms: Sequence[Term]) -> Array:
-        """What changes add to what the file says ``(m,)``; not finite for a construction that cannot be."""
+        """Difference of the predictions with and without changes ``(m,)``; not finite if impossible."""
         try:
             return self.stacked(self.model.predict(terms)) - self.nothing
         except InputError:
@@ -89,9 +89,9 @@ class MapRows:
 
     @cached_property
     def growing(self) -> dict[str, Array]:
-        """The size of a quantity's value from nought to one; nought where it is nearly the same everywhere.
+        """The value of a quantity scaled to 0 to 1; 0 if it is nearly constant.
 
-        It is smoothed over the directions, lest a bad reading explains its own size.
+        It is smoothed over the directions, so that an outlier does not explain itself.
         """
         found = []
         for m in self.data.measured:
@@ -120,9 +120,9 @@ def make_problem(
     ----------
     rows : the map's rows
     candidates : changes of the construction
-    priors : what is usual
-    remainder : what several changes together do beyond what each does alone, ``(m,)``: signatures add up
-    fitted : sizes of changes, by kind, that are tried besides those of the grid
+    priors : the table of priors
+    remainder : joint influence of several changes minus the sum of their single ones, ``(m,)``
+    fitted : sizes of changes, by kind, that are tried in addition to the grid
     """
     data, n = rows.data, len(rows.data)
     ones = np.ones((1, len(rows.um)))
@@ -151,7 +151,7 @@ def _laws(
     fitted: Mapping[str, Sequence[Point]],
     ones: Array,
 ) -> Iterator[Law]:
-    """One law for all changes of a prior and a kind: laws that replace each other are shapes of one."""
+    """One law for all changes of one prior and kind: laws that exclude each other are shapes of one law."""
     by_name: dict[str, list[Candidate]] = {}
     for one in candidates:
         by_name.setdefault(one.prior or one.kind, []).append(one)
@@ -184,7 +184,7 @@ def _laws(
 
 
 def _weights(points: Sequence[Point]) -> Array:
-    """Logarithms of the prior of each shape: as likely for each choice, and in it for each size."""
+    """Logarithms of the prior of each shape: equal for each choice, and for each size of a choice."""
     labels = [point.candidate.label for point in points]
     return -np.log([labels.count(label) * len(set(labels)) for label in labels])
 
@@ -195,7 +195,7 @@ def _grid(rows: MapRows, candidate: Candidate, usual: float) -> Iterator[Atom]:
 
 
 def _points(candidate: Candidate, usual: float) -> Iterator[Point]:
-    """Sizes of a change to try."""
+    """Sizes of a change that are tried."""
     none, count = candidate.none, len(candidate.knobs)
     each = tuple(tuple(float(i == j) for j in range(count)) for i in range(count))
     if candidate.shape == "linear":
@@ -211,14 +211,14 @@ def _points(candidate: Candidate, usual: float) -> Iterator[Point]:
 
 
 def _both_ways(candidate: Candidate, usual: float) -> list[tuple[float, float]]:
-    """Signs and sizes over the usual one that lie within the bounds of the only knob, in their order."""
+    """Signed sizes over the usual one within the bounds of the single knob, in order."""
     knob = candidate.knobs[0]
     tried = [(-1.0, share) for share in reversed(SIZES)] + [(1.0, share) for share in SIZES]
     return [(sign, s) for sign, s in tried if knob.low <= knob.none + sign * s * usual <= knob.high]
 
 
 def signature(rows: MapRows, point: Point) -> Iterator[Atom]:
-    """Nothing where the construction cannot be or does not show."""
+    """The signature of a point; none if the construction is impossible or has no influence."""
     unit = np.eye(len(point.step))
     moved = [rows.moved((Term(point.candidate, point.values(one * point.size)),)) for one in unit]
     columns = np.array(moved) / point.size
@@ -227,7 +227,7 @@ def signature(rows: MapRows, point: Point) -> Iterator[Atom]:
 
 
 def _between(rows: MapRows, points: Sequence[Point], pattern: Array, atom: int, left_um: Array) -> Refined | None:
-    """The signature in the direction or phase between two neighbours that residuals speak for, to an eighth."""
+    """The signature in the best direction or phase between two neighbours, to an eighth of a step."""
     used = np.abs(left_um) <= FAR * float(np.median(np.abs(left_um)))
     point = _mixed_with_a_neighbour(points, pattern, atom, left_um, used)
     found = [] if point is points[atom] else list(signature(rows, point))
@@ -237,7 +237,7 @@ def _between(rows: MapRows, points: Sequence[Point], pattern: Array, atom: int, 
 def _mixed_with_a_neighbour(
     points: Sequence[Point], pattern: Array, atom: int, left_um: Array, used: NDArray[np.bool_]
 ) -> Point:
-    """The point between an atom and its neighbour of which a mixture of both signatures leaves least."""
+    """The point between an atom and its neighbour at which a mixture of both signatures fits best."""
     here, beside = points[atom], pattern[atom][1:]
     best = (np.inf, here)
     for other in (atom - 1, atom + 1):
@@ -252,7 +252,7 @@ def _mixed_with_a_neighbour(
 
 
 def _neighbours(one: Point, other: Point) -> bool:
-    """Whether shapes between two points are like a mixture of both."""
+    """Whether shapes between two points are approximately a mixture of both."""
     return one.candidate is other.candidate and one.candidate.shape in ("plane", "lobes") and one.size == other.size
 
 
@@ -265,7 +265,7 @@ def _mixed(one: Point, other: Point, share: float) -> Point:
 
 
 def lacking(data: MapData) -> tuple[str, ...]:
-    """What a map that cannot tell should have had; empty if nothing is missing."""
+    """What an insufficient map lacks; empty if nothing is missing."""
     directions, azimuths = int(data.direction.max()) + 1, int(data.spokes.max()) + 1
     found = []
     if len(data) < FEWEST_ROWS or directions < FEWEST_DIRECTIONS:

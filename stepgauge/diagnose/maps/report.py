@@ -1,4 +1,4 @@
-"""``diagnosis.md`` of a probe map: what its ``diagnosis.json`` says, as a metrologist would write it.
+"""``diagnosis.md`` of a probe map, the report of its ``diagnosis.json``.
 
 The template ``templates/reports/probe-diagnosis.md.j2`` sees ``d``, the content of the JSON; ``figures``, the names of
 the figures beside it; ``summary``, the verdict in a sentence; ``limits``, what this map cannot show.
@@ -22,7 +22,7 @@ VERDICTS = {
     "insufficient": "The map cannot tell whether the probe file is right.",
 }
 FULL_TURN_DEG = 240.0
-"""Azimuths that span less leave a harmonic and what is the same all around hard to tell apart."""
+"""Least span of azimuths that separates a harmonic from a constant."""
 QUANTITIES = {"trigger_force_N": "trigger force", "deflection_um": "deflection", "pretravel_um": "pre-travel"}
 
 

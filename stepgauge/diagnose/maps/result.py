@@ -1,4 +1,4 @@
-"""What the diagnosis of a probe map says."""
+"""The result of the diagnosis of a probe map."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ OUTLIERS = "outliers"
 
 @dataclass(frozen=True, kw_only=True)
 class MapFinding(Finding):
-    """A change of the construction, or the rows that are off by themselves.
+    """A change of the construction, or the outliers.
 
-    ``choice``: which of a kind; ``share``: how far it moves each quantity, (n,) by name; ``instead``: other kinds that
-    this map cannot tell from it, with the values that they would need; ``rows``: indices, of outliers.
+    ``choice``: which one of a kind; ``share``: its influence on each quantity, (n,) by name; ``instead``: other kinds
+    that this map cannot discriminate from it, with their values; ``rows``: indices of outliers.
     """
 
     choice: str = ""
@@ -37,7 +37,7 @@ class MapFinding(Finding):
 
 @dataclass(frozen=True)
 class Law:
-    """Structure without a name as the probe file takes it; ``share (n,)`` in the unit of the quantity."""
+    """A form as an empirical law of the probe file; ``share (n,)`` in the unit of the quantity."""
 
     located: Located
     quantity: str
@@ -49,11 +49,11 @@ class Law:
 
 @dataclass(frozen=True)
 class QuantityFit:
-    """One quantity before and after: rms, largest share of its value by which it is off, held-out rms.
+    """One quantity before and after: rms, largest relative residual, held-out rms.
 
-    ``noise``: rms of the scatter of the rows; ``quantum``: last printed digit, 0 if none was seen; ``holdout``: what
-    was held out -> rms before and after. ``after`` has the named changes in it, ``described`` the laws without a name
-    besides; outliers are in no rms.
+    ``noise``: rms of the scatter of the rows; ``quantum``: resolution of the printed values, 0 if none was seen;
+    ``holdout``: groups held out -> rms before and after. ``after`` is with the named changes, ``described`` also with
+    the empirical laws; no rms includes outliers.
     """
 
     name: str
@@ -74,10 +74,10 @@ class QuantityFit:
 
 @dataclass(frozen=True)
 class MapDiagnosis:
-    """The whole answer.
+    """The whole result.
 
-    ``data`` has all rows, ``kept (n,)`` tells those that are no outliers; ``terms`` are the changes found, laws without
-    a name among them, ``probe`` is the ``[probe]`` table as it was, ``table`` with them.
+    ``data`` has all rows, ``kept (n,)`` marks those that are not outliers; ``terms`` are the changes found, with the
+    empirical laws, ``probe`` is the original ``[probe]`` table, ``table`` that with the changes.
     """
 
     verdict: Verdict
@@ -103,5 +103,5 @@ class MapDiagnosis:
 
 
 def rms(values: Sequence[float] | Array) -> float:
-    """Root of the mean square."""
+    """Root mean square."""
     return float(np.sqrt(np.mean(np.square(values))))

@@ -1,4 +1,4 @@
-"""The content of ``diagnosis.json`` of a probe map, in the form that the diagnosis of a recording has."""
+"""The content of ``diagnosis.json`` of a probe map, with the keys of the diagnosis of a recording."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _FLAT = ("noise", "rms_before", "rms_after", "holdout_rms_before", "holdout_rms_
 
 
 def as_json(found: MapDiagnosis, probe_path: str, folder: str | Path = ".") -> dict[str, Any]:
-    """Everything a map's diagnosis says, as JSON types; numbers that do not exist are None.
+    """The diagnosis of a map as JSON types; undefined numbers are None.
 
-    ``folder`` is where the diagnosed probe file will stand, for the commands that name it.
+    ``folder`` is the folder of the diagnosed probe file, for the commands that name it.
     """
     said = {
         "format": FORMAT,
@@ -77,7 +77,7 @@ def _outlier(row: int, found: MapDiagnosis) -> dict[str, Any]:
 
 
 def _in_folder(command: str, folder: Path) -> str:
-    """The command as it must be typed where the diagnosis was."""
+    """The command for the folder in which the diagnosis was started."""
     return command.replace(" probe.diagnosed.toml", f" {(folder / 'probe.diagnosed.toml').as_posix()}")
 
 
@@ -98,7 +98,7 @@ def _law(law: Law) -> dict[str, Any]:
 
 
 def _lobes(law: Law) -> dict[str, Any]:
-    """Of a harmonic its amplitude and the azimuth of its first maximum."""
+    """Amplitude of a harmonic, and the azimuth of its first maximum."""
     if not law.located.form.startswith("harmonic"):
         return {}
     order = int(law.located.form.split()[1])

@@ -1,4 +1,4 @@
-"""How much one reading of a map scatters, before any model: among repeats, or about a smooth function."""
+"""Scatter of one reading of a map without a model: between repeats, or about a smooth function."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from stepgauge.diagnose.maps.data import MapData
 
 Array = NDArray[np.float64]
 FEWEST_DOF = 6
-"""Degrees of freedom from which on the scatter among repeats is leant on."""
+"""Least degrees of freedom at which the scatter between repeats is used."""
 FAR = 6.0
-"""Standard deviations from which on a reading is left out of the scatter."""
+"""Standard deviations from which a reading is left out of the scatter."""
 MAD = 1.4826
 """Standard deviation over the median of absolute deviations, of a normal distribution."""
 ROUNDS, ROBUST = 20, 3
@@ -22,11 +22,10 @@ ROUNDS, ROBUST = 20, 3
 
 @dataclass(frozen=True)
 class MapScatter:
-    """Standard deviation of one reading of each quantity, no smaller than rounding gives.
+    """Standard deviation of one reading of each quantity, at least that of rounding.
 
-    ``repeats``: whether it is that among the repeats of a direction, of which there are ``dof`` degrees of freedom;
-    ``copies``: repeats agree to the last bit. ``grows``: whether the scatter is in proportion to the value, as told in
-    the end.
+    ``repeats``: whether it is from repeats of directions, with ``dof`` degrees of freedom; ``copies``: repeats agree to
+    the last bit. ``grows``: whether the scatter is stated as proportional to the value.
     """
 
     sigma: tuple[float, ...]
@@ -37,9 +36,9 @@ class MapScatter:
 
 
 def estimate_scatter(data: MapData, residuals: Sequence[Array]) -> MapScatter:
-    """Scatter from what differs between probings of the same direction; a first guess from ``residuals`` without them.
+    """Scatter between probings of the same direction; without repeats a first estimate from ``residuals``.
 
-    Of two probings that differ much nobody knows which is bad: both are left out.
+    If two probings differ much, it is not known which one is wrong: both are left out.
     """
     among = [_among_repeats(m.values, data.direction) for m in data.measured]
     dof = min(d for _, d in among)
@@ -53,7 +52,7 @@ def estimate_scatter(data: MapData, residuals: Sequence[Array]) -> MapScatter:
 
 
 def _among_repeats(values: Array, group: NDArray[np.intp]) -> tuple[float, int]:
-    """Pooled standard deviation and its degrees of freedom, readings that are far off left out."""
+    """Pooled standard deviation and its degrees of freedom, without outliers."""
     keep = np.bincount(group)[group] > 1
     scale = np.inf
     for _ in range(ROUNDS):
@@ -80,9 +79,9 @@ def _about_a_surface(data: MapData, residual: Array) -> float:
 
 
 def surface(data: MapData, values: Array) -> tuple[Array, int]:
-    """A smooth function of the direction that bad readings do not bend, ``(n,)``, and its number of coefficients.
+    """A robust smooth function of the direction, ``(n,)``, and its number of coefficients.
 
-    Lobes and bows, as many as rows allow.
+    Harmonics of the azimuth and of the polar angle, as many as the number of rows allows.
     """
     azimuth, polar = np.radians(data.azimuth_deg), np.radians(data.polar_deg)
     waves = [np.ones(len(data)), *(f(k * azimuth) for k in range(1, 4) for f in (np.cos, np.sin))]

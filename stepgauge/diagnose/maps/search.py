@@ -1,8 +1,8 @@
-"""The search of a map: hypotheses by signatures that add up, then the named changes together by the probe's statics.
+"""The search of a map: hypotheses by additive signatures, then the named changes together by the statics of the probe.
 
-Changes of one construction do not quite add up, and their signatures are exact for some sizes only. What the changes
-found do together beyond what each does alone is taken out, their sizes are tried exactly, and the map is searched anew
-until nothing changes.
+Changes of one construction do not add up exactly, and a signature is exact for one size only. So the joint influence of
+the changes found minus the sum of their single ones is subtracted, signatures of their exact sizes are added, and the
+search is repeated until nothing changes.
 """
 
 from __future__ import annotations
@@ -36,22 +36,22 @@ from stepgauge.diagnose.result import Check
 Array = NDArray[np.float64]
 PASSES = 4
 SETTLED = 0.1
-"""Rms difference of signatures and statics, in scatters of a reading, from which on they are the same."""
+"""Rms difference of signatures and statics, over the scatter of a reading, below which they count as equal."""
 SAME_SCATTER = 1.15
 ALIKE = 0.98
-"""Cosine between what two changes move from which on each is fitted in the place of the other."""
+"""Cosine between the signatures of two changes from which each is fitted in the place of the other."""
 ROUNDS, SAME_SIZE = 8, 0.01
-"""Rounds in which a law is computed at the size that its amplitude is, and the share to which these agree."""
+"""Rounds in which the size of a signature is set to its amplitude, and the relative agreement of the two."""
 
 
 @dataclass(frozen=True)
 class Searched:
-    """The hypothesis that is told of a map.
+    """The hypothesis that is stated for a map.
 
-    ``laws`` with the terms of ``fitted``; ``forms``; ``vague``: laws whose size is not determined; ``slight``: what
-    takes so little of the disagreement that inexact laws may leave it, which moves each law's values by some factor of
-    their uncertainties; ``wider``: factor on uncertainties for what the predictive ``checks`` have found;
-    ``metric``: of the scatter alone, ``beside``: beside all that is not named.
+    ``laws`` with the terms of ``fitted``; ``forms``; ``vague``: laws whose size is not determined; ``slight``: terms
+    that explain so little of the residuals that inexact statics may cause them; ``moved_by_slight``: their influence on
+    the values of each law as a factor on uncertainties; ``wider``: factor on uncertainties from the predictive
+    ``checks``; ``metric``: of the scatter alone, ``beside``: with all terms that are not named.
     """
 
     rows: MapRows
@@ -71,7 +71,7 @@ class Searched:
     wider: float
 
     def term_of(self, rival: Rival) -> Term:
-        """A rival of a law as a change, with the values that it had in the search."""
+        """A rival of a law as a change, with its values from the search."""
         if rival.state is None:
             point = _point(rival.look.term())
             return Term(point.candidate, point.values(np.full(len(point.step), point.size)))
@@ -79,17 +79,17 @@ class Searched:
         return _term(rival.state, rival.state.terms[place])
 
     def instead(self, place: int, rival: Rival) -> Fitted:
-        """All changes with a rival in the place of one, fitted anew."""
+        """All changes, fitted with a rival in the place of one."""
         terms = (*self.fitted.terms[:place], self.term_of(rival), *self.fitted.terms[place + 1 :])
         return fit(terms, self.rows, self.beside, self.priors)
 
 
 class SizedSearch(Search):
-    """A search that begins with what an earlier one has found, too, and computes every law at the size that it has.
+    """A search that also begins with the result of an earlier one, and computes every law at its actual size.
 
-    Sizes are summed beside the exact number, too. A look sums them by the scatter that it sees, which is many times too
-    large while what the law explains is still in the residuals: two laws that say the same would differ by the size
-    that each of them was looked at with.
+    Sizes are summed again after the exact computation. A look sums them with the scatter of the present residuals,
+    which is much too large while the law is not yet a term: two laws with the same signature would then differ by the
+    size at which they were rated.
     """
 
     def __init__(self, problem: Problem, priors: Priors, rows: MapRows, seed: Sequence[str] = ()) -> None:
@@ -97,7 +97,7 @@ class SizedSearch(Search):
         self.rows, self.seed = rows, seed
 
     def run(self) -> State:
-        """The likelier of two hypotheses: the one searched from nothing, and the one that began with ``seed``."""
+        """The more probable of two hypotheses: from a search from nothing, and from one that began with ``seed``."""
         best, seeded = super().run(), self.start
         for label in self.seed:
             for look in self.beside(seeded):
@@ -107,7 +107,7 @@ class SizedSearch(Search):
         return best if seeded.log_posterior <= best.log_posterior else self._exchanged(self._better(best, seeded))
 
     def _shaped(self, state: State, look: Look) -> State:
-        """One term more; on the way to its size nothing is kept that says something else than it is."""
+        """The hypothesis with one more term; intermediate sizes are not kept among the computed hypotheses."""
         visited = self.evidence.visited
         known = set(visited)
         found = self._grown_to_size(super()._shaped(state, look), look)
@@ -127,7 +127,7 @@ class SizedSearch(Search):
         return found
 
     def _of_its_size(self, found: State, law: Law) -> Chosen:
-        """The law's term with the signature of the size that its amplitude is."""
+        """The term of a law with the signature at the size of its amplitude."""
         place = next(i for i, term in enumerate(found.terms) if term.candidate is law)
         term = found.terms[place]
         if not law.named or (point := _point(term)).candidate.shape not in ("line", "plane"):
@@ -140,7 +140,7 @@ class SizedSearch(Search):
         return term
 
     def _sized(self, found: State, term: Chosen, look: Look) -> State:
-        """The hypothesis with a term in place of the law's own, its sizes summed."""
+        """The hypothesis with another term of the same law, its sizes summed."""
         law = look.candidate
         assert isinstance(law, Law)
         assert look.by_atom is not None
@@ -159,7 +159,7 @@ class SizedSearch(Search):
 
 
 def _exact(look: Look) -> Look:
-    """A look at the size of a law that was fitted before: the last one of its shapes."""
+    """The look of a law at the size that was fitted before: the last one of its shapes."""
     law = look.candidate
     if not isinstance(law, Law) or not law.named or law.source[-1].candidate.shape not in ("plane", "lobes"):
         return look
@@ -167,9 +167,9 @@ def _exact(look: Look) -> Look:
 
 
 def _by_size(mean: Array, covariance: Array, sd: float, sizes: Sizes) -> Array:
-    """Log evidence of amplitudes' prior standard deviations, from their posterior under one of them, up to a constant.
+    """Log evidence of prior standard deviations of amplitudes, from the posterior under one of them, up to a constant.
 
-    What the data say is normal with precision P and product b: the evidence is that of a normal prior beside it.
+    The likelihood is normal with precision P and product b; the evidence follows with a normal prior.
     """
     precision, s2 = np.linalg.inv(covariance), sizes.sd[:, None] ** 2
     value, turn = np.linalg.eigh(precision - np.eye(len(mean)) / sd**2)
@@ -179,7 +179,7 @@ def _by_size(mean: Array, covariance: Array, sd: float, sizes: Sizes) -> Array:
 
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def searched(model: MapModel, candidates: Sequence[Candidate], scatter: MapScatter, priors: Priors) -> Searched:
-    """What a map says, by signatures that agree with the probe's statics."""
+    """The result of the search of a map, with signatures that agree with the statics of the probe."""
     wide = priors.scatter.model_copy(update={"outlier_sizes": priors.maps.outlier_sizes})
     priors = priors.model_copy(update={"scatter": wide})
     rows = MapRows(model, scatter.sigma)
@@ -229,7 +229,7 @@ def _search(rows: MapRows, search: Search, priors: Priors) -> Searched:
 
 
 def _least_determined(fitted: Fitted, least: float) -> int | None:
-    """The change of the smallest size in standard uncertainties, if that does not determine it beside the others."""
+    """The change of the smallest size in standard uncertainties, if it is not determined beside the others."""
     sizes = []
     for place, term in enumerate(fitted.terms):
         off = np.array(term.values) - np.array(term.candidate.none)
@@ -238,7 +238,7 @@ def _least_determined(fitted: Fitted, least: float) -> int | None:
 
 
 def _slightest(fitted: Fitted, rows: MapRows, metric: Metric, priors: Priors) -> int | None:
-    """The change that takes least of the disagreement, if that is no more than the laws are inexact by."""
+    """The change that explains least of the residuals, if this is within the inexactness of the statics."""
     if len(fitted.terms) < 2:
         return None
     total, left = _square(metric(rows.um)), _square(metric(rows.um - rows.moved(fitted.terms)))
@@ -250,7 +250,7 @@ def _slightest(fitted: Fitted, rows: MapRows, metric: Metric, priors: Priors) ->
 
 
 def _moved_by(fitted: Fitted, rows: MapRows, beside: Metric, priors: Priors) -> Array:
-    """Factors on uncertainties for how far values move if what is slight is taken up after all, one to a term."""
+    """Factors on uncertainties for the shift of the values if slight terms are included, one to a term."""
     other = fit(fitted.terms, rows, beside, priors)
     found = []
     for place, (one, two) in enumerate(zip(fitted.terms, other.terms, strict=True)):
@@ -260,7 +260,7 @@ def _moved_by(fitted: Fitted, rows: MapRows, beside: Metric, priors: Priors) -> 
 
 
 def _share_of(form: Said, state: State, metric: Metric, rows: MapRows) -> float:
-    """Share of the squared disagreement that a form takes."""
+    """Share of the squared residuals that a form explains."""
     place = next(i for i, term in enumerate(state.terms) if term is form.term)
     return _square(metric(state.amplitudes(place)[0] @ form.term.columns)) / _square(metric(rows.um))
 
@@ -275,14 +275,14 @@ def _point(chosen: Chosen) -> Point:
 
 
 def _term(state: State, chosen: Chosen) -> Term:
-    """A law of a hypothesis as a change of the probe, with the amplitudes that it has there."""
+    """A law of a hypothesis as a change of the probe, with its amplitudes in the hypothesis."""
     point = _point(chosen)
     place = next(i for i, t in enumerate(state.terms) if t is chosen)
     return Term(point.candidate, point.values(state.amplitudes(place)[0][: len(point.step)]))
 
 
 def _signatures(found: Searched) -> Array:
-    """What the laws move by their signatures, ``(m,)``."""
+    """Sum of the signatures of the laws, ``(m,)``."""
     moved = np.zeros(len(found.rows.um))
     for said in found.laws:
         place = next(i for i, t in enumerate(found.state.terms) if t is said.term)
@@ -291,7 +291,7 @@ def _signatures(found: Searched) -> Array:
 
 
 def _exactly(found: Searched) -> dict[str, list[Point]]:
-    """The fitted sizes of what was found and of what looks like it, to be tried as they are."""
+    """The fitted sizes of the laws and of similar ones, to be tried exactly."""
     points: dict[str, list[Point]] = {}
     alike = [fitted.terms[place] for place in range(len(found.laws)) for fitted in _alike(found, place)]
     for term in (*alike, *found.fitted.terms):
@@ -311,7 +311,7 @@ def _point_of(term: Term) -> Point:
 
 
 def _alike(found: Searched, place: int) -> Iterator[Fitted]:
-    """Fits with another change of one knob in the place of one, which moves the map much as that one does."""
+    """Fits with another change of one knob in the place of one, if their signatures are similar."""
     terms = found.fitted.terms
     moved = _unit(found.metric(found.rows.moved((terms[place],))))
     there = {said.lead.candidate.label for said in found.laws}
@@ -330,7 +330,7 @@ def _unit(values: Array) -> Array:
 
 
 def _sigma(rows: MapRows, found: Searched, scatter: MapScatter) -> tuple[float, ...]:
-    """Scatter of each quantity: that of its repeats, or what the hypothesis leaves of it."""
+    """Scatter of each quantity: that of its repeats, or that of the residuals of the hypothesis."""
     if scatter.repeats or len(rows.sigma) == 1:
         return rows.sigma
     weight = found.state.scatter.weight
@@ -340,7 +340,7 @@ def _sigma(rows: MapRows, found: Searched, scatter: MapScatter) -> tuple[float, 
 
 
 def _same(rows: MapRows, found: Searched, scatter: MapScatter) -> bool:
-    """Whether the scatters of the quantities stand in the ratio that was taken."""
+    """Whether the ratio of the scatters of the quantities agrees with the one used."""
     change = np.array(_sigma(rows, found, scatter)) / np.array(rows.sigma)
     return float(change.max() / change.min()) < SAME_SCATTER
 
@@ -350,6 +350,6 @@ def _rms(values: Array) -> float:
 
 
 def form_of(said: Said) -> tuple[Form, int]:
-    """The form that is told, and which of its shapes."""
+    """The form that is stated, and the index of its shape."""
     form: Form = said.source
     return form, said.term.atom

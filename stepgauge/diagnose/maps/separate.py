@@ -1,4 +1,4 @@
-"""Which further measurement tells apart what a map cannot, found by computing what each would show."""
+"""The further measurement that discriminates the rivals of a map, found by simulation."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from stepgauge.probes.directions_map import normals_of
 
 Array = NDArray[np.float64]
 CLEAR = 5.0
-"""A measurement separates if all that the rivals predict for it together differs by this many times the scatter."""
+"""A measurement separates rivals if their predictions differ by this many times the scatter, all rows together."""
 _COARSE = (0.02, 0.2)
-"""Scatter taken for a quantity that the map does not have: N and um."""
+"""Assumed scatter of a quantity that the map does not have: N and um."""
 
 REASONS = {
     frozenset({"lever_arm", "contact_radius"}): "a force at the tip reaches the contacts through the ratio of lever to "
@@ -40,7 +40,7 @@ REASONS = {
 
 @dataclass(frozen=True)
 class Measurement:
-    """A feasible further measurement: in words, the command that predicts it, and what a model says it gives.
+    """A feasible further measurement: in words, the command that predicts it, and the prediction of a model.
 
     ``values`` takes the changed table, the terms and the model; it returns predictions over their scatter.
     """
@@ -51,15 +51,15 @@ class Measurement:
 
 
 def reason(first: str, second: str) -> str:
-    """Why two changes look the same, in words."""
+    """Why two changes have the same signature, in words."""
     known = REASONS.get(frozenset({first, second}))
     return known or f"over the directions measured, {first} and {second} change the values in the same way"
 
 
 def separate(model: MapModel, sigma: Sequence[Array], rivals: Sequence[Fitted]) -> tuple[str, tuple[str, ...]]:
-    """The measurement that tells the two likeliest rivals apart best, as a sentence, and the command that predicts it.
+    """The measurement that best separates the two most probable rivals, in words, and the command that predicts it.
 
-    Both are empty for a single one.
+    Both are empty for a single change.
     """
     if len(rivals) < 2:
         return "", ()
@@ -72,7 +72,7 @@ def separate(model: MapModel, sigma: Sequence[Array], rivals: Sequence[Fitted]) 
 
 
 def _gap(measurement: Measurement, table: Table, first: Fitted, second: Fitted) -> tuple[float, float]:
-    """Difference of two models' predictions over the scatter, rms and all together; 0 where one cannot be asked."""
+    """Difference of the predictions of two models over the scatter, rms and total; 0 if one has no prediction."""
     try:
         one, two = (measurement.values(changed_table(table, f.terms), f.terms) for f in (first, second))
     except InputError:
