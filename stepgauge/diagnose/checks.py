@@ -58,7 +58,7 @@ def _checks(problem: Problem, state: State, independent: Array) -> Iterator[Chec
         mean = np.bincount(problem.group, state.left_um) / np.maximum(count, 1)
         within = float(np.sqrt(((state.left_um - mean[problem.group]) ** 2).sum() / dof))
         ratio = state.sigma_um / max(within, 1e-12)
-        words = f"repeats scatter by {within:.3g} um, all rows beside the model by {state.sigma_um:.3g} um"
+        words = f"standard deviation {within:.3g} um of repeats, {state.sigma_um:.3g} um of all rows about the model"
         yield _check("repeats", float(np.log(ratio)) * np.sqrt(2.0 * dof), words)
     r = _neighbours(problem, independent)
     yield _check("sequence", r * np.sqrt(n), f"correlation of neighbours in the order of probing {r:.2f}")

@@ -252,7 +252,7 @@ def _of_scatter(
         named.append(_growing(scatter, model.state.sigma_um, p, data))
     p = answer.probability_of_scatter("correlation")
     if p >= stated and scatter.correlation:
-        words = f"the scatter is correlated from touch to touch, by {scatter.correlation:g} to the next one"
+        words = f"the scatter is correlated, with {scatter.correlation:g} between consecutive probings"
         name = "time" if data.has_time else "order"
         left.append(Located(name, "both", CORRELATED, words, 0.0, p))
     for one in [one for one in named if one.kind in without]:
@@ -341,10 +341,10 @@ def _remarks(found: _Searched, data: Residuals, start_s: float) -> Iterator[str]
     if len(found.data) < len(data):
         yield f"searched in {len(found.data)} of {len(data)} rows, fitted to all of them"
     if start_s:
-        yield f"where something lives in time is counted from the first touch, at which the clock read {start_s:.12g} s"
+        yield f"times of forms are counted from the first touch, at {start_s:.12g} s of the clock"
     if scatter.certificate > 1.0:
-        yield f"faces are off their certified positions {scatter.certificate:g} times as far as their uncertainty says"
+        yield f"faces deviate from the certificate by {scatter.certificate:g} times its stated uncertainty"
     if scatter.tails == "heavy":
-        yield "single readings scatter with heavier tails than a normal distribution: they were weighed accordingly"
+        yield "single readings scatter with heavier tails than a normal distribution: they were weighted accordingly"
     if scatter.rounded:
-        yield f"readings stand on steps of {found.search.problem.step_um:g} um, which show beside the scatter"
+        yield f"readings have a resolution of {found.search.problem.step_um:g} um, which is visible beside the scatter"

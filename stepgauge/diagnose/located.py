@@ -40,22 +40,22 @@ def _moved(side: str) -> str:
 def _words(form: Form, shape: str, number: object) -> str:
     name, unit = form.covariate, f" {form.unit}".rstrip()
     if shape == TREND:
-        return f"in proportion to {name}"
+        return f"proportional to {name}"
     if shape == WAVE:
         return f"a periodic function of {name}, period {number:.4g}{unit}"
     if shape == LAGGED:
-        return f"follows {name} with a time constant of {number:.3g} s"
+        return f"proportional to {name} after a first-order lag, time constant {number:.3g} s"
     if shape == LENGTH:
-        late = f" with a time constant of {number:.3g} s" if isinstance(number, float) and number > 0.0 else ""
-        return f"a length that changes with {name}{late}"
+        late = f", time constant {number:.3g} s" if isinstance(number, float) and number > 0.0 else ""
+        return f"a length error that changes with {name}{late}"
     if shape == BEAT and isinstance(number, tuple):
-        return f"a wave along the gauge, period {number[0]:.4g} mm, whose size turns with {name}, {number[1]:.4g}{unit}"
+        return f"periodic along the gauge, period {number[0]:.4g} mm, and in {name}, period {number[1]:.4g}{unit}"
     if shape == DECAY:
         return f"decays with {name} by a power law, exponent {number:.2g}, not exponentially"
     if shape == LEVELS:
-        return f"another level for every {name}"
+        return f"a separate level for every {name}"
     if shape == LOOP:
-        return "another curve along the gauge in each direction of travel"
+        return "a separate curve along the gauge for each direction of travel"
     if shape == HARMONICS:
         return "depends on the direction of approach about the stylus"
     beside = f" and {form.beside}" if form.beside else ""

@@ -87,8 +87,8 @@ def _scale_error(v: Values, data: Residuals) -> str:
     axis, ppm = v["axis"], v["ppm"]
     span, length = _span_mm(axis, data), _length_mm(data)
     return (
-        f"The {axis} scale reads {_size(ppm)} um/m too {_long(ppm)}: {_um(ppm * span * 1e-3)} over the {span:.0f} mm"
-        f" of {axis} that were used (a gauge of {length:.0f} mm laid along {axis}: {_um(ppm * length * 1e-3)})."
+        f"The {axis} scale indicates {_size(ppm)} um/m too {_long(ppm)}: {_um(ppm * span * 1e-3)} over the {span:.0f}"
+        f" mm of {axis} that were used (a gauge of {length:.0f} mm laid along {axis}: {_um(ppm * length * 1e-3)})."
     )
 
 
@@ -98,23 +98,23 @@ def _scale_curvature(v: Values, data: Residuals) -> str:
     reach = np.abs(data.probings.coordinate_mm(axis) - (low + high) / 2.0).max()
     um = v["um_per_m2"] * (reach * 1e-3) ** 2
     return (
-        f"The {axis} scale's error is bowed about the middle of its travel: {_um(um)} at {reach:.0f} mm from there, "
-        "the farthest that was measured."
+        f"The error of the {axis} scale is a parabola about the middle of its travel: {_um(um)} at {reach:.0f} mm from"
+        " there, the largest distance that was measured."
     )
 
 
 def _periodic(v: Values, data: Residuals) -> str:
     a, period = v["amplitude_um"], v["period_mm"]
     return (
-        f"The error of the {v['axis']} scale repeats every {period:.5g} mm: a position is off by up to {_um(a)},"
-        f" a length by up to {_um(2 * a)}. Compare the period with the pitch of the scale, screw or rack."
+        f"The error of the {v['axis']} scale repeats every {period:.5g} mm: up to {_um(a)} for a position,"
+        f" up to {_um(2 * a)} for a length. Compare the period with the pitch of the scale, screw or rack."
     )
 
 
 def _local(v: Values, data: Residuals) -> str:
     return (
-        f"About {v['axis']} = {v['at_mm']:.1f} mm, over some {v['width_mm']:.0f} mm, the machine reads"
-        f" {_um(v['height_um'])} too {_long(v['height_um'])}, whatever the gauge does there: look at the scale."
+        f"Near {v['axis']} = {v['at_mm']:.1f} mm, over about {v['width_mm']:.0f} mm, the machine indicates"
+        f" {_um(v['height_um'])} too {_long(v['height_um'])}, wherever the gauge lies: inspect the scale."
     )
 
 
@@ -122,34 +122,35 @@ def _squareness(v: Values, data: Residuals) -> str:
     first, second = v["plane"]
     um = v["urad"] * _span_mm(second, data) * 1e-3
     return (
-        f"The axes {first} and {second} are {_size(v['urad'])} urad off square: {first} changes by {_um(um)} over the"
-        f" {_span_mm(second, data):.0f} mm of {second} that were used."
+        f"The axes {first} and {second} are {_size(v['urad'])} urad off perpendicular: {first} changes by {_um(um)}"
+        f" over the {_span_mm(second, data):.0f} mm of {second} that were used."
     )
 
 
 def _angular(v: Values, data: Residuals) -> str:
     return (
-        f"The {v['travel_axis']} carriage turns about {v['rotation_axis']} by {_size(v['urad_per_m'])} urad per metre"
-        " of travel; a length is off by that times its distance from the scale (Abbe)."
+        f"The {v['travel_axis']} carriage rotates about {v['rotation_axis']} by {_size(v['urad_per_m'])} urad per metre"
+        " of travel; the error of a length is this rotation times its distance from the scale (Abbe)."
     )
 
 
 def _roll(v: Values, data: Residuals) -> str:
-    return f"The {v['axis']} carriage rolls by {_size(v['urad_per_m'])} urad per metre of its own travel."
+    return f"The {v['axis']} carriage rolls by {_size(v['urad_per_m'])} urad per metre of its travel."
 
 
 def _straightness(v: Values, data: Residuals) -> str:
     return (
-        f"The {v['axis']} guideway is bowed towards {_towards(v['direction'], v['um'])} by {_um(v['um'])} in the middle"
-        f" of {v['length_mm']:.0f} mm."
+        f"The {v['axis']} guideway is curved towards {_towards(v['direction'], v['um'])} by {_um(v['um'])} in the"
+        f" middle of {v['length_mm']:.0f} mm."
     )
 
 
 def _reversal(v: Values, data: Residuals) -> str:
     more = "more" if v["um"] > 0 else "less"
     return (
-        f"{v['axis'].upper()} reads {_um(v['um'])} {more} when probed towards +{v['axis']} than towards -{v['axis']}:"
-        " backlash, hysteresis of the drive, or a probe that triggers unequally. The size of a block is off by it."
+        f"{v['axis'].upper()} indicates {_um(v['um'])} {more} when probed towards +{v['axis']} than towards"
+        f" -{v['axis']}: backlash, hysteresis of the drive, or a probe with a pre-travel that depends on the direction."
+        " The size of a block has this error."
     )
 
 
@@ -158,7 +159,7 @@ def _radius(v: Values, data: Residuals) -> str:
     modelled = float(np.mean(data.machine.sensor.pretravel_um(data.frame[APPROACH].to_numpy(float))))
     pretravel = modelled + v["um"]
     return (
-        f"The probe triggers {_um(v['um'])} {later} than modelled, on all faces alike: the pre-travel is"
+        f"The probe triggers {_um(v['um'])} {later} than modelled, equally on all faces: the pre-travel is"
         f" {pretravel:.2f} um instead of {modelled:.2f} um, the effective radius"
         f" {data.machine.probe.tip_radius_mm - pretravel * 1e-3:.5f} mm. Blocks appear too"
         f" {'small' if v['um'] > 0 else 'large'} by {_um(2 * v['um'])}."
@@ -189,7 +190,8 @@ def _gauge_temperature(v: Values, data: Residuals) -> str:
     um = v["delta_K"] * data.gauge.table.expansion_per_K * 1e3 * _length_mm(data)
     return (
         f"The gauge is {_size(v['delta_K'])} K {'warmer' if v['delta_K'] > 0 else 'colder'} than recorded:"
-        f" {_um(um)} over the {_length_mm(data):.0f} mm measured. Give it time to soak, or read its temperature."
+        f" {_um(um)} over the {_length_mm(data):.0f} mm measured. Wait for thermal equilibrium, or measure its"
+        " temperature."
     )
 
 
@@ -197,8 +199,8 @@ def _scale_temperature(v: Values, data: Residuals) -> str:
     axis, k = v["axis"], v["delta_K"]
     um = k * data.probings.setting.scale_expansion_per_K * 1e3 * _span_mm(axis, data)
     return (
-        f"The {axis} scale is {_size(k)} K {'warmer' if k > 0 else 'colder'} than recorded: it reads {_um(float(um))}"
-        f" too {_long(-k)} over the {_span_mm(axis, data):.0f} mm of {axis} that were used."
+        f"The {axis} scale is {_size(k)} K {'warmer' if k > 0 else 'colder'} than recorded: it indicates"
+        f" {_um(float(um))} too {_long(-k)} over the {_span_mm(axis, data):.0f} mm of {axis} that were used."
     )
 
 
@@ -207,36 +209,36 @@ def _drift(v: Values, data: Residuals) -> str:
     hours = float(np.ptp(data.probings.time_s)) / 3600.0
     if tau is None:
         return (
-            f"The gauge moves towards {_towards(v['direction'], rate)} at a steady {abs(rate):.3g} um/h, seen by the"
-            f" machine: {_um(rate * hours)} during this measurement of {hours * 60:.0f} min."
+            f"Relative to the machine the gauge drifts towards {_towards(v['direction'], rate)} at {abs(rate):.3g}"
+            f" um/h: {_um(rate * hours)} during this measurement of {hours * 60:.0f} min."
         )
     return (
-        f"The gauge settles towards {_towards(v['direction'], rate)} with a time constant of {tau * 60:.3g} min, by"
-        f" {_um(rate * tau)} in all: wait three time constants before measuring."
+        f"Relative to the machine the gauge settles towards {_towards(v['direction'], rate)} with a time constant of"
+        f" {tau * 60:.3g} min, by {_um(rate * tau)} in all: wait three time constants before measuring."
     )
 
 
 def _cycle(v: Values, data: Residuals) -> str:
     return (
-        f"The gauge moves to and fro along {line(v['direction'])} by +-{_um(v['amplitude_um'])} every"
-        f" {v['period_s']:.4g} s, as an air conditioning or a coolant unit that switches would do."
+        f"The gauge oscillates along {line(v['direction'])} by +-{_um(v['amplitude_um'])} every"
+        f" {v['period_s']:.4g} s, as with an air conditioning or a coolant unit that switches on and off."
     )
 
 
 def _step(v: Values, data: Residuals) -> str:
     before = int((data.probings.time_s < v["time_s"]).sum())
     return (
-        f"At {v['time_s']:.4g} s, between probings {before} and {before + 1} in order of time, the origin jumped by"
-        f" {_um(v['um'])} towards {_towards(v['direction'], v['um'])}: a knock or a slipped clamp. What was measured"
-        " before and after must not be mixed."
+        f"At {v['time_s']:.4g} s, between probings {before} and {before + 1} in order of time, the origin changed by"
+        f" {_um(v['um'])} towards {_towards(v['direction'], v['um'])}: a knock or a slipped clamp. Do not combine"
+        " readings from before and after."
     )
 
 
 def _misalignment(v: Values, data: Residuals) -> str:
     um = _length_mm(data) * 1e3 * (1.0 / np.cos(v["mrad"] * 1e-3) - 1.0)
     return (
-        f"The probed line is {abs(v['mrad']):.3g} mrad off the gauge's axis; lengths read too long by the cosine,"
-        f" {_um(um)} over the {_length_mm(data):.0f} mm measured. Locate the gauge again."
+        f"The probed line is {abs(v['mrad']):.3g} mrad off the axis of the gauge; the cosine error makes lengths too"
+        f" long: {_um(um)} over the {_length_mm(data):.0f} mm measured. Locate the gauge again."
     )
 
 
@@ -246,8 +248,8 @@ def _block(v: Values, data: Residuals) -> str:
     end = "end" if v["um"] > 0 else "beginning"
     u = float(data.gauge.u_um[face - 1])
     return (
-        f"Face {face}, the {side} of block {(face + 1) // 2}, lies {_um(v['um'])} nearer to the {end} block than its"
-        f" certificate says (whose standard uncertainty is {_size(u)} um): clean it, then have it calibrated."
+        f"Face {face}, the {side} of block {(face + 1) // 2}, lies {_um(v['um'])} nearer to the {end} block than"
+        f" certified (standard uncertainty {_size(u)} um): clean it, then have it calibrated."
     )
 
 
@@ -258,31 +260,31 @@ def _bending(v: Values, data: Residuals) -> str:
 def _memory(v: Values, data: Residuals) -> str:
     later = "later" if v["um"] > 0 else "earlier"
     return (
-        f"The first touch after a pause triggers {_um(v['um'])} {later}, which falls to a third within"
-        f" {_size(v['touches'])} touches: make some touches for nothing before measuring."
+        f"The first probing after a pause triggers {_um(v['um'])} {later}; this decays to 1/e within"
+        f" {_size(v['touches'])} probings: probe some points before the measurement."
     )
 
 
 def _vibration(v: Values, data: Residuals) -> str:
     return (
-        f"The machine and the gauge shake against each other along {line(v['direction'])} by"
-        f" +-{_um(v['amplitude_um'])} at {v['frequency_hz']:.5g} Hz, or at a frequency that looks the same at these"
-        " moments of touching."
+        f"The machine and the gauge vibrate relative to each other along {line(v['direction'])} by"
+        f" +-{_um(v['amplitude_um'])} at {v['frequency_hz']:.5g} Hz, or at an alias of this frequency at these"
+        " times of probing."
     )
 
 
 def _growth(v: Values, data: Residuals) -> str:
     unit = {"speed": "mm/s of speed", "time": "hour"}.get(v["per"], f"metre of {v['per']}")
     return (
-        f"The scatter grows with {v['per']}: {_size(v['rate'])} um per {unit} are added in quadrature. The points there"
-        " count for less in the fit."
+        f"The scatter grows with {v['per']}: {_size(v['rate'])} um per {unit} are added in quadrature. These points"
+        " have less weight in the fit."
     )
 
 
 def _outliers(v: Values, data: Residuals) -> str:
     count = len(v["rows"])
     return (
-        f"{count} probing{'s are' if count > 1 else ' is'} far outside the scatter of the repeats and left out of the"
+        f"{count} probing{'s are' if count > 1 else ' is'} far outside the scatter of the repeats and not used in the"
         " fit: dirt, a false trigger, or a hand on the table."
     )
 

@@ -122,24 +122,22 @@ def limits(said: Mapping[str, Any]) -> list[str]:
     measured, found = said["measured"], []
     if not said["noise"]["from_repeats"]:
         found.append(
-            "No face was probed twice under the same conditions. The noise rests on the repeatability that the machine"
-            " file states and on what is left beside the model: structure from face to face may count as noise."
+            "No face was probed twice under the same conditions. The noise is estimated from the repeatability in the"
+            " machine file and from the residuals of the model: structure from face to face may count as noise."
         )
     elif said["noise"]["dof"] < FEW_DOF:
-        found.append(
-            f"The noise rests on {said['noise']['dof']} degrees of freedom only; more cycles would sharpen it."
-        )
+        found.append(f"The noise has only {said['noise']['dof']} degrees of freedom; measure more cycles.")
     if len(measured["placements"]) == 1:
         found.append(
-            "The gauge lay in one place. What goes with the machine (scales, guideways) and what goes with the gauge"
-            " (certificate, temperature, bending) differ only where the gauge is moved or turned."
+            "The gauge lay in one place. Errors of the machine (scales, guideways) and of the gauge (certificate,"
+            " temperature, bending) can be separated only by further placements."
         )
     if len(measured["speeds_mm_s"]) < 2:
-        found.append("There was one measuring speed: a trigger delay cannot be told from a longer pre-travel.")
+        found.append("There was one measuring speed: a trigger delay cannot be separated from a larger pre-travel.")
     if not measured["time_recorded"]:
-        found.append("No times were recorded: drift, cycles, jumps and vibration could not be looked for.")
+        found.append("No times were recorded: drift, cycles, steps and vibration could not be tested.")
     if not measured["gauge_temperature_recorded"]:
-        found.append("The gauge's temperature was not recorded and is taken as that of the certificate.")
+        found.append("The temperature of the gauge was not recorded; that of the certificate was assumed.")
     if said["inputs"]["gauge"]["example"]:
         found.append("The certificate is an example, not that of a real gauge.")
     return found
@@ -155,7 +153,7 @@ def lacking(said: Mapping[str, Any]) -> list[str]:
     if (said["noise"]["sigma_um"] or 0.0) <= 0.0:
         found.append("readings that differ between repeats: these are identical to the last digit, so they are rounded,"
                      " copied or simulated without noise")  # fmt: skip
-    return found or ["more cycles: too few repeats are left to tell noise from structure"]
+    return found or ["more cycles: too few repeats to separate noise from structure"]
 
 
 def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

@@ -124,7 +124,7 @@ def with_separations(
             placements[f"{name}.toml"] = best.placement_text()
             command = best.command(name, called(data.gauge.path), called(data.machine.path))
             rest = f"; {', '.join(best.untold)}: {NO_SEPARATION}" if best.untold else ""
-            by = f"{best.run.words}, which tells it from {', '.join(best.told)}: {command}{rest}"
+            by = f"{best.run.words}, which separates it from {', '.join(best.told)}: {command}{rest}"
         told.append(replace(finding, reason=_reason(finding, data), separate_by=by))
     return told, placements
 
@@ -134,7 +134,7 @@ def _reason(finding: Finding, data: Residuals) -> str:
     others = ", ".join([*finding.confounded_with, *finding.alternatives])
     count = int(data.placement.max()) + 1
     where = "the one placement" if count == 1 else f"the {count} placements"
-    return f"in {where} of this recording {finding.label} and {others} displace the readings in the same pattern"
+    return f"in {where} of this recording {finding.label} and {others} have the same signature"
 
 
 def separate(
@@ -176,12 +176,12 @@ def extra_runs(data: Residuals) -> Iterator[ExtraRun]:
         yield ExtraRun(f"the same placement at {slower:.3g} mm/s instead of {speed:.3g} mm/s", here, slower)
     length = float(np.linalg.norm(here.c2_mm - here.c1_mm))
     middle = (here.c1_mm + here.c2_mm) / 2.0
-    options = [("the gauge end for end in the same place", middle, -here.axis)]
+    options = [("the gauge end for end in the same position", middle, -here.axis)]
     options += [(f"the gauge shifted to {_text(m)}", m, here.axis) for m in _shifts(data, middle, here.axis, length)]
     for words, direction in _directions():
         centre = _nearest_inside(data, middle, direction, length)
         if abs(direction @ here.axis) < 0.98 and centre is not None:
-            options.append((f"the gauge turned along {words}, about {_text(centre)}", centre, direction))
+            options.append((f"the gauge along {words}, about {_text(centre)}", centre, direction))
     for words, centre, axis in options:
         if abs(axis[2]) < STANDING_COS and _inside(data, centre, axis, length):
             half = axis * length / 2.0

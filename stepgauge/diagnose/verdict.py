@@ -172,7 +172,7 @@ def choices_of(solved: Solved) -> dict[str, object]:
 def _vague(said: Said, answer: Answer) -> Located:
     """A place in which a law fits with a size that is not determined: structure without a name."""
     where = sorted(_lives_in(said.source))[0]
-    words = f"looks like {said.source.label}, whose size this recording does not determine"
+    words = f"similar to {said.source.label}, whose size this recording does not determine"
     return Located(where, "both", UNDETERMINED, words, 1.0, answer.probability([said.lead.candidate.label]))
 
 
@@ -212,7 +212,7 @@ def nearest_laws(model: Model) -> Iterator[str]:
             continue
         law = max(named, key=lambda one: one.share)
         odds = said.lead.share / max(law.share, 1e-300)
-        yield f"{law.candidate.source.label} comes nearest and is {_times(odds)} times less likely than the form"
+        yield f"{law.candidate.source.label} is the nearest law and {_times(odds)} times less probable than the form"
 
 
 def _times(odds: float) -> str:

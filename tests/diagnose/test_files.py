@@ -309,7 +309,7 @@ def finding(kind: str, **values: Any) -> Finding:
 EXAMPLES: list[tuple[str, dict[str, Any], list[str]]] = [
     ("scale_error", {"axis": "x", "ppm": 10.0}, ["x scale", "too long", "10 um/m"]),
     ("scale_error", {"axis": "x", "ppm": -10.0}, ["too short"]),
-    ("scale_curvature", {"axis": "x", "um_per_m2": 30.0}, ["bowed"]),
+    ("scale_curvature", {"axis": "x", "um_per_m2": 30.0}, ["parabola"]),
     (
         "periodic_scale_error",
         {"axis": "x", "period_mm": 10.0, "amplitude_um": 0.5},
@@ -317,7 +317,7 @@ EXAMPLES: list[tuple[str, dict[str, Any], list[str]]] = [
     ),
     ("local_scale_defect", {"axis": "x", "at_mm": 350.0, "width_mm": 40.0, "height_um": 0.9}, ["x = 350.0", "0.90 um"]),
     ("squareness", {"plane": "xy", "urad": 3.0}, ["x and y", "3 urad"]),
-    ("angular_error", {"travel_axis": "x", "rotation_axis": "z", "urad_per_m": 9.0}, ["turns about z", "9 urad"]),
+    ("angular_error", {"travel_axis": "x", "rotation_axis": "z", "urad_per_m": 9.0}, ["rotates about z", "9 urad"]),
     ("roll", {"axis": "x", "urad_per_m": 9.0}, ["rolls"]),
     ("straightness", {"axis": "x", "direction": "y", "um": 3.0, "length_mm": 1000.0}, ["+y", "3.0 um", "1000 mm"]),
     ("reversal_error", {"axis": "x", "um": -0.6}, ["less", "0.60 um"]),

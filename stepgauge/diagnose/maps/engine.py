@@ -228,7 +228,7 @@ def _vague(found: Searched) -> Iterator[Located]:
     """Places in which a law fits with a size that is not determined."""
     for said in found.vague:
         label = said.lead.candidate.label
-        words = f"looks like {label}, whose size this map does not determine"
+        words = f"similar to {label}, whose size this map does not determine"
         yield Located(DIRECTION, "both", UNDETERMINED, words, 1.0, found.answer.probability([label]))
 
 
@@ -279,12 +279,12 @@ def _law(found: Searched, said: Said, amplitudes: Array, u: Array) -> tuple[Term
 def _remarks(found: Searched) -> Iterator[str]:
     gauge = [t.candidate.label.replace("_", " ") for t in found.fitted.terms if t.candidate.kind in GAUGE_KINDS]
     if gauge:
-        yield f"What was found of the gauge ({', '.join(gauge)}) is no property of the probe and not in its file."
+        yield f"The error of the force gauge ({', '.join(gauge)}) is not one of the probe, and not in its file."
     if found.slight:
         words = ", ".join(one.lead.candidate.label.replace("_", " ") for one in found.slight)
         yield (
-            f"What takes less than {found.priors.maps.slight:g} of the disagreement is not named, for no law is exact"
-            f" ({words}); the uncertainties of the parameters allow for it."
+            f"What explains less than {found.priors.maps.slight:g} of the squared residuals is not named, since no"
+            f" statics are exact ({words}); the uncertainties of the parameters allow for it."
         )
     if found.state.scatter.tails == "heavy":
-        yield "Single readings scatter with heavier tails than a normal distribution: they were weighed accordingly."
+        yield "Single readings scatter with heavier tails than a normal distribution: they were weighted accordingly."

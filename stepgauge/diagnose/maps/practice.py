@@ -20,14 +20,14 @@ def in_practice(finding: MapFinding) -> str:
 
 def _outliers(count: int) -> str:
     rows = "One row is" if count == 1 else f"{count} rows are"
-    return f"{rows} off alone, against the directions around: dirt, a slip or a slip of the pen. They are left out."
+    return f"{rows} far from the neighbouring directions: dirt, a false trigger or a typing error. They are not used."
 
 
 def _lever(v: Values) -> str:
     way = "farther from" if v["mm"] > 0.0 else "nearer to"
     return (
-        f"The contacts lie {abs(v['mm']):.3g} mm {way} the tip than the file says: a force at the tip opens them with"
-        " another lever, so all forces change nearly alike."
+        f"The contacts lie {abs(v['mm']):.3g} mm {way} the tip than in the file: the lever of a force at the tip"
+        " differs, so all forces change by nearly the same factor."
     )
 
 
@@ -42,18 +42,18 @@ def _more(word: str, more: str, less: str, name: str, unit: str) -> Callable[[Va
 def _compliance(v: Values) -> str:
     way = "softer" if v["factor"] > 1.0 else "stiffer"
     return (
-        f"The stylus with its holder is {abs(100.0 * (v['factor'] - 1.0)):.2g} % {way} than its sections make it:"
+        f"The stylus with its holder is {abs(100.0 * (v['factor'] - 1.0)):.2g} % {way} than computed from its sections:"
         f" {v['lateral_um_per_N']:.3g} um/N across."
     )
 
 
 def _percent(v: Values) -> str:
     excess = v["factor"] - 1.0
-    return f"The force gauge reads {abs(100.0 * excess):.2g} % too {_much(excess)}; the probe is not to blame."
+    return f"The force gauge indicates {abs(100.0 * excess):.2g} % too {_much(excess)}; this is no error of the probe."
 
 
 def _offset(v: Values) -> str:
-    return f"The force gauge reads {abs(v['N']):.2g} N too {_much(v['N'])} everywhere: its zero was not set."
+    return f"The force gauge indicates {abs(v['N']):.2g} N too {_much(v['N'])} everywhere: its zero was not set."
 
 
 def _much(value: float) -> str:
@@ -66,32 +66,34 @@ _SENTENCES: dict[tuple[str, str], Callable[[Values], str]] = {
     ("contact_radius", ""): _more("The radius of the contacts", "larger", "smaller", "contact_radius_mm", "mm"),
     ("contact_angle", ""): _more("The angle of the contacts", "steeper", "flatter", "contact_angle_deg", "deg"),
     ("lobing_phase", ""): lambda v: (
-        f"The tripod is turned by {v['deg']:.3g} deg about the stylus: its first arm lies at {v['arm_azimuth_deg']:.3g}"
-        " deg. The probe was screwed in turned, or azimuths are counted from another axis."
+        f"The tripod is rotated by {v['deg']:.3g} deg about the stylus: its first arm lies at"
+        f" {v['arm_azimuth_deg']:.3g}"
+        " deg. The probe was mounted at another angle, or azimuths are counted from another axis."
     ),
     ("eccentricity", ""): lambda v: (
-        f"The spring presses {v['mm']:.2g} mm beside the axis, towards {v['azimuth_deg']:.3g} deg: one contact carries"
-        " more than the others and opens later."
+        f"The line of action of the spring is {v['mm']:.2g} mm off the axis, towards {v['azimuth_deg']:.3g} deg: one"
+        " contact carries more than the others and opens later."
     ),
     ("friction", "of the seats"): lambda v: (
-        f"The arms rub in their seats (coefficient {v['seat']:.2g}): worn or dry contacts hold the stylus longer."
+        f"There is friction in the seats (coefficient {v['seat']:.2g}): worn or dry contacts open later."
     ),
     ("friction", "of the tip"): lambda v: (
-        f"The tip drags on the surface (coefficient {v['tip']:.2g}). It does not slide."
+        f"There is friction between tip and surface (coefficient {v['tip']:.2g}): the tip does not slide freely."
     ),
     ("compliance", ""): _compliance,
     ("force_gauge_scale", ""): _percent,
     ("force_gauge_offset", ""): _offset,
     ("effective_radius", ""): lambda v: (
-        f"The probe triggers {abs(v['um']):.3g} um {'later' if v['um'] > 0.0 else 'sooner'} than the file says, in all"
-        " directions alike: qualify it anew."
+        f"The probe triggers {abs(v['um']):.3g} um {'later' if v['um'] > 0.0 else 'sooner'} than in the file, equally"
+        " in all directions: qualify it anew."
     ),
     ("probe_lobing", "cosine"): lambda v: (
-        f"The pre-travel has three even lobes of {v['amplitude_um']:.3g} um, the largest at an approach azimuth of"
-        f" {v['phase_deg']:.3g} deg."
+        f"The pre-travel has three sinusoidal lobes of {v['amplitude_um']:.3g} um, the maximum at an approach azimuth"
+        f" of {v['phase_deg']:.3g} deg."
     ),
     ("probe_lobing", "triangular"): lambda v: (
         f"The pre-travel is that of three contacts that open one after the other (Wozniak): {v['constant_um']:.4g} um"
-        f" square to the stylus, least towards {v['phase_deg']:.3g} deg, and {v['offset_um']:.3g} um in all directions."
+        f" perpendicular to the stylus, least towards {v['phase_deg']:.3g} deg, and {v['offset_um']:.3g} um in all"
+        " directions."
     ),
 }

@@ -55,7 +55,7 @@ def summary(said: Mapping[str, Any]) -> str:
     if said["verdict"] == "effects":
         return f"{text} {listed(named)}."
     if said["verdict"] == "unknown":
-        part = f" Beside it there {'is' if len(named) == 1 else 'are'}: {listed(named)}." if named else ""
+        part = f" A part is explained: {listed(named)}." if named else ""
         return f"{text} Its form: {said['unexplained'][0]['where']}.{part}"
     return text
 
@@ -73,18 +73,18 @@ def limits(said: Mapping[str, Any]) -> list[str]:
     polar, azimuth = measured["polar_deg"], measured["azimuth_deg"]
     if azimuth["to"] - azimuth["from"] < FULL_TURN_DEG:
         found.append(
-            f"The azimuths go from {azimuth['from']:g} to {azimuth['to']:g} deg. What differs between the thirds of a"
-            " turn (eccentricity, a damaged seat, lobes other than three) shows only over a full turn."
+            f"The azimuths go from {azimuth['from']:g} to {azimuth['to']:g} deg. Differences between the thirds of"
+            " a circle (eccentricity, a damaged seat, lobes other than three) need azimuths over 360 deg."
         )
     if polar["different"] == 1:
         found.append(
-            f"There is one polar angle, {polar['from']:g} deg. Lever, preload and contact radius act alike on a single"
-            " ring; oblique directions tell them apart."
+            f"There is one polar angle, {polar['from']:g} deg. Lever, preload and contact radius have the same"
+            " influence at a single polar angle; oblique directions separate them."
         )
     missing = {"trigger_force_N": "trigger forces", "deflection_um": "deflections"}
     if said["inputs"]["probe"]["model"] in ("kinematic", "piezo"):
         found += [
-            f"No {words} were measured: what shows in them alone could not be looked for."
+            f"No {words} were measured: effects that only they show could not be tested."
             for name, words in missing.items()
             if name not in measured["quantities"]
         ]
@@ -97,15 +97,15 @@ def limits(said: Mapping[str, Any]) -> list[str]:
 
 def _of_scatter(noise: Mapping[str, Any]) -> list[str]:
     if noise["from_repeats"]:
-        few = f"The scatter rests on {noise['dof']} degrees of freedom only; more repeats would sharpen it."
+        few = f"The scatter has only {noise['dof']} degrees of freedom; measure more repeats."
         return [few] if noise["dof"] < FEW_DOF else []
     seen = "No direction was probed twice"
     if noise["copies"]:
-        seen = "Repeats agree to the last bit: they are copies, or simulated without scatter"
+        seen = "Repeats agree to the last digit: they are copies, or simulated without scatter"
     elif noise["dof"]:
         seen = f"Too few directions were probed twice ({noise['dof']} degrees of freedom)"
     return [
-        f"{seen}. The scatter had to be taken from what the model leaves beyond the rounding of the printed digits:"
-        " chi-square is then near one whatever the model, a disagreement in no regular form passes for scatter, and a"
-        " change that is small against it is missed. Probing every direction twice would settle that."
+        f"{seen}. The scatter is estimated from the residuals of the model beyond the rounding of the printed digits:"
+        " chi-square is then near one for any model, irregular errors count as scatter, and a change that is small"
+        " against it is missed. Probe every direction at least twice."
     ]

@@ -67,7 +67,7 @@ def separate(model: MapModel, sigma: Sequence[Array], rivals: Sequence[Fitted]) 
     (best, together), chosen = max(gaps, key=lambda pair: pair[0])
     if together < CLEAR:
         return "no measurement with this probe separates them; open it and measure its seat", ()
-    words = f"{chosen.words} (the two likeliest differ there by {best:.1f} times the scatter)"
+    words = f"{chosen.words} (the two most probable differ there by {best:.1f} times the scatter)"
     return words, (chosen.command,) if chosen.command else ()
 
 
@@ -84,11 +84,11 @@ def _gap(measurement: Measurement, table: Table, first: Fitted, second: Fitted) 
 
 def _feasible(model: MapModel, sigma: Sequence[Array]) -> list[Measurement]:
     if "seat" not in model.table:
-        return [_on_grid("map a full turn at 60 and 90 deg", (60.0, 90.0), range(0, 360, 15), model, sigma)]
+        return [_on_grid("map all azimuths at 60 and 90 deg", (60.0, 90.0), range(0, 360, 15), model, sigma)]
     length = sum(section["length_mm"] for section in model.table["stylus"])
     found = [
         _on_grid("map more polar angles", (20.0, 40.0, 60.0, 90.0), range(0, 120, 15), model, sigma),
-        _on_grid("map a full turn at 60 and 90 deg", (60.0, 90.0), range(0, 360, 15), model, sigma),
+        _on_grid("map all azimuths at 60 and 90 deg", (60.0, 90.0), range(0, 360, 15), model, sigma),
         _longer(f"measure the same directions with a stylus longer by {length:g} mm", length, model, sigma),
         Measurement("measure the force that lifts the stylus along its axis", "", _spring(model, sigma)),
         Measurement("load the force gauge with a known weight of about 1 N", "", _dead_weight(model, sigma)),
