@@ -1,4 +1,4 @@
-"""What only the laboratory knows of a calibration: the file ``certificate.toml``.
+"""Data of a calibration that only the laboratory has: the file ``certificate.toml``.
 
 Its tables follow ISO/IEC 17025:2017, 7.8.2.1 and 7.8.4.1. What identifies the certificate, the laboratory, the
 customer, the item and who signs must be stated to print it (:func:`check_filled`); of the rest it says "not stated".

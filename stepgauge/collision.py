@@ -1,4 +1,4 @@
-"""What stands around a measuring path, what moves along it, and how close they come."""
+"""Obstacles around a measuring path, the parts that move along it, and their distances."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stepgauge.sweep import first_contact, segment_distance, shank_distance
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 RAIL_OVERHANG_MM = 15.0
-"""How far the rail reaches beyond the first and the last face."""
+"""Length of the rail beyond the first and the last face."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Obstacles:
         return len(self.low_mm) - 1
 
     def name(self, row: int) -> str:
-        """What stands in a row, in words."""
+        """The obstacle of a row, in words."""
         return "the rail" if row == self.rail_row else f"block {row + 1}"
 
 

@@ -1,8 +1,8 @@
 """Recording and certificate to the machine's errors: Pahk & Kim, equations 1 to 13.
 
-Positions M are tip centres projected on the gauge axis; the front of the first used block is the reference. A back face
-is read one tip diameter farther than it lies, hence 2 R_eff is taken off XB. Temperature convention: the certified
-positions S are brought to the recorded gauge temperature; readings are left as they are.
+Positions M are tip centres projected on the gauge axis; the front of the first used block is the reference. The reading
+of a back face is one tip diameter farther along the axis than the face, so 2 R_eff is subtracted in XB. Temperature
+convention: the certified positions S are brought to the recorded gauge temperature; readings are not corrected.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ Array = NDArray[np.float64]
 REFERENCE_C = 20.0
 """Reference temperature of dimensions, ISO 1."""
 COSINE_UM = 0.1
-"""Cosine error over the measured section that is worth a note."""
+"""Cosine error over the measured section from which a note is made."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class EffectiveRadius:
 
 @dataclass(frozen=True)
 class PlacementResult:
-    """Errors of one placing of the gauge; arrays have one entry per face of the used section, NaN where undefined.
+    """Errors of one placement of the gauge; arrays have one entry per face of the used section, NaN where undefined.
 
     ``xf_um``, ``xb_um``: forward and backward error (Eqs 2-4, 6); ``sf_um``, ``sb_um``: standard deviation over the
     cycles (Eqs 5, 7); half of each is interpolated from the neighbours (Eqs 8-11). ``xm_um``: mean (Eq 12); ``xr_um``:
@@ -99,7 +99,7 @@ class PlacementResult:
 
     @property
     def cycles(self) -> tuple[int, int]:
-        """Fewest and most probings of a face that was measured."""
+        """Least and largest number of probings of a measured face."""
         seen = self.count[self.count > 0]
         return int(seen.min()), int(seen.max())
 
@@ -132,14 +132,14 @@ def evaluate(
     blocks : first and last block of the used section; default: from the lowest to the highest that was measured
     r_eff_from : ``"first"``: the effective radius from the first used block, whose XB is then zero by construction;
         ``"all"``: the mean over all used blocks
-    placements : where the gauge lay, in the order of the placement numbers; default: the axis is the mean of the
+    placements : of the gauge, in the order of the placement numbers; default: the axis is the mean of the
         forward approaches minus the backward ones
 
     Raises
     ------
     InputError
-        faces the gauge does not have, approaches against the side of the face, positions that are not this gauge's,
-        a section without a single complete block
+        faces the gauge does not have, approaches from the wrong side of the face, positions of another gauge, a
+        section without a complete block
     """
     check_gauge(recording, gauge)
     check_copies(recording)
@@ -173,9 +173,9 @@ class Readings:
     """The rows of one placement, ready for :mod:`stepgauge.face_errors`.
 
     ``axis``: the gauge axis that positions are projected on; ``by_face``: positions along it minus certified positions
-    at the recorded gauge temperature; ``faces``: of the used section. ``left_out``: readings that their
-    repeats contradict; ``kept``: rows of the recording that are used, None for all; ``remark``: on readings that stand
-    out and are used; ``tilt_rad``: of the line of the readings against the axis.
+    at the recorded gauge temperature; ``faces``: of the used section. ``left_out``: readings that their repeats
+    contradict; ``kept``: rows of the recording that are used, None for all; ``remark``: on conspicuous readings that are
+    used; ``tilt_rad``: angle of the line of the readings to the axis.
     """
 
     axis: Array
@@ -268,7 +268,7 @@ def _evaluate_placement(
 
 
 def _doubts(readings: Readings, seen: FaceStatistics, gauge: Gauge) -> list[str]:
-    """What was left out, and what stands out and is used."""
+    """Readings that were left out, and conspicuous ones that are used."""
     notes = [left_out_words(readings.left_out)] if readings.left_out else []
     if readings.remark:
         notes.append(readings.remark)

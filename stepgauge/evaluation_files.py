@@ -1,4 +1,4 @@
-"""An evaluation as the files that leave the house: ``evaluation.json`` and ``evaluation.csv``."""
+"""The files of an evaluation: ``evaluation.json`` and ``evaluation.csv``."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ R_EFF_ORIGIN = {
 
 
 def evaluation_to_dict(evaluation: Evaluation) -> dict[str, Any]:
-    """Everything an evaluation says, as JSON types (undefined values are None).
+    """An evaluation as JSON types (undefined values are None).
 
     The top level summarises: for a single placement its own values; for several the mean effective radius with the
     standard uncertainty of that mean, the longest span, the largest range of the mean error and the largest 2s.

@@ -1,8 +1,8 @@
-"""The virtual CMM: executes the moves of a program text on the gauge as it really lies.
+"""The virtual CMM: executes the moves of a program text on the gauge in its true placement.
 
-Searches end where the tip ball touches a face, plus the pre-travel of the probe; the latch adds repeatability and what
-the effects of the machine do to the reading. Everything is computed for all moves at once; the first thing that would
-stop a real machine cuts the run there.
+A search ends where the tip ball touches a face, plus the pre-travel of the probe; repeatability and the effects of the
+machine are added to the indication. All moves are computed at once; the run ends at the first event that would stop a
+real machine.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Conditions:
-    """What holds during one run.
+    """Conditions of one run.
 
     ``gauge_temperature_C``: of the gauge, true and recorded; ``placement``: its number in the recording; ``start_s``:
     time at the first position.
@@ -42,11 +42,11 @@ class Conditions:
 
 @dataclass(frozen=True)
 class Run:
-    """What came of a program: the recording, the path, its duration, and what stopped it (None if nothing did).
+    """Result of a program: the recording, the path, its duration, and the stop (None if it ran through).
 
-    ``stop_piece`` is the index of the piece of the path on which it stopped. ``shares``, where asked for: one column
-    per effect, its share along the approach in um, row by row as the recording. ``notes``: what of the machine file had
-    no chance to act.
+    ``stop_piece`` is the index of the piece of the path on which it stopped. ``shares``, on request: one column per
+    effect, its share along the approach in um, with the rows of the recording. ``notes``: parts of the machine file
+    that had no influence.
     """
 
     recording: Recording
@@ -66,10 +66,10 @@ class Run:
 
 @dataclass(frozen=True)
 class Execution:
-    """A program executed, before anything bends what is read.
+    """An executed program, before the effects of the machine.
 
-    ``frame``: the columns of a recording, with the tip centres at the trigger as they truly are; ``setting``: what
-    effects need to know besides; the rest as in :class:`Run`.
+    ``frame``: the columns of a recording, with the true tip centres at the trigger; ``setting``: further data for
+    effects; the rest as in :class:`Run`.
     """
 
     frame: pd.DataFrame
@@ -81,7 +81,7 @@ class Execution:
 
     @property
     def probings(self) -> Probings:
-        """The rows as effects see them."""
+        """The rows as input of effects."""
         return Probings(self.frame, self.setting)
 
 
@@ -94,16 +94,16 @@ def run_program(
     conditions: Conditions | None = None,
     explain: bool = False,
 ) -> Run:
-    """Execute a program and read the machine out.
+    """Execute a program and return the indications of the machine.
 
     Parameters
     ----------
     program : moves read from program text
     machine : travel, speeds, probe, repeatability and effects
-    gauge, placement : the gauge as it really lies (which the program need not know)
+    gauge, placement : the gauge in its true placement (the program may assume another)
     seed : of the repeatability; the same seed gives the same recording
     conditions : temperature and labels of the run
-    explain : give the share of every effect, too
+    explain : also return the share of every effect
 
     Returns
     -------
@@ -130,7 +130,7 @@ def run_program(
 
 
 def probing_settings(machine: Machine, search_mm: float) -> ProbingSettings:
-    """What holds where the text of a program does not say."""
+    """Settings for a program whose text does not state them."""
     return ProbingSettings(
         search_mm=search_mm,
         measuring_speed_mm_s=machine.table.measuring_speed_mm_s,
@@ -142,7 +142,7 @@ def probing_settings(machine: Machine, search_mm: float) -> ProbingSettings:
 def execute(
     program: Program, machine: Machine, gauge: Gauge, placement: Placement, conditions: Conditions | None = None
 ) -> Execution:
-    """Where the probe of a machine without errors triggers: parameters as :func:`run_program`."""
+    """Trigger positions of a machine without errors: parameters as :func:`run_program`."""
     conditions = conditions or Conditions()
     obstacles = make_obstacles(gauge, placement, conditions.gauge_temperature_C)
     tool = make_tool(machine.probe)
@@ -185,7 +185,7 @@ def _search(program: Program, obstacles: Obstacles, radius_mm: float) -> tuple[A
 
 
 def _faces(contact: Array, row: NDArray[np.intp], approach: Array, obstacles: Obstacles) -> NDArray[np.int64]:
-    """Number of the face that was touched; 0 where it was an edge, a side, a top or the rail, or nothing."""
+    """Number of the face that was touched; 0 for an edge, a side, a top or the rail, or no contact."""
     tip = obstacles.placement.to_gauge(obstacles.gauge, contact)
     low, high = obstacles.low_mm[row], obstacles.high_mm[row]
     on_face = (row >= 0) & (row < obstacles.rail_row)
@@ -209,7 +209,7 @@ def _times(path: Path, program: Program) -> Array:
 def _frame(
     program: Program, conditions: Conditions, trigger: Array, approach: Array, face: NDArray[np.int64], time_s: Array
 ) -> pd.DataFrame:
-    """The probings as they happened, before the machine's errors bend what is read."""
+    """The true probings, before the errors of the machine."""
     frame = pd.DataFrame({"placement": conditions.placement, "face": face})
     frame.insert(1, "cycle", frame.groupby("face").cumcount() + 1)  # the n-th visit to a face is cycle n
     frame[POSITION] = trigger

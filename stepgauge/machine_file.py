@@ -1,4 +1,4 @@
-"""The machine file: travel, speeds, repeatability, the probe, and what is known to bend the readings."""
+"""The machine file: travel, speeds, repeatability, the probe, and known systematic effects."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stepgauge.resources import find_data
 from stepgauge.uncertain import Uncertain, split_uncertain
 
 TIP_TOLERANCE_MM = 0.05
-"""Largest difference between a tip radius that is recorded and that of the machine file: more is another tip."""
+"""Largest difference between the recorded tip radius and that of the machine file: more means another tip."""
 Range = Annotated[tuple[float, float], Field(strict=False)]
 
 
@@ -51,7 +51,7 @@ class ReferenceTable(Table):
 
 
 class ChainTable(Table):
-    """``[machine.chain]``: the order of the axes, where their carriages are measured, and where the tip is."""
+    """``[machine.chain]``: the order of the axes, the reference points of their carriages, and the tip."""
 
     table: list[Literal["x", "y", "z"]] = Field([], description='axes that carry the table, from the base: ["x"]')
     probe: list[Literal["x", "y", "z"]] = Field([], description='axes that carry the probe, from the base: ["y", "z"]')
@@ -68,7 +68,7 @@ class ChainTable(Table):
         return self
 
     def chain(self, frame: NDArray[np.float64]) -> Chain:
-        """The chain with the stylus as a probe's ``frame (3, 3)`` holds it."""
+        """The chain with the stylus in the orientation of the ``frame (3, 3)`` of the probe."""
         tip = np.array(self.head_mm) + np.array(self.stylus_mm) @ frame
         reference = {axis: getattr(self.reference_mm, axis) for axis in "xyz"}
         return Chain("".join(self.table), "".join(self.probe), reference, tuple(tip.tolist()))
@@ -109,7 +109,7 @@ def _plain_number(value: Any) -> Any:
 
 
 def _at_most(largest: float) -> AfterValidator:
-    """A standard uncertainty beyond this is a slip of its unit."""
+    """A standard uncertainty larger than this is in a wrong unit."""
 
     def check(stated: StandardUncertainty) -> StandardUncertainty:
         if stated.u > largest:
@@ -124,7 +124,7 @@ Stated = Annotated[StandardUncertainty, BeforeValidator(_plain_number)]
 
 
 class UncertaintyTable(Table):
-    """The ``[uncertainty]`` table: what a budget counts besides the uncertain values of the other tables."""
+    """The ``[uncertainty]`` table: contributions to a budget besides the uncertain values of the other tables."""
 
     gauge_temperature_K: Annotated[Stated, _at_most(LARGEST_U_K)] | None = Field(
         None, description="standard uncertainty of the gauge's measured temperature in K, e.g. 0.05"
@@ -139,9 +139,9 @@ class UncertaintyTable(Table):
 class Machine:
     """A machine as its file describes it.
 
-    ``probe`` is the checked table of the probe and ``probe_path`` the file it stands in; ``effects`` are the raw
-    ``[[effect]]`` tables; ``uncertain`` the values that carry a standard uncertainty (in the tables stand their best
-    estimates); ``stated`` is the ``[uncertainty]`` table.
+    ``probe`` is the checked table of the probe and ``probe_path`` its file; ``effects`` are the raw ``[[effect]]``
+    tables; ``uncertain`` the values with a standard uncertainty (the tables have their best estimates); ``stated`` is
+    the ``[uncertainty]`` table.
     """
 
     table: MachineTable
@@ -159,11 +159,11 @@ class Machine:
 
     @cached_property
     def chain(self) -> Chain | None:
-        """The chain of axes, where the file states it."""
+        """The chain of axes, if the file states it."""
         return None if self.table.chain is None else self.table.chain.chain(self.sensor.frame)
 
     def u_gauge_temperature_K(self, asked: float | None = None) -> float:
-        """Standard uncertainty of the gauge's temperature: as asked, or as the file states, or 0 where it does not."""
+        """Standard uncertainty of the gauge temperature: as given, else that of the file, else 0."""
         stated = self.stated.gauge_temperature_K
         return asked if asked is not None else stated.u if stated is not None else 0.0
 
@@ -175,7 +175,7 @@ class Machine:
 
 
 def check_recorded(comments: Mapping[str, str], machine: Machine) -> None:
-    """:class:`InputError` where a recording names another machine, or another tip; one that names none may be of any.
+    """:class:`InputError` if a recording names another machine or another tip; one without names is accepted.
 
     ``comments``: of the recording, with the keys ``machine`` and ``tip_radius_mm`` where they are known. A recorded
     radius may be the effective one, and so be smaller by a pre-travel.

@@ -1,4 +1,4 @@
-"""What stops a machine in the middle of a program: a missed face, a collision, a limit of the travel."""
+"""Events that stop a machine in a program: a missed face, a collision, a limit of the travel."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NO_TRIGGER = -1
 
 @dataclass(frozen=True)
 class Stop:
-    """Something that stops the machine on a piece of its path."""
+    """An event that stops the machine on a piece of its path."""
 
     piece: int
     what: str
@@ -37,7 +37,7 @@ def first_stop(
     row: NDArray[np.intp],
     face: NDArray[np.int64],
 ) -> Stop | None:
-    """The first thing that stops the program, None if it runs through.
+    """The first event that stops the program, None if it runs through.
 
     ``path`` ends every search at the contact (before the pre-travel); ``row`` and ``face`` say for every search which
     obstacle was touched (-1: none) and which face that is (``NO_FACE``, ``NO_TRIGGER``).

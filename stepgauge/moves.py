@@ -1,4 +1,4 @@
-"""A measuring program as moves: what the planner makes, templates print, readers read and the machine executes."""
+"""A measuring program as moves, common to planner, templates, readers and virtual CMM."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ProbingSettings:
-    """What a controller is told about probing.
+    """Settings of a controller for probing.
 
     ``standoff_mm``: gap between the tip ball and the face where the measuring move starts. ``search_mm``: how far the
     tip centre may travel beyond its nominal contact position. ``retract_mm``: how far a controller that retracts by
@@ -30,7 +30,7 @@ class ProbingSettings:
 
 
 class InForce(NamedTuple):
-    """What holds for a move of a text: its settings, and its states (units, coordinates, tool) by name."""
+    """Valid for a move of a text: its settings, and its states (units, coordinates, tool) by name."""
 
     measuring: bool
     settings: ProbingSettings

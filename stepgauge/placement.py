@@ -1,4 +1,4 @@
-"""How the gauge lies in the machine: the axis C1-C2, the directions across it, and the file that says so."""
+"""The placement of the gauge in the machine: the axis C1-C2, the directions across it, and its file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 STANDING_COS = 0.999
 """|a.z| above which machine +z gives no usable up direction (within 2.6 deg of vertical)."""
 UPRIGHT_SIN = 1e-3
-"""An axis that leans less than this from upright has no yaw."""
+"""An axis within this angle of the vertical has no yaw."""
 
 
 class PlacementTable(Table):
@@ -43,7 +43,7 @@ class PlacementTable(Table):
 
 @dataclass(frozen=True)
 class Placement:
-    """A placing of the gauge.
+    """A placement of the gauge.
 
     ``axis`` (a), ``up`` and ``side`` (s = a x up) are unit vectors, ``c1_mm`` the centre of block ``first_block``.
     Gauge coordinates are (along a from face 1, along s from the blocks' middle, along up from their middle height).
@@ -117,7 +117,7 @@ def perpendicular(vector: Array, axis: Array) -> Array:
 
 
 def has_yaw(axis: ArrayLike) -> bool:
-    """Whether an axis has a direction in the xy plane; one within 1 mrad of upright has none worth stating."""
+    """Whether an axis has a direction in the xy plane; one within 1 mrad of the vertical has none."""
     return float(np.hypot(*np.asarray(axis, float)[:2])) > UPRIGHT_SIN
 
 
@@ -209,7 +209,7 @@ def block_distance_mm(gauge: Gauge, first: int, last: int) -> float:
 
 
 def distance_tolerance_mm(certified_mm: float) -> float:
-    """How far a located block distance may be off: probing by hand, 10 K of steel and a poor machine, mm."""
+    """Largest error of a located block distance: probing by hand, 10 K of steel and a poor machine, mm."""
     return 0.1 + 3e-4 * certified_mm
 
 

@@ -27,12 +27,12 @@ LIFT_MM = 20.0
 
 @dataclass(frozen=True)
 class PlanOptions:
-    """What the technician chooses.
+    """Choices of the technician.
 
     ``route``: ``side`` or ``over``; ``around``: +1 or -1, the side (+s or -s) that ``side`` goes around; ``order``:
     ``blocks`` (every block front then back), ``fronts-backs`` (all fronts, then all backs), ``up-down`` (odd cycles
     from the first face to the last, even cycles back); ``clearance_mm``: gap between tip ball and the blocks' side or
-    top on the way; ``height_mm``: probing point above the blocks' middle height; ``home_mm``: where the program starts
+    top on the path; ``height_mm``: probing point above the blocks' middle height; ``home_mm``: where the program starts
     and ends, machine coordinates; ``only_blocks``: measure these blocks of the section and pass the others by.
     """
 
@@ -90,8 +90,8 @@ def make_program(placement: Placement, gauge: Gauge, options: PlanOptions, setti
 
     Parameters
     ----------
-    placement, gauge : where the gauge lies, and its certified faces
-    options : faces, cycles and the way between them
+    placement, gauge : placement of the gauge, and its certified faces
+    options : faces, cycles and the path between them
     settings : stand-off, search, speeds and tip radius
 
     Raises
@@ -171,7 +171,7 @@ class _Planner:
         return self._contact(face) - np.array([_direction(face) * self.settings.standoff_mm, 0.0, 0.0])
 
     def _before_first(self, face: int) -> Array:
-        """Where the tip comes down: one block pitch before the first stand-off, the gap before the one it needs."""
+        """First position above the gauge: one block pitch before the first stand-off."""
         front = self.gauge.position_mm[0::2]
         block = (face - 1) // 2
         pitch = front[block] - front[block - 1] if block else front[1] - front[0]
@@ -184,7 +184,7 @@ class _Planner:
         return np.array([0.0, self.options.around * (table.block_width_mm / 2.0 + ball), 0.0])
 
     def _lift(self, place: Array) -> Array:
-        """From a place straight up to well above the blocks."""
+        """From a position vertically to a height above the blocks."""
         ball = self.settings.tip_radius_mm + self.options.clearance_mm
         return np.array([0.0, 0.0, self.gauge.table.block_height_mm / 2.0 - place[2] + ball + LIFT_MM])
 
@@ -211,7 +211,7 @@ def parse_blocks(text: str, gauge: Gauge) -> tuple[int, int]:
 
 
 def parse_section(text: str | None, gauge: Gauge) -> tuple[int, int] | None:
-    """The used section as :func:`parse_blocks` reads it; None where nobody stated one."""
+    """The used section as :func:`parse_blocks` reads it; None if not stated."""
     return parse_blocks(text, gauge) if text else None
 
 

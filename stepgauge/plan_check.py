@@ -1,6 +1,6 @@
-"""Nothing is written unless the whole path is clear: tip, shank and body against gauge, rail and travel limits.
+"""Check of the whole path before it is written: tip, shank and body against gauge, rail and travel limits.
 
-The way to the first position (home) is the machine's own and is not checked.
+The path to the first position (home) is chosen by the machine and is not checked.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from stepgauge.placement import Placement
 
 Array = NDArray[np.float64]
 PROBED_BLOCK_MARGIN_MM = 0.1
-"""Shank and body may come this close to the block that the tip is touching; elsewhere the full margin holds."""
+"""Least gap of shank and body to the block that is probed; elsewhere the full margin applies."""
 FACE_TOLERANCE_MM = 1e-6
 
 
@@ -32,7 +32,7 @@ def check_program(
     ----------
     program : the planned moves
     faces : the face each measuring point is meant for, in order
-    placement, gauge : where the blocks and the rail are
+    placement, gauge : position of the blocks and of the rail
     tool : tip ball, stylus shank and probe body
     margin_mm : smallest gap allowed anywhere but at the face being touched
 

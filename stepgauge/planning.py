@@ -1,4 +1,4 @@
-"""From the files of a technician to the checked text of a program: what ``stepgauge plan`` does."""
+"""From the files of a technician to the checked text of a program, for ``stepgauge plan``."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from stepgauge.programs.compare import difference, read_again
 from stepgauge.programs.render import CHECKED, NOT_CHECKED, render
 
 DEFAULT_SPEEDS_MM_S = (3.0, 50.0)
-"""Measuring and travel speed where neither the technician nor a machine file states them."""
+"""Measuring and travel speed if neither the technician nor a machine file states them."""
 SLOWEST_MM_S = 0.01
 FASTEST_MM_S = (100.0, 2000.0)
-"""Measuring and travel speed that no machine is told to exceed."""
+"""Largest measuring and travel speed of any program."""
 MEASURING_SPEEDUP = 4.0
 """A machine file that states no largest measuring speed allows this much times its measuring speed."""
 
@@ -45,7 +45,7 @@ class ProbingChoice:
 
 @dataclass(frozen=True)
 class ProgramText:
-    """A program as its controller reads it, and what came of reading it back."""
+    """A program as text for its controller, and the result of reading it back."""
 
     program: Program
     text: str
@@ -82,7 +82,7 @@ def agreed_tip_radius_mm(
 ) -> float:
     """The tip radius as stated, or of the machine, or as the gauge was probed with.
 
-    :class:`InputError` in the name of ``source`` where nobody knows it, or the gauge was probed with another tip.
+    :class:`InputError` in the name of ``source`` if it is not known, or if the gauge was probed with another tip.
     """
     probed = placement.tip_radius_mm
     own = None if machine is None else machine.probe.tip_radius_mm
@@ -98,7 +98,7 @@ def agreed_tip_radius_mm(
 def make_settings(
     gauge: Gauge, machine: Machine | None, tip_radius_mm: float, choice: ProbingChoice
 ) -> ProbingSettings:
-    """What holds for all probings of a program: distances in mm, speeds in mm/s."""
+    """Settings of all probings of a program: distances in mm, speeds in mm/s."""
     standoff = choice.standoff_mm or middle_standoff_mm(gauge, tip_radius_mm)
     measuring, travel = _speeds(machine, choice)
     return ProbingSettings(
@@ -164,9 +164,9 @@ def program_text(
 ) -> ProgramText:
     """The program for a controller, read back as the controller would and compared with the plan.
 
-    ``template``: the user's own. ``unchecked``: a text that cannot be read back is made all the same, and says so
-    itself in a comment. :class:`InputError` where the text cannot be read back, and, whatever is asked for, where it is
-    read as another program than the planned one.
+    ``template``: that of the user. ``unchecked``: a text that cannot be read back is accepted, and states this in a
+    comment. :class:`InputError` if the text cannot be read back, and in any case if it is read as another program than
+    the planned one.
     """
     known = DIALECTS[dialect]
     where = template or known.template
@@ -185,7 +185,7 @@ def program_text(
 
 
 def _left_to_server(program: Program, dialect: Dialect) -> str:
-    """What a program that names its tool, but not the radius of the tip, takes for granted."""
+    """Assumption of a program that names its tool, but not the radius of the tip."""
     if not dialect.tool or "tip_radius_mm" in dialect.carries:
         return ""
     radius = program.settings.tip_radius_mm
@@ -193,7 +193,7 @@ def _left_to_server(program: Program, dialect: Dialect) -> str:
 
 
 def _compared(dialect: Dialect) -> str:
-    """What a text of this dialect states, and what was therefore compared, in words."""
+    """Statements of a text of this dialect that were compared, in words."""
     words = [f"moves to {10.0**-dialect.decimals:g} mm", "directions"]
     words += ["speeds and distances"] if dialect.carries else []
     words += [name for name in ("units", "coordinates") if name in dialect.states]
@@ -210,7 +210,7 @@ def _unread(error: InputError, where: str | Path, dialect: Dialect) -> InputErro
 
 
 def _unchecked_text(program: Program, dialect: Dialect, template: str | Path) -> str:
-    """The text with a comment that says that nobody checked it: the template's own (``checked``), or the dialect's."""
+    """The text with the comment that it was not checked: that of the template (``checked``), or of the dialect."""
     text = render(program, dialect, template, NOT_CHECKED)
     if NOT_CHECKED in text:
         return text

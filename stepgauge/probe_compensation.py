@@ -1,4 +1,4 @@
-"""Recorded points -> surface points: the pre-travel of a qualified probe taken off, as a table with new columns."""
+"""Recorded points -> surface points: corrected for the pre-travel of a qualified probe, as a table."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ METHODS: dict[str, Method] = {"mean R_eff": "mean", "lobed model": "lobed"}
 
 @dataclass(frozen=True)
 class CompensatedPoints:
-    """Tip centres at the first touch and points of the surface, ``(n, 3)`` mm, and what was taken off, ``(n,)`` um."""
+    """Tip centres at first contact and points of the surface, ``(n, 3)`` mm, and the corrections, ``(n,)`` um."""
 
     points: ProbedPoints
     pretravel_um: Array
@@ -40,7 +40,7 @@ class CompensatedPoints:
 def compensate_points(
     points: ProbedPoints, found: Qualification, method: Method = "lobed", where: str | Path = "qualification"
 ) -> CompensatedPoints:
-    """Take the pre-travel off as :func:`stepgauge.qualification.compensated_centres_mm` does, and go on to the surface.
+    """Correct for the pre-travel by :func:`stepgauge.qualification.compensated_centres_mm`, and for the tip radius.
 
     :class:`InputError` where the points were compensated before, and in the name of ``where`` if the qualification
     lacks what the method needs.

@@ -22,7 +22,7 @@ from stepgauge.probe_files import ProbedPoints
 
 Array = NDArray[np.float64]
 LARGEST_PRETRAVEL_SHARE = 0.1
-"""Pre-travel over tip radius beyond which a diameter is wrong rather than the probe."""
+"""Pre-travel over tip radius above which a stated diameter must be wrong."""
 KIND = "qualification"
 _ABOUT = ("format", "stepgauge", "inputs", "checksum")
 Method = Literal["lobed", "mean"]
@@ -36,7 +36,7 @@ _FEWEST_FOR_LOBES = 12
 
 @dataclass(frozen=True)
 class Reference:
-    """What was probed, and with what.
+    """The reference sphere and the tip.
 
     ``tip_diameter_mm`` None leaves the lobes out. ``u_sphere_um`` and ``u_tip_um`` are the standard uncertainties of
     the diameters, ``noise_um`` that of one probing (None: from the residuals); ``stylus_axis`` is from tip to body.
@@ -68,7 +68,7 @@ class LobeTable(Table):
 
 
 class Qualification(Table):
-    """What a qualification found; the JSON file has the same keys."""
+    """Result of a qualification; the JSON file has the same keys."""
 
     points: int
     sphere_diameter_mm: Positive
@@ -122,7 +122,7 @@ def qualify(
 
 
 def _check_radius(points: ProbedPoints, reference: Reference, r_eff_mm: float) -> None:
-    """A tip has a radius above nothing, and no probe travels a tenth of it before it triggers."""
+    """A tip radius is positive, and no pre-travel is a tenth of it."""
     if r_eff_mm <= 0.0:
         raise InputError(
             points.rows.path,
@@ -143,7 +143,7 @@ def _check_radius(points: ProbedPoints, reference: Reference, r_eff_mm: float) -
 def compensated_centres_mm(
     points: ProbedPoints, qualification: Qualification, method: Method, where: str | Path = "qualification"
 ) -> tuple[Array, Array]:
-    """Tip centres at the first touch, (n, 3), and the pre-travel taken off, (n,) in um.
+    """Tip centres at first contact, (n, 3), and the pre-travel subtracted, (n,) in um.
 
     ``"lobed"`` takes it from the direction, ``"mean"`` takes the same, R_eff against the tip radius, everywhere.
     Raises :class:`InputError` in the name of ``where`` if the qualification lacks what the method needs.

@@ -1,4 +1,4 @@
-"""From where the probe triggered to what the machine indicates: effects, scales and repeatability, and their shares."""
+"""From trigger positions to the indications of the machine: effects, scales, repeatability, and their shares."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ TOTAL_SHARE = SHARE.format("total")
 
 @dataclass(frozen=True)
 class ReadOut:
-    """What the machine adds to the trigger positions.
+    """Displacements that the machine adds to the trigger positions.
 
-    ``displacement_um (n, 3)`` in machine axes; ``noise (n,)`` standard normal numbers behind the repeatability.
+    ``displacement_um (n, 3)`` in machine axes; ``noise (n,)`` standard normal numbers of the repeatability.
     """
 
     displacement_um: Array
@@ -52,7 +52,7 @@ class ReadOut:
 
 
 def machine_effects(machine: Machine) -> list[Effect]:
-    """The effects of a machine file, and what its scales do when nobody corrects for their temperature."""
+    """The effects of a machine file, with that of its scales if their temperature is not compensated."""
     effects = make_effects(machine.effects, machine.path)
     if machine.table.scales_compensated:
         return effects
@@ -62,7 +62,7 @@ def machine_effects(machine: Machine) -> list[Effect]:
 def read_out(probings: Probings, machine: Machine, random: np.random.Generator) -> ReadOut:
     """Displacement of all probings by the machine's effects and, along the approach, by its repeatability.
 
-    :class:`InputError` names the machine file and the effect where one cannot be had of these probings.
+    :class:`InputError` names the machine file and an effect that cannot be computed for these probings.
     """
     effects = machine_effects(machine)
     try:
@@ -78,7 +78,7 @@ def read_out(probings: Probings, machine: Machine, random: np.random.Generator) 
 
 
 def rows_beyond(effects: Sequence[Effect], n_rows: int, path: str) -> tuple[str, ...]:
-    """A note for every effect that lists rows which a recording of ``n_rows`` has not: they displace nothing."""
+    """A note for every effect with row numbers beyond the ``n_rows`` of the recording: these have no influence."""
     notes = []
     for effect in effects:
         beyond = [row for row in effect.rows if row > n_rows] if isinstance(effect, Outliers) else []

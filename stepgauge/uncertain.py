@@ -1,4 +1,4 @@
-"""Values that carry a standard uncertainty: ``ppm = { value = 2.5, u = 0.8, distribution = "normal" }``."""
+"""Values with a standard uncertainty: ``ppm = { value = 2.5, u = 0.8, distribution = "normal" }``."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ _INVERSE: dict[str, Callable[[Array, float | None], Array]] = {
 
 
 def split_uncertain(data: Any, where: str | Path, key: str = "") -> tuple[Any, tuple[Uncertain, ...]]:
-    """What a TOML file says with plain values, and the values that carry an uncertainty with their keys."""
+    """The content of a TOML file with plain values, and the values with an uncertainty by their keys."""
     if isinstance(data, dict) and "u" in data and data.keys() <= UncertainTable.model_fields.keys():
         table = check_table(UncertainTable, data, where, key)
         found = Uncertain(key, table.value, table.u, table.distribution, table.dof)

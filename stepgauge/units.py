@@ -1,4 +1,4 @@
-"""Units that files state, and units that numbers betray."""
+"""Units stated in files, and units inferred from numbers."""
 
 from __future__ import annotations
 

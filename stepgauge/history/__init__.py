@@ -1,4 +1,4 @@
-"""Many evaluations of one machine: what they say by date, trends, limits, and a store to ask."""
+"""Many evaluations of one machine: values by date, trends, limits, and a store for queries."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What one evaluation adds to the history: one entry per placement, with the scale error and its repeatability."""
+"""The entries of one evaluation in the history: one per placement, with the scale error and its repeatability."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How sure are we: propagation of distributions through the virtual CMM and the evaluation (JCGM 101:2008)."""
+"""Propagation of distributions through the virtual CMM and the evaluation (JCGM 101:2008)."""
 
 from stepgauge.montecarlo.inputs import Inputs, collect_inputs
 from stepgauge.montecarlo.model import Model, program_model, recording_model

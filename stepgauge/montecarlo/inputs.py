@@ -1,4 +1,4 @@
-"""The input quantities of a Monte Carlo: what carries an uncertainty, and one set of draws for every run."""
+"""The input quantities of a Monte Carlo: values with an uncertainty, and one set of draws for every run."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MACHINE_KEYS = (
     "machine.scale_expansion_per_K",
     "probe.pretravel_um",
 )
-"""Keys outside the effects that may carry an uncertainty."""
+"""Keys outside the effects that may have an uncertainty."""
 _EFFECT_KEY = re.compile(r"effect\[(\d+)\]\.([^\[\]]+)")
 NOTHING = "nothing"
 """In place of the name of an input: all inputs are held at their best estimates."""
@@ -55,7 +55,7 @@ class Draws:
     """Random numbers of some runs; inputs that are held at their best estimates are missing.
 
     ``scalar``: values by key, ``(runs, 1)``; ``certificate (runs, n_faces)`` standard normal, correlated as the gauge
-    says; ``noise (runs, n)`` standard normal.
+    file states; ``noise (runs, n)`` standard normal.
     """
 
     runs: int

@@ -1,13 +1,14 @@
-"""From drawn inputs to what ``evaluate`` reports, for many runs at once.
+"""From drawn inputs to the results of ``evaluate``, for many runs at once.
 
-A program is run once on the virtual CMM without errors. In a run the faces lie where the drawn certificate, expansion
-and temperature put them, the probe triggers with the drawn pre-travel, and the drawn effects and the repeatability bend
-what is read. Faces are planes, so a shifted face moves the trigger along its approach exactly, and the coordinates that
-the effects see move with it.
+A program is run once on the virtual CMM without errors. In a run the positions of the faces follow from the drawn
+certificate, expansion and temperature, the probe triggers with the drawn pre-travel, and the drawn effects and the
+repeatability displace the indication. Faces are planes, so a shifted face moves the trigger along its approach exactly,
+and the coordinates that effects use move with it.
 
-A recording is not bent again: its readings are the estimates, and a run says what the errors would be if the inputs
-differed from their best estimates as drawn. So the same displacements count with the opposite sign, relative to those
-of the best estimates; the means over the cycles stand for the readings and the repeatability for their scatter.
+Effects are not added to a recording again: its readings are the estimates, and a run gives the errors that would result
+if the inputs differed from their best estimates as drawn. So the same displacements count with the opposite sign,
+relative to those of the best estimates; the means over the cycles stand for the readings and the repeatability for
+their scatter.
 """
 
 from __future__ import annotations
@@ -83,10 +84,10 @@ class Part:
 
 @dataclass(frozen=True)
 class Model:
-    """What a Monte Carlo needs to know; ``sign`` is +1 for a program and -1 for a recording.
+    """The model of a Monte Carlo; ``sign`` is +1 for a program and -1 for a recording.
 
     ``quantities`` names the columns of :meth:`values`; ``nominal`` is the evaluation of the recording, or of a program
-    on a machine without errors; ``counts`` says which of the effects play a part.
+    on a machine without errors; ``counts`` marks the effects that have an influence.
     """
 
     machine: Machine
@@ -129,7 +130,7 @@ class Model:
         return self.effects[len(self.effects) - len(self.machine.effects) + index]
 
     def response_um(self, part: Part, scalar: Uncertain) -> Array:
-        """What one standard uncertainty of a scalar input does to the readings of a placement, um, shape ``(n,)``.
+        """Change of the readings of a placement by one standard uncertainty of a scalar input, um, shape ``(n,)``.
 
         A central difference through the virtual CMM (JCGM 100:2008, 5.1.3 note 2).
         """
@@ -186,7 +187,7 @@ class _Drawn:
         return position + self.draws.certificate * (self.model.gauge.u_um * 1e-3)
 
     def face_shift_um(self, part: Part) -> Array:
-        """How far the faces truly are from where evaluation takes them to be, along the gauge, um, by row."""
+        """True minus assumed positions of the faces along the gauge, um, by row."""
         gauge = self.model.gauge
         face = part.readings.face - 1
         shift = self.true_position_mm()[..., face] - gauge.position_mm[face]
@@ -238,7 +239,7 @@ def _columns(seen: FaceStatistics, errors: FaceErrors, span_mm: Array) -> list[A
 
 
 def _reported(result: PlacementResult) -> Array:
-    """What an evaluation says, in the same order."""
+    """The values of an evaluation, in the same order."""
     single = [result.radius.r_eff_mm, result.radius.u_mm, result.span_mm, result.band_um, result.worst_two_sigma_um]
     return np.concatenate([*(getattr(result, name) for name in BY_FACE), single])
 
@@ -252,7 +253,7 @@ def _quantities(parts: Sequence[Part]) -> tuple[Quantity, ...]:
 
 
 def _displacement_um(model: Model, part: Part, drawn: _Drawn) -> Array:
-    """What the drawn inputs do to the readings along the gauge axis, um, shape ``(runs, n)``."""
+    """Change of the readings along the gauge axis by the drawn inputs, um, shape ``(runs, n)``."""
     base = Probings(part.columns, model.setting)
     along_um = base.shifted_along_gauge(drawn.face_shift_um(part)) + drawn.pretravel_um()
     probings = Probings(_moved(part, along_um), drawn.setting())
@@ -285,7 +286,7 @@ def _projected(xyz_um: tuple[Array, Array, Array], axis: Array) -> Array:
 
 
 def _sensor_um(model: Model, part: Part, drawn: _Drawn) -> Array | float:
-    """What compensated scales read wrong where temperature or expansion are not as the controller takes them.
+    """Error of compensated scales if temperature or expansion differ from the values of the controller.
 
     -(alpha_s (T - 20) - alpha_0 (T_0 - 20)) x, with the values of the machine file for alpha_0 and T_0.
     """
@@ -329,7 +330,7 @@ def recording_model(
 ) -> Model:
     """The model of a measurement that was made; ``blocks``: first and last of the used section, as in ``evaluate``.
 
-    The effects of the machine file are taken as disturbances of this measurement: only their uncertain parameters
+    The effects of the machine file are influence quantities of this measurement: only their uncertain parameters
     count. The repeatability is that of the recording, pooled over its faces, where it has repeats.
     """
     axes = {r.placement: r.axis for r in evaluate(recording, gauge, blocks, origin).results}
@@ -368,7 +369,7 @@ def _model(
 
 
 def _is_drawn(machine: Machine, effects: Sequence[Effect]) -> list[bool]:
-    """Which effects change from run to run: by a parameter, or with the temperature or expansion of the scales."""
+    """Effects that change from run to run: by a parameter, or with the temperature or expansion of the scales."""
     places = [place for uncertain in machine.uncertain if (place := effect_key(uncertain.key)) is not None]
     first = len(effects) - len(machine.effects)
     indices = {first + index for index, _ in places}

@@ -20,7 +20,7 @@ from stepgauge.recording import is_recording_file, read_recordings
 
 @dataclass(frozen=True)
 class ModelOptions:
-    """What is stated beside the files.
+    """Options beside the files.
 
     ``u_gauge_temperature_K``: None: that of the machine file; ``origin``: of R_eff; ``blocks``: used section of a
     recording, ``A:B``; ``gauge_temperature_C``: as a program is run (None: of the certificate); ``search_mm``: beyond

@@ -1,4 +1,4 @@
-"""Probes: what a probe file says, and what the probe then does in any direction."""
+"""Probes: probe files, and the pre-travel and forces of the probe in any direction."""
 
 from stepgauge.probes.base import ConstantProbe, LobedProbe, Probe
 from stepgauge.probes.empirical import EmpiricalProbe

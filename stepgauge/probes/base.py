@@ -1,16 +1,16 @@
-"""What every probe can be asked, and the two models that need no mechanics.
+"""The interface of all probes, and the two models without mechanics.
 
 Frames and signs
 ----------------
-A probe is asked with *approaches*: unit vectors (n, 3) in machine axes, of travel towards the surface. It turns them
-into contact normals in its own frame, whose z axis is the stylus axis from tip to body, so that a hanging probe has the
-machine's axes. The polar angle of a normal counts from z: 90 deg is a wall along the stylus, 0 a floor under it. Its
-azimuth counts from x towards y; an approach along machine +x therefore has the normal azimuth 180 deg. Where the head
-holds the stylus in another direction, x of the probe is machine x made square to the stylus (machine y for a stylus
-along x), then turned about the stylus by the roll.
+The input of a probe are *approaches*: unit vectors (n, 3) in machine axes, of travel towards the surface. They are
+converted to contact normals in the frame of the probe, whose z axis is the stylus axis from tip to body; with the tip
+down its axes are those of the machine. The polar angle of a normal is counted from z: 90 deg is a wall parallel to the
+stylus, 0 a horizontal surface under it. Its azimuth is counted from x towards y; an approach along machine +x therefore
+has the normal azimuth 180 deg. For another stylus direction, x of the probe is machine x made perpendicular to the
+stylus (machine y for a stylus along x), then rotated about the stylus by the roll.
 
-Pre-travel is positive: the machine still travels that much towards the surface until it hears the trigger, so that the
-recorded tip centre is contact - r p + w p for an approach p.
+Pre-travel is positive: the machine travels by it towards the surface from contact to trigger, so that the recorded tip
+centre is contact - r p + w p for an approach p.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def head_frame(stylus_direction: Sequence[float] = HANGING, roll_rad: float = 0.
 
 @dataclass(frozen=True, kw_only=True)
 class Probe(ABC):
-    """A probe with a tip, held in some direction.
+    """A probe with a tip in some orientation.
 
     Attributes
     ----------
@@ -64,13 +64,13 @@ class Probe(ABC):
         """
 
     def trigger_force_N(self, approach: ArrayLike) -> Array:
-        """Force on the tip at the trigger, (...); NaN where the model knows nothing of forces."""
+        """Force on the tip at the trigger, (...); NaN if the model has no forces."""
         return np.full(np.shape(approach)[:-1], np.nan)
 
     def deflection_um(self, approach: ArrayLike) -> Array:
-        """How far the tip stands off square to the stylus at the trigger, (...) (Rodrigues' sensing distance).
+        """Lateral deflection of the tip at the trigger, (...) (Rodrigues' sensing distance).
 
-        NaN where the model knows nothing of it.
+        NaN if the model has no deflection.
         """
         return np.full(np.shape(approach)[:-1], np.nan)
 

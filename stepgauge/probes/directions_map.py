@@ -1,4 +1,4 @@
-"""What a probe does over a grid of directions."""
+"""Pre-travel and forces of a probe over a grid of directions."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def normals_of(polar_deg: Sequence[float] | Array, azimuth_deg: Sequence[float] 
 def map_directions(
     probe: Probe, polar_deg: Sequence[float] | Array, azimuth_deg: Sequence[float] | Array
 ) -> DirectionMap:
-    """Ask the probe for every pair of angles of the contact normal."""
+    """Values of the probe for every pair of angles of the contact normal."""
     approach = probe.approaches(normals_of(polar_deg, azimuth_deg))
     return DirectionMap(
         np.asarray(polar_deg, dtype=float),
@@ -54,7 +54,7 @@ def map_directions(
 
 
 def write_map(path: str | Path, found: DirectionMap) -> None:
-    """The map as CSV with :data:`COLUMNS`; cells are empty where a model knows nothing, or never triggers."""
+    """The map as CSV with :data:`COLUMNS`; cells are empty if a model has no value, or never triggers."""
     columns = [column.ravel() for column in found.columns()]
     rows = [[f"{cell:.6g}" if np.isfinite(cell) else "" for cell in row] for row in zip(*columns, strict=True)]
     write_table(path, COLUMNS, rows)

@@ -1,4 +1,4 @@
-"""A probe that does what its model says and, besides, what a diagnosis of its map could only describe."""
+"""A probe model plus empirical laws, such as those from the diagnosis of its map."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ parse = lru_cache(maxsize=512)(parse_formula)
 
 
 class EmpiricalTable(Table):
-    """``[[probe.empirical]]``: a fitted law without a name that is added to one quantity."""
+    """``[[probe.empirical]]``: a fitted formula without a known cause that is added to one quantity."""
 
     quantity: Quantity = Field(description="trigger_force_N, deflection_um or pretravel_um")
     formula: str = Field(min_length=1, description="in the quantity's unit, e.g. c1 * cos(2 * azimuth_rad)")
@@ -54,7 +54,7 @@ def directions(normal: Array) -> dict[str, Array]:
 
 @dataclass(frozen=True, kw_only=True)
 class EmpiricalProbe(Probe):
-    """The answers of ``base`` with laws added to them; ``inf`` (never triggers) stays ``inf``."""
+    """The values of ``base`` plus empirical laws; ``inf`` (never triggers) stays ``inf``."""
 
     base: Probe
     laws: tuple[EmpiricalTable, ...]

@@ -23,7 +23,7 @@ class MechanicalProbe(Probe):
     Attributes
     ----------
     tripod : seat and load of the stylus carrier
-    elasticity : what gives way
+    elasticity : its compliances
     tip_friction : coefficient of friction of the tip on the surface (Wozniak's mu)
     seat_friction : coefficient of friction of the arms in their seats (mu_g)
     arm_radius_mm : radius of the arms, for the seat friction
@@ -93,11 +93,11 @@ class PiezoProbe(MechanicalProbe):
     """Two stages: a sensing element latches the position, the tripod behind it confirms the touch later.
 
     Until the latch the tripod stays in its seat, so no opening enters the pre-travel. Where the tripod would open
-    before the element answers, it is the tripod that triggers.
+    before the element responds, the tripod triggers.
 
     Attributes
     ----------
-    lateral_N, axial_N : force across and along the stylus at which the element answers
+    lateral_N, axial_N : force across and along the stylus at which the element responds
     """
 
     lateral_N: float = field()

@@ -37,7 +37,7 @@ KG_PER_G = 1e-3
 def read_probe(name: str | Path, stylus_direction: Sequence[float] | None = None) -> Probe:
     """A probe file, by path or by the name of a shipped one (``omp40-2-50mm``).
 
-    ``stylus_direction``, from body to tip in machine axes, takes the place of the file's. Raises :class:`InputError`.
+    ``stylus_direction``, from body to tip in machine axes, replaces that of the file. Raises :class:`InputError`.
     """
     path = find_data(name, "probe", "probes")
     data = read_toml(path)
@@ -50,7 +50,7 @@ def read_probe(name: str | Path, stylus_direction: Sequence[float] | None = None
 def probe_from_table(data: Any, where: str | Path, stylus_direction: Sequence[float] | None = None) -> Probe:
     """The probe of a ``[probe]`` table of the file ``where``, which may name a probe file with ``file``.
 
-    Raises :class:`InputError`, also for a probe that gravity opens in the direction in which it is held.
+    Raises :class:`InputError`, also for a probe that gravity opens in its orientation.
     """
     return make_probe(*probe_table(data, where, stylus_direction))
 
@@ -184,7 +184,7 @@ def _tip_coefficient(surface: SurfaceTable | None, tip_radius_mm: float) -> floa
 
 
 def _closed(probe: MechanicalProbe, where: str | Path) -> MechanicalProbe:
-    """The probe, if it stays in its seat as it is held, and can leave it."""
+    """The probe, if it stays in its seat in its orientation, and can be deflected."""
     least = float((rest_reactions_N(probe.tripod, probe.down) - probe.tripod.opening_N).min())
     if least <= 0.0:
         found = f"a contact reaction of {least:.3g} N above opening"

@@ -1,4 +1,4 @@
-"""What a probe file may say: the ``[probe]`` table and the tables inside it, key by key with unit and range."""
+"""Keys of a probe file: the ``[probe]`` table and the tables inside it, key by key with unit and range."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class SectionTable(Table):
 
 
 class SurfaceTable(Table):
-    """``[probe.surface]``: tip and workpiece where they touch; without it they are rigid and smooth."""
+    """``[probe.surface]``: tip and workpiece at the contact; without it they are rigid and frictionless."""
 
     tip_modulus_GPa: float = Field(gt=0, le=2000, description="Young's modulus of the tip, GPa")
     tip_poisson: float = Field(ge=0, lt=0.5, description="Poisson's ratio of the tip")

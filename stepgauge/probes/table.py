@@ -32,7 +32,7 @@ class ProbeMap:
     def at(self, name: str, normal: ArrayLike) -> Array:
         """A column at normals (..., 3): linear between the grid lines, periodic in azimuth.
 
-        Beyond the first and the last polar angle of the table the nearest one holds.
+        Outside the polar angles of the table the nearest row is used.
         """
         n = np.asarray(normal, dtype=float)
         polar = np.degrees(np.arctan2(np.hypot(n[..., 0], n[..., 1]), n[..., 2]))
@@ -50,7 +50,7 @@ class ProbeMap:
 
 @dataclass(frozen=True, kw_only=True)
 class TableProbe(Probe):
-    """A probe that does what its map says; forces and deflections only if the map has them."""
+    """A probe with the values of its map; forces and deflections only if the map has them."""
 
     map: ProbeMap
 
@@ -73,7 +73,7 @@ def read_map(path: str | Path, symmetry: Symmetry = "none") -> ProbeMap:
     """A map CSV: ``polar_deg,azimuth_deg,pretravel_um`` and, if known, ``trigger_force_N`` and ``deflection_um``.
 
     Every polar angle needs every azimuth. ``symmetry`` tells which azimuths the rows stand for: all of them as given
-    (``"none"``), a third of the turn that repeats (``"three-fold"``), or 0 to 60 deg, mirrored too (``"mirrored"``).
+    (``"none"``), a third of the circle that repeats (``"three-fold"``), or 0 to 60 deg, mirrored too (``"mirrored"``).
     :class:`InputError` names the row that is missing, double or out of range.
     """
     rows = read_rows(path, (*ANGLES, "pretravel_um"))
@@ -91,7 +91,7 @@ def read_map(path: str | Path, symmetry: Symmetry = "none") -> ProbeMap:
 
 
 def _between(grid: Array, value: Array) -> tuple[NDArray[np.intp], Array]:
-    """Index of the grid line before each value and the share of the way to the next one."""
+    """Index of the grid line before each value and the share of the distance to the next one."""
     if len(grid) == 1:
         return np.zeros(value.shape, dtype=np.intp), np.zeros(value.shape)
     index = np.clip(np.searchsorted(grid, value, side="right") - 1, 0, len(grid) - 2)
@@ -99,7 +99,7 @@ def _between(grid: Array, value: Array) -> tuple[NDArray[np.intp], Array]:
 
 
 def _has_values(rows: Rows, name: str) -> bool:
-    """A column is left out if it is missing, or empty all the way (a map of a model that knows no forces)."""
+    """A column is left out if it is missing, or empty in all rows (a map of a model without forces)."""
     return name in rows.header and any(cells[rows.header.index(name)] for cells in rows.cells)
 
 

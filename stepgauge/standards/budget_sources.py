@@ -1,4 +1,4 @@
-"""Where the uncertainty of an evaluation comes from: every source as GTC numbers by face, and what nobody stated."""
+"""Where the uncertainty of an evaluation comes from: every source as GTC numbers by face, and those not stated."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PROBING, RESOLUTION, ALIGNMENT = "probing", "resolution", "alignment"
 
 @dataclass(frozen=True)
 class Asked:
-    """What the person states for a budget beyond the files.
+    """Statements of the user for a budget beside the files.
 
     ``placements``: in the order of the recording, or none; ``repeats``: one standard deviation for all faces
     (``"pooled"``, GUM 4.2.4) or one by face with n - 1 degrees of freedom; ``percent``: coverage probability.
@@ -209,7 +209,7 @@ def _resolution(model: Model, part: Part) -> Term | None:
 
 
 def _alignment(model: Model, part: Part, placement: Placement | None) -> Term | None:
-    """Faces are read too far by S phi^2 / 2 when the probed line is at the angle phi to the gauge."""
+    """Readings are too long by S phi^2 / 2 if the probed line is at the angle phi to the gauge."""
     from GTC import ureal
 
     if placement is None:
@@ -228,7 +228,7 @@ def _alignment(model: Model, part: Part, placement: Placement | None) -> Term | 
 
 
 def axis_uncertainty_rad(placement: Placement) -> tuple[float, float] | None:
-    """Standard uncertainty of the axis in two directions across it, rad; None where the placement does not say.
+    """Standard uncertainty of the axis in two directions across it, rad; None if the placement does not state it.
 
     Yaw is an angle in the xy plane: across the axis it counts times the cosine of the pitch.
     """
@@ -249,7 +249,7 @@ def cosine_rms(u1_rad: float, u2_rad: float) -> float:
 
 
 def assumptions(model: Model, asked: Asked) -> list[str]:
-    """What is taken for granted because no file states it, in sentences for the report."""
+    """Assumptions where no file makes a statement, in sentences for the report."""
     certificate = model.gauge.certificate
     said = []
     if certificate.correlation is None and certificate.proportional_um_per_m is None:
@@ -272,7 +272,7 @@ def assumptions(model: Model, asked: Asked) -> list[str]:
 
 
 def missing(model: Model, asked: Asked) -> list[tuple[str, str]]:
-    """What a budget of this measurement would have and nobody stated; nothing is made up for it."""
+    """Contributions to the budget of this measurement that were not stated; no value is assumed for them."""
     machine, gauge, keys = model.machine, model.gauge, model.inputs.names
     recorded = model.nominal.results[0].gauge_temperature_C is not None
     located = asked.placements and all(axis_uncertainty_rad(placement) for placement in asked.placements)

@@ -1,4 +1,4 @@
-"""The decision rule of ISO 14253-1: uncertainty counts against who wants to prove."""
+"""The decision rule of ISO 14253-1: the uncertainty counts against the party that proves its claim."""
 
 from __future__ import annotations
 

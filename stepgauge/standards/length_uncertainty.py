@@ -1,6 +1,6 @@
-"""How sure a test value is: the uncertainty of a length error, by the contributions of ISO/TS 23165.
+"""Test value uncertainty of a length error, by the contributions of ISO/TS 23165.
 
-The machine's own errors are what is tested and are no part of it. What is not stated is left out and listed.
+The errors of the machine are tested and are not part of it. Contributions not stated are left out and listed.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ SOURCE = "ISO/TS 23165:2006, test uncertainty of the error of indication"
 
 @dataclass(frozen=True)
 class TestConditions:
-    """What the tester states; None where nothing was said. All are standard uncertainties.
+    """Statements of the tester; None if not stated. All are standard uncertainties.
 
     ``temperature_u_K``: of the gauge temperature; ``alignment_mrad``: of the angle between gauge axis and evaluated
     axis, in each of the two directions across it; ``fixture_um``: of the length, by how the gauge is held;

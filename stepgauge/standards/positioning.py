@@ -1,12 +1,13 @@
-"""A recording of a step gauge seen as positioning of an axis: target positions, runs and deviations for ISO 230-2.
+"""A recording of a step gauge as positioning of an axis: target positions, runs and deviations for ISO 230-2.
 
-What is assumed. A face can be touched from one side only, so no face is approached in both directions. The middle of
-each block is a target: its front, touched on the way up, gives the approach in the positive direction; its back,
-touched on the way down and less the tip diameter, the one in the negative. The run means are carried from the faces to
-the middle of the block along straight lines between neighbouring faces of one side; the scatter of each face is kept.
+Assumptions. A face can be probed from one side only, so no face is approached in both directions. The middle of each
+block is a target: its front face gives the approach in the positive direction; its back face, minus the tip diameter,
+that in the negative direction. The means are interpolated linearly from the faces to the middle of the block between
+neighbouring faces of one side; the scatter of each face is not changed.
 
-Sign. The standard's deviation is the position reached less the target. The machine indicates the target where the face
-is: the deviation is certified position less indicated position, the negative of the error XF or XB of ``evaluate``.
+Sign. The deviation of the standard is actual minus target position. The indicated position is the target, the certified
+position the actual one: the deviation is certified minus indicated position, the negative of the error XF or XB of
+``evaluate``.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Rule:
-    """One rule; ``met`` is None where what was given cannot tell."""
+    """One rule; ``met`` is None if the data do not decide it."""
 
     source: str
     asks: str
