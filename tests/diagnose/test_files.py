@@ -161,7 +161,7 @@ def test_the_report_says_what_the_json_says(name: str) -> None:
 def test_the_report_says_what_a_recording_that_cannot_tell_should_have_had() -> None:
     text = report_text(said("insufficient"))
     assert "more cycles: too few repeats" in first_page(text)
-    assert "degrees of freedom only; more cycles would sharpen it" in text
+    assert "degrees of freedom; measure more cycles" in text
     assert "The gauge lay in one place" in text
     assert "The gauge lay in one place" not in report_text(said("scale"))
 
@@ -226,7 +226,7 @@ def test_the_odds_and_the_predictive_check_are_in_the_report() -> None:
     assert set(data["odds"]) == {"adequate", "scatter", "statements"}
     assert {one["check"] for one in data["checks"]} == {"rows", "repeats", "sequence", "tails"}
     text = report_text(data)
-    assert "| nothing there beyond the scatter | below 0.01 |" in text
+    assert "| nothing beyond the scatter | below 0.01 |" in text
     for one in data["checks"]:
         assert f"| {one['check']} | {one['deviation']:.1f} | passes | {one['words']} |" in text
     failed = data["checks"][0] | {"passed": False}
