@@ -174,8 +174,8 @@ class Readings:
 
     ``axis``: the gauge axis that positions are projected on; ``by_face``: positions along it minus certified positions
     at the recorded gauge temperature; ``faces``: of the used section. ``left_out``: readings that their repeats
-    contradict; ``kept``: rows of the recording that are used, None for all; ``remark``: on conspicuous readings that are
-    used; ``tilt_rad``: angle of the line of the readings to the axis.
+    contradict; ``kept``: rows of the recording that are used, None for all; ``remark``: on conspicuous readings that
+    are used; ``tilt_rad``: angle of the line of the readings to the axis.
     """
 
     axis: Array

@@ -334,7 +334,7 @@ EXAMPLES: list[tuple[str, dict[str, Any], list[str]]] = [
     ("misalignment", {"mrad": 2.0}, ["2 mrad"]),
     ("block_defect", {"face": 14, "um": 0.8}, ["Face 14, the back of block 7", "end block"]),
     ("gauge_bending", {"supports_mm": [0.0, 400.0], "sag_um": 5.0}, ["5.0 um"]),
-    ("approach_memory", {"um": 1.5, "touches": 8.0}, ["later", "8 touches"]),
+    ("approach_memory", {"um": 1.5, "touches": 8.0}, ["later", "8 probings"]),
     ("vibration", {"direction": "x", "amplitude_um": 0.5, "frequency_hz": 3.3}, ["3.3 Hz"]),
     ("noise_growth", {"per": "x", "rate": 2.0}, ["metre of x"]),
     ("outliers", {"rows": [1, 2], "um": 3.0}, ["2 probings are"]),

@@ -279,7 +279,7 @@ def _law(found: Searched, said: Said, amplitudes: Array, u: Array) -> tuple[Term
 def _remarks(found: Searched) -> Iterator[str]:
     gauge = [t.candidate.label.replace("_", " ") for t in found.fitted.terms if t.candidate.kind in GAUGE_KINDS]
     if gauge:
-        yield f"The error of the force gauge ({', '.join(gauge)}) is not one of the probe, and not in its file."
+        yield f"An error of the force gauge ({', '.join(gauge)}) is no property of the probe and not in its file."
     if found.slight:
         words = ", ".join(one.lead.candidate.label.replace("_", " ") for one in found.slight)
         yield (
