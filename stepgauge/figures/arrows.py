@@ -1,7 +1,7 @@
 """Errors of several placements in the travel of the machine: arrows at the faces, magnified, across the gauge.
 
-A step gauge measures errors along itself. Drawn along the gauge they would lie on one another; so every arrow stands
-across it: up where the machine reads long, down where it reads short, from face 1 of the used section on.
+A step gauge measures errors along its axis. Arrows along the gauge would overlap; so every arrow is drawn across it: up
+where the machine indicates too long a distance from face 1 of the used section, down where too short.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ LARGEST_SHARE = 0.16
 def arrows_figure(results: Sequence[PlacementResult], travel_mm: Array | None = None, machine: str = "") -> Figure:
     """Mean errors XM of all placements in a view of the machine.
 
-    ``travel_mm``: lowest and highest x, y, z, shape ``(3, 2)``; without it the box is that of the gauge's places.
+    ``travel_mm``: lowest and highest x, y, z, shape ``(3, 2)``; without it the box encloses the placements.
     :class:`InputError` where a placement is outside of it.
     """
     box = _box(results) if travel_mm is None else np.asarray(travel_mm, float)
@@ -55,7 +55,7 @@ def arrows_figure(results: Sequence[PlacementResult], travel_mm: Array | None = 
 
 
 def _check_inside(results: Sequence[PlacementResult], box: Array) -> None:
-    """A recording of another machine would be drawn outside of its box."""
+    """A recording of another machine would lie outside the box."""
     for result in results:
         ends = _ends(result)
         outside = ((ends < box[:, 0]) | (ends > box[:, 1])).any(axis=0)

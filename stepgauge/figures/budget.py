@@ -1,4 +1,4 @@
-"""What an uncertainty is made of: contributions as bars, and the expanded uncertainty beside the Monte Carlo."""
+"""Contributions to an uncertainty as bars, and the expanded uncertainty beside the Monte Carlo."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Residuals before and after a diagnosis, and every effect with its law drawn through the data.
 
-``residuals``: above before, below after, against what they may depend on, with two-sigma lines of the noise, and their
-distribution beside that of the noise alone. ``effects``: one panel per effect; what is left when all *other* effects
-are taken out, so that the law is seen through the data that it was fitted to.
+``residuals``: before (upper panels) and after (lower panels) against covariates, with two-sigma lines of the noise, and
+their distribution beside that of the noise alone. ``effects``: one panel per effect with the residuals of all *other*
+effects, so that the law is drawn through the data to which it was fitted.
 """
 
 from __future__ import annotations
@@ -39,18 +39,18 @@ Array = NDArray[np.float64]
 RESIDUALS, EFFECTS = "residuals", "effects"
 MOST_COLUMNS = 3
 MOST_POINTS = 4000
-"""Points drawn of each kind; more would hide each other and swell the file."""
+"""Largest number of points of each kind; more would overlap and enlarge the file."""
 FEWEST_IN_MEAN = 3
 ROWS_IN_MEAN = 8
-"""Rows in a mean of readings that do not stand at the same places."""
+"""Rows in a mean of readings at different positions."""
 TITLE_CHARACTERS = {1: 66, 2: 48}
-"""Longest line of a title by the panels that stand side by side."""
+"""Longest line of a title, by the number of panels side by side."""
 GRAIN = 1e-3
-"""Share of the axis within which readings stand at the same place."""
+"""Share of the axis within which positions count as the same."""
 
 
 def figure_names(diagnosis: Diagnosis, laws: Sequence[UnknownLaw], suffix: str = "png") -> list[str]:
-    """Names of the figures of a diagnosis; the second is there only where something is to be drawn in it."""
+    """Names of the figures of a diagnosis; the second exists only if there is an effect or a form."""
     names = [RESIDUALS, EFFECTS] if panels(diagnosis, laws) else [RESIDUALS]
     return [f"{name}.{suffix}" for name in names]
 
@@ -58,7 +58,7 @@ def figure_names(diagnosis: Diagnosis, laws: Sequence[UnknownLaw], suffix: str =
 def draw_diagnosis(
     folder: str | Path, diagnosis: Diagnosis, laws: Sequence[UnknownLaw], suffix: str = "png"
 ) -> list[Path]:
-    """Draw the figures of a diagnosis into a folder; those of an earlier one that no longer hold are removed."""
+    """Draw the figures of a diagnosis into a folder; outdated ones of an earlier diagnosis are removed."""
     target = Path(folder)
     found = panels(diagnosis, laws)
     figures = [residual_figure(diagnosis, laws)] + ([effect_figure(diagnosis, laws)] if found else [])
@@ -96,7 +96,7 @@ def residual_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Fi
 
 
 def effect_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:
-    """Every effect with its law drawn through what the other effects leave."""
+    """Every effect with its law through the residuals of the other effects."""
     found = panels(diagnosis, laws)
     rest = rest_um(diagnosis, laws)
     rows = (len(found) + 1) // 2 if len(found) > 1 else 1
@@ -114,7 +114,7 @@ def effect_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Figu
 
 
 def _covariates_that_matter(diagnosis: Diagnosis) -> list[str]:
-    """Where the disagreement was located first, then position and time; sides and ways are no axes of their own."""
+    """Covariates of systematic residuals first, then position and time; sides and directions of travel have no axis."""
     found = [one.covariate for one in (*diagnosis.located, *diagnosis.unexplained)]
     located = [covariate for covariate in found if covariate not in ("side", WAY)]
     always = ["time" if diagnosis.data.has_time else "order"]
@@ -143,7 +143,7 @@ def _scatter(axes: Axes, x: Array, y: Array, groups: Sequence[Group], alpha: flo
 
 
 def _thinned(rows: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Evenly some of many rows."""
+    """Evenly chosen rows."""
     if len(rows) <= MOST_POINTS:
         return rows
     return rows[np.linspace(0, len(rows) - 1, MOST_POINTS).astype(int)]
@@ -165,7 +165,7 @@ def _ring_outliers(axes: Axes, x: Array, um: Array, diagnosis: Diagnosis) -> Non
 
 
 def _limit(diagnosis: Diagnosis) -> float:
-    """Room for everything but outliers far away, whose rings are drawn at the rim."""
+    """Limit of the axis for all but far outliers, whose rings are drawn at the edge."""
     used = np.isfinite(diagnosis.noise.by_row_um)
     before = np.abs(diagnosis.before_um[used])
     return 1.1 * max(float(before.max(initial=0.0)), 3.0 * diagnosis.noise.sigma_um, 1e-3)
@@ -186,7 +186,7 @@ def _distribution(axes: Axes, um: Array, sigma_um: float, name: str) -> None:
 
 
 def _effect_panel(axes: Axes, panel: Panel, um: Array, diagnosis: Diagnosis) -> None:
-    """Placements in which the effect does not show are left out: they would only hide it."""
+    """Panel of an effect, without placements in which it does not show."""
     data = diagnosis.data
     value, law = panel.of(um), panel.of(panel.share_um)
     told = np.isfinite(diagnosis.noise.by_row_um) & np.isfinite(value)
@@ -231,9 +231,9 @@ def _law_line(axes: Axes, x: Array, law: Array, drawn: Drawn, line: str = "-", l
 
 
 def _means(axes: Axes, panel: Panel, um: Array, rows: NDArray[np.bool_], group: Group, sigma_um: float) -> None:
-    """Means of neighbouring rows with twice their standard error by the noise: they show what hides in the scatter.
+    """Means of neighbouring rows with twice their standard error by the noise: they show structure below the scatter.
 
-    Each reading counts by how much it says of the quantity.
+    Each reading is weighted by its information on the quantity.
     """
     x, weight = panel.x[rows], panel.weight[rows]
     place = np.round(x / max(GRAIN * float(np.ptp(panel.x)), 1e-12))
@@ -264,7 +264,7 @@ def _means(axes: Axes, panel: Panel, um: Array, rows: NDArray[np.bool_], group: 
 
 
 def _legend(figure: Figure, *drawn: Axes, most: int = 5) -> None:
-    """Every entry once, in as few and as even rows as hold at most so many."""
+    """Every entry once, in few rows of about equal length with at most so many entries."""
     entries: dict[str, Any] = {}
     for axes in drawn:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):

@@ -1,4 +1,4 @@
-"""What the panels of a diagnosis show: each effect, and each form without a law, as a quantity over its covariate."""
+"""Content of the panels of a diagnosis: each effect, and each form, as a quantity over its covariate."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ Drawn = Literal["line", "stairs", "marks"]
 MOST_PANELS = 6
 MOST_MEANS = 24
 FAINT = 0.3
-"""Share of its largest weight below which a reading says too little of the quantity to be drawn."""
+"""Share of the largest weight below which a reading has too little information on the quantity to be drawn."""
 SEEN = 0.05
 """Share of an effect's largest displacement below which a placement does not show it."""
 TIME_MIN = 60.0
 AS_RECORDED = "as recorded"
-"""In place of the unit of a column that states none."""
+"""Text for the unit of a column without a stated unit."""
 LABELS = {
     "position": "position along the gauge (mm)",
     "machine x": "machine x (mm)",
@@ -69,10 +69,10 @@ LABELS = {
 }
 RUNS = "run along the gauge, cycle by cycle in each placement"
 COUNTED = ("cycle", "placement", "face", RUNS)
-"""Labels of axes on which only whole numbers stand."""
+"""Labels of axes with whole numbers only."""
 UNITS = {"C": "°C", "um": "µm", "percent": "%", "pct": "%", "deg": "°", "mm_s": "mm/s", "um_m": "µm/m"}
 UNITS |= {unit: unit for unit in ("K", "mm", "m", "s", "min", "h", "N", "Pa", "hPa", "kPa", "bar", "V", "A", "W", "Hz")}
-"""Units as they end the name of a column, as they are printed."""
+"""Units at the end of the name of a column, and their printed form."""
 OF_COVARIATE = {"position": "position", "time": "time", "speed": "speed", "face": "face", "azimuth": "azimuth"}
 TITLES = {
     TREND: "in proportion to {covariate}",
@@ -87,14 +87,14 @@ TITLES = {
     HARMONICS: "depends on the direction of approach",
 }
 STAIRS = (LEVELS,)
-"""Forms that are fitted as levels with jumps between them."""
+"""Forms that are fitted as levels with steps between them."""
 MARKS = (HARMONICS,)
-"""Forms that tell directions apart: nothing lies between them, and all of them matter."""
+"""Forms with a value per direction of travel: there is nothing between the directions, and all are shown."""
 
 
 @dataclass(frozen=True)
 class Group:
-    """Rows that are drawn alike: colour, marker and name of the readings, ``line`` and ``law`` of the law in them."""
+    """Rows with one style: colour, marker and name of the readings, ``line`` and ``law`` of their law."""
 
     rows: NDArray[np.bool_]
     colour: str
@@ -109,8 +109,8 @@ class Panel:
     """An effect as a quantity that is drawn over a covariate.
 
     ``x (n,)``: the covariate, named by ``label``; ``share_um (n,)``: displacement along the approach; ``weight (n,)``:
-    what one unit of ``quantity`` displaces each reading by, um along the approach; ``split``: whether the law differs
-    between the groups; ``drawn``: as a line, as stairs or as marks; ``common``: whether all placements follow one law.
+    displacement of each reading by one unit of ``quantity``, um along the approach; ``split``: whether the law differs
+    between the groups; ``drawn``: as a line, as steps or as marks; ``common``: whether all placements follow one law.
     """
 
     title: str
@@ -125,12 +125,12 @@ class Panel:
     common: bool = False
 
     def of(self, um: Array) -> Array:
-        """Displacements along the approach as values of the quantity; NaN where they say too little of it."""
+        """Displacements along the approach as values of the quantity; NaN where they have too little information."""
         told = np.abs(self.weight) > FAINT * np.abs(self.weight).max()
         return np.divide(um, self.weight, out=np.full(len(um), np.nan), where=told)
 
     def seen(self, data: Residuals) -> NDArray[np.bool_]:
-        """Rows of the placements in which the effect shows beyond their origins; all, where these are what it tells."""
+        """Rows of the placements in which the effect shows beside the origins; all, if the effect is one of origins."""
         if self.drawn in ("marks", "stairs"):
             return np.ones(len(data), bool)
         size = np.abs(data.without_origins(self.share_um))
@@ -139,7 +139,7 @@ class Panel:
 
 
 def panels(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> list[Panel]:
-    """What can be drawn of the effects found: those that move readings, and those that widen their scatter do not."""
+    """Panels of the effects found that displace readings; effects on the scatter have none."""
     data = diagnosis.data
     named = [_panel_of(finding, data) for finding in diagnosis.findings if finding.share_um.any()]
     return [*named, *(_panel_of_law(law, data) for law in laws)][:MOST_PANELS]
@@ -154,7 +154,7 @@ def sides(data: Residuals) -> tuple[Group, ...]:
 
 
 def label_of(covariate: str) -> str:
-    """The label of an axis for a covariate, with the unit that is known or that its name ends in."""
+    """The label of an axis for a covariate, with its known unit or that at the end of its name."""
     if covariate in LABELS or covariate.startswith(TOUCHES):
         return LABELS.get(covariate, covariate)
     for suffix, unit in sorted(UNITS.items(), key=lambda one: -len(one[0])):
@@ -164,7 +164,7 @@ def label_of(covariate: str) -> str:
 
 
 def in_words(covariate: str) -> str:
-    """A covariate as a sentence names it: a column without its underscores and its unit."""
+    """A covariate in words: a column without underscores and unit."""
     ends = "|".join(sorted(map(re.escape, UNITS), key=len, reverse=True))
     return re.sub(f"_({ends})$", "", covariate).replace("_", " ")
 
@@ -204,7 +204,7 @@ def _panel_of(finding: Finding, data: Residuals) -> Panel:
 
 
 def _coherence(x: Array, um: Array) -> float:
-    """How much of a displacement is left in the means of neighbouring rows."""
+    """Share of a displacement that remains in the means of neighbouring rows."""
     edges = np.quantile(np.unique(x), np.linspace(0, 1, MOST_MEANS + 1)[1:-1])
     index = np.searchsorted(edges, x, side="left")
     count = np.maximum(np.bincount(index), 1)
@@ -212,7 +212,7 @@ def _coherence(x: Array, um: Array) -> float:
 
 
 def _against(effect: Effect, data: Residuals) -> tuple[str, Array]:
-    """What an effect is drawn against; one that repeats, against the place within its period."""
+    """The covariate of a panel; for a periodic effect, the position within its period."""
     values = {p.name: getattr(effect, p.name) for p in effect.parameters()}
     if "period_mm" in values:
         axis, period = values["axis"], values["period_mm"]
@@ -254,12 +254,12 @@ def _panel_of_law(law: UnknownLaw, data: Residuals) -> Panel:
 
 
 def _apart(law: UnknownLaw) -> bool:
-    """Whether placements follow one another on the axis instead of lying over each other."""
+    """Whether placements are beside one another on the axis instead of overlapping."""
     return law.located.form == LEVELS or (law.located.covariate in WANDERING and law.period is None)
 
 
 def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
-    """What a form without a law is drawn against."""
+    """The covariate of the panel of a form."""
     form, name = law.located.form, law.located.covariate
     if form == LEVELS and name == "cycle" and len(np.unique(data.placement)) > 1:
         return RUNS, runs_of(data)[1].astype(float) + 1.0
@@ -277,7 +277,7 @@ def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
 
 
 def _law_groups(law: UnknownLaw, data: Residuals) -> tuple[tuple[Group, ...], bool]:
-    """The groups that a form tells apart, and whether its law differs between them."""
+    """The groups of a form, and whether its law differs between them."""
     fronts, backs = sides(data)
     if law.located.covariate == WAY:
         way = data.probings.way()
@@ -289,7 +289,7 @@ def _law_groups(law: UnknownLaw, data: Residuals) -> tuple[tuple[Group, ...], bo
 
 
 def _centred(panel: Panel, law: UnknownLaw, data: Residuals) -> Panel:
-    """Without the constant that only moves origins: one for all, or one for each placement that stands alone."""
+    """Without the constant that only shifts origins: one for all, or one for each separate placement."""
     group = data.placement if _apart(law) else np.zeros(len(data), int)
     value = panel.of(panel.share_um)
     told = np.isfinite(value)

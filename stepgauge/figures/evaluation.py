@@ -30,7 +30,7 @@ LARGEST_MARKER_PT, SMALLEST_MARKER_PT = 4.6, 2.2
 
 
 class Direction(NamedTuple):
-    """How one way of probing is drawn: its column in the table is ``x<key>_um``, its deviation ``s<key>_um``."""
+    """Style of one direction of probing: its column in the table is ``x<key>_um``, its deviation ``s<key>_um``."""
 
     key: str
     label: str
@@ -100,7 +100,7 @@ def _reference_mm(rows: Sequence[Mapping[str, Any]]) -> float:
 
 
 def beyond_mpe(rows: Sequence[Mapping[str, Any]], mpe: Mpe) -> int:
-    """How many faces have an error, as they were probed, beyond the limit of their distance from the reference."""
+    """Number of measured faces with an error beyond the limit for their distance from the reference."""
     own = np.where(column(rows, "face") % 2 == 1, column(rows, "xf_um"), column(rows, "xb_um"))
     length = column(rows, "nominal_mm") - _reference_mm(rows)
     return int((np.abs(np.where(column(rows, "count") > 0, own, 0.0)) > mpe.at_um(length)).sum())
@@ -112,7 +112,7 @@ def column(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
 
 
 def describe(placement: Mapping[str, Any]) -> str:
-    """What the figure shows, in a sentence: under the figure, and for those who cannot see it."""
+    """Content of the figure in a sentence: its caption and alternative text."""
     said = [f"range of the mean error {_um(placement['band_um'])} over {placement['span_mm']:.1f} mm"]
     rows, worst = placement["faces"], placement["worst_two_sigma_um"]
     if worst is None:
@@ -163,7 +163,7 @@ def _draw_points(axes: Axes, rows: Sequence[Mapping[str, Any]], error: Array, di
 
 
 def _marker_pt(count: int) -> float:
-    """Markers of neighbouring faces must not run into each other on a long gauge."""
+    """Size of markers, so that those of neighbouring faces do not overlap on a long gauge."""
     return float(np.clip(180.0 / count, SMALLEST_MARKER_PT, LARGEST_MARKER_PT))
 
 
@@ -272,7 +272,7 @@ def _label(errors: Axes, reversal: Axes, placement: Mapping[str, Any]) -> None:
 
 
 def _no_smaller_than(axes: Axes, height_um: float) -> None:
-    """Rounding errors of a perfect machine shall not be blown up to the full height of a panel."""
+    """Least range of an axis, so that rounding errors do not fill the panel."""
     low, high = axes.get_ylim()
     if high - low < height_um:
         axes.set_ylim((low + high - height_um) / 2.0, (low + high + height_um) / 2.0)

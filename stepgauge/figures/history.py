@@ -67,7 +67,7 @@ def history_figure(series: Sequence[Series], limits: Mapping[str, float], machin
 
 
 def _single_date(panels: Sequence[Axes], series: Sequence[Series]) -> None:
-    """One date is no history: the values are written beside their points, and the axis says what is missing."""
+    """A single date is not a history: values are written beside their points, and the axis states what is missing."""
     when = series[0].entries[0].measured_at
     at = float(mdates.date2num(when))
     for axes, name in zip(panels, QUANTITIES, strict=True):

@@ -23,7 +23,7 @@ from stepgauge.placement import Placement
 Array = NDArray[np.float64]
 WIDTH_MM = 180.0
 MARGIN_MM = 45.0
-"""How far around the gauge the figure looks; a home position farther off is beyond its edge."""
+"""Margin of the figure around the gauge; a home position farther away is outside."""
 DETAIL_BLOCKS = 3
 SAME_MM = 0.01
 """Heights nearer to each other are drawn as one line."""
@@ -61,7 +61,7 @@ def draw_path(
     ----------
     file : PNG, SVG or PDF, by its suffix (:class:`InputError` for another)
     run_path : pieces of the path in machine coordinates
-    gauge, placement : the gauge as it lies
+    gauge, placement : the gauge in its placement
     tip_radius_mm : radius of the tip ball, drawn at the probed points of the detail
     stop_piece : index of the piece on which the machine stopped; what comes after it is not drawn
     title : printed above

@@ -28,7 +28,7 @@ from stepgauge.placement import Placement
 
 Array = NDArray[np.float64]
 DECIMALS = 4
-"""Of coordinates in mm: nobody sees more in a scene."""
+"""Decimals of coordinates in mm: more are not visible."""
 EYE = {"x": 0.75, "y": 0.75, "z": 0.6}
 """Where the scene is seen from at first, in lengths of its longest side."""
 PAGE = """<!DOCTYPE html>
@@ -67,7 +67,7 @@ class ProbedPoints:
 
 
 def probed_points(run_path: Path, gauge: Gauge, placement: Placement, tip_radius_mm: float) -> ProbedPoints:
-    """Ends of the searches in machine coordinates, each with the face it points at and the how-manieth visit it is."""
+    """Ends of the searches in machine coordinates, each with its face and the number of the probing of this face."""
     tip = run_path.end_mm[run_path.measuring]
     along = (tip - run_path.start_mm[run_path.measuring]) @ placement.axis
     contact = placement.to_gauge(gauge, tip)[:, 0] + np.sign(along) * tip_radius_mm

@@ -1,4 +1,4 @@
-"""How sure the mean errors are: the 95 % interval along the gauge, and what its width is made of."""
+"""Uncertainty of the mean errors: the 95 % interval along the gauge, and the contributions to its width."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""An evaluation as a report to print and sign: what it says (content), and how it looks (templates)."""
+"""An evaluation as a report to print and sign: its content, and its layout (templates)."""

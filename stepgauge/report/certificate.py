@@ -1,4 +1,4 @@
-"""What a laboratory states of a calibration (ISO/IEC 17025:2017, 7.8.2.1 and 7.8.4.1), or does not state."""
+"""Statements of a laboratory on a calibration (ISO/IEC 17025:2017, 7.8.2.1 and 7.8.4.1), and those missing."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _section(title: str, rows: Sequence[Row]) -> Section:
 
 
 def identity_sections(evaluation: dict[str, Any], said: Laboratory) -> list[Section]:
-    """Who calibrated what for whom, when, where and how: the head of page 1."""
+    """Identification of laboratory, customer, item, dates, place and method: the head of page 1."""
     head, item = said.certificate, said.item
     place = ", ".join(part for part in (PLACES.get(head.place or ""), head.place_text) if part)
     days = [day.isoformat() if day else None for day in (head.performed_from, head.performed_to)]

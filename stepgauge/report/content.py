@@ -1,4 +1,4 @@
-"""What the report of an evaluation says, as plain text in plain containers.
+"""Content of the report of an evaluation, as plain text in plain containers.
 
 Everything comes from the evaluation, from the files given with it, or from the person who orders the report; what is
 missing is listed as not stated, never filled in. It is a calibration certificate only where a laboratory stated who,
@@ -70,7 +70,7 @@ def make_content(evaluation: dict[str, Any], stated: Stated, sources: Sources) -
     Parameters
     ----------
     evaluation : as :func:`stepgauge.report.reading.read_checked_evaluation` gives it
-    stated : what the person says
+    stated : statements of the user
     sources : further files, checked to belong to the evaluation
 
     Returns
@@ -173,7 +173,7 @@ def _sections(evaluation: dict[str, Any], sources: Sources) -> list[Section]:
 
 
 def _notes(evaluation: dict[str, Any], sources: Sources) -> list[str]:
-    """What the evaluation and the placing remarked, each said once."""
+    """Remarks of evaluation and placement, each once."""
     several = len(evaluation["placements"]) > 1
     notes = []
     for index, result in enumerate(evaluation["placements"]):

@@ -22,7 +22,7 @@ BETWEEN = "*"
 
 @dataclass(frozen=True)
 class Stated:
-    """What only a person can say; None where nobody said it."""
+    """Statements that only the user can make; None if not stated."""
 
     date: datetime.date
     number: str | None = None
@@ -85,7 +85,7 @@ class PrintedTable:
 
 @dataclass
 class Page:
-    """All that a report says. ``overall`` is the one sentence that decides; ``warnings`` belong beside the result.
+    """The content of a report. ``overall`` is the one sentence that decides; ``warnings`` belong beside the result.
 
     ``figures`` are pairs of SVG and caption, ``lists`` a title with its items, ``closing`` sections in the full width
     after the tables, ``signatures`` a role and a name, ``end`` the mark of the last page, ``data`` a name and JSON.
@@ -148,7 +148,7 @@ class Page:
 
 
 def said(text: str | None) -> str | None:
-    """Cleaned text; None where nothing but blanks was said."""
+    """Cleaned text; None for blanks."""
     return clean(text) or None if text is not None else None
 
 
@@ -168,7 +168,7 @@ def identity_section(stated: Stated, machine: str | None) -> Section:
 
 
 def unsaid(stated: Stated) -> list[str]:
-    """What a report should state and the person did not."""
+    """Statements that a report should have and that were not made."""
     asked = (
         ("report number", stated.number),
         ("customer", stated.customer),

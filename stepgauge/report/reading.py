@@ -1,4 +1,4 @@
-"""What a report is made from: an ``evaluation.json`` checked key by key, and files that must belong to it."""
+"""Input of a report: an ``evaluation.json`` checked key by key, and files that must belong to it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stepgauge.placement import Placement
 
 SAME_POSITION_MM = 1e-6
 SAME_AXIS_RAD = 0.01
-"""A placement file turned farther than this from the evaluated axis describes another placing."""
+"""A placement file turned farther than this from the evaluated axis describes another placement."""
 
 
 class _Stored(Table):
@@ -46,7 +46,7 @@ class FaceRow(_Stored):
 
 
 class PlacementRow(_Stored):
-    """One placing of the gauge."""
+    """One placement of the gauge."""
 
     placement: int
     axis: list[float] = Field(min_length=3, max_length=3)

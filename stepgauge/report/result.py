@@ -1,4 +1,4 @@
-"""Page 1 of the report of an evaluation: the largest errors with their U, and what U leaves out."""
+"""Page 1 of the report of an evaluation: the largest errors with their U, and the contributions not in U."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NAMES = {"xm": "Largest mean error XM", "xr": "Largest reversal XR"}
 def result_table(evaluation: dict[str, Any], budget: StoredBudget | None) -> PrintedTable:
     """One row per result of each placement: value, expanded uncertainty, coverage factor.
 
-    The range of XM and the largest 2s are what was observed: no uncertainty belongs to them as it does to an error.
+    The range of XM and the largest 2s are observed values: no uncertainty is stated for them.
     """
     columns = [
         Column("Result", words=True),

@@ -1,4 +1,4 @@
-"""The sections of a report: labels with values, and what each would have liked to state."""
+"""The sections of a report: labels with values, and the missing statements of each."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def machine_section(evaluation: dict[str, Any], machine: Machine | None) -> Sect
 
 
 def placement_section(result: dict[str, Any], placement: Placement | None) -> Section:
-    """Where the gauge lay: the evaluated axis, and what locating it found."""
+    """The placement of the gauge: the evaluated axis, and the result of locating it."""
     section = Section(f"Placement {result['placement']}")
     axis = np.asarray(result["axis"])
     section.add("Evaluated along (x, y, z)", vector(axis, 6))
@@ -132,7 +132,7 @@ def _with_u(text: str, u_urad: float | None) -> str:
 
 
 def conditions_section(evaluation: dict[str, Any], machine: Machine | None) -> Section:
-    """Temperatures, and what was corrected to which."""
+    """Temperatures, and the corrections for them."""
     section = Section("Conditions")
     several = len(evaluation["placements"]) > 1
     for result in evaluation["placements"]:

@@ -1,6 +1,6 @@
-"""Reports of tests by a standard: what they share beside :mod:`stepgauge.report.page`.
+"""Common parts of reports of tests by a standard, beside :mod:`stepgauge.report.page`.
 
-As everywhere, what nobody stated is listed as not stated and nothing is filled in.
+Data that were not stated are listed as not stated, and nothing is filled in.
 """
 
 from __future__ import annotations

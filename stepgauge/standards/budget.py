@@ -63,7 +63,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Budget:
-    """All lines, the sources they come from, what was assumed, and what nobody stated (what, and how to state it).
+    """All lines, the sources they come from, the assumptions, and the contributions not stated (and how to state them).
 
     ``bands``: one per placement, where there is a Monte Carlo.
     """

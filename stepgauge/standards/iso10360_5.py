@@ -146,7 +146,7 @@ class ProbingTest:
 
     @property
     def missing(self) -> list[str]:
-        """What would be needed for the uncertainty of the test, and nobody stated."""
+        """Contributions to the uncertainty of the test that were not stated."""
         asked = (
             ("form error of the test sphere and its uncertainty", self._u_form()),
             ("uncertainty of the diameter of the test sphere", self._u_size()),

@@ -163,7 +163,7 @@ def _bidirectional(tip: TipDiameter | None) -> Rule:
 
 
 def _expansion(series: Series, gauge: Gauge, normal_too: bool) -> Rule:
-    """Normal expansion; a gauge of low expansion will do for E0 where one length of normal expansion is tested, too."""
+    """A gauge of low expansion is sufficient for E0 if a length of normal expansion is tested, too."""
     low, high = NORMAL_EXPANSION_PER_K
     alpha = gauge.table.expansion_per_K
     found = f"{alpha * 1e6:g} × 10⁻⁶ / K"

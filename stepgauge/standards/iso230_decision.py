@@ -23,7 +23,7 @@ def parameters_um(found: AxisParameters) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Requirement:
-    """Tolerances by parameter, um; ``expanded_um`` of the parameters (ISO/TR 230-9), None where nobody stated it."""
+    """Tolerances by parameter, um; ``expanded_um`` of the parameters (ISO/TR 230-9), None if not stated."""
 
     tolerance_um: Mapping[str, float] = field(default_factory=dict)
     expanded_um: float | None = None
