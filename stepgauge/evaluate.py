@@ -14,18 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.face_errors import (
-    ByFace,
-    FaceStatistics,
-    REffOrigin,
-    band_um,
-    face_errors,
-    radius_blocks,
-    reference_face,
-)
+from stepgauge.face_errors import REffOrigin, band_um, face_errors, radius_blocks, reference_face
 from stepgauge.gauge import Gauge
 from stepgauge.placement import Placement
 from stepgauge.recording import APPROACH, POSITION, Recording
+from stepgauge.recording.by_face import ByFace, FaceStatistics
 from stepgauge.recording.identity import (
     axis_from_approaches,
     certified_mm,

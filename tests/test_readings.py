@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 from stepgauge.errors import InputError
 from stepgauge.evaluate import evaluate
 from stepgauge.evaluation_files import write_evaluation
-from stepgauge.face_errors import ByFace
 from stepgauge.gauge import Gauge
 from stepgauge.machine_file import read_machine
 from stepgauge.montecarlo import recording_model
 from stepgauge.recording import Recording, join_recordings, read_recording, write_recording
+from stepgauge.recording.by_face import ByFace
 from stepgauge.recording.columns import near_miss
 from stepgauge.recording.identity import check_recording
 from stepgauge.recording.repeats import resolution_mm, slips

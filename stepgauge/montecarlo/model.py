@@ -24,16 +24,7 @@ from stepgauge.effects import Effect, Probings, Setting
 from stepgauge.effects.thermal import REFERENCE_C, ScaleTemperature, UncompensatedScales
 from stepgauge.effects.totals import added_up, scatter_um
 from stepgauge.evaluate import Evaluation, PlacementResult, Readings, evaluate, project_readings
-from stepgauge.face_errors import (
-    ByFace,
-    FaceErrors,
-    FaceStatistics,
-    REffOrigin,
-    band_um,
-    face_errors,
-    face_statistics,
-    worst_two_sigma_um,
-)
+from stepgauge.face_errors import FaceErrors, REffOrigin, band_um, face_errors, worst_two_sigma_um
 from stepgauge.gauge import Gauge
 from stepgauge.machine import Conditions, execute
 from stepgauge.machine_file import Machine
@@ -51,6 +42,7 @@ from stepgauge.moves import Program
 from stepgauge.placement import Placement
 from stepgauge.readout import machine_effects
 from stepgauge.recording import Recording
+from stepgauge.recording.by_face import ByFace, FaceStatistics, face_statistics
 from stepgauge.uncertain import Uncertain, replaced
 
 Array = NDArray[np.float64]

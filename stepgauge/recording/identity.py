@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.face_errors import ByFace
 from stepgauge.gauge import Gauge
 from stepgauge.numerals import number
+from stepgauge.recording.by_face import ByFace
 from stepgauge.recording.columns import POSITION
 from stepgauge.recording.rows import check_beside, check_copies, check_rows, dot
 from stepgauge.recording.table import Recording

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.face_errors import ByFace
+from stepgauge.recording.by_face import ByFace
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.face_errors import PIECE
 from stepgauge.gauge import Gauge
+from stepgauge.recording.by_face import PIECE
 from stepgauge.recording.columns import OPTIONAL, POSITION
 from stepgauge.recording.table import Recording
 

@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.face_errors import FaceStatistics, face_errors
+from stepgauge.face_errors import face_errors
 from stepgauge.montecarlo.model import Model, Part, Quantity
 from stepgauge.montecarlo.summary import Summary
+from stepgauge.recording.by_face import FaceStatistics
 from stepgauge.standards.budget_sources import Asked, Source, Term, assumptions, missing, terms
 from stepgauge.standards.coverage import Expanded, expand
 
