@@ -23,12 +23,12 @@ from numpy.typing import NDArray
 from table import Table, best_s
 
 from stepgauge.diagnose.engine import diagnose
-from stepgauge.gauge import read_gauge
-from stepgauge.machine import Conditions, run_program
-from stepgauge.machine_file import read_machine
-from stepgauge.moves import ProbingSettings
-from stepgauge.placement import make_placement
-from stepgauge.plan import PlanOptions, make_program, middle_standoff_mm
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.gauge.placement import make_placement
+from stepgauge.machine.file import read_machine
+from stepgauge.machine.virtual import Conditions, run_program
+from stepgauge.motion.moves import ProbingSettings
+from stepgauge.planning.plan import PlanOptions, make_program, middle_standoff_mm
 from stepgauge.recording import APPROACH, POSITION, Recording, join_recordings, write_recording
 
 Array = NDArray[np.float64]

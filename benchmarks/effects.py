@@ -19,9 +19,9 @@ from table import Table, best_s
 
 from stepgauge.effects import Effect, Probings, Setting, effect_kinds, make_effects, total_displacement_um
 from stepgauge.effects.compensation import COLUMNS
-from stepgauge.evaluate import evaluate
-from stepgauge.gauge import read_gauge
-from stepgauge.machine_file import read_machine
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.machine.file import read_machine
 from stepgauge.recording import Recording, read_recording, write_recording
 
 GAUGE = read_gauge("step-gauge-420")

@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from stepgauge.gauge import read_gauge
-from stepgauge.placement import make_placement, write_placement
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.gauge.placement import make_placement, write_placement
 
 RUNS = 7
 

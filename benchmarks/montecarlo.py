@@ -13,15 +13,15 @@ from pathlib import Path
 
 from table import Table, best_s
 
-from stepgauge.gauge import read_gauge
-from stepgauge.machine import probing_settings
-from stepgauge.machine_file import read_machine
+from stepgauge.files.resources import find_data
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.gauge.placement import make_placement, read_placement, write_placement
+from stepgauge.machine.file import read_machine
+from stepgauge.machine.virtual import probing_settings
 from stepgauge.montecarlo import program_model, run_monte_carlo
-from stepgauge.placement import make_placement, read_placement, write_placement
-from stepgauge.plan import PlanOptions, make_program
+from stepgauge.planning.plan import PlanOptions, make_program
 from stepgauge.programs import DIALECTS, read_program
 from stepgauge.programs.render import render
-from stepgauge.resources import find_data
 
 EFFECTS = """
 [[effect]]

@@ -10,9 +10,9 @@ import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from stepgauge.gauge import CertificateTable, Gauge, GaugeTable
-from stepgauge.machine_file import Machine, MachineTable
-from stepgauge.placement import Placement
+from stepgauge.gauge.certified import CertificateTable, Gauge, GaugeTable
+from stepgauge.gauge.placement import Placement
+from stepgauge.machine.file import Machine, MachineTable
 from stepgauge.probes.schema import ConstantTable
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 
-from stepgauge.gauge import Gauge, read_gauge
-from stepgauge.machine_file import Machine, read_machine
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.machine.file import Machine, read_machine
 
 # On CI the examples are the same in every run, and a failing one is shown as it was found: to make it small can take
 # five minutes. On a developer's machine they are new in every run.

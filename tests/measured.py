@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from stepgauge.evaluate import Evaluation, evaluate
-from stepgauge.gauge import Gauge, read_gauge
-from stepgauge.machine import Run, run_program
-from stepgauge.machine_file import Machine, read_machine
-from stepgauge.moves import ProbingSettings
-from stepgauge.placement import Placement, make_placement
-from stepgauge.plan import PlanOptions, make_program, middle_standoff_mm
+from stepgauge.evaluation.evaluate import Evaluation, evaluate
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import Placement, make_placement
+from stepgauge.machine.file import Machine, read_machine
+from stepgauge.machine.virtual import Run, run_program
+from stepgauge.motion.moves import ProbingSettings
+from stepgauge.planning.plan import PlanOptions, make_program, middle_standoff_mm
 from stepgauge.recording import Recording, join_recordings
 
 BLOCKS = 6

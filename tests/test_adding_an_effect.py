@@ -15,11 +15,11 @@ PREPARE = "import sys, stepgauge.effects; stepgauge.effects.__path__.append(sys.
 RUN = """
 from dataclasses import replace
 import numpy as np
-from stepgauge.gauge import read_gauge
-from stepgauge.machine import probing_settings, run_program
-from stepgauge.machine_file import read_machine
-from stepgauge.placement import make_placement
-from stepgauge.plan import PlanOptions, make_program
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.machine.virtual import probing_settings, run_program
+from stepgauge.machine.file import read_machine
+from stepgauge.gauge.placement import make_placement
+from stepgauge.planning.plan import PlanOptions, make_program
 
 gauge, machine = read_gauge("step-gauge-420"), read_machine("bridge-cmm")
 machine = replace(machine, effects=({"kind": "resolution", "axis": "x", "step_um": 50.0},))

@@ -11,8 +11,8 @@ from benchmarks.attack.collisions import Scene, attack, ball_too_near, draw, loo
 from benchmarks.attack.controllers import CONTROLLERS, Piece
 from benchmarks.attack.swept import least_distance
 from stepgauge.errors import InputError
-from stepgauge.moves import Program
-from stepgauge.planning import checked_program, make_settings, program_text
+from stepgauge.motion.moves import Program
+from stepgauge.planning.program import checked_program, make_settings, program_text
 
 numbers = st.integers(0, 2**31 - 1)
 

@@ -34,8 +34,8 @@ from benchmarks.blind.score import (
     wilson_interval,
 )
 from benchmarks.blind.table import summarise, text
-from stepgauge.gauge import read_gauge
-from stepgauge.machine_file import read_machine
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.machine.file import read_machine
 from stepgauge.recording import join_recordings, read_recording
 
 BLIND = Path(__file__).resolve().parent.parent / "benchmarks" / "blind"

@@ -16,7 +16,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pypdf import PdfReader
 
-from stepgauge.certificate_file import read_laboratory
 from stepgauge.cli import main
 from stepgauge.dcc.elements import to_bytes
 from stepgauge.dcc.read import read_document
@@ -24,12 +23,13 @@ from stepgauge.dcc.results import read_errors
 from stepgauge.dcc.write import machine_certificate
 from stepgauge.dcc.xml import parse_xml, read_xml, validate
 from stepgauge.errors import InputError
-from stepgauge.gauge import read_gauge
+from stepgauge.files.notation import uncertain
+from stepgauge.files.resources import folder
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.report.certificate_file import read_laboratory
 from stepgauge.report.content import Sources, make_content
-from stepgauge.report.numbers import uncertain
 from stepgauge.report.page import Stated
 from stepgauge.report.render import render_html, render_pdf
-from stepgauge.resources import folder
 from stepgauge.standards.budget_files import StoredGap
 from tests.conftest import ROOT
 from tests.dcc.made import SAID, SCHEMA, evaluated, laboratory

@@ -18,7 +18,7 @@ from numpy.testing import assert_allclose
 
 from stepgauge.effects import Probings, Setting, make_effects, total_displacement_um
 from stepgauge.errors import InputError
-from stepgauge.machine_file import Machine, read_machine
+from stepgauge.machine.file import Machine, read_machine
 from stepgauge.physics.chain import Chain
 
 BRIDGE = (Path(__file__).parent.parent / "calibration_data" / "machines" / "bridge-cmm.toml").read_text()

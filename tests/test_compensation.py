@@ -15,11 +15,11 @@ from stepgauge.compensation import FORMATS, TableOptions, TipRadius, axis_faces,
 from stepgauge.compensation.table import CompensationTable
 from stepgauge.effects.compensation import COLUMNS, read_compensation
 from stepgauge.errors import InputError
-from stepgauge.evaluate import evaluate
-from stepgauge.evaluation_files import evaluation_to_dict
-from stepgauge.gauge import Gauge
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.evaluation.files import evaluation_to_dict
+from stepgauge.files.templating import fill_template
+from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import Recording, join_recordings
-from stepgauge.templating import fill_template
 from tests.build import make_gauge
 
 Array = np.ndarray

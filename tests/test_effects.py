@@ -16,8 +16,8 @@ from stepgauge.effects import Probings, Setting, effect_kinds, make_effects, tot
 from stepgauge.effects.compensation import COLUMNS
 from stepgauge.effects.totals import along_approach_um, scatter_um
 from stepgauge.errors import InputError
-from stepgauge.gauge import read_gauge
-from stepgauge.machine_file import read_machine
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.machine.file import read_machine
 
 GAUGE = read_gauge("step-gauge-420")
 MACHINE = read_machine("bridge-cmm")

@@ -16,9 +16,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
-from stepgauge.evaluate import Evaluation, evaluate
-from stepgauge.evaluation_files import CSV_COLUMNS, read_evaluation, write_evaluation
-from stepgauge.gauge import Gauge
+from stepgauge.evaluation.evaluate import Evaluation, evaluate
+from stepgauge.evaluation.files import CSV_COLUMNS, read_evaluation, write_evaluation
+from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import Recording
 from tests.build import Pose, make_gauge, make_pose
 

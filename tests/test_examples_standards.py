@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stepgauge.evaluate import evaluate
-from stepgauge.gauge import read_gauge
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.gauge.certified import read_gauge
 from stepgauge.recording import join_recordings, read_recording
 from tests.conftest import ROOT
 

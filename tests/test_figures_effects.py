@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 from stepgauge.errors import InputError
 from stepgauge.figures import shares as module
 from stepgauge.figures.shares import draw_shares
-from stepgauge.gauge import Gauge
+from stepgauge.gauge.certified import Gauge
 
 
 def some_shares(effects: int) -> tuple[pd.DataFrame, np.ndarray]:

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
 from stepgauge.errors import InputError
-from stepgauge.evaluate import PlacementResult
-from stepgauge.evaluation_files import evaluation_to_dict
+from stepgauge.evaluation.evaluate import PlacementResult
+from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.figures.evaluation import describe, draw_evaluations, evaluation_figure
 from tests.measured import one_placement, two_placements, with_gaps
 

@@ -10,8 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stepgauge.errors import InputError
-from stepgauge.evaluate import evaluate
-from stepgauge.evaluation_files import evaluation_to_dict
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.evaluation.files import evaluation_to_dict
+from stepgauge.evaluation.probings import probing_errors
 from stepgauge.figures.arrows import across, arrows_figure
 from stepgauge.figures.compensation import compensation_figure
 from stepgauge.figures.evaluation import beyond_mpe, evaluation_figure
@@ -19,7 +20,6 @@ from stepgauge.figures.history import history_figure
 from stepgauge.figures.probings import bidirectional_figure, repeatability_figure
 from stepgauge.figures.run_chart import run_chart_figure
 from stepgauge.history import make_series
-from stepgauge.probing_errors import probing_errors
 from stepgauge.recording import Recording, join_recordings
 from stepgauge.standards.mpe import Mpe
 from tests.build import make_gauge

@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 from stepgauge.effects import Probings, Setting, make_effects, total_displacement_um
 from stepgauge.effects.probings import followed
 from stepgauge.errors import InputError
-from stepgauge.gauge import read_gauge
-from stepgauge.machine_file import read_machine
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.machine.file import read_machine
 
 GAUGE, MACHINE = read_gauge("step-gauge-420"), read_machine("bridge-cmm")
 MINUTES = np.arange(0.0, 14400.0, 30.0)

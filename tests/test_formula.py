@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from stepgauge.formula import parse_formula
+from stepgauge.files.formula import parse_formula
 
 
 @pytest.mark.parametrize(

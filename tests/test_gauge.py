@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge, read_gauge
-from stepgauge.resources import folder, shipped_names
+from stepgauge.files.resources import folder, shipped_names
+from stepgauge.gauge.certified import Gauge, read_gauge
 
 TOML = """
 [gauge]

@@ -14,11 +14,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stepgauge.cli.history import LIMITS
-from stepgauge.dates import first_moment, moment_in_path, parse_moment
 from stepgauge.errors import InputError
-from stepgauge.evaluate import evaluate
-from stepgauge.evaluation_files import evaluation_to_dict, write_evaluation
-from stepgauge.files import write_json
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
+from stepgauge.files.dates import first_moment, moment_in_path, parse_moment
+from stepgauge.files.text import write_json
 from stepgauge.history import QUANTITIES, HistoryEntry, judge, make_series, refresh_store
 from stepgauge.history.entries import read_entries
 from stepgauge.history.trend import FEWEST_FOR_CONTROL, fit_trend

@@ -15,15 +15,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepgauge.config import read_toml
 from stepgauge.dcc.xml import read_xml
 from stepgauge.errors import LONGEST, InputError, one_line, reader
-from stepgauge.files import read_bytes, read_text
-from stepgauge.gauge import read_gauge
+from stepgauge.files.config import read_toml
+from stepgauge.files.numerals import Numerals, number
+from stepgauge.files.text import read_bytes, read_text
+from stepgauge.gauge.certified import read_gauge
 from stepgauge.importing import gist, read_log, recognise_log
-from stepgauge.moves import ProbingSettings
-from stepgauge.numerals import Numerals, number
-from stepgauge.probe_files import read_points
+from stepgauge.motion.moves import ProbingSettings
+from stepgauge.probes.files import read_points
 from stepgauge.programs import read_program
 from stepgauge.recording import read_recording
 from tests.cli.conftest import Run, run  # noqa: F401 the fixture

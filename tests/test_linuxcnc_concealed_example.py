@@ -12,8 +12,8 @@ import pytest
 from stepgauge.diagnose.files import FORMAT
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
-from stepgauge.gauge import read_gauge
-from stepgauge.placement import read_placement
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.gauge.placement import read_placement
 from tests.conftest import ROOT
 
 EXAMPLE = ROOT / "examples" / "linuxcnc-concealed"

@@ -15,12 +15,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepgauge.collision import RAIL_OVERHANG_MM
 from stepgauge.errors import InputError
-from stepgauge.evaluate import evaluate
-from stepgauge.evaluation_files import evaluation_to_dict
-from stepgauge.gauge import Gauge, read_gauge
-from stepgauge.placement import read_placement
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.evaluation.files import evaluation_to_dict
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import read_placement
+from stepgauge.motion.collision import RAIL_OVERHANG_MM
 from stepgauge.recording import Recording
 from tests.build import angles, gauges, make_gauge, make_machine, make_pose, positions
 from tests.conftest import ROOT

@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 from stepgauge.effects import Probings, Setting, make_effects, total_displacement_um
 from stepgauge.effects.totals import scatter_um
 from stepgauge.errors import InputError
-from stepgauge.gauge import read_gauge
-from stepgauge.machine_file import read_machine
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.machine.file import read_machine
 
 
 def bend(table: dict, **columns: object) -> np.ndarray:

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge, read_gauge
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import Placement, format_placement, parse_placement
 from stepgauge.locate import locate, read_points
 from stepgauge.locate.adjustment import adjust
 from stepgauge.locate.blocks import solve_blocks
-from stepgauge.placement import Placement, format_placement, parse_placement
 from tests.build import Pose, angles, gauges, inclinations, make_gauge, make_points, make_pose, positions
 
 RADIUS = 1.997

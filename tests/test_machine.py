@@ -13,15 +13,15 @@ from hypothesis import strategies as st
 
 from stepgauge.effects import effect_kinds, make_effects
 from stepgauge.errors import InputError
-from stepgauge.evaluate import evaluate
-from stepgauge.gauge import Gauge
-from stepgauge.machine import Conditions, Run, run_program
-from stepgauge.machine_file import Machine, read_machine
-from stepgauge.moves import ProbingSettings, Program
-from stepgauge.plan import PlanOptions, make_program
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.files.resources import shipped_names
+from stepgauge.gauge.certified import Gauge
+from stepgauge.machine.file import Machine, read_machine
+from stepgauge.machine.virtual import Conditions, Run, run_program
+from stepgauge.motion.moves import ProbingSettings, Program
+from stepgauge.planning.plan import PlanOptions, make_program
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
-from stepgauge.resources import shipped_names
 from tests.build import angles, gauges, make_gauge, make_machine, make_pose, positions
 
 

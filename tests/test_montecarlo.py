@@ -13,21 +13,21 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy import stats
 
 from stepgauge.errors import InputError
-from stepgauge.evaluate import evaluate
-from stepgauge.gauge import Gauge
-from stepgauge.machine import Conditions, probing_settings, run_program
-from stepgauge.machine_file import Machine, read_machine
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.files.resources import find_data
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement, make_placement
+from stepgauge.machine.file import Machine, read_machine
+from stepgauge.machine.uncertain import Uncertain
+from stepgauge.machine.virtual import Conditions, probing_settings, run_program
 from stepgauge.montecarlo import Model, Summary, program_model, recording_model, run_monte_carlo
 from stepgauge.montecarlo.inputs import draw
 from stepgauge.montecarlo.model import Quantity
 from stepgauge.montecarlo.run import make_schedule
 from stepgauge.montecarlo.summary import symmetric_interval
-from stepgauge.moves import Program
-from stepgauge.placement import Placement, make_placement
-from stepgauge.plan import PlanOptions, make_program
+from stepgauge.motion.moves import Program
+from stepgauge.planning.plan import PlanOptions, make_program
 from stepgauge.recording import join_recordings
-from stepgauge.resources import find_data
-from stepgauge.uncertain import Uncertain
 
 START = np.array([120.0, 150.0, 200.0])
 WARM = Conditions(gauge_temperature_C=22.0)

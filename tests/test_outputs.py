@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from stepgauge import outputs
 from stepgauge.errors import InputError, PartlyDoneError
-from stepgauge.files import one_set, read_json, read_result, read_text, replacing, write_json, write_text
-from stepgauge.outputs import READY, UNFINISHED
+from stepgauge.files import outputs
+from stepgauge.files.outputs import READY, UNFINISHED
+from stepgauge.files.text import one_set, read_json, read_result, read_text, replacing, write_json, write_text
 
 
 def test_files_of_a_set_appear_together_or_not_at_all(tmp_path: Path) -> None:

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from stepgauge.evaluate import Evaluation, PlacementResult, evaluate
-from stepgauge.gauge import Gauge
-from stepgauge.machine import Conditions, Run, probing_settings, run_program
-from stepgauge.machine_file import Machine
-from stepgauge.placement import make_placement
-from stepgauge.plan import PlanOptions, make_program
-from stepgauge.readout import TOTAL_SHARE
+from stepgauge.evaluation.evaluate import Evaluation, PlacementResult, evaluate
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import make_placement
+from stepgauge.machine.file import Machine
+from stepgauge.machine.readout import TOTAL_SHARE
+from stepgauge.machine.virtual import Conditions, Run, probing_settings, run_program
+from stepgauge.planning.plan import PlanOptions, make_program
 
 
 def measured(

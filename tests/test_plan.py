@@ -9,14 +9,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepgauge.collision import make_tool
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge, read_gauge
-from stepgauge.machine_file import Machine
-from stepgauge.moves import ProbingSettings, Program, trace
-from stepgauge.placement import read_placement
-from stepgauge.plan import ORDERS, ROUTES, PlanOptions, faces_in_order, make_program, middle_standoff_mm, parse_blocks
-from stepgauge.plan_check import check_program, check_travel
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import read_placement
+from stepgauge.machine.file import Machine
+from stepgauge.motion.collision import make_tool
+from stepgauge.motion.moves import ProbingSettings, Program, trace
+from stepgauge.planning.check import check_program, check_travel
+from stepgauge.planning.plan import (
+    ORDERS,
+    ROUTES,
+    PlanOptions,
+    faces_in_order,
+    make_program,
+    middle_standoff_mm,
+    parse_blocks,
+)
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
 from tests.build import Pose, angles, gauges, make_gauge, make_machine, make_pose, positions

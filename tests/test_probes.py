@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
+from stepgauge.files.resources import shipped_names
 from stepgauge.physics import trigger
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes import KinematicProbe, PiezoProbe, probe_from_table, read_probe
 from stepgauge.probes.base import head_frame
 from stepgauge.probes.directions_map import map_directions
 from stepgauge.probes.table import VALUES, read_map
-from stepgauge.resources import shipped_names
 
 from .physics.omp40 import TABLE, normals
 
@@ -137,7 +137,7 @@ class TestShipped:
 
     def test_every_number_has_a_source(self):
         """Each value of a shipped probe stands with its paper or with the word assumed or found."""
-        from stepgauge.resources import folder
+        from stepgauge.files.resources import folder
 
         for path in (folder("calibration_data") / "probes").glob("*.toml"):
             for line in path.read_text().splitlines():

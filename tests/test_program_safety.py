@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from stepgauge.errors import InputError
-from stepgauge.machine_file import MachineTable
-from stepgauge.moves import ProbingSettings, Program
-from stepgauge.plan import PlanOptions, make_program
-from stepgauge.planning import ProbingChoice, check_tool, checked_program, make_settings, program_text
+from stepgauge.machine.file import MachineTable
+from stepgauge.motion.moves import ProbingSettings, Program
+from stepgauge.planning.plan import PlanOptions, make_program
+from stepgauge.planning.program import ProbingChoice, check_tool, checked_program, make_settings, program_text
 from stepgauge.programs import DIALECTS
 from tests.build import make_gauge, make_machine, make_pose
 from tests.conftest import ROOT

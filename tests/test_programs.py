@@ -12,12 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
-from stepgauge.moves import ProbingSettings, Program
-from stepgauge.plan import ORDERS, ROUTES, PlanOptions, make_program
+from stepgauge.files.templating import fixed
+from stepgauge.motion.moves import ProbingSettings, Program
+from stepgauge.planning.plan import ORDERS, ROUTES, PlanOptions, make_program
 from stepgauge.programs import DIALECTS, Dialect, read_program, recognise
 from stepgauge.programs.compare import difference
 from stepgauge.programs.render import render
-from stepgauge.templating import fixed
 from tests.build import angles, gauges, inclinations, make_gauge, make_pose, positions
 
 dialects = pytest.mark.parametrize("dialect", DIALECTS.values(), ids=DIALECTS)

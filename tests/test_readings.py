@@ -13,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
-from stepgauge.evaluate import evaluate
-from stepgauge.evaluation_files import write_evaluation
-from stepgauge.gauge import Gauge
-from stepgauge.machine_file import read_machine
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.evaluation.files import write_evaluation
+from stepgauge.gauge.certified import Gauge
+from stepgauge.machine.file import read_machine
 from stepgauge.montecarlo import recording_model
 from stepgauge.recording import Recording, join_recordings, read_recording, write_recording
 from stepgauge.recording.by_face import ByFace

@@ -20,15 +20,15 @@ from hypothesis import strategies as st
 from pypdf import PdfReader
 
 from stepgauge.errors import InputError
-from stepgauge.evaluate import Evaluation
-from stepgauge.evaluation_files import evaluation_to_dict, write_evaluation
-from stepgauge.files import write_json
+from stepgauge.evaluation.evaluate import Evaluation
+from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
+from stepgauge.files.notation import clean, number, quantity
+from stepgauge.files.resources import folder
+from stepgauge.files.text import write_json
 from stepgauge.report.content import Sources, make_content
-from stepgauge.report.numbers import clean, number, quantity
 from stepgauge.report.page import Stated
 from stepgauge.report.reading import check_gauge, check_machine, check_placements, read_checked_evaluation
 from stepgauge.report.render import render_html, render_pdf, write_report
-from stepgauge.resources import folder
 from tests.measured import ALONG_X, lay, one_placement, shipped, two_placements, with_gaps
 
 DAY = datetime.date(2026, 5, 4)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepgauge.report.numbers import aligned, uncertain
+from stepgauge.files.notation import aligned, uncertain
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,8 @@ from numpy.testing import assert_allclose
 
 from stepgauge.effects import Probings, Setting, along_approach_um, make_effects
 from stepgauge.errors import InputError
-from stepgauge.gauge import read_gauge
-from stepgauge.machine_file import read_machine
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.machine.file import read_machine
 from stepgauge.probes import probe_from_table
 from stepgauge.probes.base import head_frame
 

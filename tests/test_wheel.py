@@ -34,7 +34,7 @@ def outside(installed: Path, tmp_path: Path, *arguments: str) -> subprocess.Comp
 
 
 def test_the_wheel_is_what_runs(installed: Path, tmp_path: Path) -> None:
-    script = "import stepgauge, stepgauge.resources as r; print(stepgauge.__file__); print(r.folder('templates'))"
+    script = "import stepgauge, stepgauge.files.resources as r; print(stepgauge.__file__); print(r.folder('templates'))"
     environment = {**os.environ, "PYTHONPATH": str(installed)}
     done = subprocess.run(
         [sys.executable, "-c", script], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True

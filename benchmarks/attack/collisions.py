@@ -28,12 +28,12 @@ from numpy.typing import NDArray
 from benchmarks.attack.controllers import CONTROLLERS, Piece
 from benchmarks.attack.swept import least_distance
 from stepgauge.errors import InputError
-from stepgauge.gauge import CertificateTable, Gauge, GaugeTable
-from stepgauge.machine_file import Machine, MachineTable
-from stepgauge.moves import Program
-from stepgauge.placement import Placement
-from stepgauge.plan import PlanOptions
-from stepgauge.planning import ProbingChoice, checked_program, make_settings, program_text
+from stepgauge.gauge.certified import CertificateTable, Gauge, GaugeTable
+from stepgauge.gauge.placement import Placement
+from stepgauge.machine.file import Machine, MachineTable
+from stepgauge.motion.moves import Program
+from stepgauge.planning.plan import PlanOptions
+from stepgauge.planning.program import ProbingChoice, checked_program, make_settings, program_text
 from stepgauge.probes.schema import ConstantTable
 
 Array = NDArray[np.float64]

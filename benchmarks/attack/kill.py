@@ -17,9 +17,9 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import stepgauge.outputs as outputs
+import stepgauge.files.outputs as outputs
 from benchmarks.attack.child import NEVER_OVER, STEPWISE, for_every_verb, lay_old, run, verb_parser, written
-from stepgauge.outputs import UNFINISHED
+from stepgauge.files.outputs import UNFINISHED
 
 
 def killed_at(files: int) -> Callable[[], object]:

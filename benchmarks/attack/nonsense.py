@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from benchmarks.attack.mutate import slip
 from stepgauge.errors import InputError
-from stepgauge.evaluate import PlacementResult, evaluate
-from stepgauge.gauge import Gauge, read_gauge
-from stepgauge.placement import read_placement
+from stepgauge.evaluation.evaluate import PlacementResult, evaluate
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import read_placement
 from stepgauge.recording import read_recording
 
 Array = NDArray[np.float64]

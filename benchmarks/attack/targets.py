@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.cli import cli
-from stepgauge.resources import folder
+from stepgauge.files.resources import folder
 
 EXAMPLES = folder("examples/demo").parent
 
@@ -86,22 +86,22 @@ def _sphere(path: Path) -> None:
 
 def readers(place: Path) -> list[Target]:
     """Every reader by the function that its verbs call."""
-    from stepgauge.certificate_file import read_laboratory
     from stepgauge.compensation import TableOptions, axis_faces, make_table
     from stepgauge.dcc.read import parse_document
     from stepgauge.dcc.xml import read_xml
-    from stepgauge.evaluate import evaluate
-    from stepgauge.gauge import read_gauge
+    from stepgauge.evaluation.evaluate import evaluate
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placement
     from stepgauge.history.entries import read_entries
     from stepgauge.importing import import_log, recognise_log
     from stepgauge.locate import locate
-    from stepgauge.machine_file import read_machine
-    from stepgauge.placement import read_placement
-    from stepgauge.probe_files import read_points
+    from stepgauge.machine.file import read_machine
     from stepgauge.probes import read_probe
+    from stepgauge.probes.files import read_points
+    from stepgauge.probes.qualification import read_qualification
     from stepgauge.programs import read_program
-    from stepgauge.qualification import read_qualification
     from stepgauge.recording import read_recording
+    from stepgauge.report.certificate_file import read_laboratory
     from stepgauge.report.reading import read_checked_evaluation
     from stepgauge.standards.budget_files import read_budget
 
@@ -116,7 +116,7 @@ def readers(place: Path) -> list[Target]:
 
     def resealed(path: Path) -> Any:
         """As somebody would who makes the checksum fit."""
-        from stepgauge.files import checksum, read_json
+        from stepgauge.files.text import checksum, read_json
 
         data = read_json(path)
         if isinstance(data, dict):
@@ -162,7 +162,7 @@ def locate_points(path: Path, gauge: Any, locate: Any) -> Any:
 
 def read_program_of(read_program: Any) -> Callable[[Path], Any]:
     """A program read with the settings of a controller."""
-    from stepgauge.moves import ProbingSettings
+    from stepgauge.motion.moves import ProbingSettings
 
     return lambda path: read_program(path, ProbingSettings())
 

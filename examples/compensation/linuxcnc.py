@@ -19,13 +19,13 @@ from hal_gauge import render_hal  # noqa: E402
 
 from stepgauge.cli import run_command, show_and_run  # noqa: E402
 from stepgauge.errors import InputError  # noqa: E402
-from stepgauge.evaluation_files import read_evaluation  # noqa: E402
-from stepgauge.gauge import read_gauge  # noqa: E402
-from stepgauge.machine_file import read_machine  # noqa: E402
-from stepgauge.moves import ProbingSettings  # noqa: E402
-from stepgauge.placement import read_placement  # noqa: E402
+from stepgauge.evaluation.files import read_evaluation  # noqa: E402
+from stepgauge.files.tables import read_numbers  # noqa: E402
+from stepgauge.gauge.certified import read_gauge  # noqa: E402
+from stepgauge.gauge.placement import read_placement  # noqa: E402
+from stepgauge.machine.file import read_machine  # noqa: E402
+from stepgauge.motion.moves import ProbingSettings  # noqa: E402
 from stepgauge.programs import read_program  # noqa: E402
-from stepgauge.tables import read_numbers  # noqa: E402
 
 GAUGE, MACHINE = "step-gauge-420", str(HERE.parent / "linuxcnc" / "machine.toml")
 LOG, STANDOFF_MM, PLAY_UM = "stepgauge-probe-log.txt", 0.6, 5.0

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from stepgauge.cli import run_command, show_and_run
-from stepgauge.evaluation_files import read_evaluation
+from stepgauge.evaluation.files import read_evaluation
 
 HERE = Path(__file__).resolve().parent
 GAUGE, MACHINE = "step-gauge-420", HERE / "machine.toml"

@@ -14,13 +14,13 @@ from pathlib import Path
 import openpyxl
 
 from stepgauge.exporting import Export, ExportOptions, export_recording, write_export
-from stepgauge.files import write_text
-from stepgauge.gauge import read_gauge
-from stepgauge.machine import Conditions, run_program
-from stepgauge.machine_file import read_machine
-from stepgauge.moves import ProbingSettings
-from stepgauge.placement import read_placement
-from stepgauge.plan import PlanOptions, make_program
+from stepgauge.files.text import write_text
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.gauge.placement import read_placement
+from stepgauge.machine.file import read_machine
+from stepgauge.machine.virtual import Conditions, run_program
+from stepgauge.motion.moves import ProbingSettings
+from stepgauge.planning.plan import PlanOptions, make_program
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
 from stepgauge.recording import Recording

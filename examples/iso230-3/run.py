@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from stepgauge.cli import show_and_run
-from stepgauge.files import write_text
-from stepgauge.tables import csv_text
+from stepgauge.files.tables import csv_text
+from stepgauge.files.text import write_text
 
 HERE = Path(__file__).parent
 DAY_S, STEP_S = 86400.0, 300.0

@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.files import write_text
-from stepgauge.tables import read_numbers, write_table
+from stepgauge.files.tables import read_numbers, write_table
+from stepgauge.files.text import write_text
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stepgauge.config import Table, check_table, read_toml
+from stepgauge.files.config import Table, check_table, read_toml
 
 CASES = Path(__file__).resolve().parent / "cases.toml"
 GAUGE = "step-gauge-420"

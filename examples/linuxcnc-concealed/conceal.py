@@ -18,10 +18,10 @@ from controller import Drives, run_program
 from hal_gauge import render_hal
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import read_gauge
-from stepgauge.machine_file import read_machine
-from stepgauge.moves import ProbingSettings
-from stepgauge.placement import read_placement
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.gauge.placement import read_placement
+from stepgauge.machine.file import read_machine
+from stepgauge.motion.moves import ProbingSettings
 from stepgauge.programs import read_program
 
 ACCELERATION_MM_S2 = 20_000.0

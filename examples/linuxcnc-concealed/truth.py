@@ -7,8 +7,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from stepgauge.config import Table, check_table, read_toml
 from stepgauge.errors import InputError
+from stepgauge.files.config import Table, check_table, read_toml
 
 HERE = Path(__file__).resolve().parent
 TRUTH = HERE / "truth.toml"

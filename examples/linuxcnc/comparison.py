@@ -14,8 +14,8 @@ import numpy as np
 from hal_gauge import true_bodies_mm
 from numpy.typing import NDArray
 
-from stepgauge.gauge import Gauge
-from stepgauge.placement import Placement
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
 from stepgauge.recording import Recording
 
 Array = NDArray[np.float64]

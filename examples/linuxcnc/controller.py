@@ -27,8 +27,8 @@ from pathlib import Path
 from hal_gauge import HERE, render
 
 from stepgauge.errors import InputError
-from stepgauge.machine_file import Machine
-from stepgauge.moves import Program, trace
+from stepgauge.machine.file import Machine
+from stepgauge.motion.moves import Program, trace
 
 SERVO_PERIOD_NS = 100_000
 ACCELERATION_MM_S2 = 5000.0

@@ -13,11 +13,11 @@ import jinja2
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.collision import make_obstacles
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
-from stepgauge.placement import Placement
-from stepgauge.tables import read_numbers
+from stepgauge.files.tables import read_numbers
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.motion.collision import make_obstacles
 
 Array = NDArray[np.float64]
 HERE = Path(__file__).resolve().parent

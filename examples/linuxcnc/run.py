@@ -16,11 +16,11 @@ from controller import latch_bound_um, require_linuxcnc, run_program
 from hal_gauge import HERE, read_truth, render_hal
 
 from stepgauge.cli import run_command, show_and_run
-from stepgauge.evaluation_files import read_evaluation
-from stepgauge.gauge import read_gauge
-from stepgauge.machine_file import read_machine
-from stepgauge.moves import ProbingSettings
-from stepgauge.placement import read_placement
+from stepgauge.evaluation.files import read_evaluation
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.gauge.placement import read_placement
+from stepgauge.machine.file import read_machine
+from stepgauge.motion.moves import ProbingSettings
 from stepgauge.programs import read_program
 from stepgauge.recording import read_recording
 

@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.figures.style import COLORS, figure_style, new_figure, save_figure
+from stepgauge.files.tables import read_rows, write_table
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.physics.pretravel import Elasticity
 from stepgauge.physics.stylus import Section, bending_compliance_mm_per_N
 from stepgauge.probes import KinematicProbe, read_probe
 from stepgauge.probes.directions_map import normals_of
-from stepgauge.tables import read_rows, write_table
 
 Array = NDArray[np.float64]
 

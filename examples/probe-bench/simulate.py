@@ -14,11 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
+from stepgauge.files.tables import write_table
 from stepgauge.physics import bench_simulator, directions
 from stepgauge.physics.bench_simulator import Bench, Probe
-from stepgauge.probe_files import SERIES
 from stepgauge.probes import read_probe
-from stepgauge.tables import write_table
+from stepgauge.probes.files import SERIES
 
 SIDES_DEG = np.arange(0.0, 360.0, 30.0)
 PUSHES = 5

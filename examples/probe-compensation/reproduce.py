@@ -24,12 +24,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.figures.qualification import Section, draw_sections
+from stepgauge.files.tables import write_table
 from stepgauge.physics import directions
 from stepgauge.physics.error_reduction import Errors, Pretravel, errors_of_the_paper, errors_on_a_machine
 from stepgauge.physics.wozniak import LobeModel, Transducer
-from stepgauge.probe_files import APPROACH, POSITION
 from stepgauge.probes import KinematicProbe, PiezoProbe, Probe, read_probe
-from stepgauge.tables import write_table
+from stepgauge.probes.files import APPROACH, POSITION
 
 Array = NDArray[np.float64]
 

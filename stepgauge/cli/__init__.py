@@ -38,7 +38,7 @@ class LazyGroup(click.Group):
 
     def invoke(self, ctx: click.Context) -> Any:
         """What a verb writes is one set of files, which appears when the verb is done."""
-        from stepgauge.outputs import one_set
+        from stepgauge.files.outputs import one_set
 
         if ctx.parent is not None:
             return super().invoke(ctx)

@@ -96,11 +96,11 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
     stepgauge budget recording.csv -g step-gauge-420 -m machine.toml -p placement.toml -o result
     """
     from stepgauge.figures.budget import draw_budget, farthest, label
-    from stepgauge.files import check_folder
-    from stepgauge.gauge import read_gauge
-    from stepgauge.machine_file import read_machine
+    from stepgauge.files.text import check_folder
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placements
+    from stepgauge.machine.file import read_machine
     from stepgauge.montecarlo import ModelOptions, read_model
-    from stepgauge.placement import read_placements
     from stepgauge.standards.budget import Asked, make_budget
     from stepgauge.standards.budget_files import read_budget, write_budget
 
@@ -136,7 +136,7 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
 
 
 def _said(line: StoredLine, coverage: float) -> str:
-    from stepgauge.statements import dof_text
+    from stepgauge.report.statements import dof_text
 
     runs = f"; Monte Carlo u {line.monte_carlo.u_um:.3f} um" if line.monte_carlo else ""
     return (

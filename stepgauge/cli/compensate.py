@@ -120,7 +120,7 @@ def command(evaluation: str, axis: str, to: str, output: str, **options: Any) ->
     stepgauge compensate result --axis x --to csv -o x.csv --plot x.png
     """
     from stepgauge.compensation import FORMATS, axis_faces, make_table, render_table, write_table
-    from stepgauge.files import check_output
+    from stepgauge.files.text import check_output
     from stepgauge.report.reading import find_evaluation, read_checked_evaluation
 
     path = find_evaluation(evaluation)

@@ -60,8 +60,8 @@ def command(output: str) -> None:
 
 
 def _copy_inputs(target: Path) -> None:
-    from stepgauge.files import read_text, write_text
-    from stepgauge.resources import folder
+    from stepgauge.files.resources import folder
+    from stepgauge.files.text import read_text, write_text
 
     for name in ("points.csv", "machine.toml"):
         write_text(target / name, read_text(folder("examples/demo") / name))

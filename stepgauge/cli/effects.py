@@ -51,7 +51,7 @@ def _describe(effect: type[Effect]) -> str:
 
 def _in_formulas() -> list[str]:
     from stepgauge.effects.empirical import DERIVED
-    from stepgauge.formula import CONSTANTS, FUNCTIONS
+    from stepgauge.files.formula import CONSTANTS, FUNCTIONS
 
     lines = ["", "  A formula knows the columns of the recording by name (x_mm, time_s, speed_mm_s, ...), besides"]
     lines += [f"  {name:<16} {meaning}" for name, meaning in DERIVED.items()]

@@ -20,7 +20,7 @@ from stepgauge.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from stepgauge.evaluate import PlacementResult
+    from stepgauge.evaluation.evaluate import PlacementResult
     from stepgauge.standards.mpe import Mpe
 
 
@@ -48,13 +48,13 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any
     stepgauge evaluate recording.csv --gauge step-gauge-420 -o result
     stepgauge evaluate x.csv y.csv --gauge my-gauge.toml --blocks 2:20 --r-eff all -o result
     """
-    from stepgauge.dates import parse_moment
-    from stepgauge.evaluate import evaluate
-    from stepgauge.evaluation_files import write_evaluation
+    from stepgauge.evaluation.evaluate import evaluate
+    from stepgauge.evaluation.files import write_evaluation
     from stepgauge.figures.evaluation import draw_evaluations
-    from stepgauge.gauge import read_gauge
-    from stepgauge.placement import read_placements
-    from stepgauge.plan import parse_section
+    from stepgauge.files.dates import parse_moment
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placements
+    from stepgauge.planning.plan import parse_section
     from stepgauge.recording import read_recordings
 
     limit, measured_at = mpe_from(options), options["measured_at"]
@@ -80,7 +80,7 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any
 
 
 def _against(result: PlacementResult, limit: Mpe) -> str:
-    from stepgauge.evaluation_files import face_rows
+    from stepgauge.evaluation.files import face_rows
     from stepgauge.figures.evaluation import beyond_mpe
 
     rows = face_rows(result)

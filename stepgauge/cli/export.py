@@ -80,7 +80,7 @@ def command(recording: str, form: str, output: str, **options: Any) -> None:
     stepgauge export recording.csv --to dmis --points surface --tip-radius 2 -o results.dmo
     """
     from stepgauge.exporting import ExportOptions, export_recording, write_export
-    from stepgauge.files import check_output
+    from stepgauge.files.text import check_output
     from stepgauge.recording import read_recording
 
     check_output(output, recording)

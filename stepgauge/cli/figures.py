@@ -54,12 +54,12 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any
     stepgauge figures recording.csv -g step-gauge-420 --mpe "1.8 + L/350" -o figures
     stepgauge figures x.csv y.csv diagonal.csv -g step-gauge-420 -m bridge-cmm --only arrows --figure pdf -o figures
     """
-    from stepgauge.evaluate import evaluate
+    from stepgauge.evaluation.evaluate import evaluate
     from stepgauge.figures.measurement import draw_measurement
-    from stepgauge.gauge import read_gauge
-    from stepgauge.machine_file import read_machine
-    from stepgauge.placement import read_placements
-    from stepgauge.plan import parse_section
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placements
+    from stepgauge.machine.file import read_machine
+    from stepgauge.planning.plan import parse_section
     from stepgauge.recording import read_recordings
 
     limit = mpe_from(options)

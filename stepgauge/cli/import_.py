@@ -9,9 +9,9 @@ import click
 from stepgauge.cli.options import TEMPERATURE_C, FiniteRange, machine_option, output, say
 
 if TYPE_CHECKING:
+    from stepgauge.gauge.placement import Placement
     from stepgauge.importing import TableLayout
-    from stepgauge.moves import Program
-    from stepgauge.placement import Placement
+    from stepgauge.motion.moves import Program
 
 FORMATS = ["linuxcnc", "dmis", "ippdme", "csv", "xlsx"]
 KINDS = ["missing", "doubled", "order", "foreign", "runs"]
@@ -123,11 +123,11 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
     stepgauge import results.dmo --from dmis --program gauge.dmi -g step-gauge-420 -p placement.toml -o recording.csv
     stepgauge import points.csv -g step-gauge-420 -p placement.toml --column x_mm="Messwert X" -o recording.csv
     """
-    from stepgauge.files import check_output
-    from stepgauge.gauge import read_gauge
+    from stepgauge.files.text import check_output
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placement
     from stepgauge.importing import ImportOptions, import_log, recognise_log
-    from stepgauge.machine_file import check_recorded, read_machine
-    from stepgauge.placement import read_placement
+    from stepgauge.machine.file import check_recorded, read_machine
     from stepgauge.recording import write_recording
 
     check_output(output, log, options["program"], options["gauge"], options["placement"], options["machine"])

@@ -26,8 +26,8 @@ from stepgauge.cli.options import (
 from stepgauge.cli.stated import stated_from, stated_options
 
 if TYPE_CHECKING:
-    from stepgauge.gauge import Gauge
-    from stepgauge.machine_file import Machine
+    from stepgauge.gauge.certified import Gauge
+    from stepgauge.machine.file import Machine
     from stepgauge.recording import Recording
     from stepgauge.standards.iso10360 import LengthTest
     from stepgauge.standards.iso10360_series import Series
@@ -119,8 +119,8 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str |
     stepgauge iso10360 position-*.csv -g step-gauge-1020 -m bridge-cmm --mpe "1.8 + L/350" \\
         --mpe-repeatability 1.5 --tip-diameter 3.9940 --u-gauge-temperature 0.05 -o iso10360
     """
-    from stepgauge.gauge import read_gauge
-    from stepgauge.machine_file import read_machine
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.machine.file import read_machine
     from stepgauge.recording import read_recordings
     from stepgauge.report.iso10360 import report_length_test
     from stepgauge.standards.iso10360_statements import overall, statements
@@ -156,8 +156,8 @@ def _check_options(options: dict[str, Any]) -> None:
 
 def _further(gauge: Gauge, machine: Machine | None, options: dict[str, Any]) -> list[LengthTest]:
     """The series beside E0 that were measured."""
-    from stepgauge.gauge import read_gauge
-    from stepgauge.machine_file import read_machine
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.machine.file import read_machine
     from stepgauge.recording import read_recordings
     from stepgauge.standards.iso10360_series import E150, NORMAL
     from stepgauge.standards.mpe import Mpe
@@ -182,7 +182,7 @@ def _test(
     series: Series | None = None,
     limit: Mpe | None = None,
 ) -> LengthTest:
-    from stepgauge.placement import read_placements
+    from stepgauge.gauge.placement import read_placements
     from stepgauge.standards.iso10360 import Choices, Specification, length_test
     from stepgauge.standards.iso10360_series import E0
     from stepgauge.standards.length_uncertainty import TestConditions

@@ -69,7 +69,7 @@ def command(points: tuple[str, ...], output: str, **options: Any) -> None:
     stepgauge iso10360-5 sphere.csv --sphere-diameter 25 --tip-diameter 5.991 --mpe-form 12 --mpe-size 10 \\
         --sphere-form 0.1 --u-sphere-form 0.03 --u-sphere-diameter 0.1 -o probing
     """
-    from stepgauge.probe_files import read_points
+    from stepgauge.probes.files import read_points
     from stepgauge.report.iso10360_5 import report_probing
     from stepgauge.standards.iso10360_5 import ProbingLimits, TestSphere, probing_test
     from stepgauge.standards.iso10360_5_files import overall

@@ -75,9 +75,9 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str |
     stepgauge iso230 recording.csv -g step-gauge-420 -o positioning
     stepgauge iso230 x.csv y.csv -g my-gauge.toml -m my-machine.toml --tip-diameter 3.9940 -o positioning
     """
-    from stepgauge.gauge import read_gauge
-    from stepgauge.machine_file import read_machine
-    from stepgauge.placement import read_placements
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placements
+    from stepgauge.machine.file import read_machine
     from stepgauge.recording import read_recordings
     from stepgauge.report.iso230 import report_positioning
     from stepgauge.standards.iso230_decision import Requirement

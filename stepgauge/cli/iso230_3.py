@@ -82,7 +82,7 @@ def command(source: str, kind: str, gauge: str | None, output: str, **options: A
 
 
 def _read(source: str, gauge: str | None) -> Drift:
-    from stepgauge.gauge import read_gauge
+    from stepgauge.gauge.certified import read_gauge
     from stepgauge.recording import read_recording
     from stepgauge.standards.drift import drift_of_recording, read_drift
 

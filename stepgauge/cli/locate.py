@@ -9,7 +9,7 @@ import click
 from stepgauge.cli.options import GAUGE, NOT_NEGATIVE, POSITIVE, machine_option, output, say, say_written
 
 if TYPE_CHECKING:
-    from stepgauge.placement import Placement
+    from stepgauge.gauge.placement import Placement
 
 
 @click.command("locate")
@@ -77,12 +77,12 @@ def command(
     \b
     stepgauge locate points.csv --gauge step-gauge-420 -o placement.toml
     """
-    from stepgauge.files import check_output
-    from stepgauge.gauge import read_gauge
+    from stepgauge.files.text import check_output
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import write_placement
     from stepgauge.locate import locate, read_points
-    from stepgauge.machine_file import read_machine
-    from stepgauge.placement import write_placement
-    from stepgauge.plan import parse_blocks
+    from stepgauge.machine.file import read_machine
+    from stepgauge.planning.plan import parse_blocks
 
     check_output(output, points, gauge, machine)
     steps = read_gauge(gauge)

@@ -43,7 +43,7 @@ NOT_NEGATIVE = FiniteRange(min=0.0)
 TEMPERATURE_C = FiniteRange(-10.0, 60.0)
 """What a recording may say of a gauge, deg C."""
 LARGEST_U_K = 5.0
-"""Nobody knows the temperature of a gauge so badly, K; as in :mod:`stepgauge.machine_file`, which a test compares."""
+"""Nobody knows the temperature of a gauge so badly, K; as in :mod:`stepgauge.machine.file`, which a test compares."""
 U_TEMPERATURE_K = FiniteRange(0.0, LARGEST_U_K)
 DIALECTS = ["jinyoung", "dmis", "linuxcnc", "ippdme"]
 """Written out so that --help needs no import of the readers; a test compares it with theirs."""

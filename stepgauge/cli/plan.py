@@ -172,10 +172,10 @@ def command(source: str | None, gauge: str, output: str, dialect: str, template:
         raise click.UsageError("Missing argument 'PLACEMENT|POINTS' (or --iso10360).")
     from dataclasses import replace
 
-    from stepgauge.files import check_output
-    from stepgauge.gauge import read_gauge
-    from stepgauge.machine_file import read_machine
-    from stepgauge.planning import (
+    from stepgauge.files.text import check_output
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.machine.file import read_machine
+    from stepgauge.planning.program import (
         agreed_tip_radius_mm,
         check_tool,
         checked_program,

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stepgauge.gauge import Gauge
-    from stepgauge.plan import PlanOptions
-    from stepgauge.planning import ProbingChoice
+    from stepgauge.gauge.certified import Gauge
+    from stepgauge.planning.plan import PlanOptions
+    from stepgauge.planning.program import ProbingChoice
 
 
 def plan_options(options: dict[str, Any], gauge: Gauge) -> PlanOptions:
     """The path that the options ask for."""
-    from stepgauge.plan import PlanOptions, parse_block_list, parse_blocks, parse_position
+    from stepgauge.planning.plan import PlanOptions, parse_block_list, parse_blocks, parse_position
 
     text = options["blocks"] or ":"
     only = parse_block_list(text, gauge) if "," in text else None
@@ -34,6 +34,6 @@ def plan_options(options: dict[str, Any], gauge: Gauge) -> PlanOptions:
 
 def probing_choice(options: dict[str, Any]) -> ProbingChoice:
     """The distances and speeds that the options state."""
-    from stepgauge.planning import ProbingChoice
+    from stepgauge.planning.program import ProbingChoice
 
     return ProbingChoice(options["standoff"], options["search"], options["measuring_speed"], options["travel_speed"])

@@ -10,7 +10,7 @@ from stepgauge.cli.options import say
 from stepgauge.cli.plan_choices import plan_options, probing_choice
 
 if TYPE_CHECKING:
-    from stepgauge.machine_file import Machine
+    from stepgauge.machine.file import Machine
     from stepgauge.standards.iso10360_plan import PlannedPosition
 
 
@@ -19,10 +19,10 @@ def plan_seven(
 ) -> None:
     """Plan, check and write the seven positions into a folder."""
     from stepgauge.errors import InputError
-    from stepgauge.files import check_folder
-    from stepgauge.gauge import read_gauge
-    from stepgauge.machine_file import read_machine
-    from stepgauge.planning import check_tool, make_settings
+    from stepgauge.files.text import check_folder
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.machine.file import read_machine
+    from stepgauge.planning.program import check_tool, make_settings
     from stepgauge.standards.iso10360_plan import plan_positions
     from stepgauge.standards.iso10360_plan_files import write_plan
     from stepgauge.standards.measuring_line import LONGEST_SHARE

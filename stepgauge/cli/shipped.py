@@ -21,8 +21,8 @@ def command(name: str | None, copy_to: str | None) -> None:
     stepgauge shipped dmis.j2 --copy-to my-templates
     """
     from stepgauge.errors import InputError
-    from stepgauge.files import read_text, write_text
-    from stepgauge.resources import shipped_files
+    from stepgauge.files.resources import shipped_files
+    from stepgauge.files.text import read_text, write_text
 
     files = shipped_files()
     if name is None:
@@ -37,7 +37,7 @@ def command(name: str | None, copy_to: str | None) -> None:
         return
     from pathlib import Path
 
-    from stepgauge.outputs import finish_left
+    from stepgauge.files.outputs import finish_left
 
     finish_left(copy_to)
     for path in [known[0], known[0].with_suffix(".csv")]:

@@ -63,11 +63,11 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
     \b
     stepgauge simulate gauge.dmi --machine bridge-cmm --gauge step-gauge-420 --placement placement.toml -o recording.csv
     """
-    from stepgauge.files import check_output
-    from stepgauge.gauge import read_gauge
-    from stepgauge.machine import Conditions, probing_settings, run_program
-    from stepgauge.machine_file import read_machine
-    from stepgauge.placement import read_placement
+    from stepgauge.files.text import check_output
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placement
+    from stepgauge.machine.file import read_machine
+    from stepgauge.machine.virtual import Conditions, probing_settings, run_program
     from stepgauge.programs import read_program
     from stepgauge.recording import write_recording
 

@@ -73,11 +73,11 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
     import sys
 
     from stepgauge.figures.uncertainty import draw_uncertainty
-    from stepgauge.gauge import read_gauge
-    from stepgauge.machine_file import read_machine
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placements
+    from stepgauge.machine.file import read_machine
     from stepgauge.montecarlo import ModelOptions, read_model, run_monte_carlo
     from stepgauge.montecarlo.files import write_summary
-    from stepgauge.placement import read_placements
 
     steps, cmm = read_gauge(gauge), read_machine(machine)
     stated = ModelOptions(

@@ -3,7 +3,7 @@
 A template sees ``table`` (:class:`~stepgauge.compensation.table.CompensationTable`), ``rows`` (each with
 ``position_mm``, ``positive_um``, ``negative_um``, ``mean_um``, ``reversal_um``, ``u_positive_um``, ``u_negative_um``,
 ``from_positive``, ``from_negative``), ``about`` and ``notes`` (plain ASCII), ``joint`` and ``kind`` (numbers that a
-format asks for) and ``version``; the filters of :mod:`stepgauge.templating`.
+format asks for) and ``version``; the filters of :mod:`stepgauge.files.templating`.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from typing import Any
 from stepgauge import __version__
 from stepgauge.compensation.table import CompensationTable, Travel
 from stepgauge.errors import InputError
-from stepgauge.files import write_json, write_text
-from stepgauge.resources import folder
-from stepgauge.templating import check_printable, fill_template
+from stepgauge.files.resources import folder
+from stepgauge.files.templating import check_printable, fill_template
+from stepgauge.files.text import write_json, write_text
 
 COLUMNS = ("position_mm", "positive_um", "negative_um", "mean_um", "reversal_um", "u_positive_um", "u_negative_um")
 FORMAT = "stepgauge compensation 1"

@@ -14,9 +14,9 @@ from lxml import etree
 from lxml.builder import ElementMaker
 
 from stepgauge import __version__
-from stepgauge.certificate_file import Contact, Laboratory
 from stepgauge.dcc.xml import DCC, NAMESPACES, SI
 from stepgauge.errors import InputError
+from stepgauge.report.certificate_file import Contact, Laboratory
 
 Element = Any
 LANGUAGE = "en"

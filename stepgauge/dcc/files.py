@@ -10,7 +10,7 @@ from stepgauge.dcc.read import parse_document
 from stepgauge.dcc.write import machine_certificate
 from stepgauge.dcc.xml import Element, parse_xml, validate
 from stepgauge.errors import InputError
-from stepgauge.files import read_bytes, replacing
+from stepgauge.files.text import read_bytes, replacing
 from stepgauge.report.content import Sources
 
 

@@ -20,8 +20,8 @@ from stepgauge.dcc.gauge_write import EXPANSION, HEIGHT, REFERENCE_TEMPERATURE, 
 from stepgauge.dcc.read import ERROR, EXAMPLE, MEASURED, NOMINAL, Document, Quantity, read_document
 from stepgauge.dcc.units import CELSIUS_ZERO_K, LENGTH, TEMPERATURE
 from stepgauge.errors import InputError
-from stepgauge.files import one_set, write_text
-from stepgauge.gauge import MAX_DEVIATION_MM, Gauge, read_gauge
+from stepgauge.files.text import one_set, write_text
+from stepgauge.gauge.certified import MAX_DEVIATION_MM, Gauge, read_gauge
 
 Array = NDArray[np.float64]
 PER_TEMPERATURE = (0, -1, 0, 0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from stepgauge.certificate_file import Laboratory
 from stepgauge.dcc.elements import (
     D,
     Element,
@@ -22,8 +21,9 @@ from stepgauge.dcc.read import EXAMPLE, MEASURED, NOMINAL
 from stepgauge.dcc.units import CELSIUS, MILLIMETRE, ONE, PER_KELVIN
 from stepgauge.dcc.write import FACE
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
-from stepgauge.statements import ONLY_ITEMS
+from stepgauge.gauge.certified import Gauge
+from stepgauge.report.certificate_file import Laboratory
+from stepgauge.report.statements import ONLY_ITEMS
 
 EXPANSION, REFERENCE_TEMPERATURE = "stepgauge_expansion", "stepgauge_referenceTemperature"
 WIDTH, HEIGHT, MATERIAL = "stepgauge_blockWidth", "stepgauge_blockHeight", "stepgauge_material"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from stepgauge.certificate_file import Laboratory
 from stepgauge.dcc.elements import (
     D,
     Element,
@@ -22,10 +21,11 @@ from stepgauge.dcc.elements import (
 )
 from stepgauge.dcc.read import ERROR, EXAMPLE, MEASURED, REFERENCE
 from stepgauge.dcc.units import CELSIUS, MICROMETRE, MILLIMETRE, ONE
-from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine
+from stepgauge.gauge.certified import Gauge
+from stepgauge.machine.file import Machine
+from stepgauge.report.certificate_file import Laboratory
+from stepgauge.report.statements import METHOD, ONLY_ITEMS, traceability, uncertainty_text
 from stepgauge.standards.budget_files import StoredBudget, StoredLine
-from stepgauge.statements import METHOD, ONLY_ITEMS, traceability, uncertainty_text
 
 ERRORS = {
     "xf": ("Forward error XF", "stepgauge_forwardError"),

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError
-from stepgauge.files import read_bytes
+from stepgauge.files.text import read_bytes
 
 DCC, SI = "https://ptb.de/dcc", "https://ptb.de/si"
 NAMESPACES = {"dcc": DCC, "si": SI}

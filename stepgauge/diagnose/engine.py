@@ -30,8 +30,8 @@ from stepgauge.diagnose.solve import Estimate, Solved, solve
 from stepgauge.diagnose.verdict import Model, findings, make_model, nearest_laws, unexplained, with_doubts
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine
+from stepgauge.gauge.certified import Gauge
+from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
 
 Array = NDArray[np.float64]

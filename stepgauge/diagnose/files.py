@@ -27,7 +27,7 @@ from stepgauge.diagnose.result import Check, Diagnosis, Finding, Located, Member
 from stepgauge.diagnose.solve import Estimate
 from stepgauge.diagnose.unknown_law import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.errors import InputError
-from stepgauge.files import read_text, write_text
+from stepgauge.files.text import read_text, write_text
 from stepgauge.recording import Recording
 
 FORMAT = "stepgauge diagnosis 1"

@@ -16,7 +16,7 @@ from stepgauge.diagnose.unknown_law import UnknownLaw
 from stepgauge.effects import Effect, make_effects
 from stepgauge.effects.scatter import NoiseGrowth
 from stepgauge.errors import InputError
-from stepgauge.files import read_text
+from stepgauge.files.text import read_text
 
 DIGITS = 9
 """Significant digits of a parameter: a frequency times an hour of seconds must still be a phase."""

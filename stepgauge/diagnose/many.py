@@ -19,8 +19,8 @@ from stepgauge.diagnose.practice import counted, name_of
 from stepgauge.diagnose.result import Diagnosis
 from stepgauge.diagnose.unknown_law import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge, read_gauge
-from stepgauge.machine_file import Machine, read_machine
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.machine.file import Machine, read_machine
 from stepgauge.recording import Recording, join_recordings, read_recording
 
 

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from stepgauge.config import read_toml
 from stepgauge.diagnose.maps.data import read_map_data
 from stepgauge.diagnose.maps.engine import diagnose_map
 from stepgauge.diagnose.maps.model import MapModel
@@ -18,9 +17,10 @@ from stepgauge.diagnose.maps.output import PROBE_FILE, write_map_diagnosis
 from stepgauge.diagnose.maps.result import MapDiagnosis
 from stepgauge.diagnose.posterior.priors import Priors
 from stepgauge.errors import InputError
-from stepgauge.files import check_output
+from stepgauge.files.config import read_toml
+from stepgauge.files.resources import find_data
+from stepgauge.files.text import check_output
 from stepgauge.probes.read import probe_table
-from stepgauge.resources import find_data
 
 __all__ = ["diagnose_map", "diagnose_probe_map", "parse_columns", "read_probe_table"]
 

@@ -17,9 +17,9 @@ from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from stepgauge.diagnose.located import SCATTER
 from stepgauge.diagnose.practice import counted, line, name_of
-from stepgauge.files import read_text
-from stepgauge.report.numbers import clean
-from stepgauge.resources import folder
+from stepgauge.files.notation import clean
+from stepgauge.files.resources import folder
+from stepgauge.files.text import read_text
 
 COVERAGE = 2.0
 """Coverage factor of what the report prints after a plus-minus sign."""

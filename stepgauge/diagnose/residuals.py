@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine
-from stepgauge.readout import machine_effects
+from stepgauge.gauge.certified import Gauge
+from stepgauge.machine.file import Machine
+from stepgauge.machine.readout import machine_effects
 from stepgauge.recording import APPROACH, POSITION, Recording
 from stepgauge.recording.identity import axis_from_approaches, certified_mm, check_recording
 

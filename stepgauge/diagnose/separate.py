@@ -27,9 +27,9 @@ from stepgauge.diagnose.solve import Solved, orthonormal
 from stepgauge.diagnose.verdict import Model
 from stepgauge.effects import along_approach_um
 from stepgauge.errors import InputError
-from stepgauge.placement import STANDING_COS, Placement, format_placement, make_placement
+from stepgauge.files.resources import called
+from stepgauge.gauge.placement import STANDING_COS, Placement, format_placement, make_placement
 from stepgauge.recording import APPROACH, POSITION, Recording
-from stepgauge.resources import called
 
 Array = NDArray[np.float64]
 CYCLES = 2

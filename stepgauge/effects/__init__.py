@@ -15,11 +15,11 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
-from stepgauge.config import check_table
 from stepgauge.effects.base import Effect, Parameter
 from stepgauge.effects.probings import Probings, Setting
 from stepgauge.effects.totals import along_approach_um, total_displacement_um
 from stepgauge.errors import InputError
+from stepgauge.files.config import check_table
 
 __all__ = [
     "Effect",

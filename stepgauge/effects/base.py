@@ -16,9 +16,9 @@ from pydantic import Field, PlainValidator, field_validator
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from stepgauge.config import Table
 from stepgauge.effects.probings import Array, Probings
-from stepgauge.formula import parse_formula
+from stepgauge.files.config import Table
+from stepgauge.files.formula import parse_formula
 
 Axis = Literal["x", "y", "z"]
 Displacement = dict[str, Array]

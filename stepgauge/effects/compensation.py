@@ -12,7 +12,7 @@ from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.reversal import STANDSTILL
 from stepgauge.errors import InputError
-from stepgauge.tables import read_numbers
+from stepgauge.files.tables import read_numbers
 
 COLUMNS = ("position_mm", "error_positive_um", "error_negative_um", "u_positive_um", "u_negative_um")
 

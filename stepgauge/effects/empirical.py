@@ -15,7 +15,7 @@ from pydantic import Field, model_validator
 from stepgauge.effects.base import AnyDirection, Array, Displacement, Effect, along, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
-from stepgauge.formula import Formula, parse_formula
+from stepgauge.files.formula import Formula, parse_formula
 
 parse = lru_cache(parse_formula)
 RESTED = "rested"
@@ -42,7 +42,7 @@ class Empirical(Effect):
 
     The formula knows the columns of the recording by name (``x_mm``, ``time_s``, ``gauge_temperature_C``, any further
     one), what ``DERIVED`` lists, and the coefficients. It is parsed, never executed as code:
-    :mod:`stepgauge.formula`.
+    :mod:`stepgauge.files.formula`.
     """
 
     kind: ClassVar[str] = "empirical"

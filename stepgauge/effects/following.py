@@ -6,11 +6,11 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from stepgauge.config import Vector3
 from stepgauge.effects.base import Array, Axis, Direction, Displacement, Effect, along, parameter
 from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.thermal import REFERENCE_C, begins_s, hours_since
+from stepgauge.files.config import Vector3
 
 LAG = "T: the column, or the column minus another, after a first-order lag"
 

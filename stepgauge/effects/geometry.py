@@ -10,10 +10,10 @@ from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
-from stepgauge.config import Vector3
 from stepgauge.effects.base import Axis, Displacement, Effect, parameter
 from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
 from stepgauge.effects.probings import Probings
+from stepgauge.files.config import Vector3
 
 _SQUARE = {"xy": ("x", "y"), "xz": ("x", "z"), "yz": ("y", "z")}
 

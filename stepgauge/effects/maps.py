@@ -8,12 +8,12 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from stepgauge.config import Vector3
 from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
 from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
-from stepgauge.tables import read_numbers
+from stepgauge.files.config import Vector3
+from stepgauge.files.tables import read_numbers
 
 COLUMNS = ("coordinate_mm", "error")
 

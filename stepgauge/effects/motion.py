@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from stepgauge.config import Vector3
 from stepgauge.effects.base import Array, Displacement, parameter
 from stepgauge.effects.probings import Probings
+from stepgauge.files.config import Vector3
 
 NEXT = {"x": "y", "y": "z", "z": "x"}
 """Right-handed order: e_a x e_NEXT[a] is the third axis."""

@@ -14,8 +14,8 @@ from stepgauge.effects.order import followed as followed
 from stepgauge.errors import InputError
 
 if TYPE_CHECKING:
-    from stepgauge.gauge import Gauge
-    from stepgauge.machine_file import Machine
+    from stepgauge.gauge.certified import Gauge
+    from stepgauge.machine.file import Machine
     from stepgauge.physics.chain import Chain
     from stepgauge.probes import Probe
     from stepgauge.probes.schema import ProbeTable

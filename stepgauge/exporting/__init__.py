@@ -11,7 +11,7 @@ from pathlib import Path
 
 from stepgauge.errors import InputError
 from stepgauge.exporting.options import Export, ExportOptions, prepared
-from stepgauge.files import replacing
+from stepgauge.files.text import replacing
 from stepgauge.recording import Recording
 
 FORMS = {"dmis": ".dmo", "ippdme": ".log", "linuxcnc": ".txt", "csv": ".csv", "xlsx": ".xlsx"}

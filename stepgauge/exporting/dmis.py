@@ -8,9 +8,9 @@ import textwrap
 from stepgauge import __version__
 from stepgauge.errors import InputError
 from stepgauge.exporting.options import DECIMALS, Export, ExportOptions, left_out, run_comments, tip_radius_mm
+from stepgauge.files.templating import fixed, plain
+from stepgauge.files.units import LENGTH_MM
 from stepgauge.recording import Recording
-from stepgauge.templating import fixed, plain
-from stepgauge.units import LENGTH_MM
 
 UNITS = {"mm": "MM", "m": "M", "inch": "INCH"}
 LINE = 78

@@ -17,8 +17,8 @@ from stepgauge.exporting.options import (
     run_comments,
     tip_radius_mm,
 )
+from stepgauge.files.templating import fixed
 from stepgauge.recording import Recording
-from stepgauge.templating import fixed
 
 STATES = ["speed_mm_s", *(f"scale_temperature_{axis}_C" for axis in "xyz")]
 

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.exporting.options import Export, ExportOptions, left_out, one_placement, run_comments
+from stepgauge.files.templating import fixed
 from stepgauge.recording import Recording
-from stepgauge.templating import fixed
 
 
 def render(recording: Recording, options: ExportOptions, _: str) -> Export:

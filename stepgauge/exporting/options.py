@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from stepgauge.errors import InputError
-from stepgauge.numerals import number
+from stepgauge.files.numerals import number
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, Recording
 
 DECIMALS = {"mm": 7, "um": 4, "m": 10, "inch": 9}

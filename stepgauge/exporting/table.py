@@ -7,10 +7,10 @@ from typing import Any
 
 from stepgauge.errors import InputError
 from stepgauge.exporting.options import DECIMALS, Export, ExportOptions
+from stepgauge.files.tables import csv_text
+from stepgauge.files.templating import fixed
+from stepgauge.files.units import LENGTH_MM
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, Recording
-from stepgauge.tables import csv_text
-from stepgauge.templating import fixed
-from stepgauge.units import LENGTH_MM
 
 SHEET = "recording"
 

@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.evaluate import PlacementResult
+from stepgauge.evaluation.evaluate import PlacementResult
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
 
 Array = NDArray[np.float64]

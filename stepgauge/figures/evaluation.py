@@ -19,8 +19,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from stepgauge.evaluate import Evaluation
-from stepgauge.evaluation_files import evaluation_to_dict
+from stepgauge.evaluation.evaluate import Evaluation
+from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
 from stepgauge.standards.mpe import Mpe
 
@@ -69,7 +69,7 @@ def figure_names(placements: Sequence[int], suffix: str) -> list[str]:
 
 
 def evaluation_figure(placement: Mapping[str, Any], mpe: Mpe | None = None) -> Figure:
-    """The figure of one entry of ``placements`` in an ``evaluation.json`` (see :mod:`stepgauge.evaluation_files`)."""
+    """The figure of one entry of ``placements`` in an ``evaluation.json`` (see :mod:`stepgauge.evaluation.files`)."""
     rows = placement["faces"]
     with figure_style():
         figure = new_figure(WIDTH_MM, HEIGHT_MM)

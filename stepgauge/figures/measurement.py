@@ -7,15 +7,15 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from stepgauge.evaluate import Evaluation
-from stepgauge.evaluation_files import evaluation_to_dict
+from stepgauge.evaluation.evaluate import Evaluation
+from stepgauge.evaluation.files import evaluation_to_dict
+from stepgauge.evaluation.probings import probing_errors
 from stepgauge.figures.arrows import arrows_figure
 from stepgauge.figures.evaluation import evaluation_figure
 from stepgauge.figures.probings import bidirectional_figure, repeatability_figure
 from stepgauge.figures.run_chart import run_chart_figure
 from stepgauge.figures.style import save_figure
-from stepgauge.machine_file import Machine
-from stepgauge.probing_errors import probing_errors
+from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
 from stepgauge.standards.mpe import Mpe
 

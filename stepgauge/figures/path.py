@@ -14,11 +14,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Rectangle
 from numpy.typing import NDArray
 
-from stepgauge.collision import Obstacles, make_obstacles
 from stepgauge.figures.style import CYCLE, figure_format, figure_style, new_figure, save_figure
-from stepgauge.gauge import Gauge
-from stepgauge.moves import Path
-from stepgauge.placement import Placement
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.motion.collision import Obstacles, make_obstacles
+from stepgauge.motion.moves import Path
 
 Array = NDArray[np.float64]
 WIDTH_MM = 180.0

@@ -17,14 +17,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.collision import Obstacles, make_obstacles
 from stepgauge.errors import InputError
 from stepgauge.figures.path import BLOCK_COLOR, MEASURE_COLOR, RAIL_COLOR, STOP_COLOR, TRAVEL_COLOR, until
 from stepgauge.figures.style import COLORS
-from stepgauge.files import write_text
-from stepgauge.gauge import Gauge
-from stepgauge.moves import Path
-from stepgauge.placement import Placement
+from stepgauge.files.text import write_text
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.motion.collision import Obstacles, make_obstacles
+from stepgauge.motion.moves import Path
 
 Array = NDArray[np.float64]
 DECIMALS = 4

@@ -1,6 +1,6 @@
 """Every probing of a placement: bidirectional errors with single cycles, and repeatability by face.
 
-Both are drawn from the table of :func:`stepgauge.probing_errors.probing_errors`.
+Both are drawn from the table of :func:`stepgauge.evaluation.probings.probing_errors`.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from stepgauge.physics.directions import angles_rad, probe_frame
 if TYPE_CHECKING:
     from stepgauge.physics.bench import DirectionResult, Events
     from stepgauge.physics.sphere import SphereFit
-    from stepgauge.qualification import Qualification
+    from stepgauge.probes.qualification import Qualification
 
 Array = NDArray[np.float64]
 

@@ -7,10 +7,10 @@ from pathlib import Path
 from stepgauge.figures.path import draw_path
 from stepgauge.figures.path_scene import write_path_html
 from stepgauge.figures.shares import draw_shares
-from stepgauge.gauge import Gauge
-from stepgauge.machine import Run
-from stepgauge.machine_file import Machine
-from stepgauge.placement import Placement
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.machine.file import Machine
+from stepgauge.machine.virtual import Run
 
 
 def draw_run(

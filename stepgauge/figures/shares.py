@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
-from stepgauge.readout import TOTAL_SHARE
+from stepgauge.machine.readout import TOTAL_SHARE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,7 +21,7 @@ MOST = 6
 
 
 def draw_shares(path: str | Path, shares: pd.DataFrame, face: Array, position_mm: Array, title: str = "") -> None:
-    """Draw the shares of :attr:`stepgauge.machine.Run.shares` by face, the mean over the cycles.
+    """Draw the shares of :attr:`stepgauge.machine.virtual.Run.shares` by face, the mean over the cycles.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
-from stepgauge.files import replacing
+from stepgauge.files.text import replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

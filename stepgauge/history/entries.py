@@ -12,9 +12,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.dates import moment_in_path, parse_moment
 from stepgauge.errors import InputError
-from stepgauge.evaluation_files import read_evaluation
+from stepgauge.evaluation.files import read_evaluation
+from stepgauge.files.dates import moment_in_path, parse_moment
 
 Array = NDArray[np.float64]
 DateFrom = Literal["record", "file"]

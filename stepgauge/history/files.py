@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
-from stepgauge.files import write_json, write_text
+from stepgauge.files.tables import csv_text, result_cell
+from stepgauge.files.text import write_json, write_text
 from stepgauge.history.entries import QUANTITIES, HistoryEntry
 from stepgauge.history.trend import Alert, Series, Trend
-from stepgauge.tables import csv_text, result_cell
 
 
 def write_history(

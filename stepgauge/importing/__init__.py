@@ -13,14 +13,14 @@ from importlib import import_module
 from pathlib import Path
 
 from stepgauge.errors import InputError, reading
-from stepgauge.files import read_text
-from stepgauge.gauge import Gauge
+from stepgauge.files.text import read_text
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
 from stepgauge.importing.build import Import, ImportOptions, build_recording
 from stepgauge.importing.cells import decode, is_workbook
 from stepgauge.importing.log import ProbeLog
 from stepgauge.importing.sheet import TableLayout, read_sheet
-from stepgauge.moves import ProbingSettings, Program
-from stepgauge.placement import Placement
+from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.programs import DIALECTS, check_lines, recognise
 from stepgauge.recording.identity import check_recording
 

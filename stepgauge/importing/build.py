@@ -11,19 +11,19 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
+from stepgauge.files.numerals import number
+from stepgauge.files.units import temperature_hint, unit_hint
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
 from stepgauge.importing.departures import from_target
 from stepgauge.importing.expected import Expected, check_beside, expected_by_log, expected_by_program
 from stepgauge.importing.faces import nearest_faces, tip_distance_mm
 from stepgauge.importing.log import ProbeLog
 from stepgauge.importing.matching import Match, match
-from stepgauge.moves import Program
-from stepgauge.numerals import number
-from stepgauge.placement import Placement
+from stepgauge.motion.moves import Program
 from stepgauge.recording import APPROACH, OPTIONAL, POSITION, TEMPERATURE_C, Recording
 from stepgauge.recording.columns import near_miss
 from stepgauge.recording.identity import LARGEST_RADIUS_MM, axis_from_approaches, stated_serial
-from stepgauge.units import temperature_hint, unit_hint
 
 Array = NDArray[np.float64]
 _OURS = ("import", "points", "probings", "log", "tip_radius_mm")

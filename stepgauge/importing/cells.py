@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError, reading
-from stepgauge.files import read_bytes
-from stepgauge.numerals import decimal_mark, looks_numeric
+from stepgauge.files.numerals import decimal_mark, looks_numeric
+from stepgauge.files.text import read_bytes
 
 Cell = str | float | datetime.datetime | datetime.time | datetime.timedelta
 DELIMITERS = {"semicolon": ";", "tab": "\t", "bar": "|", "comma": ","}

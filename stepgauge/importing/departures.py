@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.units import unit_hint
 from stepgauge.importing.expected import Expected, coordinates
 from stepgauge.importing.log import ProbeLog
-from stepgauge.units import unit_hint
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]

@@ -14,11 +14,11 @@ from collections import Counter
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.units import LENGTH_MM
 from stepgauge.importing.log import ProbeLog, counted, unit_vectors
-from stepgauge.moves import ProbingSettings
+from stepgauge.motion.moves import ProbingSettings
 from stepgauge.programs.dmis import statements
 from stepgauge.programs.reading import Reader
-from stepgauge.units import LENGTH_MM
 
 Array = NDArray[np.float64]
 _STATEMENT = re.compile(r"(?:([A-Z]+)\(([^()]*)\)\s*=\s*)?([A-Z]+)(?:\s*[/=]\s*(.*))?", re.IGNORECASE | re.DOTALL)

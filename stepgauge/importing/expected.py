@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.gauge import Gauge
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
 from stepgauge.importing.alignment import align
 from stepgauge.importing.faces import (
     Where,
@@ -20,9 +21,8 @@ from stepgauge.importing.faces import (
     probed_faces,
 )
 from stepgauge.importing.log import ProbeLog
-from stepgauge.moves import Program
-from stepgauge.placement import Placement
-from stepgauge.plan import ORDERS, PlanOptions, faces_in_order
+from stepgauge.motion.moves import Program
+from stepgauge.planning.plan import ORDERS, PlanOptions, faces_in_order
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
-from stepgauge.moves import Program
-from stepgauge.placement import Placement
-from stepgauge.units import unit_hint
+from stepgauge.files.units import unit_hint
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.motion.moves import Program
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from stepgauge.errors import InputError
+from stepgauge.files.units import Unit, find_unit
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION
-from stepgauge.units import Unit, find_unit
 
 NORMAL = ["normal_i", "normal_j", "normal_k"]
 DIRECTIONS = (*APPROACH, *NORMAL)

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.numerals import number
 from stepgauge.importing.clock import seconds_of, stamp_in
 from stepgauge.importing.log import ProbeLog, counted, unit_vectors
-from stepgauge.numerals import number
 from stepgauge.recording import comment_lines
 
 Array = NDArray[np.float64]

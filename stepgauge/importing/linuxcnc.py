@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.numerals import number
 from stepgauge.importing.log import ProbeLog
-from stepgauge.numerals import number
 from stepgauge.recording import comment_lines
 
 Array = NDArray[np.float64]

@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.numerals import Numerals, looks_numeric
+from stepgauge.files.units import Unit, find_unit
 from stepgauge.importing.cells import Cell, Cells, mark_of, read_text_cells, read_workbook_cells
 from stepgauge.importing.clock import seconds_of
 from stepgauge.importing.headers import NORMAL, QUANTITY, Column, check_columns, read_header, with_units
 from stepgauge.importing.log import ProbeLog, unit_vectors
-from stepgauge.numerals import Numerals, looks_numeric
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, comment_lines
-from stepgauge.units import Unit, find_unit
 
 Array = NDArray[np.float64]
 _UNIT_LENGTH = 0.01

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
+from stepgauge.files.tables import read_numbers
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import STANDING_COS, Placement, has_yaw, make_placement
 from stepgauge.locate.blocks import Blocks, fit_up, solve_blocks
 from stepgauge.locate.scatter import find_scatter
 from stepgauge.locate.slips import check_points
-from stepgauge.placement import STANDING_COS, Placement, has_yaw, make_placement
-from stepgauge.tables import read_numbers
 
 Array = NDArray[np.float64]
 POINT_COLUMNS = ("point", "x_mm", "y_mm", "z_mm")

@@ -27,9 +27,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.gauge import Gauge
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import block_distance_mm, distance_tolerance_mm
 from stepgauge.locate.blocks import first_axis, unit, usual_up
-from stepgauge.placement import block_distance_mm, distance_tolerance_mm
 
 Array = NDArray[np.float64]
 ALONG = np.array([0, 0, 0, 1, 1, 2, 2, 0] * 2)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.gauge import Gauge
-from stepgauge.placement import STANDING_COS
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import STANDING_COS
 
 Array = NDArray[np.float64]
 ROLL_STEPS = 720

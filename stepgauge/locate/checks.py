@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import block_distance_mm, distance_tolerance_mm
 from stepgauge.locate.adjustment import BY_HAND_MM, adjust
 from stepgauge.locate.blocks import Blocks, solve_blocks
-from stepgauge.placement import block_distance_mm, distance_tolerance_mm
 
 Array = NDArray[np.float64]
 SMALLEST_TRIANGLE_MM = 1.0

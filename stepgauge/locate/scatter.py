@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.gauge import Gauge
+from stepgauge.gauge.certified import Gauge
 from stepgauge.locate.adjustment import ALONG, DETECTABLE, Adjustment, adjust
 
 Array = NDArray[np.float64]

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge, read_gauge
+from stepgauge.files.resources import folder
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import STANDING_COS, block_distance_mm, distance_tolerance_mm
 from stepgauge.locate.adjustment import Adjustment, expected_place, suspects
 from stepgauge.locate.blocks import fit_up, rough_axis, solve_blocks
 from stepgauge.locate.checks import check_tip, collinear, complaint, wrong_unit
-from stepgauge.placement import STANDING_COS, block_distance_mm, distance_tolerance_mm
-from stepgauge.resources import folder
 
 Array = NDArray[np.float64]
 Explains = Callable[..., bool]

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
-from stepgauge.files import write_json, write_text
+from stepgauge.files.tables import csv_text, result_cell
+from stepgauge.files.text import write_json, write_text
 from stepgauge.montecarlo.model import Model
 from stepgauge.montecarlo.summary import COVERAGE, Summary
-from stepgauge.tables import csv_text, result_cell
 
 COLUMNS = ("quantity", "placement", "face", "value", "mean", "u", "low_95", "high_95")
 

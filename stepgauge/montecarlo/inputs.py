@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.config import Table, check_table
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine
-from stepgauge.uncertain import Uncertain, replaced
+from stepgauge.files.config import Table, check_table
+from stepgauge.gauge.certified import Gauge
+from stepgauge.machine.file import Machine
+from stepgauge.machine.uncertain import Uncertain, replaced
 
 Array = NDArray[np.float64]
 EXPANSION = "gauge.expansion_per_K"

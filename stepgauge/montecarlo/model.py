@@ -22,11 +22,14 @@ from numpy.typing import NDArray
 from stepgauge.effects import Effect, Probings, Setting
 from stepgauge.effects.thermal import REFERENCE_C, ScaleTemperature, UncompensatedScales
 from stepgauge.effects.totals import added_up, scatter_um
-from stepgauge.evaluate import Evaluation, PlacementResult, Readings, evaluate, project_readings
-from stepgauge.face_errors import FaceErrors, REffOrigin, band_um, face_errors, worst_two_sigma_um
-from stepgauge.gauge import Gauge
-from stepgauge.machine import Conditions, execute
-from stepgauge.machine_file import Machine
+from stepgauge.evaluation.evaluate import Evaluation, PlacementResult, Readings, evaluate, project_readings
+from stepgauge.evaluation.face_errors import FaceErrors, REffOrigin, band_um, face_errors, worst_two_sigma_um
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.machine.file import Machine
+from stepgauge.machine.readout import machine_effects
+from stepgauge.machine.uncertain import Uncertain, replaced
+from stepgauge.machine.virtual import Conditions, execute
 from stepgauge.montecarlo.inputs import (
     EXPANSION,
     GAUGE_TEMPERATURE,
@@ -37,12 +40,9 @@ from stepgauge.montecarlo.inputs import (
     draw,
     effect_key,
 )
-from stepgauge.moves import Program
-from stepgauge.placement import Placement
-from stepgauge.readout import machine_effects
+from stepgauge.motion.moves import Program
 from stepgauge.recording import Recording
 from stepgauge.recording.by_face import ByFace, FaceStatistics, face_statistics
-from stepgauge.uncertain import Uncertain, replaced
 
 Array = NDArray[np.float64]
 BY_FACE = ("xf_um", "sf_um", "xb_um", "sb_um", "xm_um", "xr_um")

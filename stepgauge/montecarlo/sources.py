@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stepgauge.errors import InputError
-from stepgauge.face_errors import REffOrigin
-from stepgauge.gauge import Gauge
-from stepgauge.machine import Conditions, probing_settings
-from stepgauge.machine_file import Machine, check_recorded
+from stepgauge.evaluation.face_errors import REffOrigin
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.machine.file import Machine, check_recorded
+from stepgauge.machine.virtual import Conditions, probing_settings
 from stepgauge.montecarlo.model import Model, program_model, recording_model
-from stepgauge.placement import Placement
-from stepgauge.plan import parse_section
+from stepgauge.planning.plan import parse_section
 from stepgauge.programs import read_program
 from stepgauge.recording import is_recording_file, read_recordings
 

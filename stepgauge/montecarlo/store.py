@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.files import write_text
+from stepgauge.files.text import write_text
 
 Array = NDArray[np.float64]
 _VALUES, _DONE, _STATE = "values.f64", "done.u8", "state.json"

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.tables import write_table
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes.base import Probe
-from stepgauge.tables import write_table
 
 Array = NDArray[np.float64]
 COLUMNS = ("polar_deg", "azimuth_deg", "trigger_force_N", "deflection_um", "pretravel_um")

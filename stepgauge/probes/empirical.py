@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from stepgauge.config import Table
-from stepgauge.formula import parse_formula
+from stepgauge.files.config import Table
+from stepgauge.files.formula import parse_formula
 from stepgauge.probes.base import Probe
 
 Array = NDArray[np.float64]

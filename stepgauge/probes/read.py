@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.config import check_table, read_toml
 from stepgauge.errors import InputError
+from stepgauge.files.config import check_table, read_toml
+from stepgauge.files.resources import find_data
 from stepgauge.physics import contact, stylus
 from stepgauge.physics.pretravel import Elasticity
 from stepgauge.physics.trigger import Tripod, rest_reactions_N
@@ -28,7 +29,6 @@ from stepgauge.probes.schema import (
     SurfaceTable,
 )
 from stepgauge.probes.table import TableProbe, read_map
-from stepgauge.resources import find_data
 
 MM_PER_UM = 1e-3
 KG_PER_G = 1e-3

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from stepgauge.config import Table, Vector3
+from stepgauge.files.config import Table, Vector3
 from stepgauge.physics.pretravel import Indentation
 from stepgauge.probes.empirical import EmpiricalTable
 from stepgauge.probes.table import Symmetry

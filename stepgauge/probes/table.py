@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.tables import Rows, read_rows
 from stepgauge.probes.base import Probe
-from stepgauge.tables import Rows, read_rows
 
 Array = NDArray[np.float64]
 Symmetry = Literal["none", "three-fold", "mirrored"]

@@ -8,8 +8,8 @@ from importlib import import_module
 from pathlib import Path
 
 from stepgauge.errors import InputError
-from stepgauge.files import read_text
-from stepgauge.moves import ProbingSettings, Program
+from stepgauge.files.text import read_text
+from stepgauge.motion.moves import ProbingSettings, Program
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.moves import InForce, ProbingSettings, Program
+from stepgauge.motion.moves import InForce, ProbingSettings, Program
 from stepgauge.programs import Dialect
 
 UNSTATED = float("nan")

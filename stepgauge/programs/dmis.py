@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from stepgauge.moves import ProbingSettings, Program
+from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.programs.reading import Reader
 
 _STATEMENT = re.compile(r"(?:([A-Z]+)\(([\w-]+)\)\s*=\s*)?([A-Z]+)(?:\s*/\s*(.*))?", re.ASCII)

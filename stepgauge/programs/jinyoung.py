@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from stepgauge.moves import ProbingSettings, Program
+from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.programs.reading import Reader
 
 

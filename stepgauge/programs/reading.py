@@ -10,8 +10,8 @@ from typing import NoReturn
 import numpy as np
 
 from stepgauge.errors import InputError
-from stepgauge.moves import InForce, ProbingSettings, Program, ProgramBuilder
-from stepgauge.numerals import number as plain_number
+from stepgauge.files.numerals import number as plain_number
+from stepgauge.motion.moves import InForce, ProbingSettings, Program, ProgramBuilder
 
 
 class Reader:

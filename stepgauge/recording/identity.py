@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
-from stepgauge.numerals import number
+from stepgauge.files.numerals import number
+from stepgauge.files.units import unit_hint
+from stepgauge.gauge.certified import Gauge
 from stepgauge.recording.by_face import ByFace
 from stepgauge.recording.columns import POSITION
 from stepgauge.recording.rows import check_beside, check_copies, check_rows, dot
 from stepgauge.recording.table import Recording
-from stepgauge.units import unit_hint
 
 Array = NDArray[np.float64]
 WRONG_GAUGE_MM = 0.5

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
+from stepgauge.gauge.certified import Gauge
 from stepgauge.recording.by_face import PIECE
 from stepgauge.recording.columns import OPTIONAL, POSITION
 from stepgauge.recording.table import Recording

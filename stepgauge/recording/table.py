@@ -13,11 +13,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, reader
-from stepgauge.files import replacing
-from stepgauge.outputs import was_read
-from stepgauge.parquet import is_parquet, read_parquet, write_parquet
+from stepgauge.files.outputs import was_read
+from stepgauge.files.parquet import is_parquet, read_parquet, write_parquet
+from stepgauge.files.text import replacing
+from stepgauge.files.units import temperature_hint
 from stepgauge.recording.columns import APPROACH, COUNTS, KNOWN, OPTIONAL, POSITION, REQUIRED, near_miss
-from stepgauge.units import temperature_hint
 
 Array = NDArray[np.float64]
 _DECIMALS = {**dict.fromkeys(POSITION, 7), **dict.fromkeys(APPROACH, 10), "time_s": 4}

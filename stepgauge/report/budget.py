@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from stepgauge.figures.budget import budget_figure, farthest, label
 from stepgauge.figures.style import figure_style
-from stepgauge.report.numbers import UNDEFINED, number, quantity
+from stepgauge.files.notation import UNDEFINED, number, quantity
 from stepgauge.report.page import Column, PrintedTable
+from stepgauge.report.statements import dof_text
 from stepgauge.standards.budget_files import StoredBudget, StoredLine, StoredSource
-from stepgauge.statements import dof_text
 
 ERRORS = ("xf", "xb", "xm", "xr")
 NOTE = (

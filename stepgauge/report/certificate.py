@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from stepgauge.certificate_file import Contact, Laboratory, Person
-from stepgauge.gauge import Gauge
-from stepgauge.report.numbers import clean, number
+from stepgauge.files.notation import clean, number
+from stepgauge.gauge.certified import Gauge
+from stepgauge.report.certificate_file import Contact, Laboratory, Person
 from stepgauge.report.sections import Section
+from stepgauge.report.statements import ONLY_ITEMS, traceability, uncertainty_text
 from stepgauge.standards.budget_files import StoredBudget
-from stepgauge.statements import ONLY_ITEMS, traceability, uncertainty_text
 
 PLACES = {
     "laboratory": "in the laboratory",

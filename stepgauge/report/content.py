@@ -12,16 +12,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from stepgauge.certificate_file import Laboratory
 from stepgauge.figures.evaluation import describe, evaluation_figure
 from stepgauge.figures.style import figure_style
-from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine
-from stepgauge.placement import Placement
+from stepgauge.files.notation import UNDEFINED, clean, quantity, uncertain
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.machine.file import Machine
 from stepgauge.report.budget import budget_tables
 from stepgauge.report.certificate import closing_sections, end_mark, identity_sections, not_stated
+from stepgauge.report.certificate_file import Laboratory
 from stepgauge.report.face_table import faces_table
-from stepgauge.report.numbers import UNDEFINED, clean, quantity, uncertain
 from stepgauge.report.page import Page, Stated, identity_section, measured_and_approved, unsaid
 from stepgauge.report.result import result_table, warnings
 from stepgauge.report.sections import (
@@ -34,8 +34,8 @@ from stepgauge.report.sections import (
     radius_section,
     recording_section,
 )
+from stepgauge.report.statements import METHOD, measurand_text, reference_text
 from stepgauge.standards.budget_files import StoredBudget
-from stepgauge.statements import METHOD, measurand_text, reference_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.drift import drift_figure
+from stepgauge.files.notation import number, quantity
 from stepgauge.report.content import figure_svg
-from stepgauge.report.numbers import number, quantity
 from stepgauge.report.page import Column, Page, PrintedTable, Stated
 from stepgauge.report.sections import Section
 from stepgauge.report.standards import recording_lines, rules_table, test_content, unmet, write_test

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from stepgauge.report.numbers import UNDEFINED, aligned, number, uncertain
+from stepgauge.files.notation import UNDEFINED, aligned, number, uncertain
 from stepgauge.report.page import BETWEEN, Column, PrintedTable
 from stepgauge.standards.budget_files import StoredBudget
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.iso10360_5 import probing_figure
+from stepgauge.files.notation import number, quantity, vector
 from stepgauge.report.content import figure_svg
-from stepgauge.report.numbers import number, quantity, vector
 from stepgauge.report.page import Column, Page, PrintedTable, Stated
 from stepgauge.report.sections import Section, add_comments
 from stepgauge.report.standards import rules_table, test_content, unmet, write_test

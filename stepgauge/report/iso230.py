@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.iso230 import positioning_figure
-from stepgauge.machine_file import Machine
+from stepgauge.files.notation import number
+from stepgauge.machine.file import Machine
 from stepgauge.report.content import figure_svg
-from stepgauge.report.numbers import number
 from stepgauge.report.page import Column, Page, PrintedTable, Stated
 from stepgauge.report.sections import Section, certificate_section
 from stepgauge.report.standards import machine_lines, recording_lines, rules_table, test_content, unmet, write_test

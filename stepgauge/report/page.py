@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from stepgauge import __version__
-from stepgauge.report.numbers import clean
+from stepgauge.files.notation import clean
 from stepgauge.report.sections import Section
 
 BETWEEN = "*"

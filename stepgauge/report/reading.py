@@ -9,13 +9,13 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import ConfigDict, Field
 
-from stepgauge.config import Table, check_table
 from stepgauge.errors import InputError
-from stepgauge.evaluation_files import read_evaluation
-from stepgauge.files import in_folder
-from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine, check_recorded
-from stepgauge.placement import Placement
+from stepgauge.evaluation.files import read_evaluation
+from stepgauge.files.config import Table, check_table
+from stepgauge.files.text import in_folder
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.machine.file import Machine, check_recorded
 
 SAME_POSITION_MM = 1e-6
 SAME_AXIS_RAD = 0.01

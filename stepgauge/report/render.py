@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from stepgauge.errors import InputError
-from stepgauge.files import read_text, replacing
-from stepgauge.resources import folder
+from stepgauge.files.resources import folder
+from stepgauge.files.text import read_text, replacing
 
 PDF_STANDARDS: tuple[Literal["a-3a", "1.7"], ...] = ("a-3a", "1.7")
 """Standards tried in turn: archival and accessible; plain where a character is in no font at hand."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from stepgauge.report.numbers import UNDEFINED, quantity, uncertain
+from stepgauge.files.notation import UNDEFINED, quantity, uncertain
 from stepgauge.report.page import Column, PrintedTable
 from stepgauge.standards.budget_files import StoredBudget, StoredLine
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine
-from stepgauge.placement import Placement, has_yaw
-from stepgauge.report.numbers import clean, number, quantity, uncertain, vector
+from stepgauge.files.notation import clean, number, quantity, uncertain, vector
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement, has_yaw
+from stepgauge.machine.file import Machine
 from stepgauge.standards.budget_files import StoredBudget
 
 DATE_MISSING = "date of the measurement (the recording does not say)"

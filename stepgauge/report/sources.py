@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from stepgauge.certificate_file import check_filled, read_laboratory
-from stepgauge.gauge import read_gauge
-from stepgauge.machine_file import read_machine
-from stepgauge.placement import read_placements
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.gauge.placement import read_placements
+from stepgauge.machine.file import read_machine
+from stepgauge.report.certificate_file import check_filled, read_laboratory
 from stepgauge.report.content import Sources
 from stepgauge.report.reading import check_gauge, check_machine, check_placements
 from stepgauge.standards.budget_files import check_budget, read_budget

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine
-from stepgauge.report.numbers import number
+from stepgauge.files.notation import number
+from stepgauge.gauge.certified import Gauge
+from stepgauge.machine.file import Machine
 from stepgauge.report.page import (
     Column,
     Page,

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.face_errors import face_errors
+from stepgauge.evaluation.face_errors import face_errors
 from stepgauge.montecarlo.model import Model, Part, Quantity
 from stepgauge.montecarlo.summary import Summary
 from stepgauge.recording.by_face import FaceStatistics

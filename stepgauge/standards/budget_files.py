@@ -9,12 +9,12 @@ from typing import Any
 from pydantic import ConfigDict, Field
 
 from stepgauge import __version__
-from stepgauge.config import Table, check_table
 from stepgauge.errors import InputError
-from stepgauge.files import in_folder, read_result, write_json, write_text
+from stepgauge.files.config import Table, check_table
+from stepgauge.files.tables import csv_text, result_cell
+from stepgauge.files.text import in_folder, read_result, write_json, write_text
 from stepgauge.montecarlo.model import Model
 from stepgauge.standards.budget import Budget, Line, Source
-from stepgauge.tables import csv_text, result_cell
 
 FORMAT = "stepgauge budget 1"
 COLUMNS = ("quantity", "placement", "face", "position_mm", "value_um", "u_um", "dof", "k", "expanded_um")

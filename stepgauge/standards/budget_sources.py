@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.machine_file import StandardUncertainty
+from stepgauge.gauge.placement import Placement
+from stepgauge.machine.file import StandardUncertainty
 from stepgauge.montecarlo.inputs import CERTIFICATE, EXPANSION, GAUGE_TEMPERATURE, REPEATABILITY, effect_key
 from stepgauge.montecarlo.model import Model, Part, pooled_deviation_um
-from stepgauge.placement import Placement
 from stepgauge.standards.coverage import APPROXIMATELY_95
 
 Array = NDArray[np.float64]

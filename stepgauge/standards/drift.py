@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
+from stepgauge.files.tables import Rows, read_rows
+from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import Recording
 from stepgauge.recording.identity import check_recording
 from stepgauge.standards.lengths import face_table
-from stepgauge.tables import Rows, read_rows
 
 Array = NDArray[np.float64]
 Kind = Literal["etve", "axis"]

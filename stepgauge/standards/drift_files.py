@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
-from stepgauge.files import write_json, write_text
+from stepgauge.files.tables import csv_text, result_cell
+from stepgauge.files.text import write_json, write_text
 from stepgauge.standards.drift import NAMES, STANDARD, UNCONFIRMED, Channel, DriftTest
 from stepgauge.standards.drift_rules import rules_of
 from stepgauge.standards.iso230_decision import Requirement
-from stepgauge.tables import csv_text, result_cell
 
 COLUMNS = ("channel", "range_um", "first_hour_um", "end_um", "last_hour_um")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from stepgauge.gauge import Gauge
+from stepgauge.gauge.certified import Gauge
 
 
 def gauge_to_dict(gauge: Gauge) -> dict[str, Any]:

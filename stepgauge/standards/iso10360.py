@@ -3,7 +3,7 @@
 Seven positions, five lengths each, three repeats: 105 errors E0 of bidirectional lengths. Further series use the same
 equations: E150 with the stylus offset, and the length of normal expansion beside a gauge of low expansion. Certified
 positions are brought to the recorded gauge temperature; readings are left as they are (the convention of
-:mod:`stepgauge.evaluate`).
+:mod:`stepgauge.evaluation.evaluate`).
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine
-from stepgauge.placement import Placement
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
 from stepgauge.recording.identity import check_recording
 from stepgauge.standards.decision import Outcome, decide, together

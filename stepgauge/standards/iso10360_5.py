@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.files import read_text
+from stepgauge.files.text import read_text
 from stepgauge.physics.sphere import SphereFit, fit_sphere
-from stepgauge.probe_files import ProbedPoints
+from stepgauge.probes.files import ProbedPoints
 from stepgauge.standards.decision import Outcome, decide, together
 
 Array = NDArray[np.float64]

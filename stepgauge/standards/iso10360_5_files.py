@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from stepgauge import __version__
-from stepgauge.files import write_json, write_text
+from stepgauge.files.tables import csv_text
+from stepgauge.files.text import write_json, write_text
 from stepgauge.standards.decision import DECISION_SOURCE
 from stepgauge.standards.iso10360_5 import STANDARD, UNCONFIRMED, ProbingTest, Value
 from stepgauge.standards.iso10360_5_rules import rules_of
-from stepgauge.tables import csv_text
 
 CSV_COLUMNS = ("stylus", "point", "x_mm", "y_mm", "z_mm", "radial_deviation_um")
 WORDS = {

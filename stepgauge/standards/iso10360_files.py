@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
-from stepgauge.evaluation_files import TEMPERATURE_CONVENTION
-from stepgauge.files import write_json, write_text
+from stepgauge.evaluation.files import TEMPERATURE_CONVENTION
+from stepgauge.files.tables import csv_text
+from stepgauge.files.text import write_json, write_text
 from stepgauge.standards.decision import DECISION_SOURCE
 from stepgauge.standards.gauge_table import gauge_to_dict
 from stepgauge.standards.iso10360 import KINDS, LengthTest
@@ -19,7 +20,6 @@ from stepgauge.standards.iso10360_series import E0
 from stepgauge.standards.iso10360_statements import STANDARD, overall, statements
 from stepgauge.standards.length_uncertainty import SOURCE as UNCERTAINTY_SOURCE
 from stepgauge.standards.lengths import Kind
-from stepgauge.tables import csv_text
 
 CSV_COLUMNS = (
     "position",

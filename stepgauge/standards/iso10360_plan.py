@@ -12,14 +12,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.collision import make_tool
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine
-from stepgauge.moves import ProbingSettings, Program
-from stepgauge.placement import STANDING_COS, Placement, make_placement
-from stepgauge.plan import PlanOptions, faces_in_order, make_program
-from stepgauge.plan_check import check_program, check_travel
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import STANDING_COS, Placement, make_placement
+from stepgauge.machine.file import Machine
+from stepgauge.motion.collision import make_tool
+from stepgauge.motion.moves import ProbingSettings, Program
+from stepgauge.planning.check import check_program, check_travel
+from stepgauge.planning.plan import PlanOptions, faces_in_order, make_program
 from stepgauge.probes.schema import ProbeTable
 from stepgauge.standards.lengths import LENGTHS, choose
 from stepgauge.standards.measuring_line import LONGEST_SHARE, ORIENTATIONS, Orientation

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from stepgauge import __version__
-from stepgauge.config import read_toml
-from stepgauge.files import write_json, write_text
-from stepgauge.machine_file import Machine
-from stepgauge.placement import format_placement
-from stepgauge.planning import program_text
+from stepgauge.files.config import read_toml
+from stepgauge.files.text import write_json, write_text
+from stepgauge.gauge.placement import format_placement
+from stepgauge.machine.file import Machine
+from stepgauge.planning.program import program_text
 from stepgauge.probes.schema import ProbeTable
 from stepgauge.standards.iso10360_plan import PlannedPosition
 from stepgauge.standards.measuring_line import POSITIONS_SOURCE

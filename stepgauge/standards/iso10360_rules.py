@@ -7,8 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine
+from stepgauge.gauge.certified import Gauge
+from stepgauge.machine.file import Machine
 from stepgauge.standards.iso10360_positions import Position, TestLength
 from stepgauge.standards.iso10360_series import E0, E150, NORMAL, Series
 from stepgauge.standards.lengths import LENGTHS, REPEATS

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
-from stepgauge.evaluation_files import TEMPERATURE_CONVENTION
-from stepgauge.files import write_json, write_text
+from stepgauge.evaluation.files import TEMPERATURE_CONVENTION
+from stepgauge.files.tables import csv_text, result_cell
+from stepgauge.files.text import write_json, write_text
 from stepgauge.standards.gauge_table import gauge_to_dict
 from stepgauge.standards.iso230_decision import parameters_um
 from stepgauge.standards.positioning import PAIRINGS, AxisTest, PositioningTest
 from stepgauge.standards.rules import incomplete
-from stepgauge.tables import csv_text, result_cell
 
 STANDARD = "ISO 230-2:2014 with Amendment 1:2016"
 SIGN_CONVENTION = (

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stepgauge.gauge import Gauge
+from stepgauge.gauge.certified import Gauge
 
 SOURCE = "ISO/TS 23165:2006, test uncertainty of the error of indication"
 

@@ -15,9 +15,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.evaluate import Readings, project_readings
-from stepgauge.gauge import Gauge
-from stepgauge.placement import Placement
+from stepgauge.evaluation.evaluate import Readings, project_readings
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.repeats import LeftOut
 from stepgauge.standards.rules import Rule

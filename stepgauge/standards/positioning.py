@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine
-from stepgauge.placement import Placement
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
 from stepgauge.recording.identity import check_recording
 from stepgauge.standards.iso230 import AxisParameters, axis_parameters

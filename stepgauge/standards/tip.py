@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stepgauge.errors import InputError
-from stepgauge.evaluate import evaluate
-from stepgauge.gauge import Gauge
-from stepgauge.placement import Placement
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
 from stepgauge.recording import Recording
 
 OWN_BLOCK = "the gauge's own first complete block, mean over the placements"

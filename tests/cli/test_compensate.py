@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stepgauge.cli import main
-from stepgauge.files import write_json
+from stepgauge.files.text import write_json
 from stepgauge.recording import read_recording, write_recording
 from tests.cli.conftest import Result, Run
 from tests.conftest import ROOT

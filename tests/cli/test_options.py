@@ -8,10 +8,10 @@ from pathlib import Path
 import click
 import pytest
 
-from stepgauge import machine_file
 from stepgauge.cli import TASKS, LazyGroup, cli
 from stepgauge.cli.figures import KINDS
 from stepgauge.cli.options import DIALECTS, LARGEST_U_K
+from stepgauge.machine import file as machine_file
 from tests.cli.conftest import Run
 
 

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from stepgauge.cli.probe import compensate, qualify
 from stepgauge.errors import InputError
-from stepgauge.files import write_json
+from stepgauge.files.text import write_json
 from stepgauge.physics import directions
 from stepgauge.physics.sphere import fit_sphere
 

@@ -8,8 +8,8 @@ import pytest
 from pypdf import PdfReader
 
 from stepgauge.cli import main
-from stepgauge.evaluation_files import write_evaluation
-from stepgauge.placement import write_placement
+from stepgauge.evaluation.files import write_evaluation
+from stepgauge.gauge.placement import write_placement
 from tests.measured import lay, one_placement, shipped
 
 
@@ -50,7 +50,7 @@ def test_html_from_the_file_itself(result: Path, tmp_path: Path) -> None:
 
 
 def test_own_template_from_a_copy_of_the_shipped_one(result: Path, tmp_path: Path) -> None:
-    from stepgauge.resources import folder
+    from stepgauge.files.resources import folder
 
     shipped_text = (folder("templates") / "reports" / "report.typ").read_text(encoding="utf-8")
     own = tmp_path / "own.typ"

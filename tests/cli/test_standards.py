@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from pypdf import PdfReader
 
-from stepgauge.gauge import read_gauge
+from stepgauge.files.resources import find_data
+from stepgauge.gauge.certified import read_gauge
 from stepgauge.recording import Recording, read_recording, write_recording
-from stepgauge.resources import find_data
 from tests.cli.conftest import Run
 from tests.standards.made import made
 

@@ -22,16 +22,16 @@ from stepgauge.cli import cli
 from stepgauge.effects import Probings, Setting, along_approach_um, effect_kinds, make_effects
 from stepgauge.effects.compensation import COLUMNS
 from stepgauge.errors import InputError
-from stepgauge.evaluate import evaluate
-from stepgauge.gauge import Gauge, read_gauge
-from stepgauge.machine import probing_settings, run_program
-from stepgauge.machine_file import read_machine
-from stepgauge.placement import make_placement, write_placement
-from stepgauge.plan import PlanOptions, make_program
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.files.resources import find_data
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import make_placement, write_placement
+from stepgauge.machine.file import read_machine
+from stepgauge.machine.virtual import probing_settings, run_program
+from stepgauge.planning.plan import PlanOptions, make_program
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
 from stepgauge.recording import APPROACH, read_recording, write_recording
-from stepgauge.resources import find_data
 from tests.build import heed_interrupts
 
 

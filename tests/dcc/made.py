@@ -9,15 +9,15 @@ from typing import Any
 
 import pytest
 
-from stepgauge.certificate_file import Laboratory, read_laboratory
 from stepgauge.dcc.elements import to_bytes
 from stepgauge.dcc.gauge_write import gauge_certificate
 from stepgauge.dcc.write import machine_certificate
-from stepgauge.evaluate import evaluate
-from stepgauge.evaluation_files import evaluation_to_dict
-from stepgauge.gauge import Gauge
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.evaluation.files import evaluation_to_dict
+from stepgauge.gauge.certified import Gauge
 from stepgauge.montecarlo import recording_model
 from stepgauge.recording import Recording, join_recordings
+from stepgauge.report.certificate_file import Laboratory, read_laboratory
 from stepgauge.standards.budget import make_budget
 from stepgauge.standards.budget_files import StoredBudget, budget_to_dict
 from tests.conftest import ROOT

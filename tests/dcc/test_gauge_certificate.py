@@ -16,7 +16,7 @@ from stepgauge.dcc.gauge_read import Wanted, import_gauge, write_gauge
 from stepgauge.dcc.gauge_write import gauge_certificate
 from stepgauge.dcc.xml import parse_xml, validate
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge, read_gauge
+from stepgauge.gauge.certified import Gauge, read_gauge
 from tests.build import gauges
 from tests.dcc.made import SAID, SCHEMA, gauge_xml, laboratory, machine_xml, needs_schema
 from tests.measured import shipped

@@ -21,7 +21,7 @@ from stepgauge.dcc.units import LENGTH, MICROMETRE
 from stepgauge.dcc.write import machine_certificate, uncertain
 from stepgauge.dcc.xml import parse_xml, validate
 from stepgauge.errors import InputError
-from stepgauge.files import write_json
+from stepgauge.files.text import write_json
 from stepgauge.recording import write_recording
 from tests.dcc.made import SAID, SCHEMA, evaluated, laboratory, machine_xml, measured, needs_schema
 from tests.measured import shipped

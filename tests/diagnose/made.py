@@ -13,12 +13,12 @@ import pandas as pd
 
 from stepgauge.diagnose.engine import diagnose
 from stepgauge.diagnose.result import Diagnosis
-from stepgauge.gauge import Gauge, read_gauge
-from stepgauge.machine import Conditions, run_program
-from stepgauge.machine_file import Machine, read_machine
-from stepgauge.moves import ProbingSettings
-from stepgauge.placement import make_placement
-from stepgauge.plan import PlanOptions, make_program, middle_standoff_mm
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import make_placement
+from stepgauge.machine.file import Machine, read_machine
+from stepgauge.machine.virtual import Conditions, run_program
+from stepgauge.motion.moves import ProbingSettings
+from stepgauge.planning.plan import PlanOptions, make_program, middle_standoff_mm
 from stepgauge.recording import APPROACH, POSITION, Recording, join_recordings, write_recording
 
 BLOCKS = 12

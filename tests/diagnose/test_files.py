@@ -25,8 +25,8 @@ from stepgauge.diagnose.solve import Estimate
 from stepgauge.diagnose.unknown_law import model_unknown, rest_um
 from stepgauge.effects import along_approach_um, effect_kinds, make_effects
 from stepgauge.errors import InputError
-from stepgauge.machine_file import read_machine
-from stepgauge.readout import machine_effects
+from stepgauge.machine.file import read_machine
+from stepgauge.machine.readout import machine_effects
 from stepgauge.recording import Recording
 from tests.diagnose.made import (
     ALONG_X,

@@ -15,8 +15,8 @@ from scipy.signal import lfilter
 from stepgauge.diagnose.engine import diagnose
 from stepgauge.diagnose.files import Inputs, diagnosis_to_dict
 from stepgauge.diagnose.result import Diagnosis, Finding
-from stepgauge.gauge import Gauge
-from stepgauge.machine_file import Machine, MachineTable
+from stepgauge.gauge.certified import Gauge
+from stepgauge.machine.file import Machine, MachineTable
 from stepgauge.recording import Recording
 from tests.build import make_gauge, make_machine
 from tests.diagnose.made import ALONG_X, ALONG_Y, by_hand, side_of

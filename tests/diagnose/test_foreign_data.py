@@ -12,8 +12,8 @@ from stepgauge.diagnose.maps.data import MapData, Measured
 from stepgauge.diagnose.maps.model import MapModel
 from stepgauge.diagnose.probe_map import diagnose_map, diagnose_probe_map
 from stepgauge.errors import InputError
-from stepgauge.gauge import read_gauge
-from stepgauge.machine_file import read_machine
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.machine.file import read_machine
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes import read_probe
 from stepgauge.recording import read_recording

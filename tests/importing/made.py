@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from stepgauge.gauge import Gauge
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
 from stepgauge.importing import Import, ImportOptions, TableLayout, import_log
-from stepgauge.moves import ProbingSettings, Program
-from stepgauge.placement import Placement
-from stepgauge.plan import PlanOptions, make_program
+from stepgauge.motion.moves import ProbingSettings, Program
+from stepgauge.planning.plan import PlanOptions, make_program
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
 from stepgauge.recording import Recording

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
-from stepgauge.gauge import read_gauge
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.gauge.placement import read_placement
 from stepgauge.importing import ImportOptions, TableLayout, import_log, read_run_program
 from stepgauge.importing.matching import KINDS
-from stepgauge.placement import read_placement
 from tests.conftest import ROOT
 
 EXAMPLE = ROOT / "examples/import"

@@ -11,8 +11,8 @@ import pytest
 
 from stepgauge.diagnose.engine import diagnose
 from stepgauge.errors import InputError
-from stepgauge.evaluate import evaluate
-from stepgauge.gauge import Gauge
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.gauge.certified import Gauge
 from stepgauge.importing import import_log
 from stepgauge.recording import Recording, read_recording, write_recording
 from tests.build import make_gauge, make_machine

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 from stepgauge.cli.import_ import command
 from stepgauge.errors import InputError
-from stepgauge.gauge import Gauge, read_gauge
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import Placement, write_placement
 from stepgauge.importing import FORMATS, Import, ImportOptions, build_recording, read_log
 from stepgauge.importing.faces import cycles_of, probed_faces
-from stepgauge.moves import ProbingSettings, Program
-from stepgauge.placement import Placement, write_placement
-from stepgauge.plan import ORDERS, ROUTES, PlanOptions, faces_in_order, make_program
+from stepgauge.motion.moves import ProbingSettings, Program
+from stepgauge.planning.plan import ORDERS, ROUTES, PlanOptions, faces_in_order, make_program
 from stepgauge.programs import DIALECTS, read_program
 from stepgauge.programs.render import render
 from stepgauge.recording import read_recording

@@ -15,7 +15,7 @@ from stepgauge.exporting import export_recording
 from stepgauge.importing import ImportOptions, build_recording
 from stepgauge.importing.build import Import
 from stepgauge.importing.log import ProbeLog
-from stepgauge.plan import ORDERS, PlanOptions, faces_in_order
+from stepgauge.planning.plan import ORDERS, PlanOptions, faces_in_order
 from tests.importing.made import RADIUS_MM, Case, make_case
 
 CASE = make_case(cycles=3)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from stepgauge.numerals import Numerals, decimal_mark, looks_numeric, number
+from stepgauge.files.numerals import Numerals, decimal_mark, looks_numeric, number
 
 values = st.floats(-1e6, 1e6, allow_subnormal=False)
 

@@ -14,14 +14,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stepgauge.evaluate import evaluate
-from stepgauge.gauge import read_gauge
-from stepgauge.moves import ProbingSettings
-from stepgauge.placement import read_placement, write_placement
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.files.tables import read_numbers
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.gauge.placement import read_placement, write_placement
+from stepgauge.motion.moves import ProbingSettings
 from stepgauge.programs import DIALECTS, read_program
 from stepgauge.programs.render import render
 from stepgauge.recording import read_recording
-from stepgauge.tables import read_numbers
 from tests.build import heed_interrupts
 from tests.conftest import ROOT
 from tests.importing.test_linuxcnc import make_setup

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stepgauge.evaluation_files import read_evaluation
+from stepgauge.evaluation.files import read_evaluation
 from tests.conftest import ROOT
 
 EXAMPLE = ROOT / "examples" / "compensation"

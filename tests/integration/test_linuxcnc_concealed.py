@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stepgauge.gauge import read_gauge
-from stepgauge.placement import read_placement
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.gauge.placement import read_placement
 from stepgauge.recording import Recording, read_recording
 from tests.conftest import ROOT
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pandas as pd
 
-from stepgauge.gauge import Gauge
+from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import APPROACH, POSITION, Recording, join_recordings
 
 Errors = Callable[[int, int], float]

@@ -16,20 +16,20 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from stepgauge.errors import InputError
-from stepgauge.evaluate import evaluate
-from stepgauge.evaluation_files import evaluation_to_dict
-from stepgauge.files import write_json
-from stepgauge.gauge import Gauge, read_gauge
-from stepgauge.machine_file import Machine, StandardUncertainty, UncertaintyTable, read_machine
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.evaluation.files import evaluation_to_dict
+from stepgauge.files.resources import find_data
+from stepgauge.files.text import write_json
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import make_placement, write_placement
+from stepgauge.machine.file import Machine, StandardUncertainty, UncertaintyTable, read_machine
+from stepgauge.machine.uncertain import Uncertain
 from stepgauge.montecarlo import Model, recording_model, run_monte_carlo
-from stepgauge.placement import make_placement, write_placement
 from stepgauge.recording import Recording, write_recording
-from stepgauge.resources import find_data
 from stepgauge.standards.budget import Budget, Line, make_budget
 from stepgauge.standards.budget_files import budget_csv, budget_to_dict, check_budget, read_budget, write_budget
 from stepgauge.standards.budget_sources import Asked, cosine_rms
 from stepgauge.standards.coverage import coverage_factor, expand
-from stepgauge.uncertain import Uncertain
 from tests.measured import ALONG_X, lay, named, run, shipped, with_gaps
 
 U_CERTIFICATE = np.array([0.10, 0.11, 0.11, 0.12, 0.12, 0.13, 0.13, 0.14, 0.14, 0.15, 0.16, 0.17]) / 2.0

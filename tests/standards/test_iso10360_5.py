@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares, minimize
 
 from stepgauge.errors import InputError
+from stepgauge.files.tables import Rows
 from stepgauge.physics.directions import five_points, iso_10360_5_points, probe_frame
-from stepgauge.probe_files import ProbedPoints
+from stepgauge.probes.files import ProbedPoints
 from stepgauge.standards.iso10360_5 import ProbingLimits, TestSphere, enclosing_radius, probing_test
 from stepgauge.standards.iso10360_5_files import overall, probing_to_dict
 from stepgauge.standards.iso10360_5_rules import rules_of
-from stepgauge.tables import Rows
 
 SPHERE = TestSphere(25.0, 0.1, 0.2, 0.05)
 TIP_MM = 4.0

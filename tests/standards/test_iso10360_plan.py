@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stepgauge.gauge import Gauge, read_gauge
-from stepgauge.machine import probing_settings, run_program
-from stepgauge.machine_file import Machine, Travel, read_machine
-from stepgauge.moves import ProbingSettings
-from stepgauge.plan import PlanOptions, faces_in_order, middle_standoff_mm
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.machine.file import Machine, Travel, read_machine
+from stepgauge.machine.virtual import probing_settings, run_program
+from stepgauge.motion.moves import ProbingSettings
+from stepgauge.planning.plan import PlanOptions, faces_in_order, middle_standoff_mm
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
 from stepgauge.recording import join_recordings

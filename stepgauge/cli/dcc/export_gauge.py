@@ -22,10 +22,10 @@ def command(gauge: str, laboratory_file: str, schema: str | None, output: str) -
     \b
     stepgauge dcc export-gauge step-gauge-420 -c laboratory.toml -o gauge.xml
     """
-    from stepgauge.certificate_file import read_laboratory
     from stepgauge.dcc.files import check_certificate_name, write_certificate
     from stepgauge.dcc.gauge_write import gauge_certificate
-    from stepgauge.gauge import read_gauge
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.report.certificate_file import read_laboratory
 
     check_certificate_name(output)
     write_certificate(output, gauge_certificate(read_gauge(gauge), read_laboratory(laboratory_file)), schema)

@@ -10,7 +10,7 @@ from stepgauge.cli.options import POSITIVE, output, plot_option, say_written
 
 if TYPE_CHECKING:
     from stepgauge.physics.bench import ContactFrom
-    from stepgauge.probe_bench import BenchSession
+    from stepgauge.probes.bench import BenchSession
 
 
 @click.command("bench")
@@ -47,8 +47,8 @@ def command(series: str, contact_from: ContactFrom, coverage_factor: float, outp
     \b
     stepgauge probe bench pushes.csv -o bench.csv --plot bench.png
     """
-    from stepgauge.probe_bench import check_bench_output, evaluate_bench, write_bench
-    from stepgauge.probe_files import read_bench
+    from stepgauge.probes.bench import check_bench_output, evaluate_bench, write_bench
+    from stepgauge.probes.files import read_bench
 
     check_bench_output(output)
     session = evaluate_bench(read_bench(series), contact_from)

@@ -9,7 +9,7 @@ import click
 from stepgauge.cli.options import output, plot_option, say, say_written
 
 if TYPE_CHECKING:
-    from stepgauge.qualification import Method
+    from stepgauge.probes.qualification import Method
 
 
 @click.command("compensate")
@@ -45,9 +45,9 @@ def command(points: str, qualification: str, method: Method, on_sphere: bool, ou
     \b
     stepgauge probe compensate part.csv -q qualification.json -o part-compensated.csv
     """
-    from stepgauge.probe_compensation import compensate_points, compensation_warnings, spheres, write_compensated
-    from stepgauge.probe_files import read_points
-    from stepgauge.qualification import read_qualification
+    from stepgauge.probes.compensation import compensate_points, compensation_warnings, spheres, write_compensated
+    from stepgauge.probes.files import read_points
+    from stepgauge.probes.qualification import read_qualification
 
     found, probed = read_qualification(qualification), read_points(points)
     result = compensate_points(probed, found, method, qualification)

@@ -12,7 +12,7 @@ from stepgauge.errors import InputError
 
 if TYPE_CHECKING:
     from stepgauge.physics.wozniak import LobeModel, Slip, Transducer
-    from stepgauge.qualification import Qualification
+    from stepgauge.probes.qualification import Qualification
 
 
 @click.command("qualify")
@@ -97,8 +97,8 @@ def command(points: str, output: str, plot: str | None, **options: Any) -> None:
     stepgauge probe qualify sphere.csv --sphere-diameter 24.9981 --tip-diameter 4 -o qualification.json
     stepgauge probe compensate part.csv -q qualification.json -o part-compensated.csv
     """
-    from stepgauge.probe_files import read_points
-    from stepgauge.qualification import Reference, qualify, write_qualification
+    from stepgauge.probes.files import read_points
+    from stepgauge.probes.qualification import Reference, qualify, write_qualification
 
     model, fit = _lobe_model(options["transducer"], options["lobe_azimuth"], options["slip"])
     reference = Reference(

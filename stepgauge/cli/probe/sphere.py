@@ -50,10 +50,10 @@ def command(probe: str, output: str, **options: Any) -> None:
     stepgauge probe sphere omp40-2-50mm --sphere-diameter 25 -o sphere.csv
     stepgauge probe qualify sphere.csv --sphere-diameter 25 --tip-diameter 6 -o qualification.json
     """
-    from stepgauge.files import write_text
-    from stepgauge.probe_files import APPROACH, POSITION
+    from stepgauge.files.tables import csv_text
+    from stepgauge.files.text import write_text
     from stepgauge.probes import read_probe
-    from stepgauge.tables import csv_text
+    from stepgauge.probes.files import APPROACH, POSITION
 
     held = read_probe(probe, options["stylus_direction"])
     rows = probed_sphere(held, options["sphere_diameter"], options["count"], options["scatter"], options["seed"])

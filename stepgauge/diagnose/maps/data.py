@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.tables import Rows, read_rows
 from stepgauge.physics.directions import unit_vectors
-from stepgauge.tables import Rows, read_rows
 
 Array = NDArray[np.float64]
 

@@ -15,9 +15,9 @@ from stepgauge.diagnose.maps.report import report_text
 from stepgauge.diagnose.maps.result import OUTLIERS, MapDiagnosis
 from stepgauge.diagnose.maps.said import as_json
 from stepgauge.diagnose.solve import Estimate
-from stepgauge.files import write_text
+from stepgauge.files.tables import csv_text
+from stepgauge.files.text import write_text
 from stepgauge.probes.directions_map import map_directions
-from stepgauge.tables import csv_text
 
 PROBE_FILE = "probe.diagnosed.toml"
 _PRETRAVEL_FILE = "probe.diagnosed.csv"

@@ -12,8 +12,8 @@ from typing import Any
 
 from stepgauge.diagnose.practice import name_of
 from stepgauge.diagnose.report import COVERAGE, FEW_DOF, environment, listed
-from stepgauge.files import read_text
-from stepgauge.resources import folder
+from stepgauge.files.resources import folder
+from stepgauge.files.text import read_text
 
 VERDICTS = {
     "adequate": "The map agrees with the probe file within the scatter. Nothing in the file needs to be changed.",

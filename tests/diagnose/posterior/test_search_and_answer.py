@@ -132,7 +132,7 @@ def test_several_laws_stand_in_place_of_one_only_if_each_of_them_is_needed() -> 
 
 def test_the_decision_knows_nothing_of_gauges_probes_and_recordings() -> None:
     """It imports of this project itself, and what reads a file of settings and says what is wrong in it."""
-    allowed = ("stepgauge.diagnose.posterior", "stepgauge.errors", "stepgauge.files", "stepgauge.config")
+    allowed = ("stepgauge.diagnose.posterior", "stepgauge.errors", "stepgauge.files.text", "stepgauge.files.config")
     for path in Path(posterior.__file__).parent.glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []

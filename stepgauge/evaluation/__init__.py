@@ -1,0 +1,1 @@
+"""From a recording and a certificate to the errors of the machine."""

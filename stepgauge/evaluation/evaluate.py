@@ -1,0 +1,329 @@
+"""Recording and certificate to the machine's errors: Pahk & Kim, equations 1 to 13.
+
+Positions M are tip centres projected on the gauge axis; the front of the first used block is the reference. A back face
+is read one tip diameter farther than it lies, hence 2 R_eff is taken off XB. Temperature convention: the certified
+positions S are brought to the recorded gauge temperature; readings are left as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.evaluation.face_errors import REffOrigin, band_um, face_errors, radius_blocks, reference_face
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.recording import APPROACH, POSITION, Recording
+from stepgauge.recording.by_face import ByFace, FaceStatistics
+from stepgauge.recording.identity import (
+    axis_from_approaches,
+    certified_mm,
+    check_approaches,
+    check_gauge,
+    check_positions,
+    check_tip,
+)
+from stepgauge.recording.repeats import LeftOut, find_left_out, left_out_words, odd_blocks, odd_faces, resolution_mm
+from stepgauge.recording.rows import check_beside, check_copies, check_rows, dot, tilt_rad
+
+Array = NDArray[np.float64]
+REFERENCE_C = 20.0
+"""Reference temperature of dimensions, ISO 1."""
+COSINE_UM = 0.1
+"""Cosine error over the measured section that is worth a note."""
+
+
+@dataclass(frozen=True)
+class EffectiveRadius:
+    """R_eff (Eq 1), its standard uncertainty and the blocks it was found from."""
+
+    r_eff_mm: float
+    u_mm: float
+    blocks: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class PlacementResult:
+    """Errors of one placing of the gauge; arrays have one entry per face of the used section, NaN where undefined.
+
+    ``xf_um``, ``xb_um``: forward and backward error (Eqs 2-4, 6); ``sf_um``, ``sb_um``: standard deviation over the
+    cycles (Eqs 5, 7); half of each is interpolated from the neighbours (Eqs 8-11). ``xm_um``: mean (Eq 12); ``xr_um``:
+    reversal (Eq 13). ``count``: probings of each face.
+    """
+
+    placement: int
+    axis: Array
+    face: NDArray[np.int64]
+    nominal_mm: Array
+    position_mm: Array
+    xf_um: Array
+    sf_um: Array
+    xb_um: Array
+    sb_um: Array
+    xm_um: Array
+    xr_um: Array
+    count: NDArray[np.int64]
+    radius: EffectiveRadius
+    origin_mm: Array
+    gauge_temperature_C: float | None
+    notes: tuple[str, ...]
+    left_out: tuple[LeftOut, ...] = ()
+
+    @property
+    def span_mm(self) -> float:
+        """Certified distance from the first to the last face that was measured, at the reference temperature."""
+        measured = self.position_mm[self.count > 0]
+        return float(measured[-1] - measured[0])
+
+    @property
+    def band_um(self) -> float:
+        """Largest minus smallest mean error; NaN where no mean is defined."""
+        return float(band_um(self.xm_um))
+
+    @property
+    def worst_two_sigma_um(self) -> float:
+        """Twice the largest standard deviation of a measured face; NaN with a single cycle."""
+        measured = np.where(self.face % 2 == 1, self.sf_um, self.sb_um)
+        return 2.0 * float(np.nanmax(measured)) if np.isfinite(measured).any() else float("nan")
+
+    @property
+    def cycles(self) -> tuple[int, int]:
+        """Fewest and most probings of a face that was measured."""
+        seen = self.count[self.count > 0]
+        return int(seen.min()), int(seen.max())
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Results of all placements of a recording."""
+
+    gauge: Gauge
+    blocks: tuple[int, int]
+    r_eff_origin: REffOrigin
+    results: tuple[PlacementResult, ...]
+    path: str = ""
+    comments: Mapping[str, str] = field(default_factory=dict)
+
+
+def evaluate(
+    recording: Recording,
+    gauge: Gauge,
+    blocks: tuple[int, int] | None = None,
+    r_eff_from: REffOrigin = "first",
+    placements: Sequence[Placement] = (),
+) -> Evaluation:
+    """Evaluate a recording, one placement after the other.
+
+    Parameters
+    ----------
+    recording : tip centres at the trigger
+    gauge : certified positions
+    blocks : first and last block of the used section; default: from the lowest to the highest that was measured
+    r_eff_from : ``"first"``: the effective radius from the first used block, whose XB is then zero by construction;
+        ``"all"``: the mean over all used blocks
+    placements : where the gauge lay, in the order of the placement numbers; default: the axis is the mean of the
+        forward approaches minus the backward ones
+
+    Raises
+    ------
+    InputError
+        faces the gauge does not have, approaches against the side of the face, positions that are not this gauge's,
+        a section without a single complete block
+    """
+    check_gauge(recording, gauge)
+    check_copies(recording)
+    numbers = recording.placements
+    if placements and len(placements) != len(numbers):
+        raise InputError(
+            recording.path,
+            "one placement file per placement",
+            found=len(placements),
+            expected=f"{len(numbers)} or none",
+        )
+    section = blocks or _measured_section(recording)
+    results = []
+    for index, number in enumerate(numbers):
+        axis = placements[index].axis if placements else None
+        part = recording if len(numbers) == 1 else recording.of_placement(number)
+        results.append(_evaluate_placement(part, gauge, section, r_eff_from, axis, number))
+    return Evaluation(gauge, section, r_eff_from, tuple(results), recording.path, recording.comments)
+
+
+def _measured_section(recording: Recording) -> tuple[int, int]:
+    faces = recording.frame["face"]
+    first, last = (int(faces.min()) + 1) // 2, (int(faces.max()) + 1) // 2
+    if first == last:
+        raise InputError(recording.path, "only one block was measured", found=f"block {first}", expected="two or more")
+    return first, last
+
+
+@dataclass(frozen=True)
+class Readings:
+    """The rows of one placement, ready for :mod:`stepgauge.evaluation.face_errors`.
+
+    ``axis``: the gauge axis that positions are projected on; ``by_face``: positions along it minus certified positions
+    at the recorded gauge temperature; ``faces``: of the used section. ``left_out``: readings that their
+    repeats contradict; ``kept``: rows of the recording that are used, None for all; ``remark``: on readings that stand
+    out and are used; ``tilt_rad``: of the line of the readings against the axis.
+    """
+
+    axis: Array
+    by_face: ByFace
+    faces: NDArray[np.int64]
+    left_out: tuple[LeftOut, ...] = ()
+    kept: NDArray[np.intp] | None = None
+    remark: str | None = None
+    tilt_rad: float = 0.0
+
+    @property
+    def face(self) -> NDArray[np.int64]:
+        return self.by_face.face
+
+    @property
+    def off_mm(self) -> Array:
+        return self.by_face.off_mm
+
+
+def project_readings(
+    recording: Recording, gauge: Gauge, section: tuple[int, int], axis: Array | None = None, leave_out: bool = True
+) -> Readings:
+    """The readings of one placement along the gauge axis, checked against gauge and side of the faces.
+
+    ``leave_out``: whether those that their repeats contradict are left out (a standard judges what was measured).
+    """
+    face = recording.frame["face"].to_numpy()
+    approach = [recording.frame[name].to_numpy(float) for name in APPROACH]
+    axis = axis_from_approaches(approach, face, recording.path) if axis is None else axis
+    check_approaches(dot(approach, axis), face, recording.path)
+    position = [recording.frame[name].to_numpy(float) for name in POSITION]
+    along = dot(position, axis)
+    faces = np.arange(2 * section[0] - 1, 2 * section[1] + 1)
+    by_face = ByFace.of(along - certified_mm(recording, gauge, face), face, int(faces[-1]) + 1)
+    check_positions(by_face, along, gauge, recording.path)
+    check_beside(position, axis, face, gauge, recording.path)
+    check_tip(by_face, recording)
+    check_rows(recording)
+    readings = Readings(axis, by_face, faces, tilt_rad=tilt_rad(position, axis, face, gauge))
+    return _find_slips(readings, recording, leave_out)
+
+
+def _find_slips(readings: Readings, recording: Recording, leave_out: bool) -> Readings:
+    """The readings with those named, and left out if asked, that their repeats contradict."""
+    cycle, placement = recording.frame["cycle"].to_numpy(), int(recording.frame["placement"].iloc[0])
+    found, remark = find_left_out(readings.by_face, cycle, placement, 0.0)
+    if found or remark:  # only then the resolution matters, which takes time to find
+        found, remark = find_left_out(readings.by_face, cycle, placement, resolution_mm(recording.position_mm))
+    if not found or not leave_out:
+        return replace(readings, left_out=found, remark=remark)
+    kept = np.setdiff1d(np.arange(len(readings.face)), [one.row for one in found])
+    by_face = ByFace.of(readings.off_mm[kept], readings.face[kept], len(readings.by_face.count))
+    return replace(readings, by_face=by_face, left_out=found, kept=kept)
+
+
+def _evaluate_placement(
+    recording: Recording, gauge: Gauge, section: tuple[int, int], origin: REffOrigin, axis: Array | None, number: int
+) -> PlacementResult:
+    readings = project_readings(recording, gauge, section, axis)
+    if readings.kept is not None:
+        recording = replace(recording, frame=recording.frame.iloc[readings.kept])
+    faces = readings.faces
+    seen = readings.by_face.statistics(faces)
+    notes = _notes(faces, seen.count)
+    _check_reference(seen, notes, recording.path)
+    blocks = _check_blocks(seen, origin, notes, recording.path)
+    errors = face_errors(seen, gauge.u_um[faces - 1], origin)
+    notes += _doubts(readings, seen, gauge)
+    temperature = recording.frame.get("gauge_temperature_C")
+    first_touch = int(np.abs(readings.face - faces[0]).argmin())
+    return PlacementResult(
+        number,
+        readings.axis,
+        faces,
+        gauge.nominal_mm[faces - 1],
+        gauge.position_mm[faces - 1],
+        errors.xf_um,
+        errors.sf_um,
+        errors.xb_um,
+        errors.sb_um,
+        errors.xm_um,
+        errors.xr_um,
+        seen.count,
+        EffectiveRadius(float(errors.r_eff_mm), float(errors.u_r_eff_mm), blocks),
+        recording.frame[POSITION].iloc[first_touch].to_numpy(float),
+        None if temperature is None else float(temperature.mean()),
+        tuple(notes),
+        readings.left_out,
+    )
+
+
+def _doubts(readings: Readings, seen: FaceStatistics, gauge: Gauge) -> list[str]:
+    """What was left out, and what stands out and is used."""
+    notes = [left_out_words(readings.left_out)] if readings.left_out else []
+    if readings.remark:
+        notes.append(readings.remark)
+    span_mm = float(np.ptp(gauge.position_mm[seen.faces[seen.count > 0] - 1]))
+    short_um = readings.tilt_rad**2 / 2.0 * span_mm * 1e3
+    if short_um > COSINE_UM:
+        notes.append(
+            f"the readings follow a line that is {readings.tilt_rad * 1e3:.2f} mrad off the axis that is used:"
+            f" a cosine error of up to {short_um:.2f} um"
+        )
+    repeat_um = np.nan_to_num(seen.deviation_mm) * 1e3 / np.sqrt(np.maximum(seen.count, 1))
+    u_um = np.hypot(gauge.u_um[seen.faces - 1], repeat_um)
+    sizes = odd_blocks(seen.faces, seen.mean_mm * 1e3, u_um)
+    if sizes:
+        shown = ", ".join(f"block {block} by {um:+.3g} um" for block, um in sizes[:10])
+        notes.append(f"read longer (+) or shorter (-) than the other blocks: {shown}: its faces, or its certificate")
+    if gauge.table.reference_temperature_C != REFERENCE_C:
+        reference = gauge.table.reference_temperature_C
+        notes.append(f"the certificate holds at {reference:g} deg C, not at {REFERENCE_C:g} (ISO 1)")
+    odd = odd_faces(seen.faces, gauge.position_mm[seen.faces - 1], seen.mean_mm * 1e3, u_um)
+    if odd:
+        shown = ", ".join(f"face {face} ({um:+.3g} um)" for face, um in odd[:10])
+        why = "the face, its certificate, or the scale there; repeats cannot tell"
+        notes.append(f"off the line between their neighbours: {shown}: {why}")
+    return notes
+
+
+def _check_reference(seen: FaceStatistics, notes: list[str], path: str) -> None:
+    """M_ref and S_ref belong to face 1 of the used section, or to the first front that was measured."""
+    reference = reference_face(seen)
+    if reference is None:
+        raise InputError(path, "no front face of the used section was measured", expected="at least one front face")
+    if reference != 0:
+        faces = seen.faces
+        notes.append(f"the reference is face {faces[reference]}, because face {faces[0]} was not measured")
+
+
+def _check_blocks(seen: FaceStatistics, origin: REffOrigin, notes: list[str], path: str) -> tuple[int, ...]:
+    """Numbers of the blocks that the effective radius comes from."""
+    chosen = radius_blocks(seen, origin)
+    if not chosen.size:
+        raise InputError(
+            path, "no block has both faces measured", expected="one complete block for the effective radius"
+        )
+    blocks = tuple(int(b) for b in (seen.faces[0] + 1) // 2 + chosen)
+    if origin == "first" and chosen[0] != 0:
+        notes.append(f"R_eff is from block {blocks[0]}, the first one with both faces measured")
+    if origin == "first":
+        notes.append("R_eff is from one block: XB of its back face is zero by construction")
+    return blocks
+
+
+def _notes(faces: NDArray[np.int64], count: NDArray[np.int64]) -> list[str]:
+    notes = []
+    missing = faces[count == 0]
+    if missing.size:
+        notes.append(f"not measured: faces {', '.join(map(str, missing))}; what needs them is left undefined")
+    seen = count[count > 0]
+    if seen.size and seen.min() != seen.max():
+        fewer = faces[(count > 0) & (count < seen.max())]
+        shown = ", ".join(map(str, fewer[:10])) + (", ..." if fewer.size > 10 else "")
+        notes.append(f"unequal cycles: {seen.min()} to {seen.max()} probings per face; fewer on faces {shown}")
+    if seen.size and seen.max() == 1:
+        notes.append("a single cycle: there is no repeatability, 2s is undefined")
+    return notes

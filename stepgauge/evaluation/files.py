@@ -1,0 +1,156 @@
+"""An evaluation as the files that leave the house: ``evaluation.json`` and ``evaluation.csv``."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stepgauge import __version__
+from stepgauge.evaluation.evaluate import Evaluation, PlacementResult
+from stepgauge.files.dates import first_moment
+from stepgauge.files.tables import csv_text, result_cell
+from stepgauge.files.text import read_result, write_json, write_text
+from stepgauge.gauge.certified import Gauge
+
+CSV_COLUMNS = (
+    "face",
+    "block",
+    "side",
+    "nominal_mm",
+    "position_mm",
+    "xf_um",
+    "sf_um",
+    "xb_um",
+    "sb_um",
+    "xm_um",
+    "xr_um",
+    "interpolated",
+)
+_UM = ("xf_um", "sf_um", "xb_um", "sb_um", "xm_um", "xr_um")
+TEMPERATURE_CONVENTION = (
+    "certified positions S are brought to the recorded gauge temperature; readings are not corrected"
+)
+R_EFF_ORIGIN = {
+    "first": "from the size of the first used block; XB of that block is zero by construction",
+    "all": "mean over all used blocks",
+}
+
+
+def evaluation_to_dict(evaluation: Evaluation) -> dict[str, Any]:
+    """Everything an evaluation says, as JSON types (undefined values are None).
+
+    The top level summarises: for a single placement its own values; for several the mean effective radius with the
+    standard uncertainty of that mean, the longest span, the largest range of the mean error and the largest 2s.
+    """
+    gauge, results = evaluation.gauge, evaluation.results
+    radii = np.array([result.radius.r_eff_mm for result in results])
+    u = np.array([result.radius.u_mm for result in results])
+    certificate = gauge.certificate
+    return {
+        "format": "stepgauge evaluation 1",
+        "stepgauge": __version__,
+        "recording": evaluation.path,
+        "comments": dict(evaluation.comments),
+        "machine": evaluation.comments.get("machine"),
+        "measured_at": first_moment(evaluation.comments.get("measured_at"), evaluation.path),
+        "gauge": {
+            "name": gauge.table.name,
+            "serial": gauge.table.serial,
+            "material": gauge.table.material,
+            "expansion_per_K": gauge.table.expansion_per_K,
+            "expansion_uncertainty_per_K": gauge.table.expansion_uncertainty_per_K,
+            "reference_temperature_C": gauge.table.reference_temperature_C,
+            "certificate": certificate.number,
+            "laboratory": certificate.laboratory,
+            "date": certificate.date.isoformat(),
+            "coverage_factor": certificate.coverage_factor,
+            "example": certificate.example,
+        },
+        "blocks": list(evaluation.blocks),
+        "r_eff_mm": float(radii.mean()),
+        "u_r_eff_mm": float(np.sqrt((u**2).sum()) / len(u)),
+        "r_eff_origin": evaluation.r_eff_origin,
+        "r_eff_meaning": R_EFF_ORIGIN[evaluation.r_eff_origin],
+        "span_mm": max(result.span_mm for result in results),
+        "band_um": _number(_largest([result.band_um for result in results])),
+        "worst_two_sigma_um": _number(_largest([result.worst_two_sigma_um for result in results])),
+        "temperature_convention": TEMPERATURE_CONVENTION,
+        "placements": [_placement_to_dict(result, gauge) for result in results],
+    }
+
+
+def _placement_to_dict(result: PlacementResult, gauge: Gauge) -> dict[str, Any]:
+    certified = [{"u_certificate_um": float(gauge.u_um[face - 1])} for face in result.face]
+    return {
+        "placement": result.placement,
+        "axis": [float(v) for v in result.axis],
+        "origin_mm": [float(v) for v in result.origin_mm],
+        "cycles": list(result.cycles),
+        "gauge_temperature_C": result.gauge_temperature_C,
+        "r_eff_mm": result.radius.r_eff_mm,
+        "u_r_eff_mm": result.radius.u_mm,
+        "r_eff_blocks": list(result.radius.blocks),
+        "span_mm": result.span_mm,
+        "band_um": _number(result.band_um),
+        "worst_two_sigma_um": _number(result.worst_two_sigma_um),
+        "notes": list(result.notes),
+        "left_out": [one.as_dict() for one in result.left_out],
+        "faces": [row | more for row, more in zip(face_rows(result), certified, strict=True)],
+    }
+
+
+def face_rows(result: PlacementResult) -> list[dict[str, Any]]:
+    """One dictionary per face with the columns of ``evaluation.csv``, plus ``count``, the probings of that face."""
+    columns = {name: getattr(result, name) for name in _UM}
+    return [
+        {
+            "face": int(face),
+            "block": (int(face) + 1) // 2,
+            "side": "front" if face % 2 else "back",
+            "nominal_mm": float(result.nominal_mm[i]),
+            "position_mm": float(result.position_mm[i]),
+            **{name: _number(float(values[i])) for name, values in columns.items()},
+            "interpolated": "xb" if face % 2 else "xf",
+            "count": int(result.count[i]),
+        }
+        for i, face in enumerate(result.face)
+    ]
+
+
+def _number(value: float) -> float | None:
+    return None if math.isnan(value) else value
+
+
+def _largest(values: list[float]) -> float:
+    known = [value for value in values if not math.isnan(value)]
+    return max(known, default=math.nan)
+
+
+def write_evaluation(folder: str | Path, evaluation: Evaluation) -> list[Path]:
+    """Write ``evaluation.json`` and ``evaluation.csv`` into a folder (made if missing); returns their paths."""
+    json_path, csv_path = Path(folder) / "evaluation.json", Path(folder) / "evaluation.csv"
+    write_json(json_path, evaluation_to_dict(evaluation))
+    write_text(csv_path, evaluation_csv(evaluation))
+    return [json_path, csv_path]
+
+
+def evaluation_csv(evaluation: Evaluation) -> str:
+    """The table of all faces; a column ``placement`` is added where there are several."""
+    several = len(evaluation.results) > 1
+    rows = []
+    for result in evaluation.results:
+        for row in face_rows(result):
+            cells = [result_cell(row[name], 12) for name in CSV_COLUMNS]
+            rows.append([*cells, str(result.placement)] if several else cells)
+    return csv_text([*CSV_COLUMNS, "placement"] if several else CSV_COLUMNS, rows)
+
+
+def read_evaluation(path: str | Path, with_inputs: bool = True) -> dict[str, Any]:
+    """The content of an ``evaluation.json`` (:class:`InputError` where it is not one, or was changed).
+
+    ``with_inputs``: refuse one whose recording, gauge or placement has changed since; a history keeps those.
+    """
+    return read_result(path, "evaluation", with_inputs)

@@ -1,0 +1,48 @@
+"""The error of every single probing, beside the means that an evaluation states."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from stepgauge.evaluation.evaluate import Evaluation, PlacementResult, project_readings
+from stepgauge.recording import POSITION, Recording
+
+TEMPERATURES = (
+    "gauge_temperature_C",
+    "scale_temperature_x_C",
+    "scale_temperature_y_C",
+    "scale_temperature_z_C",
+)
+
+
+def probing_errors(recording: Recording, evaluation: Evaluation) -> list[pd.DataFrame]:
+    """One table per placement, one row per probing of the used section, in the order of the recording.
+
+    Columns: ``placement``, ``cycle``, ``face``, ``front``, ``nominal_mm``, ``x_mm``, ``y_mm``, ``z_mm``; ``error_um``:
+    error as XF or XB; ``residual_um``: the same from the mean of its face, along the gauge axis; ``time_s`` and
+    temperatures where they were recorded.
+    """
+    several = len(evaluation.results) > 1
+    return [
+        _of_placement(recording.of_placement(result.placement) if several else recording, evaluation, result)
+        for result in evaluation.results
+    ]
+
+
+def _of_placement(recording: Recording, evaluation: Evaluation, result: PlacementResult) -> pd.DataFrame:
+    readings = project_readings(recording, evaluation.gauge, evaluation.blocks, result.axis)
+    frame = recording.frame.reset_index(drop=True)
+    table = frame[["placement", "cycle", "face", *POSITION]].assign(
+        front=readings.face % 2 == 1,
+        off_um=readings.off_mm * 1e3,
+        nominal_mm=evaluation.gauge.nominal_mm[readings.face - 1],
+    )
+    for name in ("time_s", *TEMPERATURES):
+        if name in frame:
+            table[name] = frame[name]
+    table = table[np.isin(readings.face, readings.faces)].reset_index(drop=True)
+    residual = table["off_um"] - table.groupby("face")["off_um"].transform("mean")
+    own = np.where(result.face % 2 == 1, result.xf_um, result.xb_um)
+    mean = own[np.searchsorted(result.face, table["face"].to_numpy())]
+    return table.assign(residual_um=residual, error_um=mean + residual).drop(columns="off_um")

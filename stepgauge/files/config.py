@@ -1,0 +1,104 @@
+"""TOML files that people write, checked key by key against a pydantic model."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from stepgauge.errors import InputError, reading
+from stepgauge.files.text import LARGEST_NUMBER, read_text
+
+LEAST_NUMBER = 1e-30
+"""No quantity of ours is smaller, in whatever unit, and not zero."""
+Vector3 = Annotated[tuple[float, float, float], Field(strict=False)]
+"""Three numbers, written as a TOML array."""
+
+
+class Table(BaseModel):
+    """A TOML table: unknown keys, numbers in quotes, NaN and infinities are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+Model = TypeVar("Model", bound=Table)
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """The content of a TOML file; :class:`InputError` names the line of a syntax error, and a number that is none."""
+    return parse_toml(read_text(path), path)
+
+
+def parse_toml(text: str, path: str | Path) -> dict[str, Any]:
+    """TOML from text; ``path`` is for messages. Errors as :func:`read_toml`."""
+    with reading(path, "TOML file"):
+        try:
+            data = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise InputError(path, f"not valid TOML: {error}") from None
+        _check_finite(data, path, "")
+    return data
+
+
+def _check_finite(value: object, path: str | Path, key: str) -> None:
+    """``nan`` and ``inf`` are numbers of TOML, but of no file of ours; nor are those that overflow when squared."""
+    if isinstance(value, float | int) and not (value == 0 or LEAST_NUMBER <= abs(value) <= LARGEST_NUMBER):
+        expected = f"a finite number, 0 or {LEAST_NUMBER:g} to {LARGEST_NUMBER:g} in size"
+        raise InputError(path, f"key {key} is wrong", found=value, expected=expected)
+    if isinstance(value, dict):
+        for name, one in value.items():
+            _check_finite(one, path, f"{key}.{name}" if key else name)
+    if isinstance(value, list):
+        for number, one in enumerate(value, 1):
+            _check_finite(one, path, f"{key}[{number}]")
+
+
+def check_table(model: type[Model], data: object, where: str | Path, key: str = "") -> Model:
+    """``data`` as a ``model``; the first thing wrong becomes an :class:`InputError` naming its key.
+
+    ``key`` is the dotted name of the table inside the file ``where``.
+    """
+    if not isinstance(data, dict):
+        raise InputError(where, f"table [{key}] is missing", expected=", ".join(model.model_fields))
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise _as_input_error(model, error, where, key) from None
+
+
+def _as_input_error(model: type[Table], error: ValidationError, where: str | Path, key: str) -> InputError:
+    details = error.errors(include_url=False)
+    first = _first(model, details)
+    name = ".".join(str(part) for part in (key, *first["loc"]) if part != "")
+    more = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
+    if first["type"] == "extra_forbidden":
+        return InputError(where, f"key {name} is not known{more}", expected=_known_keys(model, str(first["loc"][-1])))
+    if first["type"] == "missing":
+        return InputError(where, f"key {name} is missing{more}", expected=_meaning(model, first["loc"]))
+    expected = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
+    meaning = _meaning(model, first["loc"])
+    return InputError(
+        where, f"key {name} is wrong{more}", found=repr(first["input"]), expected=f"{expected} ({meaning})"
+    )
+
+
+def _first(model: type[Table], details: list[Any]) -> Any:
+    """What is wrong first; a key that is missing because another one is misspelt comes after that one."""
+    for one in details:
+        name = str(one["loc"][-1]) if one["loc"] else ""
+        if one["type"] == "extra_forbidden" and difflib.get_close_matches(name, list(model.model_fields), n=1):
+            return one
+    return details[0]
+
+
+def _known_keys(model: type[Table], name: str) -> str:
+    near = difflib.get_close_matches(name, list(model.model_fields), n=1)
+    return f"{near[0]}?" if near else "one of " + ", ".join(model.model_fields)
+
+
+def _meaning(model: type[Table], loc: tuple[int | str, ...]) -> str:
+    field = model.model_fields.get(str(loc[0])) if loc else None
+    return (field.description if field and field.description else "see the documentation").rstrip(".")

@@ -1,0 +1,162 @@
+"""Jinja's sandbox for one template: what it is given, what it may call, and the process that it runs in.
+
+A template sees values only: records, tuples, texts and numbers. None of them has a method that changes or writes
+anything. A user's own template runs in a process of its own (:mod:`stepgauge.files.templating`), whose processor time,
+memory and output are limited here by the operating system: no check of the text can tell beforehand whether a template
+comes to an end, and a single filter can ask for a gigabyte. That process may write to no file.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+import traceback
+from collections import namedtuple
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from types import MappingProxyType
+from typing import Any
+
+import jinja2
+from jinja2 import meta
+from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+from stepgauge.errors import InputError
+from stepgauge.files.resources import folder
+
+MOST_DECIMALS = 17
+"""A double has no more significant digits."""
+
+
+def render_text(text: str, source: str, kind: str, values: Mapping[str, Any], most_characters: float) -> str:
+    """The text that a template makes of ``values`` (JSON types); ``kind``: folder of templates that it may extend.
+
+    :class:`InputError` names the line of a template that fails: syntax, an unknown name, something the sandbox forbids,
+    more than ``most_characters`` of text.
+    """
+    try:
+        template, used = _compiled(kind, text)
+        filled = _limited(template, {name: _seen(value) for name, value in values.items()}, most_characters)
+        _check_use(used, source, values)
+        return filled
+    except jinja2.TemplateSyntaxError as error:
+        raise InputError(f"{source}:{error.lineno}", f"template: {error.message}") from None
+    except InputError:
+        raise
+    except MemoryError:
+        raise InputError(source, "template: it needs too much memory") from None
+    except Exception as error:  # whatever a user's template does is the template's fault: name its line
+        said = str(error) or type(error).__name__
+        raise InputError(f"{source}:{_template_line(error)}", f"template: {said}") from None
+
+
+def _limited(template: jinja2.Template, values: dict[str, Any], most_characters: float) -> str:
+    pieces, size = [], 0
+    for piece in template.generate(values):
+        pieces.append(piece)
+        size += len(piece)
+        if size > most_characters:
+            raise ValueError(f"the text has no end: more than {most_characters:.0f} characters")
+    return "".join(pieces)
+
+
+def _seen(value: Any) -> Any:
+    """JSON types as a template sees them: an object is a record that cannot be changed, an array a tuple."""
+    if isinstance(value, dict):
+        names = tuple(value)
+        inside = [_seen(item) for item in value.values()]
+        record = _record(names)
+        return MappingProxyType(dict(zip(names, inside, strict=True))) if record is None else record(*inside)
+    if isinstance(value, list):
+        return tuple(map(_seen, value))
+    return value
+
+
+@lru_cache(maxsize=256)
+def _record(names: tuple[str, ...]) -> Any:
+    """The tuple with these names, None where they cannot be names."""
+    try:
+        return namedtuple("Values", names)
+    except ValueError:
+        return None
+
+
+@lru_cache(maxsize=16)
+def _compiled(kind: str, text: str) -> tuple[jinja2.Template, frozenset[str]]:
+    """A template and the names that it uses; one that extends another uses what that one uses: ``*``."""
+    environment = _environment(kind)
+    template, tree = environment.from_string(text), environment.parse(text)
+    more = {"*"} if any(meta.find_referenced_templates(tree)) else set()
+    return template, frozenset(meta.find_undeclared_variables(tree) | more)
+
+
+def _check_use(used: frozenset[str], source: str, values: Mapping[str, Any]) -> None:
+    """Another file given for a template prints itself, whatever was measured: refused before the machine gets it."""
+    if not used & {"*", *values}:
+        raise InputError(
+            source, "template: it uses nothing of what it is given", expected="one of " + ", ".join(values)
+        )
+
+
+def _environment(kind: str) -> jinja2.Environment:
+    environment = ImmutableSandboxedEnvironment(
+        loader=jinja2.FileSystemLoader(folder("templates") / kind),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters.update(fixed=fixed, plain=plain)
+    return environment
+
+
+def fixed(value: float, decimals: int) -> str:
+    """A number with a fixed count of decimals, without exponent and without a negative zero."""
+    if not 0 <= decimals <= MOST_DECIMALS:
+        raise ValueError(f"fixed({decimals}): 0 to {MOST_DECIMALS} decimals")
+    text = f"{float(value):.{decimals}f}"
+    return text.removeprefix("-") if float(text) == 0.0 else text
+
+
+def plain(text: object) -> str:
+    """Text that every controller takes in a comment or a file name."""
+    return re.sub(r"[^A-Za-z0-9 ._-]", "_", str(text))
+
+
+def _template_line(error: Exception) -> int:
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == "<template>"]
+    return frames[-1].lineno or 0 if frames else 0
+
+
+def main() -> None:
+    """The process of one template: a task as JSON on stdin, the text or the error as JSON on stdout."""
+    task = json.load(sys.stdin)
+    _limit_process(task["seconds"], task["bytes"])
+    made: dict[str, object]
+    try:
+        made = {"text": render_text(task["text"], task["source"], task["kind"], task["values"], task["characters"])}
+    except InputError as error:
+        made = {"error": [error.where, error.what, *map(_words, (error.found, error.expected))]}
+    sys.stdout.write(json.dumps(made))
+
+
+def _words(value: object) -> str | None:
+    return None if value is None else str(value)
+
+
+def _limit_process(seconds: int, size: int) -> None:
+    """Processor time, memory and files, where the system can limit them; elsewhere the caller's clock has to do."""
+    try:
+        import resource
+    except ImportError:
+        return
+    limits: Sequence[tuple[int, int]] = (
+        (resource.RLIMIT_CORE, 0),
+        (resource.RLIMIT_FSIZE, 0),
+        (resource.RLIMIT_CPU, seconds),
+        (resource.RLIMIT_AS, size),
+    )
+    for limit, most in limits:
+        hard = resource.getrlimit(limit)[1]
+        resource.setrlimit(limit, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))

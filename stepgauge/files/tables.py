@@ -1,0 +1,139 @@
+"""CSV tables of our own kinds, checked cell by cell so that an error can name the row and the column.
+
+Tables of any layout, as people hand them over, are read by :mod:`stepgauge.importing.sheet`.
+"""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import io
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError, reading
+from stepgauge.files.numerals import number
+from stepgauge.files.text import read_text, write_text
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A CSV table as text, with the line of the file each row came from."""
+
+    path: str
+    header: list[str]
+    cells: list[list[str]]
+    lines: list[int]
+
+    def at(self, row: int) -> str:
+        """``file:line`` of row ``row``, counted from 0."""
+        return f"{self.path}:{self.lines[row]}"
+
+    def numbers(self, names: Sequence[str]) -> Array:
+        """The named columns as finite numbers, (rows, columns); :class:`InputError` names the cell."""
+        places = [self.header.index(name) for name in names]
+        return np.array([[self._number(row, place) for place in places] for row in range(len(self.cells))])
+
+    def _number(self, row: int, place: int) -> float:
+        value = number(self.cells[row][place])
+        if not math.isfinite(value):
+            raise InputError(
+                self.at(row),
+                f"column {self.header[place]} is wrong",
+                found=repr(self.cells[row][place]),
+                expected="a finite number",
+            )
+        return value
+
+
+@dataclass(frozen=True)
+class CsvTable:
+    """Columns of numbers with the line of the file each row came from."""
+
+    path: str
+    columns: Mapping[str, Array]
+    lines: Sequence[int]
+
+    def __getitem__(self, name: str) -> Array:
+        return self.columns[name]
+
+    def at(self, row: int) -> str:
+        """``file:line`` of row ``row`` (counted from 0)."""
+        return f"{self.path}:{self.lines[row]}"
+
+
+def read_rows(path: str | Path, required: Sequence[str], others: bool = True) -> Rows:
+    """A CSV table with at least the ``required`` columns, in any order; ``#`` lines are comments.
+
+    ``others``: whether it may have further columns. :class:`InputError` for missing, repeated or unknown columns, other
+    delimiters, rows of another length (decimal commas, cut files), and tables without rows.
+    """
+    numbered = enumerate(read_text(path).split("\n"), 1)
+    lines = [(n, line) for n, line in numbered if line.strip() and line[0] != "#"]
+    if not lines:
+        raise InputError(path, "the table is empty", expected="a header " + ",".join(required))
+    with reading(path, "table"):
+        records = [(n, [cell.strip() for cell in next(csv.reader([line]))]) for n, line in lines]
+    (at, header), body = records[0], records[1:]
+    _check_header(f"{path}:{at}", header, required, others)
+    for n, cells in body:
+        if len(cells) != len(header):
+            why = "a decimal comma?" if len(cells) > len(header) else "cut short?"
+            raise InputError(
+                f"{path}:{n}",
+                f"the row has another number of cells ({why})",
+                found=len(cells),
+                expected=f"{len(header)}: {','.join(header)}",
+            )
+    if not body:
+        raise InputError(path, "the table has a header but no rows")
+    return Rows(str(path), header, [cells for _, cells in body], [n for n, _ in body])
+
+
+def read_numbers(path: str | Path, columns: Sequence[str]) -> CsvTable:
+    """A CSV file with exactly these columns (in any order), all of them finite numbers; errors as :func:`read_rows`."""
+    rows = read_rows(path, columns, others=False)
+    values = rows.numbers(columns)
+    return CsvTable(str(path), {name: values[:, i] for i, name in enumerate(columns)}, rows.lines)
+
+
+def write_table(path: str | Path, header: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
+    """A CSV table; floats are written with as many digits as they need to be read back the same."""
+    plain = [[float(cell) if isinstance(cell, np.floating) else cell for cell in row] for row in rows]
+    write_text(path, csv_text(header, plain))
+
+
+def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]], delimiter: str = ",") -> str:
+    """A table as the text of a CSV file; cells that need it are quoted."""
+    text = io.StringIO()
+    writer = csv.writer(text, delimiter=delimiter, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def result_cell(value: object, digits: int = 9) -> str:
+    """A cell of a result: floats to so many significant digits, what is undefined (None) empty."""
+    return "" if value is None else f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+
+
+def _check_header(where: str, header: list[str], required: Sequence[str], others: bool) -> None:
+    if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
+        raise InputError(where, "columns are not separated by commas", found=repr(header[0]))
+    for names, what in (
+        ([name for name in required if name not in header], "missing"),
+        ([name for name in header if name not in required and not others], "unknown"),
+        ([name for name in required if header.count(name) > 1], "there twice"),
+    ):
+        if names:
+            near = difflib.get_close_matches(names[0], set(header) ^ set(required), n=1, cutoff=0.7)
+            hint = f" ({near[0]!r} is {'there' if what == 'missing' else 'missing'})" if near else ""
+            said = f"column {names[0]} is {what}{hint}"
+            raise InputError(where, said, found=",".join(header), expected=",".join(required))

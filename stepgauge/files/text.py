@@ -1,0 +1,203 @@
+"""Reading and writing files so that an error names its place and no output is ever half-written."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import stat
+from pathlib import Path
+from typing import Any
+
+from stepgauge.errors import InputError, reader, reading
+from stepgauge.files.outputs import inputs, one_set, place_of, replacing, was_read
+
+__all__ = [
+    "check_folder",
+    "check_output",
+    "in_folder",
+    "one_set",
+    "parse_json",
+    "read_bytes",
+    "read_json",
+    "read_result",
+    "read_text",
+    "replacing",
+    "write_json",
+    "write_text",
+]
+LARGEST_NUMBER = 1e15
+"""No quantity of ours is larger, in whatever unit."""
+MOST_FOLDERS_UP = 3
+"""A file farther up than this from a result is none that is kept with it."""
+LARGEST_BYTES = 64_000_000
+"""Larger files are none that a person writes, nor the log of a calibration."""
+_NO_TEXT = (
+    (b"PK\x03\x04", "an Excel workbook or another archive", "a text file (export it as CSV)"),
+    (b"\xff\xfe", "text in UTF-16", "text in UTF-8"),
+    (b"\xfe\xff", "text in UTF-16", "text in UTF-8"),
+    (b"\x89PNG", "a picture (PNG)", "a text file"),
+    (b"%PDF", "a PDF document", "a text file"),
+    (b"PAR1", "a Parquet file", "a text file"),
+)
+
+
+def read_bytes(path: str | Path, largest: int = LARGEST_BYTES) -> bytes:
+    """The content of a file; :class:`InputError` where there is none, for devices, and above ``largest`` bytes.
+
+    A verb may read what it has just written.
+    """
+    with reading(path), place_of(path).open("rb") as file:
+        kind = os.fstat(file.fileno())
+        if not (stat.S_ISREG(kind.st_mode) or stat.S_ISFIFO(kind.st_mode)):
+            raise InputError(path, "this is no file", found="a device", expected="a file")
+        data = file.read(largest + 1) if kind.st_size <= largest else b""
+        if kind.st_size > largest or len(data) > largest:
+            size = f"{max(kind.st_size, len(data)) / 1e6:.0f} MB"
+            raise InputError(path, "the file is too large", found=size, expected=f"at most {largest / 1e6:.0f} MB")
+        was_read(path, data)
+        return data
+
+
+def read_text(path: str | Path) -> str:
+    """Text of a UTF-8 file (a byte order mark is dropped); :class:`InputError` if it cannot be read."""
+    data = read_bytes(path)
+    for mark, found, expected in _NO_TEXT:
+        if data.startswith(mark):
+            raise InputError(path, "not a UTF-8 text file", found=found, expected=expected)
+    with reading(path):
+        text = data.decode("utf-8-sig")
+    if "\0" in text:
+        raise InputError(path, f"not a text file (byte {data.index(0)} is zero)")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def check_output(path: str | Path, *inputs: str | Path | None) -> None:
+    """Refuse an output that would replace what the command reads, or that has no place, before any work is done."""
+    target = Path(path)
+    for source in inputs:
+        if source is not None and target.exists() and Path(source).exists() and target.samefile(source):
+            raise InputError(target, "this output would replace what the command reads", expected="another name")
+    if target.is_dir():
+        raise InputError(target, "cannot write here: this is a folder", expected="the name of a file")
+    check_folder(target.parent)
+
+
+def check_folder(path: str | Path) -> None:
+    """Refuse a folder for outputs that cannot be made or written to, before any work is done."""
+    folder = Path(path)
+    present = next(one for one in (folder, *folder.absolute().parents) if os.path.lexists(one))
+    if not present.is_dir():
+        raise InputError(folder, "cannot write here", found=f"the file {present}", expected="a folder")
+    if not os.access(present, os.W_OK | os.X_OK):
+        raise InputError(folder, "cannot write here", found=f"no permission to write to {present}")
+
+
+def write_text(path: str | Path, text: str, newline: str | None = None, at_once: bool = False) -> None:
+    """Write text whole or not at all; ``at_once``: now, whatever else the verb still has to write."""
+    with replacing(path, at_once) as beside:
+        beside.write_text(text, encoding="utf-8", newline=newline)
+
+
+def write_json(path: str | Path, data: Any) -> None:
+    """Write JSON types as every result of ours is written; NaN, which JSON has not, is a mistake of the caller.
+
+    A result (it has the key ``format``) also says what it was made from: ``inputs``, the files that the verb has read,
+    and gets a ``checksum``, by which :func:`read_result` knows that nobody changed it.
+    """
+    if isinstance(data, dict) and "format" in data:
+        made_from = [_input(place, sha256, Path(path)) for place, sha256 in inputs().items()]
+        key = "made_from" if "inputs" in data else "inputs"  # a Monte Carlo has inputs of another sort
+        data = {**data, **({key: made_from} if made_from else {})}
+        data["checksum"] = checksum(data)
+    write_text(path, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+
+
+def _input(place: Path, sha256: str, result: Path) -> dict[str, str]:
+    """A file by its way from the folder of the result; one that lies elsewhere (a shipped one) by its name alone."""
+    way = os.path.relpath(place, os.path.realpath(result.parent))
+    near = not os.path.isabs(way) and way.split(os.sep).count(os.pardir) <= MOST_FOLDERS_UP
+    return {"file" if near else "name": Path(way).as_posix() if near else place.name, "sha256": sha256}
+
+
+def check_inputs(data: dict[str, Any], path: str | Path) -> None:
+    """:class:`InputError` where a file that a result was made from is still there and has changed since."""
+    stated = data.get("made_from", data.get("inputs", []))
+    named = [one for one in stated if isinstance(one, dict) and "file" in one] if isinstance(stated, list) else []
+    for one in named:
+        place = Path(path).parent / str(one["file"])
+        if place.is_file():
+            with reading(place), place.open("rb") as file:
+                found = hashlib.file_digest(file, "sha256").hexdigest()
+            if found != one.get("sha256"):
+                what = f"{one['file']} has changed since this was made from it"
+                raise InputError(path, what, expected="the same verb again, with what is there now")
+
+
+def checksum(data: dict[str, Any]) -> str:
+    """SHA-256 of what a result says, whatever the order of its keys and the layout of its file."""
+    said = {key: value for key, value in data.items() if key != "checksum"}
+    text = json.dumps(said, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+@reader("JSON file")
+def read_json(path: str | Path) -> Any:
+    """The content of a JSON file; :class:`InputError` names the line where it is none, and a key that is there twice.
+
+    Numbers must be finite.
+    """
+    return parse_json(read_text(path), path)
+
+
+def parse_json(text: str, path: str | Path) -> Any:
+    """JSON from text; ``path`` is for messages. Errors as :func:`read_json`."""
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        """The object of these pairs; no key twice, for the last one would win without a word."""
+        found = dict(pairs)
+        if len(found) < len(pairs):
+            names = [key for key, _ in pairs]
+            twice = next(key for key in names if names.count(key) > 1)
+            raise InputError(path, f"key {twice!r} is there twice")
+        return found
+
+    def finite(number: str) -> float:
+        value = float(number)
+        if not abs(value) <= LARGEST_NUMBER:
+            raise InputError(path, "a number is not finite, or too large", found=number)
+        return value
+
+    def whole(number: str) -> int:
+        finite(number)
+        return int(number)
+
+    with reading(path, "JSON file"):
+        try:
+            return json.loads(text, object_pairs_hook=once, parse_float=finite, parse_int=whole, parse_constant=finite)
+        except json.JSONDecodeError as error:
+            raise InputError(f"{path}:{error.lineno}", f"not valid JSON: {error.msg}") from None
+
+
+def read_result(path: str | Path, kind: str, with_inputs: bool = True) -> dict[str, Any]:
+    """The result of a verb, by the key ``format`` (``stepgauge KIND 1``); :class:`InputError` for anything else.
+
+    ``kind`` is the noun of the result, e.g. ``evaluation``; the file is ``KIND.json``. A result that was changed after
+    it was written is refused, and, ``with_inputs``, one of whose inputs has changed since (:func:`check_inputs`).
+    """
+    data = read_json(path)
+    found = data.get("format") if isinstance(data, dict) else None
+    if found != f"stepgauge {kind} 1":
+        article = "an" if kind[0] in "aeiou" else "a"
+        raise InputError(path, f"not {article} {kind}", found=repr(found), expected=f"{kind}.json of stepgauge")
+    if data.get("checksum") != checksum(data):
+        what = "has no checksum" if "checksum" not in data else "was changed after it was written"
+        raise InputError(path, f"this {kind} {what}", expected="the file as stepgauge wrote it: make it again")
+    if with_inputs:
+        check_inputs(data, path)
+    return dict(data)
+
+
+def in_folder(path: str | Path, name: str) -> Path:
+    """The file ``name`` of a folder, or the file itself: results are given by either."""
+    return Path(path) / name if Path(path).is_dir() else Path(path)

@@ -1,0 +1,1 @@
+"""The step gauge: its certified positions, and how it lies in the machine."""

@@ -1,0 +1,278 @@
+"""The step gauge and its certificate: face positions along the gauge axis at the reference temperature."""
+
+from __future__ import annotations
+
+import datetime
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
+
+from stepgauge.errors import InputError, reader
+from stepgauge.files.config import Table, check_table, read_toml
+from stepgauge.files.resources import find_data
+from stepgauge.files.tables import CsvTable, read_numbers
+
+FACE_COLUMNS = ("face", "nominal_mm", "position_mm", "uncertainty_um")
+MAX_DEVIATION_MM = 0.2
+"""A certified position farther than this from its nominal value is a typing or unit error, not a gauge."""
+
+
+class GaugeTable(Table):
+    """The ``[gauge]`` table."""
+
+    name: str = Field(min_length=1, description="what the gauge is called")
+    serial: str = Field(min_length=1, description="serial number")
+    material: str = Field(min_length=1, description="material, e.g. steel")
+    expansion_per_K: float = Field(ge=0, le=40e-6, description="linear expansion in 1/K, e.g. 11.5e-6")
+    expansion_uncertainty_per_K: float = Field(
+        ge=0, le=10e-6, description="standard uncertainty of the expansion in 1/K, e.g. 0.5e-6"
+    )
+    reference_temperature_C: float = Field(ge=15, le=30, description="deg C, 20 by ISO 1")
+    block_width_mm: float = Field(gt=0, le=200, description="width of a block along the side direction, mm")
+    block_height_mm: float = Field(gt=0, le=200, description="height of a block above the rail, mm")
+    rail_width_mm: float | None = Field(None, gt=0, le=500, description="width of the rail, mm; block width + 20")
+    rail_height_mm: float = Field(30.0, gt=0, le=500, description="height of the rail below the blocks, mm")
+    faces: str = Field(min_length=1, description="CSV file of the face positions, beside this file")
+
+
+class CertificateTable(Table):
+    """The ``[certificate]`` table."""
+
+    number: str = Field(min_length=1, description="certificate number")
+    laboratory: str = Field(min_length=1, description="laboratory that calibrated the gauge")
+    date: datetime.date = Field(description="date of calibration, e.g. 2026-03-02")
+    coverage_factor: float = Field(ge=1, le=4, description="coverage factor k of uncertainty_um")
+    degrees_of_freedom: float | None = Field(
+        None, ge=1, description="effective degrees of freedom of uncertainty_um; without it infinite"
+    )
+    correlation: float | None = Field(
+        None, ge=0, le=1, description="correlation coefficient between the positions of any two faces; without it 0"
+    )
+    proportional_um_per_m: float | None = Field(
+        None,
+        ge=0,
+        le=50,
+        description="part of uncertainty_um that grows with the position and is common to all faces, um per m",
+    )
+    example: bool = Field(False, description="true when the certificate is invented for demonstration")
+
+
+LEAST_UNCERTAINTY_UM = 0.01
+"""No gauge is certified better than this; smaller numbers are mm."""
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """A step gauge as certified.
+
+    ``nominal_mm``, ``position_mm`` and ``u_um`` (standard uncertainty) have one entry per face; face ``k`` is entry
+    ``k - 1``. Positions are along the axis from face 1 at the reference temperature. Odd faces are fronts (outward
+    normal ``-a``), even ones backs; block ``b`` has faces ``2b-1`` and ``2b``.
+    """
+
+    table: GaugeTable
+    certificate: CertificateTable
+    nominal_mm: NDArray[np.float64]
+    position_mm: NDArray[np.float64]
+    u_um: NDArray[np.float64]
+    path: str = ""
+
+    @cached_property
+    def correlation(self) -> NDArray[np.float64] | None:
+        """Correlation matrix of the certified positions, ``(n_faces, n_faces)``; None where they are independent.
+
+        The part that is proportional to the position is common to all faces; the rest has one coefficient.
+        """
+        r = self.certificate.correlation or 0.0
+        common = proportional_u_um(self.certificate, self.position_mm)
+        if not self.u_um.any() or not (r or common.any()):
+            return None
+        share = np.divide(common, self.u_um, out=np.zeros(self.n_faces), where=self.u_um > 0)
+        rest = np.where(self.u_um > 0, np.sqrt(np.maximum(1.0 - share**2, 0.0)), 0.0)
+        matrix = np.outer(share, share) + r * np.outer(rest, rest)
+        np.fill_diagonal(matrix, 1.0)
+        return matrix
+
+    @property
+    def n_faces(self) -> int:
+        return len(self.position_mm)
+
+    @property
+    def n_blocks(self) -> int:
+        return self.n_faces // 2
+
+    @property
+    def rail_width_mm(self) -> float:
+        return self.table.rail_width_mm or self.table.block_width_mm + 20.0
+
+    def temperature_C(self, measured: float | None) -> float:
+        """The temperature as measured, or that of the certificate where it was not, deg C."""
+        return self.table.reference_temperature_C if measured is None else measured
+
+    def position_at(self, temperature_C: ArrayLike) -> NDArray[np.float64]:
+        """Face positions in mm at a gauge temperature: S (1 + alpha (T - T_ref)).
+
+        A scalar temperature gives shape ``(n_faces,)``; temperatures of shape ``(n, 1)`` give ``(n, n_faces)``.
+        """
+        warmer_K = np.asarray(temperature_C, float) - self.table.reference_temperature_C
+        return self.position_mm * (1.0 + self.table.expansion_per_K * warmer_K)
+
+    @cached_property
+    def block_centre_mm(self) -> NDArray[np.float64]:
+        """Position of the middle of each block, shape ``(n_blocks,)``."""
+        return (self.position_mm[0::2] + self.position_mm[1::2]) / 2.0
+
+    @cached_property
+    def block_size_mm(self) -> NDArray[np.float64]:
+        """Distance from the front to the back face of each block, shape ``(n_blocks,)``."""
+        return self.position_mm[1::2] - self.position_mm[0::2]
+
+    def check_block(self, block: int, what: str = "block") -> int:
+        """``block`` if the gauge has it, else :class:`InputError`."""
+        if not 1 <= block <= self.n_blocks:
+            raise InputError(self.path, f"{what} is not on this gauge", found=block, expected=f"1 to {self.n_blocks}")
+        return block
+
+
+@reader("gauge file")
+def read_gauge(name: str | Path) -> Gauge:
+    """Read and check a gauge file, given by its path or by the name of a shipped one.
+
+    :class:`InputError` names the key or row of: unknown or missing keys, values out of bounds, faces out of order,
+    repeated or missing, positions not rising from 0, positions that disagree with the nominal ones (with the unit they
+    look like), block sizes off nominal, uncertainties in another unit, a calibration dated in the future.
+    """
+    path = find_data(name, "gauge")
+    data = read_toml(path)
+    for key in data:
+        if key not in ("gauge", "certificate"):
+            raise InputError(path, f"table [{key}] is not known", expected="[gauge] and [certificate]")
+    table = check_table(GaugeTable, data.get("gauge"), path, "gauge")
+    certificate = check_table(CertificateTable, data.get("certificate"), path, "certificate")
+    if certificate.date > datetime.date.today():
+        raise InputError(path, "key certificate.date lies in the future", found=certificate.date)
+    faces = read_numbers(path.parent / table.faces, FACE_COLUMNS)
+    _check_faces(faces)
+    u_um = faces["uncertainty_um"] / certificate.coverage_factor
+    _check_proportional(faces, certificate)
+    return Gauge(table, certificate, faces["nominal_mm"], faces["position_mm"], u_um, str(path))
+
+
+def proportional_u_um(certificate: CertificateTable, position_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Standard uncertainty of the part that is proportional to the position, um, shape ``(n_faces,)``."""
+    per_m = certificate.proportional_um_per_m or 0.0
+    return per_m * np.abs(position_mm) * 1e-3 / certificate.coverage_factor
+
+
+def _check_proportional(faces: CsvTable, certificate: CertificateTable) -> None:
+    """A part cannot be larger than the whole."""
+    part = proportional_u_um(certificate, faces["position_mm"]) * certificate.coverage_factor
+    over = np.flatnonzero(part > faces["uncertainty_um"] * (1.0 + 1e-9))
+    if over.size:
+        row = int(over[0])
+        raise InputError(
+            faces.at(row),
+            "uncertainty_um is smaller than its part certificate.proportional_um_per_m",
+            found=f"{faces['uncertainty_um'][row]:g} um at {faces['position_mm'][row]:g} mm",
+            expected=f"at least {part[row]:.4g} um",
+        )
+
+
+def _check_faces(faces: CsvTable) -> None:
+    _check_order(faces)
+    _check_units(faces)
+    _check_spacing(faces)
+    _check_uncertainties(faces)
+
+
+def _check_order(faces: CsvTable) -> None:
+    seen: set[float] = set()
+    for row, face in enumerate(faces["face"]):
+        if face in seen:
+            raise InputError(faces.at(row), "face appears twice", found=f"face {face:g}", expected=f"face {row + 1}")
+        if face != row + 1:
+            raise InputError(
+                faces.at(row), "faces are out of order", found=f"face {face:g}", expected=f"face {row + 1}"
+            )
+        seen.add(face)
+    if len(seen) % 2 or len(seen) < 4:
+        raise InputError(
+            faces.path, "every block has two faces", found=f"{len(seen)} faces", expected="an even number, at least 4"
+        )
+
+
+def _check_units(faces: CsvTable) -> None:
+    nominal, position = faces["nominal_mm"], faces["position_mm"]
+    if nominal[0] != 0.0 or position[0] != 0.0:
+        raise InputError(
+            faces.at(0),
+            "positions are counted from face 1",
+            found=f"nominal_mm {nominal[0]:g}, position_mm {position[0]:g} at face 1",
+            expected="0 and 0",
+        )
+    for name in ("nominal_mm", "position_mm"):
+        steps = np.flatnonzero(np.diff(faces[name]) <= 0)
+        if steps.size:
+            row = int(steps[0]) + 1
+            raise InputError(
+                faces.at(row),
+                f"{name} must rise from face to face",
+                found=f"{faces[name][row]:g} after {faces[name][row - 1]:g}",
+            )
+    off = np.abs(position - nominal) > MAX_DEVIATION_MM
+    if off.any():
+        row = int(np.flatnonzero(off)[0])
+        raise InputError(
+            faces.at(row),
+            "position_mm and nominal_mm disagree" + _unit_hint(float(np.median(position[1:] / nominal[1:]))),
+            found=f"{position[row]:g} for nominal {nominal[row]:g}",
+            expected=f"a difference of at most {MAX_DEVIATION_MM} mm",
+        )
+
+
+def _unit_hint(ratio: float) -> str:
+    for factor, unit in (
+        (1 / 25.4, "inches"),
+        (1e3, "um"),
+        (1e-3, "m"),
+        (0.1, "cm"),
+        (25.4, "mm against nominal inches"),
+    ):
+        if abs(ratio / factor - 1.0) < 0.01:
+            return f" (positions look like {unit})"
+    return ""
+
+
+def _check_spacing(faces: CsvTable) -> None:
+    size, nominal_size = (np.diff(faces[name])[0::2] for name in ("position_mm", "nominal_mm"))
+    typical = float(np.median(nominal_size))
+    for block, (found, nominal) in enumerate(zip(size, nominal_size, strict=True), 1):
+        if abs(found - nominal) > MAX_DEVIATION_MM / 2 or not 0.5 < nominal / typical < 2.0:
+            raise InputError(
+                faces.at(2 * block - 1),
+                f"front and back of block {block} are not a block apart",
+                found=f"{found:.4f} mm between faces {2 * block - 1} and {2 * block}",
+                expected=f"about {nominal if 0.5 < nominal / typical < 2.0 else typical:g} mm",
+            )
+
+
+def _check_uncertainties(faces: CsvTable) -> None:
+    u = faces["uncertainty_um"]
+    negative, large = np.flatnonzero(u < 0), np.flatnonzero(u > 50)
+    if negative.size:
+        raise InputError(faces.at(int(negative[0])), "uncertainty_um is negative", found=f"{u[negative[0]]:g}")
+    if large.size:
+        raise InputError(
+            faces.at(int(large[0])),
+            "uncertainty_um is too large (nm?)",
+            found=f"{u[large[0]]:g}",
+            expected="0 to 50 um",
+        )
+    small = np.flatnonzero((u > 0) & (u < LEAST_UNCERTAINTY_UM))
+    if small.size:
+        found, expected = f"{u[small[0]]:g}", f"{LEAST_UNCERTAINTY_UM:g} to 50 um, or 0"
+        raise InputError(faces.at(int(small[0])), "uncertainty_um looks like mm", found=found, expected=expected)

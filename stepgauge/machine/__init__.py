@@ -1,0 +1,1 @@
+"""The machine: its file, the virtual CMM, what stops it, and what it indicates."""

@@ -1,0 +1,222 @@
+"""The machine file: travel, speeds, repeatability, the probe, and what is known to bend the readings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from stepgauge.errors import InputError
+from stepgauge.files.config import Table, Vector3, check_table, read_toml
+from stepgauge.files.numerals import number
+from stepgauge.files.resources import find_data
+from stepgauge.machine.uncertain import Uncertain, split_uncertain
+from stepgauge.physics.chain import Chain
+from stepgauge.probes import Probe, make_probe, probe_table
+from stepgauge.probes.schema import ProbeTable
+
+TIP_TOLERANCE_MM = 0.05
+"""Largest difference between a tip radius that is recorded and that of the machine file: more is another tip."""
+Range = Annotated[tuple[float, float], Field(strict=False)]
+
+
+class Travel(Table):
+    """Travel limits of the tip centre, mm."""
+
+    x: Range = Field(description="[lowest, highest] x in mm")
+    y: Range = Field(description="[lowest, highest] y in mm")
+    z: Range = Field(description="[lowest, highest] z in mm")
+
+    @model_validator(mode="after")
+    def _rising(self) -> Travel:
+        for axis in "xyz":
+            low, high = getattr(self, axis)
+            if low >= high:
+                raise ValueError(f"[lowest, highest] with lowest < highest on {axis}, not [{low:g}, {high:g}]")
+        return self
+
+
+class ReferenceTable(Table):
+    """``reference_mm`` of the chain: by axis, the point of its carriage whose motion its errors state."""
+
+    x: Vector3 = Field((0.0, 0.0, 0.0), description="of the x carriage, [x, y, z] while all axes stand at 0, mm")
+    y: Vector3 = Field((0.0, 0.0, 0.0), description="of the y carriage, [x, y, z] while all axes stand at 0, mm")
+    z: Vector3 = Field((0.0, 0.0, 0.0), description="of the z carriage, [x, y, z] while all axes stand at 0, mm")
+
+
+class ChainTable(Table):
+    """``[machine.chain]``: the order of the axes, where their carriages are measured, and where the tip is."""
+
+    table: list[Literal["x", "y", "z"]] = Field([], description='axes that carry the table, from the base: ["x"]')
+    probe: list[Literal["x", "y", "z"]] = Field([], description='axes that carry the probe, from the base: ["y", "z"]')
+    reference_mm: ReferenceTable = Field(ReferenceTable(), description="reference points, e.g. { x = [0, 0, 400] }")
+    head_mm: Vector3 = Field((0.0, 0.0, 0.0), description="from the point that the axes count to the head's pivot, mm")
+    stylus_mm: Vector3 = Field(
+        (0.0, 0.0, 0.0), description="from there to the tip with the stylus down, mm; it turns as the stylus does"
+    )
+
+    @model_validator(mode="after")
+    def _complete(self) -> ChainTable:
+        if sorted(self.table + self.probe) != ["x", "y", "z"]:
+            raise ValueError("each of x, y and z once, in table or in probe")
+        return self
+
+    def chain(self, frame: NDArray[np.float64]) -> Chain:
+        """The chain with the stylus as a probe's ``frame (3, 3)`` holds it."""
+        tip = np.array(self.head_mm) + np.array(self.stylus_mm) @ frame
+        reference = {axis: getattr(self.reference_mm, axis) for axis in "xyz"}
+        return Chain("".join(self.table), "".join(self.probe), reference, tuple(tip.tolist()))
+
+
+class MachineTable(Table):
+    """The ``[machine]`` table."""
+
+    name: str = Field(min_length=1, description="what the machine is called")
+    travel_mm: Travel = Field(description="travel limits, e.g. { x = [0, 700], y = [0, 1000], z = [0, 600] }")
+    repeatability_um: float = Field(ge=0, le=100, description="one sigma of a probing along the approach, um")
+    measuring_speed_mm_s: float = Field(gt=0, le=100, description="speed of the measuring moves, mm/s")
+    travel_speed_mm_s: float = Field(gt=0, le=2000, description="speed of the moves between, mm/s")
+    max_measuring_speed_mm_s: float | None = Field(
+        None,
+        gt=0,
+        le=100,
+        description="largest speed of a measuring move, mm/s; without it 4 times the measuring speed",
+    )
+    max_travel_speed_mm_s: float | None = Field(
+        None, gt=0, le=2000, description="largest speed of a move, mm/s; without it the travel speed"
+    )
+    temperature_C: float = Field(20.0, ge=0, le=50, description="temperature of the scales, deg C")
+    scale_expansion_per_K: float = Field(11.5e-6, ge=0, le=40e-6, description="expansion of the scales in 1/K")
+    scales_compensated: bool = Field(True, description="whether the controller corrects for the scales' temperature")
+    chain: ChainTable | None = Field(None, description="table [machine.chain]: which axes carry table and probe")
+
+
+class StandardUncertainty(Table):
+    """A standard uncertainty, alone or as ``{ u = 0.05, dof = 8 }``."""
+
+    u: float = Field(ge=0, description="standard uncertainty, in the unit of the key")
+    dof: float | None = Field(None, ge=1, description="degrees of freedom; without it infinite")
+
+
+def _plain_number(value: Any) -> Any:
+    return value if isinstance(value, dict | StandardUncertainty) else {"u": value}
+
+
+def _at_most(largest: float) -> AfterValidator:
+    """A standard uncertainty beyond this is a slip of its unit."""
+
+    def check(stated: StandardUncertainty) -> StandardUncertainty:
+        if stated.u > largest:
+            raise ValueError(f"at most {largest:g}")
+        return stated
+
+    return AfterValidator(check)
+
+
+LARGEST_U_K, LARGEST_U_PROBING_UM = 5.0, 100.0
+Stated = Annotated[StandardUncertainty, BeforeValidator(_plain_number)]
+
+
+class UncertaintyTable(Table):
+    """The ``[uncertainty]`` table: what a budget counts besides the uncertain values of the other tables."""
+
+    gauge_temperature_K: Annotated[Stated, _at_most(LARGEST_U_K)] | None = Field(
+        None, description="standard uncertainty of the gauge's measured temperature in K, e.g. 0.05"
+    )
+    probing_um: Annotated[Stated, _at_most(LARGEST_U_PROBING_UM)] | None = Field(
+        None, description="standard uncertainty of what probing adds at a face, the same in every cycle, um"
+    )
+    resolution_um: float | None = Field(None, gt=0, le=100, description="smallest step of the machine's reading, um")
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine as its file describes it.
+
+    ``probe`` is the checked table of the probe and ``probe_path`` the file it stands in; ``effects`` are the raw
+    ``[[effect]]`` tables; ``uncertain`` the values that carry a standard uncertainty (in the tables stand their best
+    estimates); ``stated`` is the ``[uncertainty]`` table.
+    """
+
+    table: MachineTable
+    probe: ProbeTable
+    effects: tuple[dict[str, Any], ...] = ()
+    path: str = ""
+    uncertain: tuple[Uncertain, ...] = ()
+    probe_path: str = ""
+    stated: UncertaintyTable = field(default_factory=UncertaintyTable)
+
+    @cached_property
+    def sensor(self) -> Probe:
+        """The probe that the table describes: pre-travel and forces in any direction."""
+        return make_probe(self.probe, self.probe_path or self.path)
+
+    @cached_property
+    def chain(self) -> Chain | None:
+        """The chain of axes, where the file states it."""
+        return None if self.table.chain is None else self.table.chain.chain(self.sensor.frame)
+
+    def u_gauge_temperature_K(self, asked: float | None = None) -> float:
+        """Standard uncertainty of the gauge's temperature: as asked, or as the file states, or 0 where it does not."""
+        stated = self.stated.gauge_temperature_K
+        return asked if asked is not None else stated.u if stated is not None else 0.0
+
+    @property
+    def travel_mm(self) -> NDArray[np.float64]:
+        """Limits as ``(3, 2)``: lowest and highest x, y, z."""
+        travel = self.table.travel_mm
+        return np.array([travel.x, travel.y, travel.z])
+
+
+def check_recorded(comments: Mapping[str, str], machine: Machine) -> None:
+    """:class:`InputError` where a recording names another machine, or another tip; one that names none may be of any.
+
+    ``comments``: of the recording, with the keys ``machine`` and ``tip_radius_mm`` where they are known. A recorded
+    radius may be the effective one, and so be smaller by a pre-travel.
+    """
+    named = comments.get("machine")
+    if named is not None and named != machine.table.name:
+        raise InputError(
+            machine.path, "not the machine of this recording", found=machine.table.name, expected=repr(named)
+        )
+    recorded, own = number(comments.get("tip_radius_mm", "")), machine.probe.tip_radius_mm
+    if abs(recorded - own) > TIP_TOLERANCE_MM:
+        raise InputError(
+            machine.path,
+            "the recording was made with another tip",
+            found=f"tip_radius_mm = {own:g} in the machine file",
+            expected=f"{recorded:g} mm, as recorded",
+        )
+
+
+def read_machine(name: str | Path) -> Machine:
+    """Read and check a machine file, given by its path or by the name of a shipped one."""
+    path = find_data(name, "machine", "machines")
+    read = read_toml(path)
+    stated = check_table(UncertaintyTable, read.pop("uncertainty", {}), path, "uncertainty")
+    data, uncertain = split_uncertain(read, path)
+    for key in data:
+        if key not in ("machine", "probe", "effect"):
+            expected = "[machine], [probe], [[effect]] and [uncertainty]"
+            raise InputError(path, f"table [{key}] is not known", expected=expected)
+    effects = data.get("effect", [])
+    if not isinstance(effects, list):
+        raise InputError(path, "effects are an array of tables", found="[effect]", expected="[[effect]]")
+    probe, probe_path = probe_table(data.get("probe"), path)
+    machine = Machine(
+        check_table(MachineTable, data.get("machine"), path, "machine"),
+        probe,
+        tuple(effects),
+        str(path),
+        uncertain,
+        str(probe_path),
+        stated,
+    )
+    _ = machine.sensor  # a probe that cannot work is an error now, not in the middle of a run
+    return machine

@@ -1,0 +1,220 @@
+"""The virtual CMM: executes the moves of a program text on the gauge as it really lies.
+
+Searches end where the tip ball touches a face, plus the pre-travel of the probe; the latch adds repeatability and what
+the effects of the machine do to the reading. Everything is computed for all moves at once; the first thing that would
+stop a real machine cuts the run there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from stepgauge.effects import Probings, Setting
+from stepgauge.errors import ProgramStoppedError
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.machine.file import Machine
+from stepgauge.machine.readout import read_out, rows_beyond
+from stepgauge.machine.stops import NO_TRIGGER, Stop, first_stop
+from stepgauge.motion.collision import Obstacles, ball_contacts, make_obstacles, make_tool
+from stepgauge.motion.moves import Path, ProbingSettings, Program, trace
+from stepgauge.recording import APPROACH, POSITION, Recording
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What holds during one run.
+
+    ``gauge_temperature_C``: of the gauge, true and recorded; ``placement``: its number in the recording; ``start_s``:
+    time at the first position.
+    """
+
+    gauge_temperature_C: float = 20.0
+    placement: int = 1
+    start_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Run:
+    """What came of a program: the recording, the path, its duration, and what stopped it (None if nothing did).
+
+    ``stop_piece`` is the index of the piece of the path on which it stopped. ``shares``, where asked for: one column
+    per effect, its share along the approach in um, row by row as the recording. ``notes``: what of the machine file had
+    no chance to act.
+    """
+
+    recording: Recording
+    path: Path
+    duration_s: float
+    stop: ProgramStoppedError | None = None
+    stop_piece: int | None = None
+    shares: pd.DataFrame | None = None
+    notes: tuple[str, ...] = ()
+
+    def explained(self) -> Recording:
+        """The recording with the shares as further columns."""
+        if self.shares is None:
+            return self.recording
+        return replace(self.recording, frame=pd.concat([self.recording.frame, self.shares], axis=1))
+
+
+@dataclass(frozen=True)
+class Execution:
+    """A program executed, before anything bends what is read.
+
+    ``frame``: the columns of a recording, with the tip centres at the trigger as they truly are; ``setting``: what
+    effects need to know besides; the rest as in :class:`Run`.
+    """
+
+    frame: pd.DataFrame
+    setting: Setting
+    path: Path
+    duration_s: float
+    stop: ProgramStoppedError | None
+    stop_piece: int | None
+
+    @property
+    def probings(self) -> Probings:
+        """The rows as effects see them."""
+        return Probings(self.frame, self.setting)
+
+
+def run_program(
+    program: Program,
+    machine: Machine,
+    gauge: Gauge,
+    placement: Placement,
+    seed: int,
+    conditions: Conditions | None = None,
+    explain: bool = False,
+) -> Run:
+    """Execute a program and read the machine out.
+
+    Parameters
+    ----------
+    program : moves read from program text
+    machine : travel, speeds, probe, repeatability and effects
+    gauge, placement : the gauge as it really lies (which the program need not know)
+    seed : of the repeatability; the same seed gives the same recording
+    conditions : temperature and labels of the run
+    explain : give the share of every effect, too
+
+    Returns
+    -------
+    The recording of all probings up to the first stop, the path, and the stop as an error with the program's line.
+    """
+    executed = execute(program, machine, gauge, placement, conditions)
+    reading = read_out(executed.probings, machine, np.random.default_rng(seed))
+    frame = executed.frame.copy()
+    frame[POSITION] = frame[POSITION].to_numpy() + reading.displacement_um * 1e-3
+    comments = {
+        "program": program.name,
+        "machine": machine.table.name,
+        "gauge": gauge.table.name,
+        "gauge_serial": gauge.table.serial,
+        "tip_radius_mm": f"{machine.probe.tip_radius_mm:g}",
+        "seed": str(seed),
+    }
+    if executed.stop is not None:
+        comments["stopped"] = str(executed.stop)
+    recording = Recording(frame, comments)
+    shares = reading.shares_um() if explain else None
+    notes = rows_beyond(reading.effects, len(recording), machine.path)
+    return Run(recording, executed.path, executed.duration_s, executed.stop, executed.stop_piece, shares, notes)
+
+
+def probing_settings(machine: Machine, search_mm: float) -> ProbingSettings:
+    """What holds where the text of a program does not say."""
+    return ProbingSettings(
+        search_mm=search_mm,
+        measuring_speed_mm_s=machine.table.measuring_speed_mm_s,
+        travel_speed_mm_s=machine.table.travel_speed_mm_s,
+        tip_radius_mm=machine.probe.tip_radius_mm,
+    )
+
+
+def execute(
+    program: Program, machine: Machine, gauge: Gauge, placement: Placement, conditions: Conditions | None = None
+) -> Execution:
+    """Where the probe of a machine without errors triggers: parameters as :func:`run_program`."""
+    conditions = conditions or Conditions()
+    obstacles = make_obstacles(gauge, placement, conditions.gauge_temperature_C)
+    tool = make_tool(machine.probe)
+    approach = program.approach[program.is_measure]
+    contact, row = _search(program, obstacles, tool.tip_radius_mm)
+    face = _faces(contact, row, approach, obstacles)
+    touch = np.where(row[:, None] >= 0, contact, program.position_mm[program.is_measure])
+    pretravel_um = machine.sensor.pretravel_um(approach)
+    triggers = np.isfinite(pretravel_um)
+    stop = first_stop(
+        program, trace(program, touch), machine, obstacles, tool, row, np.where(triggers, face, NO_TRIGGER)
+    )
+
+    trigger = touch + np.where(triggers, pretravel_um, 0.0)[:, None] * 1e-3 * approach
+    path = trace(program, trigger)
+    searching = np.flatnonzero(path.measuring)
+    kept = searching < (len(path.measuring) if stop is None else stop.piece)
+    time_s = _times(path, program)
+    frame = _frame(program, conditions, trigger, approach, face, time_s[searching])[kept].reset_index(drop=True)
+    for axis in "xyz":
+        frame[f"scale_temperature_{axis}_C"] = machine.table.temperature_C
+    return Execution(
+        frame,
+        Setting.of(machine, gauge, {conditions.placement: placement.axis}),
+        path,
+        float(time_s[-1] if stop is None else time_s[stop.piece]),
+        None if stop is None else _as_error(stop, program, path),
+        None if stop is None else stop.piece,
+    )
+
+
+def _search(program: Program, obstacles: Obstacles, radius_mm: float) -> tuple[Array, NDArray[np.intp]]:
+    """Tip centre at first contact of every search (NaN without), and the row of what was touched (-1 without)."""
+    path = trace(program)
+    start, target = path.start_mm[path.measuring], path.end_mm[path.measuring]
+    end = target + program.settings.search_mm * program.approach[program.is_measure]
+    search = Path(start, end, np.ones(len(start), bool), path.move[path.measuring])
+    t, row = ball_contacts(search, obstacles, radius_mm)
+    return start + t[:, None] * (end - start), row
+
+
+def _faces(contact: Array, row: NDArray[np.intp], approach: Array, obstacles: Obstacles) -> NDArray[np.int64]:
+    """Number of the face that was touched; 0 where it was an edge, a side, a top or the rail, or nothing."""
+    tip = obstacles.placement.to_gauge(obstacles.gauge, contact)
+    low, high = obstacles.low_mm[row], obstacles.high_mm[row]
+    on_face = (row >= 0) & (row < obstacles.rail_row)
+    on_face &= ((tip[:, 1:] >= low[:, 1:]) & (tip[:, 1:] <= high[:, 1:])).all(axis=1)
+    along = approach @ obstacles.placement.axis
+    front, back = (tip[:, 0] < low[:, 0]) & (along > 0), (tip[:, 0] > high[:, 0]) & (along < 0)
+    return np.where(on_face & front, 2 * row + 1, np.where(on_face & back, 2 * row + 2, 0))
+
+
+def _as_error(stop: Stop, program: Program, path: Path) -> ProgramStoppedError:
+    line = program.line[path.move[stop.piece]]
+    return ProgramStoppedError(f"{program.name}:{line}", stop.what, found=stop.found, expected=stop.expected)
+
+
+def _times(path: Path, program: Program) -> Array:
+    """Time from the first position to the end of every piece, s."""
+    speed = np.where(path.measuring, program.settings.measuring_speed_mm_s, program.settings.travel_speed_mm_s)
+    return np.cumsum(path.length_mm / speed)
+
+
+def _frame(
+    program: Program, conditions: Conditions, trigger: Array, approach: Array, face: NDArray[np.int64], time_s: Array
+) -> pd.DataFrame:
+    """The probings as they happened, before the machine's errors bend what is read."""
+    frame = pd.DataFrame({"placement": conditions.placement, "face": face})
+    frame.insert(1, "cycle", frame.groupby("face").cumcount() + 1)  # the n-th visit to a face is cycle n
+    frame[POSITION] = trigger
+    frame[APPROACH] = approach
+    frame["time_s"] = time_s + conditions.start_s
+    frame["speed_mm_s"] = program.settings.measuring_speed_mm_s
+    frame["gauge_temperature_C"] = conditions.gauge_temperature_C
+    return frame

@@ -1,0 +1,1 @@
+"""From a placement to the checked text of a measuring program."""

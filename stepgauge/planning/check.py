@@ -1,0 +1,155 @@
+"""Nothing is written unless the whole path is clear: tip, shank and body against gauge, rail and travel limits.
+
+The way to the first position (home) is the machine's own and is not checked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.machine.file import Machine
+from stepgauge.motion.collision import Obstacles, Tool, ToolPart, ball_contacts, clearance_mm, make_obstacles
+from stepgauge.motion.moves import Path, Program, trace
+
+Array = NDArray[np.float64]
+PROBED_BLOCK_MARGIN_MM = 0.1
+"""Shank and body may come this close to the block that the tip is touching; elsewhere the full margin holds."""
+FACE_TOLERANCE_MM = 1e-6
+
+
+def check_program(
+    program: Program, faces: Sequence[int], placement: Placement, gauge: Gauge, tool: Tool, margin_mm: float
+) -> dict[str, float]:
+    """Check every move of a planned program against the gauge.
+
+    Parameters
+    ----------
+    program : the planned moves
+    faces : the face each measuring point is meant for, in order
+    placement, gauge : where the blocks and the rail are
+    tool : tip ball, stylus shank and probe body
+    margin_mm : smallest gap allowed anywhere but at the face being touched
+
+    Returns
+    -------
+    The smallest gap found for each part of the tool, mm (infinite where nothing was within the margin).
+
+    Raises
+    ------
+    InputError
+        a measuring move that meets another face than its own first, or a move that comes too close to something
+    """
+    if not np.isfinite(margin_mm):
+        raise InputError("margin", "not a finite number", found=margin_mm, expected="mm")
+    obstacles = make_obstacles(gauge, placement)
+    path = trace(program)
+    own = _probed_rows(path, faces)
+    gaps = {part.name: _check_part(part, own, margin_mm, program, path, obstacles, tool) for part in tool.parts}
+    _check_faces(program, faces, path, obstacles, tool.tip_radius_mm)
+    return gaps
+
+
+def _check_faces(program: Program, faces: Sequence[int], path: Path, obstacles: Obstacles, radius_mm: float) -> None:
+    """The whole search of every measuring move must meet its own face first, at the nominal contact."""
+    approach = program.approach[program.is_measure]
+    start, target = path.start_mm[path.measuring], path.end_mm[path.measuring]
+    end = target + program.settings.search_mm * approach
+    search = Path(start, end, np.ones(len(start), bool), path.move[path.measuring])
+    t, row = ball_contacts(search, obstacles, radius_mm)
+    off = np.linalg.norm(start + t[:, None] * (end - start) - target, axis=1)
+    wrong = np.flatnonzero((row != (np.asarray(faces) - 1) // 2) | ~(off < FACE_TOLERANCE_MM))
+    if wrong.size:
+        point = int(wrong[0])
+        met = "nothing" if row[point] < 0 else f"{obstacles.name(row[point])}, {off[point]:.3f} mm from there"
+        raise InputError(
+            f"point {program.names[search.move[point]]}",
+            "the measuring move does not meet its own face first",
+            found=met,
+            expected=f"face {faces[point]} of block {(faces[point] + 1) // 2}",
+        )
+
+
+def _probed_rows(path: Path, faces: Sequence[int]) -> NDArray[np.int64]:
+    """Row of the block being touched for a measuring piece and the retract after it, -1 for all others."""
+    rows = np.full(len(path.start_mm), -1)
+    rows[path.measuring] = (np.asarray(faces) - 1) // 2
+    rows[1:] = np.where(path.measuring[:-1], rows[:-1], rows[1:])
+    return rows
+
+
+def _check_part(
+    part: ToolPart,
+    own: NDArray[np.int64],
+    margin_mm: float,
+    program: Program,
+    path: Path,
+    obstacles: Obstacles,
+    tool: Tool,
+) -> float:
+    gap = clearance_mm(path, obstacles, tool, part, margin_mm)
+    pieces = np.arange(len(gap))
+    touching = own >= 0
+    allowed = np.full_like(gap, margin_mm)
+    is_tip = part is tool.parts[0]
+    allowed[pieces[touching], own[touching]] = -np.inf if is_tip else PROBED_BLOCK_MARGIN_MM
+    short = np.where(gap < allowed - 1e-9, allowed - gap, 0.0)
+    if short.any():
+        piece = int(np.flatnonzero(short.any(axis=1))[0])
+        box = int(short[piece].argmax())
+        raise InputError(
+            f"point {_point_name(program, int(path.move[piece]))}, move '{_move_name(program, path, piece)}'",
+            f"the {part.name} comes too close to {obstacles.name(box)}",
+            found=f"a gap of {gap[piece, box]:.3f} mm",
+            expected=f"at least {allowed[piece, box]:g} mm{_remedy(part, obstacles.placement)}",
+        )
+    gap[pieces[touching], own[touching]] = np.inf
+    return float(gap.min())
+
+
+def _remedy(part: ToolPart, placement: Placement) -> str:
+    if part.name == "tip ball":
+        return " (another --standoff, --clearance or --route, or a smaller tip)"
+    square = ", ".join(f"{0.0 - value:.9f}" for value in placement.up)
+    return (
+        f" (probe higher with --height, take a longer stylus, or turn the head so that the stylus stands square to the"
+        f" gauge: stylus_direction = [{square}] in [probe])"
+    )
+
+
+def _move_name(program: Program, path: Path, piece: int) -> str:
+    return "measure" if path.measuring[piece] else program.names[path.move[piece]]
+
+
+def _point_name(program: Program, move: int) -> str:
+    """Name of the measuring point that a move leads to (the last one's after it)."""
+    measures = np.flatnonzero(program.is_measure)
+    return program.names[measures[min(int(np.searchsorted(measures, move)), len(measures) - 1)]]
+
+
+def check_travel(program: Program, machine: Machine) -> None:
+    """Every target, and the end of every search, must lie within the machine's travel (:class:`InputError` if not)."""
+    measure = program.is_measure
+    reach = program.position_mm.copy()
+    reach[measure] += program.settings.search_mm * program.approach[measure]
+    limits = machine.travel_mm
+    beyond = np.maximum(np.maximum(limits[:, 0] - reach, reach - limits[:, 1]), 0.0)
+    outside = np.flatnonzero(beyond.any(axis=1))
+    if not outside.size:
+        return
+    worst = int(beyond.max(axis=1).argmax())
+    axis = int(beyond[worst].argmax())
+    low, high = limits[axis]
+    raise InputError(
+        machine.path,
+        f"the travel is too small by {beyond[worst, axis]:.3f} mm in {'xyz'[axis]}"
+        f" for point {_point_name(program, worst)}, move '{'measure' if measure[worst] else program.names[worst]}'"
+        f" ({outside.size} of {len(program)} moves are outside)",
+        found=f"{'xyz'[axis]} = {reach[worst, axis]:.3f} mm",
+        expected=f"{low:g} to {high:g} mm",
+    )

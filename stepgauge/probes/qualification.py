@@ -1,0 +1,246 @@
+"""Qualification of a tip on a reference sphere, kept as a JSON file, and the compensation of points with it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from stepgauge import __version__
+from stepgauge.errors import InputError
+from stepgauge.files.config import Table, Vector3, check_table
+from stepgauge.files.text import read_result, write_json
+from stepgauge.physics import wozniak
+from stepgauge.physics.directions import probe_frame
+from stepgauge.physics.sphere import EffectiveRadius, effective_radius
+from stepgauge.physics.wozniak import LobeModel, Slip, Transducer
+from stepgauge.probes.files import ProbedPoints
+
+Array = NDArray[np.float64]
+LARGEST_PRETRAVEL_SHARE = 0.1
+"""Pre-travel over tip radius beyond which a diameter is wrong rather than the probe."""
+KIND = "qualification"
+_ABOUT = ("format", "stepgauge", "inputs", "checksum")
+Method = Literal["lobed", "mean"]
+Positive = Annotated[float, Field(gt=0.0)]
+
+# On a sphere the approach and the normal found agree within the aim of the operator; beyond this they are not a pair.
+_AIM_RAD = np.radians(30.0)
+FEWEST_FOR_SPHERE = 4
+_FEWEST_FOR_LOBES = 12
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What was probed, and with what.
+
+    ``tip_diameter_mm`` None leaves the lobes out. ``u_sphere_um`` and ``u_tip_um`` are the standard uncertainties of
+    the diameters, ``noise_um`` that of one probing (None: from the residuals); ``stylus_axis`` is from tip to body.
+    """
+
+    sphere_diameter_mm: float
+    tip_diameter_mm: float | None = None
+    u_sphere_um: float = 0.0
+    u_tip_um: float = 0.0
+    noise_um: float | None = None
+    stylus_axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+
+class LobeTable(Table):
+    """The lobed pre-travel model of a qualified tip."""
+
+    transducer: Transducer
+    slip: Slip
+    lobe_azimuth_deg: float = Field(description="azimuth of least pre-travel about the stylus axis, from machine x")
+    lobe_azimuth_fitted: bool
+    constant_um: float = Field(description="A of Wozniak's Eq 4")
+    u_constant_um: float | None
+    mean_pretravel_um: float = Field(description="over the probed points, by the model")
+
+    @property
+    def model(self) -> LobeModel:
+        """The model these numbers belong to."""
+        return LobeModel(self.transducer, float(np.radians(self.lobe_azimuth_deg)), self.slip)
+
+
+class Qualification(Table):
+    """What a qualification found; the JSON file has the same keys."""
+
+    points: int
+    sphere_diameter_mm: Positive
+    tip_diameter_mm: Positive | None
+    stylus_axis: Vector3
+    r_eff_mm: float
+    u_r_eff_mm: float | None
+    centre_mm: Vector3
+    noise_um: float | None
+    form_error_um: float = Field(description="range of radial residuals about the least-squares sphere")
+    form_error_compensated_um: float | None = Field(description="the same after compensation of the lobes")
+    residuals_um: list[float]
+    residuals_compensated_um: list[float] | None
+    lobes: LobeTable | None
+
+    @property
+    def worse_by_um(self) -> float:
+        """By how much the compensation of the lobes increases the form error; 0 where it does not."""
+        compensated = self.form_error_compensated_um
+        return 0.0 if compensated is None else max(compensated - self.form_error_um, 0.0)
+
+    def worse_words(self) -> str:
+        """That the model of the lobes does not fit this probe, in words."""
+        return (
+            f"compensation of the lobes increases the form error from {self.form_error_um:.2f} to"
+            f" {self.form_error_compensated_um:.2f} um: the model of the lobes does not fit this probe"
+        )
+
+
+def qualify(
+    points: ProbedPoints, reference: Reference, model: LobeModel, fit_lobe_azimuth: bool = False
+) -> Qualification:
+    """Effective radius of a tip and, where its diameter is known, the constant of its lobes.
+
+    Raises :class:`InputError` where the points are too few, lie in a plane, or were approached from within the sphere.
+    """
+    if len(points.position_mm) < FEWEST_FOR_SPHERE:
+        expected = "at least 4 points; 5 to qualify a tip, or the 25 of ISO 10360-5"
+        found = len(points.position_mm)
+        raise InputError(points.rows.path, "too few points for a sphere", found=found, expected=expected)
+    try:
+        radius = effective_radius(
+            points.position_mm, reference.sphere_diameter_mm / 2.0, reference.u_sphere_um / 2.0, reference.noise_um
+        )
+        _check_radius(points, reference, radius.r_eff_mm)
+        _check_approaches(points, radius.fit.centre_mm)
+        lobes = _lobes(points, reference, model, fit_lobe_azimuth)
+    except ValueError as error:
+        raise InputError(points.rows.path, str(error)) from None
+    return _as_qualification(reference, radius, lobes, fit_lobe_azimuth)
+
+
+def _check_radius(points: ProbedPoints, reference: Reference, r_eff_mm: float) -> None:
+    """A tip has a radius above nothing, and no probe travels a tenth of it before it triggers."""
+    if r_eff_mm <= 0.0:
+        raise InputError(
+            points.rows.path,
+            "the points lie on a smaller sphere than --sphere-diameter says",
+            found=f"a radius of {reference.sphere_diameter_mm / 2.0 + r_eff_mm:.4f} mm with the tip",
+            expected=f"more than {reference.sphere_diameter_mm / 2.0:g} mm",
+        )
+    known = reference.tip_diameter_mm
+    if known is not None and abs(known / 2.0 - r_eff_mm) > LARGEST_PRETRAVEL_SHARE * known / 2.0:
+        raise InputError(
+            points.rows.path,
+            "the points contradict --tip-diameter or --sphere-diameter",
+            found=f"an effective tip radius of {r_eff_mm:.4f} mm",
+            expected=f"about {known / 2.0:g} mm",
+        )
+
+
+def compensated_centres_mm(
+    points: ProbedPoints, qualification: Qualification, method: Method, where: str | Path = "qualification"
+) -> tuple[Array, Array]:
+    """Tip centres at the first touch, (n, 3), and the pre-travel taken off, (n,) in um.
+
+    ``"lobed"`` takes it from the direction, ``"mean"`` takes the same, R_eff against the tip radius, everywhere.
+    Raises :class:`InputError` in the name of ``where`` if the qualification lacks what the method needs.
+    """
+    if method == "mean":
+        pretravel_um = np.full(
+            len(points.approach), 1e3 * (tip_radius_mm(qualification, where) - qualification.r_eff_mm)
+        )
+    else:
+        if qualification.lobes is None:
+            raise InputError(where, "it has no lobes", expected="a qualification made with --tip-diameter")
+        normals = -points.approach @ probe_frame(qualification.stylus_axis).T
+        pretravel_um = qualification.lobes.model.pretravel_um(normals, qualification.lobes.constant_um)
+    return points.position_mm - 1e-3 * pretravel_um[:, None] * points.approach, pretravel_um
+
+
+def tip_radius_mm(qualification: Qualification, where: str | Path = "qualification") -> float:
+    """True radius of the tip; :class:`InputError` if the qualification was made without it."""
+    if qualification.tip_diameter_mm is None:
+        raise InputError(where, "the tip diameter is missing", expected="a qualification made with --tip-diameter")
+    return qualification.tip_diameter_mm / 2.0
+
+
+def write_qualification(path: str | Path, qualification: Qualification) -> None:
+    """The qualification as JSON."""
+    write_json(path, {"format": f"stepgauge {KIND} 1", "stepgauge": __version__, **qualification.model_dump()})
+
+
+def read_qualification(path: str | Path) -> Qualification:
+    """A qualification file; :class:`InputError` names what is wrong with it."""
+    data = read_result(path, KIND)
+    return check_table(Qualification, {key: value for key, value in data.items() if key not in _ABOUT}, path)
+
+
+def _check_approaches(points: ProbedPoints, centre_mm: Array) -> None:
+    radial = points.position_mm - centre_mm
+    cosine = -np.sum(radial * points.approach, axis=1) / np.linalg.norm(radial, axis=1)
+    wrong = np.flatnonzero(cosine < np.cos(_AIM_RAD))
+    if len(wrong):
+        angle = np.degrees(np.arccos(np.clip(cosine[wrong[0]], -1.0, 1.0)))
+        raise InputError(
+            points.rows.at(wrong[0]),
+            "the approach does not aim at the sphere's centre (a surface normal instead of the travel?)",
+            found=f"{angle:.0f} deg off",
+            expected="the unit vector of travel towards the surface",
+        )
+
+
+def _lobes(
+    points: ProbedPoints, reference: Reference, model: LobeModel, fit_lobe_azimuth: bool
+) -> tuple[LobeModel, wozniak.Calibration, Array] | None:
+    if reference.tip_diameter_mm is None:
+        return None
+    radii = reference.sphere_diameter_mm / 2.0, reference.tip_diameter_mm / 2.0
+    frame = probe_frame(reference.stylus_axis)
+    if fit_lobe_azimuth:
+        if len(points.position_mm) < _FEWEST_FOR_LOBES:
+            raise ValueError(f"{_FEWEST_FOR_LOBES} points at least are needed to find the lobe azimuth")
+        azimuth = wozniak.fit_lobe_azimuth_rad(points.position_mm, *radii, model, frame)
+        model = LobeModel(model.transducer, azimuth, model.slip)
+    u_radii_um = float(np.hypot(reference.u_sphere_um, reference.u_tip_um)) / 2.0
+    found = wozniak.calibrate(points.position_mm, *radii, model, frame, u_radii_um, reference.noise_um)
+    return model, found, model.pretravel_um(-points.approach @ frame.T, found.constant_um)
+
+
+def _as_qualification(
+    reference: Reference,
+    radius: EffectiveRadius,
+    lobes: tuple[LobeModel, wozniak.Calibration, Array] | None,
+    fitted: bool,
+) -> Qualification:
+    fit = radius.fit
+    compensated = None if lobes is None else lobes[1].residuals_um
+    return Qualification(
+        points=len(fit.residuals_um),
+        sphere_diameter_mm=reference.sphere_diameter_mm,
+        tip_diameter_mm=reference.tip_diameter_mm,
+        stylus_axis=reference.stylus_axis,
+        r_eff_mm=radius.r_eff_mm,
+        u_r_eff_mm=None if radius.u_r_eff_um is None else 1e-3 * radius.u_r_eff_um,
+        centre_mm=(float(fit.centre_mm[0]), float(fit.centre_mm[1]), float(fit.centre_mm[2])),
+        noise_um=fit.noise_um,
+        form_error_um=fit.form_error_um,
+        form_error_compensated_um=None if compensated is None else float(np.ptp(compensated)),
+        residuals_um=fit.residuals_um.tolist(),
+        residuals_compensated_um=None if compensated is None else compensated.tolist(),
+        lobes=None if lobes is None else _lobe_table(*lobes, fitted),
+    )
+
+
+def _lobe_table(model: LobeModel, found: wozniak.Calibration, pretravel_um: Array, fitted: bool) -> LobeTable:
+    return LobeTable(
+        transducer=model.transducer,
+        slip=model.slip,
+        lobe_azimuth_deg=float(np.degrees(model.lobe_azimuth_rad)),
+        lobe_azimuth_fitted=fitted,
+        constant_um=found.constant_um,
+        u_constant_um=found.u_constant_um,
+        mean_pretravel_um=float(pretravel_um.mean()),
+    )

@@ -1,0 +1,200 @@
+"""What only the laboratory knows of a calibration: the file ``certificate.toml``.
+
+Its tables follow ISO/IEC 17025:2017, 7.8.2.1 and 7.8.4.1. What identifies the certificate, the laboratory, the
+customer, the item and who signs must be stated to print it (:func:`check_filled`); of the rest it says "not stated".
+A Digital Calibration Certificate demands its own keys and names those.
+"""
+
+from __future__ import annotations
+
+import datetime
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, StringConstraints, model_validator
+
+from stepgauge.errors import InputError
+from stepgauge.files.config import Table, check_table, read_toml
+
+
+def _printable(text: str) -> str:
+    """Control characters belong into no certificate, and XML has no place for them."""
+    wrong = [mark for mark in text if mark != "\n" and not mark.isprintable()]
+    if wrong:
+        raise ValueError(f"text without control characters, not {wrong[0]!r}")
+    return text
+
+
+Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1), AfterValidator(_printable)]
+Country = Annotated[str, StringConstraints(pattern="^[A-Z]{2}$")]
+Place = Literal["laboratory", "customer", "laboratoryBranch", "customerBranch", "other"]
+Interval = Annotated[tuple[float, float], Field(strict=False)]
+
+
+class CertificateHead(Table):
+    """The ``[certificate]`` table: identity and dates."""
+
+    number: Text | None = Field(None, description="unique number of the certificate")
+    issued: datetime.date | None = Field(None, description="date of issue, e.g. 2026-05-04")
+    received: datetime.date | None = Field(None, description="date of receipt of the item")
+    performed_from: datetime.date | None = Field(None, description="first day of the calibration")
+    performed_to: datetime.date | None = Field(None, description="last day of the calibration")
+    place: Place | None = Field(None, description="laboratory, customer, laboratoryBranch, customerBranch or other")
+    place_text: Text | None = Field(None, description="where the machine stands, in words")
+    replaces: Text | None = Field(None, description="number of the certificate that this one replaces")
+
+    @model_validator(mode="after")
+    def _in_order(self) -> CertificateHead:
+        days = [("received", self.received), ("performed_from", self.performed_from)]
+        days += [("performed_to", self.performed_to), ("issued", self.issued)]
+        known = [(name, day) for name, day in days if day is not None]
+        for (before, early), (after, late) in pairwise(known):
+            if late < early:
+                raise ValueError(f"{before} ({early}) not after {after} ({late})")
+        return self
+
+
+class Contact(Table):
+    """The ``[laboratory]`` and ``[customer]`` tables."""
+
+    name: Text | None = Field(None, description="name of the company")
+    street: Text | None = Field(None, description="street")
+    street_number: Text | None = Field(None, description="house number")
+    post_code: Text | None = Field(None, description="postal code")
+    city: Text | None = Field(None, description="town")
+    country: Country | None = Field(None, description="two capital letters by ISO 3166, e.g. DE")
+    email: Text | None = Field(None, description="e-mail address")
+    phone: Text | None = Field(None, description="telephone number")
+    accreditation: Text | None = Field(None, description="code of the accreditation, of a laboratory")
+
+    @property
+    def address(self) -> str | None:
+        """Street, town and country in one line; None where nothing is stated."""
+        street = " ".join(part for part in (self.street, self.street_number) if part)
+        town = " ".join(part for part in (self.post_code, self.city) if part)
+        return ", ".join(part for part in (street, town, self.country) if part) or None
+
+
+class Item(Table):
+    """The ``[item]`` table: what was calibrated."""
+
+    name: Text | None = Field(None, description="what it is, e.g. Coordinate measuring machine")
+    manufacturer: Text | None = Field(None, description="who made it")
+    model: Text | None = Field(None, description="model")
+    serial: Text | None = Field(None, description="serial number of the manufacturer")
+    owner_number: Text | None = Field(None, description="inventory number of the owner")
+    condition: Text | None = Field(None, description="condition when it was calibrated")
+    software: Text | None = Field(None, description="software or firmware with its release")
+
+
+class Person(Table):
+    """A ``[[person]]`` table: who is responsible for the certificate."""
+
+    name: Text = Field(description="name of the person")
+    role: Text | None = Field(None, description="role, e.g. head of the laboratory")
+    signs: bool = Field(False, description="whether this person authorises the certificate")
+
+
+class Method(Table):
+    """The ``[method]`` table."""
+
+    name: Text | None = Field(None, description="procedure of the laboratory")
+    standards: list[Text] = Field(default_factory=list, description="standards that it follows")
+    deviations: Text | None = Field(None, description="additions to, deviations and exclusions from the method")
+
+
+class Ambient(Table):
+    """The ``[conditions]`` table: lowest and highest value during the calibration."""
+
+    temperature_C: Interval | None = Field(None, description="[lowest, highest] air temperature, deg C")
+    humidity_percent: Interval | None = Field(None, description="[lowest, highest] relative humidity, %")
+
+    @model_validator(mode="after")
+    def _rising(self) -> Ambient:
+        for name, bounds in (("temperature_C", (-10, 60)), ("humidity_percent", (0, 100))):
+            pair = getattr(self, name)
+            if pair is not None and not bounds[0] <= pair[0] <= pair[1] <= bounds[1]:
+                raise ValueError(f"{name} as [lowest, highest] between {bounds[0]} and {bounds[1]}")
+        return self
+
+
+class Statements(Table):
+    """The ``[statements]`` table."""
+
+    traceability: Text | None = Field(None, description="how the results are traceable, beside the gauge's certificate")
+    adjustment: Text | None = Field(None, description="adjustment or repair, and results before it")
+    conformity: Text | None = Field(None, description="statement of conformity, if one is made")
+    decision_rule: Text | None = Field(None, description="decision rule of the statement of conformity")
+    external: Text | None = Field(None, description="results that others provided")
+    remarks: Text | None = Field(None, description="anything else")
+
+    @model_validator(mode="after")
+    def _rule_of_a_decision(self) -> Statements:
+        if self.conformity is not None and self.decision_rule is None:
+            raise ValueError("decision_rule beside conformity (ISO/IEC 17025:2017, 7.8.6)")
+        return self
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """The content of ``certificate.toml``."""
+
+    certificate: CertificateHead
+    laboratory: Contact
+    customer: Contact
+    item: Item
+    persons: tuple[Person, ...]
+    method: Method
+    conditions: Ambient
+    statements: Statements
+    path: str = ""
+
+
+_TABLES: dict[str, type[Table]] = {
+    "certificate": CertificateHead,
+    "laboratory": Contact,
+    "customer": Contact,
+    "item": Item,
+    "method": Method,
+    "conditions": Ambient,
+    "statements": Statements,
+}
+
+
+def read_laboratory(path: str | Path) -> Laboratory:
+    """Read and check a ``certificate.toml``; :class:`InputError` names the key that is wrong."""
+    data = read_toml(path)
+    for key in data:
+        if key not in _TABLES and key != "person":
+            expected = ", ".join(f"[{name}]" for name in _TABLES) + " and [[person]]"
+            raise InputError(path, f"table [{key}] is not known", expected=expected)
+    persons = data.get("person", [])
+    if not isinstance(persons, list):
+        raise InputError(path, "persons are an array of tables", found="[person]", expected="[[person]]")
+    tables = {name: check_table(model, data.get(name, {}), path, name) for name, model in _TABLES.items()}
+    people = tuple(check_table(Person, one, path, f"person[{i}]") for i, one in enumerate(persons, 1))
+    return Laboratory(**tables, persons=people, path=str(path))  # type: ignore[arg-type]
+
+
+def check_filled(said: Laboratory) -> None:
+    """:class:`InputError` that names the keys without which nothing may be signed (ISO/IEC 17025:2017, 7.8.2.1)."""
+    head, item = said.certificate, said.item
+    asked = (
+        ("certificate.number", head.number),
+        ("certificate.issued", head.issued),
+        ("certificate.performed_from", head.performed_from),
+        ("certificate.performed_to", head.performed_to),
+        ("laboratory.name", said.laboratory.name),
+        ("laboratory address (street, city or country)", said.laboratory.address),
+        ("customer.name", said.customer.name),
+        ("item.manufacturer", item.manufacturer),
+        ("item.serial or item.owner_number", item.serial or item.owner_number),
+        ("method.name", said.method.name),
+        ("[[person]] with signs = true", any(one.signs for one in said.persons)),
+    )
+    missing = [key for key, value in asked if not value]
+    if missing:
+        found = f"nothing for {', '.join(missing)}"
+        raise InputError(said.path, "the form is not filled in", found=found, expected="each of these stated")
