@@ -23,8 +23,8 @@ _LINES = (("-", CYCLE[6]), ((0, (4, 1.5)), CYCLE[2]), ((0, (1, 1)), CYCLE[3]), (
 def run_chart_figure(tables: Sequence[pd.DataFrame]) -> Figure:
     """Deviation of every probing from the mean of its face by time, placements one after the other.
 
-    ``tables``: of :func:`stepgauge.evaluation.probings.probing_errors`. Where no times were recorded probings are counted;
-    where no temperatures were, their panel is left out.
+    ``tables``: of :func:`stepgauge.evaluation.probings.probing_errors`. Where no times were recorded probings are
+    counted; where no temperatures were, their panel is left out.
     """
     temperatures = [name for name in TEMPERATURES if all(name in table for table in tables)]
     timed = all("time_s" in table for table in tables)

@@ -1,13 +1,13 @@
 """Moves to program text through a Jinja template, a shipped one or the user's own, in Jinja's sandbox.
 
 A template sees ``program`` (``name``, ``tool``, ``stylus``), ``settings`` (the fields of
-:class:`~stepgauge.motion.moves.ProbingSettings`), ``start`` (moves before the first point), ``points`` (each with ``name``,
-``moves`` and ``measure``), ``finish`` (moves after the last point), ``version``, and ``checked``: words on whether the
-text was read back. Every move has ``name`` and ``tip`` (x, y, z of the tip centre); a measuring one also ``contact``
-(surface point), ``approach`` and ``normal`` (unit vectors) and ``search_end``. All of it are copied values: a template
-cannot reach the plan. Filters: ``fixed(n)`` prints n decimals and never -0; ``plain`` keeps letters, digits, space,
-dot, dash and underscore. A template may extend a shipped one by its file name, and then states only the blocks that
-differ.
+:class:`~stepgauge.motion.moves.ProbingSettings`), ``start`` (moves before the first point), ``points`` (each with
+``name``, ``moves`` and ``measure``), ``finish`` (moves after the last point), ``version``, and ``checked``: words on
+whether the text was read back. Every move has ``name`` and ``tip`` (x, y, z of the tip centre); a measuring one also
+``contact`` (surface point), ``approach`` and ``normal`` (unit vectors) and ``search_end``. All of it are copied values:
+a template cannot reach the plan. Filters: ``fixed(n)`` prints n decimals and never -0; ``plain`` keeps letters, digits,
+space, dot, dash and underscore. A template may extend a shipped one by its file name, and then states only the blocks
+that differ.
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ def render(program: Program, dialect: Dialect, template: str | Path | None = Non
     """Program text of a dialect, with its shipped template or with the template file given.
 
     :class:`InputError` names the line of a template that fails: syntax, an unknown name, something the sandbox forbids;
-    and a line of the text that a controller may read in another way (:func:`stepgauge.files.templating.check_printable`).
+    and a line of the text that a controller may read in another way
+    (:func:`stepgauge.files.templating.check_printable`).
     """
     source = Path(template) if template else folder("templates") / "programs" / dialect.template
     text = fill_template(source, "programs", _context(program, dialect, checked))
