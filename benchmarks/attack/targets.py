@@ -62,6 +62,7 @@ def _measure() -> None:
         call("plan", "placement.toml", *common, "-d", dialect, *plan)
     run = ("-p", "placement.toml", "--seed", 3, "--gauge-temperature", 20.4, "-o", "recording.csv")
     call("simulate", "program.dmi", *common, *run)
+    call("init", "project", *common, "-d", "dmis", "--operator", "A. Person")
     call("evaluate", "recording.csv", "-g", "step-gauge-420.toml", "-o", "result")
     call("budget", "recording.csv", *common, "-p", "placement.toml", "--runs", 0, "-o", "result")
     call("dcc", "export-gauge", "step-gauge-420.toml", "-c", "gauge-laboratory.toml", "-o", "gauge.xml")
@@ -86,6 +87,7 @@ def _sphere(path: Path) -> None:
 
 def readers(place: Path) -> list[Target]:
     """Every reader by the function that its verbs call."""
+    from stepgauge.cli import VERBS
     from stepgauge.compensation import TableOptions, axis_faces, make_table
     from stepgauge.dcc.read import parse_document
     from stepgauge.dcc.xml import read_xml
@@ -100,6 +102,8 @@ def readers(place: Path) -> list[Target]:
     from stepgauge.probes.files import read_points
     from stepgauge.probes.qualification import read_qualification
     from stepgauge.programs import read_program
+    from stepgauge.project.file import read_project
+    from stepgauge.project.status import project_status
     from stepgauge.recording import read_recording
     from stepgauge.report.certificate_file import read_laboratory
     from stepgauge.report.reading import read_checked_evaluation
@@ -129,6 +133,7 @@ def readers(place: Path) -> list[Target]:
     tables: list[tuple[str, str, Callable[[Path], Any]]] = [
         ("gauge", "step-gauge-420.toml", read_gauge),
         ("machine", "machine.toml", read_machine),
+        ("project", "project/stepgauge.toml", lambda path: project_status(read_project(path, VERBS))),
         ("probe", "omp40-2-50mm.toml", read_probe),
         ("placement", "placement.toml", lambda path: read_placement(path, gauge)),
         ("certificate", "certificate.toml", read_laboratory),

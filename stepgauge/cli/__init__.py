@@ -5,12 +5,14 @@ from __future__ import annotations
 import importlib
 import shlex
 import sys
+from pathlib import Path
 from typing import Any
 
 import click
 
 from stepgauge import __version__
 from stepgauge.errors import LONGEST, InputError, one_line
+from stepgauge.project.find import find_project
 
 Tasks = dict[str, dict[str, tuple[str, str]]]
 
@@ -34,7 +36,8 @@ class LazyGroup(click.Group):
         if cmd_name not in self.verbs:
             return None
         command: click.Command = importlib.import_module(self.verbs[cmd_name][0]).command
-        return command
+        path = None if ctx.resilient_parsing or cmd_name in NOT_IN_PROJECTS else find_project()
+        return command if path is None else _in_project(command, ctx, path, cmd_name)
 
     def invoke(self, ctx: click.Context) -> Any:
         """What a verb writes is one set of files, which appears when the verb is done."""
@@ -63,8 +66,28 @@ class LazyGroup(click.Group):
             raise click.UsageError(error.message + hint, ctx) from None
 
 
+def _in_project(command: click.Command, ctx: click.Context, path: Path, name: str) -> click.Command:
+    """The verb with what the project file states where an option is left out."""
+    from stepgauge.cli.defaults import with_defaults
+    from stepgauge.project.file import read_project
+
+    verb = (*_words(ctx), name)
+    if isinstance(command, click.Group):
+        return command
+    return with_defaults(command, ctx, read_project(path, VERBS), verb)
+
+
+def _words(ctx: click.Context) -> tuple[str, ...]:
+    """The groups that a verb belongs to, below the program's own name."""
+    return () if ctx.parent is None else (*_words(ctx.parent), str(ctx.info_name))
+
+
+NOT_IN_PROJECTS = ("init", "demo", "shipped", "effects")
+"""Verbs that need nothing of what a project file states, and must run where it is wrong."""
 TASKS: Tasks = {
     "Start here": {
+        "init": ("stepgauge.cli.init", "make a project: one file that states gauge, machine, names"),
+        "status": ("stepgauge.cli.status", "what the project has, and what to do next"),
         "demo": ("stepgauge.cli.demo", "the whole loop on an example, ending in a PDF report"),
         "shipped": ("stepgauge.cli.shipped", "list or copy the shipped gauges, machines, templates"),
     },

@@ -170,6 +170,13 @@ def percent(bar: Any) -> Callable[[int, int], None]:
     return lambda done, total: bar.update(100 * done // total - bar.pos)
 
 
+def is_from_project(name: str) -> bool:
+    """Whether the value of an option (by its Python name) is that of the project file: nobody gave it to this verb."""
+    from click.core import ParameterSource
+
+    return click.get_current_context().get_parameter_source(name) == ParameterSource.DEFAULT_MAP
+
+
 def say(message: str) -> None:
     """A line for the person at the screen, to stderr; stdout is for tables and texts that were asked for."""
     from stepgauge.errors import one_line

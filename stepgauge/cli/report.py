@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from stepgauge.cli.options import machine_option, output, placement_option, say, say_written
+from stepgauge.cli.options import is_from_project, machine_option, output, placement_option, say, say_written
 from stepgauge.cli.stated import NAMES, stated_from, stated_options
 
 
@@ -65,6 +65,8 @@ def command(evaluation: str, output: str, **options: Any) -> None:
     if options["placement_files"] and not options["gauge"]:
         raise click.UsageError("--placement is checked against its gauge: give --gauge as well.")
     sources = read_sources(data, *(options[name] for name in files))
+    if sources.laboratory is not None:
+        options |= dict.fromkeys((name for name in NAMES if is_from_project(name)), "")
     if sources.laboratory is not None and (options["date"] or any(options[name] for name in NAMES)):
         raise click.UsageError("--certificate states number, date, customer, place, persons and remarks itself.")
     stated = stated_from(options)

@@ -1,0 +1,93 @@
+"""What the project file states stands for options that are left out; the command line and the environment win."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+from stepgauge.cli.options import say
+from stepgauge.errors import InputError
+from stepgauge.project.file import Project, check_options
+from stepgauge.project.find import NAME
+
+PATHS = {"FILE", "[FILE]", "FOLDER", "PATH", "GAUGE", "MACHINE", "PROBE", "P", "B", "BUDGET", "PDF", "XSD", "RECORDING"}
+"""Placeholders of options that take a path, which the project file states as seen from its own folder."""
+
+
+def with_defaults(command: click.Command, ctx: click.Context, project: Project, verb: tuple[str, ...]) -> click.Command:
+    """The command of ``verb`` with what the project states as its defaults, told when it runs."""
+    options = {_long(one): one for one in command.params if isinstance(one, click.Option)}
+    check_options(project, verb, options)
+    own = project.table(verb)
+    stated = {**project.common, **own}
+    values: dict[str, Any] = {}
+    for key, value in stated.items():
+        option = options.get(key)
+        if option is None or not option.name or (key not in own and option.multiple):
+            continue  # what takes one file per placement of the gauge is no matter for all verbs
+        if not _is_missing(option, value, project):
+            values[option.name] = _value(option, key, value, project)
+            _check(option, key, values[option.name], ctx, project)
+    ctx.default_map = {**(ctx.default_map or {}), verb[-1]: values}
+    told = copy.copy(command)
+    told.callback = _telling(command.callback)
+    return told
+
+
+def _long(option: click.Option) -> str:
+    """The long name of an option without its dashes: the key that stands for it."""
+    return max(option.opts, key=len).lstrip("-")
+
+
+def _is_missing(option: click.Option, value: Any, project: Project) -> bool:
+    """Whether the verb can do without this and it is not there yet: a placement before ``locate`` wrote it."""
+    if option.required or option.metavar not in PATHS or not isinstance(value, str):
+        return False
+    return bool(Path(value).suffix) and not Path(project.place(value)).exists()
+
+
+def _check(option: click.Option, key: str, value: Any, ctx: click.Context, project: Project) -> None:
+    """The value as the option takes it; what it refuses is told with the file and the key, not with the option."""
+    try:
+        option.type_cast_value(ctx, value)
+    except click.BadParameter as error:
+        found = value if isinstance(value, str) else repr(value)
+        raise InputError(project.path, f"key {key} is wrong", found=found, expected=error.message) from None
+
+
+def _value(option: click.Option, key: str, value: Any, project: Project) -> Any:
+    many = value if isinstance(value, list) else [value]
+    if option.metavar in PATHS:
+        many = [project.place(one) if isinstance(one, str) else one for one in many]
+    if option.multiple:
+        return many
+    if isinstance(value, list) and option.nargs == 1:
+        raise InputError(project.path, f"key {key} is a list", expected="one value")
+    return many if isinstance(value, list) else many[0]
+
+
+def _telling(callback: Any) -> Any:
+    """The verb, after one line on what it takes from the project file: a value that nobody typed must be seen."""
+
+    def run(*args: Any, **kwargs: Any) -> Any:
+        ctx = click.get_current_context()
+        taken = [
+            f"--{_long(option)} {_shown(ctx.params[option.name])}"
+            for option in ctx.command.params
+            if isinstance(option, click.Option)
+            and option.name
+            and ctx.get_parameter_source(option.name) == ParameterSource.DEFAULT_MAP
+        ]
+        if taken:
+            say(f"from {NAME}: {', '.join(taken)}")
+        return callback(*args, **kwargs)
+
+    return run
+
+
+def _shown(value: Any) -> str:
+    return " ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)

@@ -1,0 +1,1 @@
+"""A project: a folder with a file ``stepgauge.toml`` that states once what every verb would have to be given."""

@@ -1,0 +1,141 @@
+"""What a project has, what is wrong with it or older than what it was made from, and what to do next."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from stepgauge.errors import InputError
+from stepgauge.files.text import read_result
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import Placement, read_placement
+from stepgauge.machine.file import read_machine
+from stepgauge.project.create import OUTPUTS, RECORDINGS
+from stepgauge.project.file import Project
+from stepgauge.recording import Recording, read_recording
+
+MOST = 1000
+"""Recordings and results that are looked at; more belong into a store."""
+RESULT_KINDS = ("evaluation", "budget", "diagnosis")
+
+
+@dataclass(frozen=True)
+class Item:
+    """One thing of a project: what it is, its path as typed, what is in it; ``wrong``: it cannot be used."""
+
+    what: str
+    path: str
+    said: str
+    wrong: bool = False
+
+
+@dataclass(frozen=True)
+class Status:
+    """What is there, and the next command with the reason for it."""
+
+    items: tuple[Item, ...]
+    command: str
+    reason: str
+
+
+def project_status(project: Project) -> Status:
+    """Read what the project names and what lies in its folders; nothing is raised for what is wrong with a file."""
+    items = [_named(project, "gauge", _gauge_words), _named(project, "machine", _machine_words)]
+    gauge = None if items[0].wrong else read_gauge(_path(project, "gauge"))
+    items.append(_placement(project, gauge))
+    recordings = list(_recordings(project))
+    results = list(_results(project))
+    return Status((*items, *recordings, *results), *_next(items, recordings, results))
+
+
+def _path(project: Project, key: str) -> str:
+    value = project.values.get(key)
+    if not isinstance(value, str):
+        raise InputError(project.path, f"key {key} is missing", expected="a path, or the name of a shipped file")
+    return project.place(value)
+
+
+def _named(project: Project, key: str, words: Callable[[str], str]) -> Item:
+    try:
+        path = _path(project, key)
+        return Item(key, path, words(path))
+    except InputError as error:
+        return Item(key, str(project.values.get(key, "")), str(error), wrong=True)
+
+
+def _gauge_words(path: str) -> str:
+    gauge = read_gauge(path)
+    stated = gauge.certificate
+    return f"{gauge.table.name}, serial number {gauge.table.serial}; certificate {stated.number} of {stated.date}"
+
+
+def _machine_words(path: str) -> str:
+    machine = read_machine(path)
+    return f"{machine.table.name}; {len(machine.effects)} systematic effects stated"
+
+
+def _placement(project: Project, gauge: Gauge | None) -> Item:
+    value = project.values.get("placement", OUTPUTS["locate"])
+    path = project.place(value) if isinstance(value, str) else str(value)
+    if not isinstance(value, str) or not Path(path).exists():
+        return Item("placement", path, "not there yet", wrong=True)
+    if gauge is None:
+        return Item("placement", path, "not read: there is no gauge", wrong=True)
+    try:
+        return Item("placement", path, _placement_words(read_placement(path, gauge)))
+    except InputError as error:
+        return Item("placement", path, str(error), wrong=True)
+
+
+def _placement_words(placement: Placement) -> str:
+    along = ", ".join(f"{value:+.4f}" for value in placement.axis)
+    return f"blocks {placement.first_block} to {placement.last_block}, axis ({along})"
+
+
+def _recordings(project: Project) -> Iterator[Item]:
+    for path in sorted((project.folder / RECORDINGS).glob("*"))[:MOST]:
+        if path.suffix.lower() in (".csv", ".parquet"):
+            shown = os.path.relpath(path)
+            try:
+                yield Item("recording", shown, _recording_words(read_recording(path)))
+            except InputError as error:
+                yield Item("recording", shown, str(error), wrong=True)
+
+
+def _recording_words(recording: Recording) -> str:
+    placements, rows = len(recording.placements), len(recording.frame)
+    simulated = "; simulated" if "seed" in recording.comments else ""
+    return f"{rows} probings in {placements} placement{'s' if placements > 1 else ''}{simulated}"
+
+
+def _results(project: Project) -> Iterator[Item]:
+    for kind in RESULT_KINDS:
+        for path in sorted(project.folder.glob(f"**/{kind}.json"))[:MOST]:
+            shown = os.path.relpath(path.parent)
+            try:
+                read_result(path, kind)
+                yield Item(kind, shown, "up to date")
+            except InputError as error:
+                yield Item(kind, shown, str(error), wrong=True)
+
+
+def _next(items: list[Item], recordings: list[Item], results: list[Item]) -> tuple[str, str]:
+    """The next command and why; the first thing that is missing or wrong decides."""
+    for item in items[:2]:
+        if item.wrong:
+            return "stepgauge shipped", f"state a {item.what} in the project file; these are shipped"
+    if items[2].wrong:
+        return "stepgauge locate POINTS.csv", "probe the 16 points, and find how the gauge lies"
+    usable = [one for one in recordings if not one.wrong]
+    if not usable:
+        return f"stepgauge plan {items[2].path}", "write the measuring program; run it, and 'import' what was measured"
+    done = {one.what: one for one in results if not one.wrong}
+    if "evaluation" not in done:
+        return f"stepgauge evaluate {usable[-1].path}", "find the errors of the machine"
+    if "budget" not in done:
+        return f"stepgauge budget {usable[-1].path}", "state the uncertainty of these errors"
+    if "diagnosis" not in done:
+        return f"stepgauge diagnose {usable[-1].path}", "find what the machine file does not explain"
+    return f"stepgauge report {done['evaluation'].path}", "write the report"

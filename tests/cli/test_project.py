@@ -1,0 +1,131 @@
+"""The project file: found upward, taken where an option is left out, told; what is wrong in it is named."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from stepgauge.cli import TASKS, cli
+from stepgauge.cli.defaults import PATHS
+from stepgauge.project.file import COMMON
+from tests.cli.conftest import Run
+from tests.conftest import ROOT
+
+
+@pytest.fixture
+def project(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A new project with the 16 points of the demo, as the working folder."""
+    for name in ("STEPGAUGE_GAUGE", "STEPGAUGE_MACHINE"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.chdir(tmp_path)
+    made = run("init", "mine", "-g", "step-gauge-420", "-m", "bridge-cmm", "-d", "dmis", "--operator", "A. Person")
+    assert made.code == 0
+    assert "mine/stepgauge.toml" in made.err
+    shutil.copy(ROOT / "examples/demo/points.csv", tmp_path / "mine")
+    monkeypatch.chdir(tmp_path / "mine")
+    return tmp_path / "mine"
+
+
+def test_the_loop_needs_no_option_in_a_project(
+    run: Run, project: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every command that 'status' names next, with the file that only a person can name, until all is there."""
+    said = run("locate", "points.csv")
+    assert said.code == 0
+    assert "from stepgauge.toml: --gauge gauge/step-gauge-420.toml, --output placement.toml" in said.err
+    assert run("plan", "placement.toml").code == 0
+    assert run("simulate", "program.dmi", "--seed", 3).code == 0
+    (project / "deep/er").mkdir(parents=True)
+    monkeypatch.chdir(project / "deep/er")
+    said = run("evaluate", "../../recordings/virtual.csv")
+    assert said.code == 0
+    assert "--gauge ../../gauge/step-gauge-420.toml" in said.err
+    monkeypatch.chdir(project)
+    assert (project / "results/evaluation/evaluation.json").exists()
+    shown = run("status").out
+    assert re.search(r"next +stepgauge budget recordings/virtual.csv", shown)
+    assert "210 probings in 1 placement; simulated" in shown
+    said = run("report", "results/evaluation")
+    assert said.code == 0
+    assert "--placement placement.toml" in said.err
+    assert "--operator A. Person" in said.err
+    (project / "recordings/virtual.csv").write_text((project / "recordings/virtual.csv").read_text() + "\n")
+    assert re.search(r"evaluation +results/evaluation\n +! .*changed", run("status").out)
+
+
+def test_the_command_line_wins_then_the_environment(run: Run, project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    said = run("locate", "points.csv", "-g", "step-gauge-420", "-o", "mine.toml")
+    assert said.code == 0
+    assert "--gauge" not in said.err
+    assert (project / "mine.toml").exists()
+    monkeypatch.setenv("STEPGAUGE_MACHINE", "machining-centre")
+    said = run("locate", "points.csv", "-o", "mine.toml")
+    assert "--machine" not in said.err
+
+
+def test_status_says_what_comes_next(run: Run, project: Path) -> None:
+    assert re.search(r"placement +placement.toml\n +! not there yet\nnext +stepgauge locate", run("status").out)
+    (project / "gauge/step-gauge-420.csv").unlink()
+    shown = run("status").out
+    assert re.search(r"gauge .*\n +! .*step-gauge-420.csv", shown)
+    assert re.search(r"next +stepgauge shipped", shown)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ('gague = "step-gauge-420"', r"stepgauge.toml: key gague is not known; expected gauge\?"),
+        ('[evalute]\noutput = "x"', r"table \[evalute\] is not known; expected evaluate\?"),
+        ("[locate]\nrepeatibility = 1.0", r"key repeatibility in \[locate\] is not known; expected repeatability\?"),
+        (
+            "[locate]\nrepeatability = -1.0",
+            r"key repeatability is wrong; found -1.0; expected -1.0 is not in",
+        ),
+        ('[locate]\nblocks = ["1:3"]', "key blocks is a list; expected one value"),
+        ("operator = ", "not valid TOML"),
+        ("tip-radius = nan", "key tip-radius is wrong"),
+    ],
+)
+def test_what_is_wrong_in_the_file_is_named(run: Run, project: Path, line: str, words: str) -> None:
+    (project / "stepgauge.toml").write_text(f'gauge = "gauge/step-gauge-420.toml"\n{line}\n')
+    said = run("locate", "points.csv", "-o", "placement.toml")
+    assert said.code == 2
+    assert re.search(words, said.err)
+    assert len(said.err.strip().splitlines()) == 1
+    assert not (project / "placement.toml").exists()
+
+
+def test_nothing_is_overwritten(run: Run, project: Path) -> None:
+    before = (project / "stepgauge.toml").read_bytes()
+    said = run("init", "-g", "step-gauge-420", "-m", "bridge-cmm")
+    assert said.code == 2
+    assert "exists already" in said.err
+    assert (project / "stepgauge.toml").read_bytes() == before
+
+
+def test_where_nobody_can_be_asked_what_is_missing_is_named(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "stepgauge", "init", tmp_path / "new"], stdin=subprocess.DEVNULL, capture_output=True,
+        text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "Missing option '--gauge'" in done.stderr
+    assert not (tmp_path / "new").exists()
+
+
+def test_the_keys_at_the_top_are_options_of_several_verbs() -> None:
+    """And every option with a path is known to have one, so that it is seen from the project's folder."""
+    import click
+
+    context = click.Context(cli, resilient_parsing=True)
+    verbs = [cli.get_command(context, verb) for group in TASKS.values() for verb in group]
+    options = [one for verb in verbs if verb for one in verb.params if isinstance(one, click.Option)]
+    names = [max(one.opts, key=len).lstrip("-") for one in options]
+    assert {name for name in COMMON if names.count(name) < 2} == set()
+    words = {"GAUGE", "MACHINE", "FILE", "FOLDER", "PATH"}
+    assert {one.metavar for one in options if one.metavar and words & set(re.findall("[A-Z]+", one.metavar))} <= PATHS
