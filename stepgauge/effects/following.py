@@ -11,7 +11,6 @@ from stepgauge.effects.geometry import PowerOfCoordinate
 from stepgauge.effects.motion import moved
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.thermal import REFERENCE_C, begins_s, hours_since
-from stepgauge.files.config import Vector3
 
 LAG = "T: the column, or the column minus another, after a first-order lag"
 

@@ -40,7 +40,7 @@ class CompensatedPoints:
 def compensate_points(
     points: ProbedPoints, found: Qualification, method: Method = "lobed", where: str | Path = "qualification"
 ) -> CompensatedPoints:
-    """Correct for the pre-travel (:func:`~stepgauge.probes.qualification.compensated_centres_mm`) and for the tip radius.
+    """Correct for pre-travel (:func:`~stepgauge.probes.qualification.compensated_centres_mm`) and for the tip radius.
 
     :class:`InputError` where the points were compensated before, and in the name of ``where`` if the qualification
     lacks what the method needs.
