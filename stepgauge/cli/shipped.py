@@ -40,7 +40,7 @@ def command(name: str | None, copy_to: str | None) -> None:
     from stepgauge.files.outputs import finish_left
 
     finish_left(copy_to)
-    for path in [known[0], known[0].with_suffix(".csv")]:
+    for path in dict.fromkeys([known[0], known[0].with_suffix(".csv")]):
         if path.exists():
             target = Path(copy_to) / path.name
             if target.exists():

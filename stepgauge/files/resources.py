@@ -57,13 +57,14 @@ def shipped_files() -> dict[str, tuple[Path, str]]:
         "templates/compensation": "compensation template",
         "templates/reports": "report template",
     }
+    points = folder("examples/demo") / "points.csv"
     return {
         path.name: (path, purpose)
         for place, purpose in purposes.items()
         if _has(place)
         for path in sorted(folder(place).iterdir())
         if path.suffix in (".toml", ".j2", ".typ")
-    }
+    } | {points.name: (points, "16 probed points (example)")}
 
 
 def _has(place: str) -> bool:

@@ -1,0 +1,63 @@
+"""The documentation site: ``pip install '.[docs]'``, then ``sphinx-build -W docs site``."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sys
+from pathlib import Path
+
+from sphinx.application import Sphinx
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+
+from stepgauge import __version__  # noqa: E402
+
+project = "stepgauge"
+author = "the stepgauge team"
+release = version = __version__
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.mathjax",
+    "sphinx_gallery.gen_gallery",
+]
+myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
+myst_heading_anchors = 4
+exclude_patterns = ["gallery", "figures"]
+nitpicky = False
+html_theme = "furo"
+html_title = f"stepgauge {release}"
+autodoc_typehints = "description"
+autodoc_member_order = "bysource"
+sphinx_gallery_conf = {
+    "examples_dirs": ["gallery"],
+    "gallery_dirs": ["_gallery"],
+    "filename_pattern": "/plot_",
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "show_memory": False,
+    "remove_config_comments": True,
+}
+suppress_warnings = ["config.cache"]
+
+
+def _write_reference(app: Sphinx) -> None:
+    from reference import write_reference
+
+    for name in ("_reference", "_gallery"):  # nothing of an earlier build stays
+        shutil.rmtree(HERE / name, ignore_errors=True)
+    write_reference(HERE / "_reference")
+
+
+def _outside(app: Sphinx, name: str, source: list[str]) -> None:
+    """Links to pages of the repository that are not part of the site become their paths in it."""
+    source[0] = re.sub(r"\[([^\]]+)\]\(\.\./((?:examples|benchmarks)/[^)]+|README\.md[^)]*)\)", r"\1 (`\2`)", source[0])
+
+
+def setup(app: Sphinx) -> None:
+    """Write the pages that follow from the code before Sphinx looks for pages."""
+    app.connect("source-read", _outside)
+    app.connect("config-inited", lambda app, _: _write_reference(app))

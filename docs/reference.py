@@ -1,0 +1,262 @@
+"""Pages of the site that follow from the code: verbs and options, files and their keys, effects and their figures."""
+
+from __future__ import annotations
+
+import inspect
+import tomllib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from pydantic import BaseModel
+
+from stepgauge.cli import TASKS, cli
+from stepgauge.effects import Effect, Parameter, Probings, Setting, along_approach_um, effect_kinds, make_effects
+from stepgauge.effects.compensation import COLUMNS as TABLE_COLUMNS
+from stepgauge.figures.style import CYCLE
+from stepgauge.gauge.certified import CertificateTable, GaugeTable, read_gauge
+from stepgauge.machine.file import MachineTable, read_machine
+from stepgauge.project.file import COMMON
+
+ROOT = Path(__file__).resolve().parent.parent
+EXAMPLES = ROOT / "benchmarks" / "every-effect.toml"
+DIRECTIONS = {
+    "along x": (1.0, 0.0, 0.0),
+    "along y": (0.0, 1.0, 0.0),
+    "rising along a body diagonal": (0.64, 0.6, 0.48),
+}
+CYCLES = 5
+
+
+def write_reference(folder: Path) -> None:
+    """All generated pages, in ``folder``."""
+    for name in ("verbs", "effects"):
+        (folder / name).mkdir(parents=True, exist_ok=True)
+    write_verbs(folder / "verbs")
+    write_effects(folder / "effects")
+    (folder / "files.md").write_text(files_page(), encoding="utf-8")
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    """A Markdown table; bars in cells are escaped."""
+    lines = [list(head), *[[str(cell) for cell in row] for row in rows]]
+    lines.insert(1, ["---"] * len(lines[0]))
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines) + "\n"
+
+
+def write_verbs(folder: Path) -> None:
+    """A page per verb, and one that lists them by task."""
+    context = click.Context(cli, info_name="stepgauge", resilient_parsing=True)
+    listed = ["# Verbs", ""]
+    names = []
+    for task, verbs in TASKS.items():
+        listed += [f"## {task}", ""]
+        for verb, (_, purpose) in verbs.items():
+            command = cli.get_command(context, verb)
+            assert command is not None
+            page = verb_page(command, context, verb)
+            (folder / f"{verb}.md").write_text(page, encoding="utf-8")
+            listed.append(f"- [`{verb}`]({verb}.md): {purpose}")
+            names.append(verb)
+        listed.append("")
+    listed += ["```{toctree}", ":hidden:", "", *names, "```", ""]
+    (folder / "index.md").write_text("\n".join(listed), encoding="utf-8")
+
+
+def verb_page(command: click.Command, parent: click.Context, name: str) -> str:
+    """Usage, explanation and options of a verb; of a group, those of its verbs one after the other."""
+    context = click.Context(command, info_name=name, parent=parent, resilient_parsing=True)
+    if not isinstance(command, click.Group):
+        return f"# `{name}`\n\n" + verb_text(command, context)
+    parts = [f"# `{name}`\n\n{inspect.cleandoc(command.help or '')}\n"]
+    for verb in command.list_commands(context):
+        one = command.get_command(context, verb)
+        assert one is not None
+        inner = click.Context(one, info_name=verb, parent=context, resilient_parsing=True)
+        parts.append(f"## `{name} {verb}`\n\n" + verb_text(one, inner))
+    return "\n".join(parts)
+
+
+def verb_text(command: click.Command, context: click.Context) -> str:
+    """Usage line, the help in paragraphs (examples as they are typed), and the table of options."""
+    usage = " ".join([context.command_path, *command.collect_usage_pieces(context)])
+    parts = [f"```text\n{usage}\n```\n"]
+    for paragraph in inspect.cleandoc(command.help or "").split("\n\n"):
+        if paragraph.startswith("\b\n"):
+            parts.append(f"```text\n{paragraph[2:]}\n```\n")
+        else:
+            parts.append(paragraph.replace("*", "\\*").replace("<", "\\<") + "\n")
+    rows = []
+    for option in command.params:
+        record = option.get_help_record(context) if isinstance(option, click.Option) else None
+        if record is not None:
+            rows.append((f"`{record[0]}`", record[1].replace("*", "\\*").replace("<", "\\<")))
+    return "\n".join(parts) + "\n" + table(("option", "meaning"), rows)
+
+
+def files_page() -> str:
+    """Keys of the files that people write."""
+    parts = ["# Files", "", "Keys of the TOML files, as they are checked when a file is read.", ""]
+    for title, model in (
+        ("Gauge file, `[gauge]`", GaugeTable),
+        ("Gauge file, `[certificate]`", CertificateTable),
+        ("Machine file, `[machine]`", MachineTable),
+    ):
+        parts += [f"## {title}", "", keys_of(model)]
+    parts += [
+        "## Project file `stepgauge.toml`",
+        "",
+        "Keys at the top; a table `[VERB]` takes every option of a verb.",
+        "",
+    ]
+    parts.append(table(("key", "meaning"), ((f"`{key}`", meaning) for key, meaning in COMMON.items())))
+    return "\n".join(parts)
+
+
+def keys_of(model: type[BaseModel]) -> str:
+    """The fields of a table with their meaning and default."""
+    rows = []
+    for name, field in model.model_fields.items():
+        default = (
+            "required" if field.is_required() else f"`{field.default}`" if field.default is not None else "optional"
+        )
+        rows.append((f"`{name}`", field.description or "", default))
+    return table(("key", "meaning", "default"), rows)
+
+
+def write_effects(folder: Path) -> None:
+    """A page per effect with equation, parameters and how it looks in a recording."""
+    examples = example_effects(folder)
+    kinds = effect_kinds(every=True)
+    listed = [
+        "# Systematic effects",
+        "",
+        "What a machine file can state under `[[effect]]` and a diagnosis can name.",
+        "",
+    ]
+    for kind in sorted(kinds):
+        picture = folder / f"{kind}.svg"
+        axis, figure = effect_figure(examples[kind])
+        figure.savefig(picture, metadata={"Date": None})
+        (folder / f"{kind}.md").write_text(effect_page(kinds[kind], examples[kind], axis), encoding="utf-8")
+        listed.append(f"- [`{kind}`]({kind}.md): {kinds[kind].title()}")
+    listed += ["", "```{toctree}", ":hidden:", "", *sorted(kinds), "```", ""]
+    (folder / "index.md").write_text("\n".join(listed), encoding="utf-8")
+
+
+def example_effects(folder: Path) -> dict[str, Effect]:
+    """One effect of every kind with values as they occur."""
+    (folder / "map.csv").write_text("coordinate_mm,error\n0,0\n300,3\n700,-1\n", encoding="utf-8")
+    (folder / "table.csv").write_text(",".join(TABLE_COLUMNS) + "\n0,0,0,0,0\n700,5,3,0,0\n", encoding="utf-8")
+    stated: list[dict[str, Any]] = tomllib.loads(EXAMPLES.read_text(encoding="utf-8"))["effect"]
+    return {effect.kind: effect for effect in make_effects(stated, folder / "machine.toml")}
+
+
+def effect_page(effect: type[Effect], example: Effect, axis: str) -> str:
+    """Equation, source, parameters, an example for a machine file, and the figure."""
+    about = inspect.cleandoc(effect.__doc__ or "").replace("``", "`").replace("*", "\\*")
+    rows = [(f"`{p.name}`", p.meaning, p.unit or "–", bounds(p), usual(p)) for p in effect.parameters()]
+    stated = [f"{p.name} = {toml_value(getattr(example, p.name))}" for p in effect.parameters() if p.required]
+    return "\n".join(
+        [
+            f"# `{effect.kind}`",
+            "",
+            about,
+            "",
+            f"```text\n{effect.equation}\n```",
+            "",
+            f"Source: {effect.source}.",
+            "",
+            table(("parameter", "meaning", "unit", "bounds", "on real machines"), rows),
+            "In a machine file:",
+            "",
+            "```toml",
+            "[[effect]]",
+            f'kind = "{effect.kind}"',
+            *stated,
+            "```",
+            "",
+            f"![Displacement along the approach by position and by time]({effect.kind}.svg)",
+            "",
+            f"The displacement along the approach of each probing in {CYCLES} cycles on a gauge of 420 mm that lies"
+            f" {axis}, while the room warms by 1 K in an hour; values of the example above. An effect on the scatter is shown as"
+            " one standard deviation.",
+            "",
+        ]
+    )
+
+
+def bounds(p: Parameter) -> str:
+    """The interval of permitted values, or the words to choose from."""
+    if p.choices:
+        return ", ".join(f"`{one}`" for one in p.choices)
+    low = "" if np.isinf(p.low) else f"{'>' if p.open_low else '≥'} {p.low:g}"
+    high = "" if np.isinf(p.high) else f"{'<' if p.open_high else '≤'} {p.high:g}"
+    return ", ".join(one for one in (low, high) if one) or "–"
+
+
+def usual(p: Parameter) -> str:
+    """The range that occurs on real machines."""
+    return "–" if p.sensible is None else f"{p.sensible[0]:g} to {p.sensible[1]:g}"
+
+
+def toml_value(value: object) -> str:
+    """A value as TOML writes it."""
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, tuple | list):
+        return "[" + ", ".join(map(toml_value, value)) + "]"
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def recording(direction: tuple[float, float, float]) -> tuple[pd.DataFrame, Setting]:
+    """Cycles on the gauge along a direction, with times and temperatures; positions without noise."""
+    gauge, machine = read_gauge("step-gauge-420"), read_machine("bridge-cmm")
+    order = np.tile(np.r_[np.arange(gauge.n_faces)], CYCLES)
+    way = np.where(order % 2 == 0, 1.0, -1.0)
+    axis = np.array(direction)
+    place = np.array([100.0, 150.0, 100.0]) + (gauge.position_mm[order] - 2.0 * way)[:, None] * axis
+    time_s = 4.0 * np.arange(len(order))
+    columns: dict[str, Any] = {"placement": 1, "cycle": np.arange(len(order)) // gauge.n_faces + 1, "face": order + 1}
+    columns |= {f"{name}_mm": place[:, i] for i, name in enumerate("xyz")}
+    columns |= {f"approach_{letter}": way * axis[i] for i, letter in enumerate("ijk")}
+    warm_C = 20.0 + time_s / 3600.0
+    columns |= {"time_s": time_s, "speed_mm_s": np.where(columns["cycle"] > 3, 8.0, 3.0)}
+    columns |= {"gauge_temperature_C": warm_C, "scale_temperature_C": warm_C, "air_temperature_C": warm_C + 0.5}
+    return pd.DataFrame(columns), Setting.of(machine, gauge, {1: axis})
+
+
+def effect_figure(effect: Effect) -> tuple[str, Figure]:
+    """The direction of the gauge in which the effect is largest, and the figure of the effect there."""
+    shown: dict[str, tuple[pd.DataFrame, np.ndarray]] = {}
+    for name, direction in DIRECTIONS.items():
+        frame, setting = recording(direction)
+        probings = Probings(frame, setting)
+        scatter = effect.scatter_um(probings)
+        um = along_approach_um(effect, probings) if scatter is None else scatter
+        shown[name] = frame, np.broadcast_to(np.asarray(um, float), (len(frame),))
+    name = max(shown, key=lambda one: float(np.ptp(shown[one][1])))
+    return name, _draw(*shown[name])
+
+
+def _draw(frame: pd.DataFrame, um: np.ndarray) -> Figure:
+    figure = Figure(figsize=(7.0, 2.8), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True)
+    start = frame[["x_mm", "y_mm", "z_mm"]].iloc[0].to_numpy(float)
+    along = np.linalg.norm(frame[["x_mm", "y_mm", "z_mm"]].to_numpy(float) - start, axis=1)
+    for side, mark, words in ((1, ">", "fronts, forward"), (0, "<", "backs, backward")):
+        rows = (frame["face"] % 2 == side).to_numpy()
+        style = {"ls": "", "marker": mark, "ms": 3.5, "color": CYCLE[0 if side else 1], "alpha": 0.8}
+        left.plot(along[rows], um[rows], label=words, **style)
+        right.plot(frame["time_s"].to_numpy()[rows] / 60.0, um[rows], **style)
+    left.set_xlabel("position along the gauge (mm)")
+    right.set_xlabel("time (min)")
+    left.set_ylabel("displacement (µm)")
+    for axes in (left, right):
+        axes.grid(alpha=0.3)
+    figure.legend(loc="outside upper center", ncols=2, frameon=False)
+    return figure

@@ -1,0 +1,44 @@
+"""The documentation site: it builds without warnings, and what its pages show can be run."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from stepgauge.cli import VERBS
+from stepgauge.effects import effect_kinds
+from tests.conftest import ROOT
+from tests.shell import run_blocks, shell_blocks
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a POSIX shell with named pipes")
+def test_the_tutorial_runs_in_an_empty_folder(
+    tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("STEPGAUGE_GAUGE", "STEPGAUGE_MACHINE"):
+        monkeypatch.setenv(name, "")
+    done = run_blocks(shell_blocks(ROOT / "docs/tutorial.md"), tmp_path_factory.mktemp("pipes"))
+    assert done.returncode == 0, done.stderr
+    made = tmp_path / "my-machine/results"
+    assert (made / "report.pdf").stat().st_size > 10_000
+    assert '"verdict": "adequate"' in (made / "diagnosis/diagnosis.json").read_text()
+
+
+@pytest.mark.skipif(importlib.util.find_spec("sphinx") is None, reason="needs the extra 'docs'")
+def test_the_site_builds_without_warnings_and_has_a_page_for_every_verb_and_effect(tmp_path: Path) -> None:
+    """With the gallery, whose examples run; a link that leads nowhere is a warning."""
+    build = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-d", str(tmp_path / "trees")]
+    variables = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [*build, str(ROOT / "docs"), str(tmp_path / "site")], env=variables, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    pages = tmp_path / "site/_reference"
+    assert {path.stem for path in (pages / "verbs").glob("*.html")} == {*VERBS, "index"}
+    assert {path.stem for path in (pages / "effects").glob("*.html")} == {*effect_kinds(every=True), "index"}
