@@ -182,9 +182,9 @@ def effect_page(effect: type[Effect], example: Effect, axis: str) -> str:
             "",
             f"![Displacement along the approach by position and by time]({effect.kind}.svg)",
             "",
-            f"The displacement along the approach of each probing in {CYCLES} cycles on a gauge of 420 mm that lies"
-            f" {axis}, while the room warms by 1 K in an hour; values of the example above. An effect on the scatter is shown as"
-            " one standard deviation.",
+            f"The displacement of each probing along its approach, in {CYCLES} cycles on a gauge of 420 mm that lies"
+            f" {axis}, while the room warms by 1 K in an hour; values of the example above. An effect on the scatter is"
+            " shown as one standard deviation.",
             "",
         ]
     )
