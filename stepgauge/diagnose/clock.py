@@ -50,14 +50,14 @@ def told_by_clock(finding: Finding, start_s: float) -> Finding:
         return finding
     choices = dict(finding.choices)
     since = getattr(effect, "start_s", choices.get("start_s"))
-    if isinstance(since, float):
+    if isinstance(since, float) and "start_s" not in finding.parameters:
         choices["start_s"] = since + start_s
     if effect is None:
         return replace(finding, choices=choices)
     moved = {name: getattr(effect, name) + start_s for name in TIMES if hasattr(effect, name)}
     parameters = dict(finding.parameters)
-    if "time_s" in parameters:
-        parameters["time_s"] = replace(parameters["time_s"], value=parameters["time_s"].value + start_s)
+    for name in set(TIMES) & set(parameters):
+        parameters[name] = replace(parameters[name], value=parameters[name].value + start_s)
     if "phase_deg" in parameters and _turns(effect, start_s):
         parameters["phase_deg"] = _phase(effect, parameters, start_s)
         moved["phase_deg"] = parameters["phase_deg"].value

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.library import SEEN_SHARE, pauses_s
+from stepgauge.diagnose.choices import pauses_s
+from stepgauge.diagnose.library import SEEN_SHARE
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.recording import COUNTS, OPTIONAL, REQUIRED
 
@@ -24,8 +25,6 @@ TOUCHES = "touches since a pause"
 TURNING = "way since turning round"
 REST = "rest before the touch"
 WAY = "direction of travel"
-FEWEST_BACK = 0.2
-"""Least share of the touches in each direction of travel for a difference between the directions to be tested."""
 SIDES = ("approach", "gauge", "front", "back")
 """Along every approach; along the gauge axis; on front faces only; on back faces only."""
 AXES = ("x", "y", "z")
@@ -142,12 +141,6 @@ def length_mm(side: str, data: Residuals) -> Array:
 def along_mm(side: str, data: Residuals) -> Array:
     """The coordinate along a side: a machine axis, or the gauge, mm."""
     return data.probings.coordinate_mm(side) if side in AXES else data.probings.certified_mm()
-
-
-def goes_both_ways(data: Residuals) -> bool:
-    """Whether there are enough touches in each direction to compare the directions."""
-    way = data.probings.way()
-    return bool(min((way > 0).sum(), (way < 0).sum()) >= FEWEST_BACK * len(data))
 
 
 def runs_of(data: Residuals) -> tuple[NDArray[np.int64], NDArray[np.intp]]:

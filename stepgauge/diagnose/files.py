@@ -22,6 +22,7 @@ from stepgauge.diagnose.holdout import holdout_rms, make_folds
 from stepgauge.diagnose.machine_text import effect_table, machine_text
 from stepgauge.diagnose.posterior.search import Step
 from stepgauge.diagnose.practice import in_practice
+from stepgauge.diagnose.probe_file import probe_file
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.result import Check, Diagnosis, Finding, Located, Member
 from stepgauge.diagnose.solve import Estimate
@@ -76,10 +77,10 @@ def write_diagnosis(
     suffix: str = "png",
     laws: Sequence[UnknownLaw] | None = None,
 ) -> list[Path]:
-    """Write a diagnosis into a folder (made if missing).
+    """Write a diagnosis into a folder (made if missing); returns the paths written, the JSON first.
 
-    ``diagnosis.json``, ``diagnosis.md``, ``machine.diagnosed.toml``, the placements of the runs it proposes, and the
-    figures. Nothing is written before all is computed, and every file appears only when complete.
+    ``diagnosis.json``, ``diagnosis.md``, ``machine.diagnosed.toml``, ``probe.diagnosed.toml`` for a tripod, placements
+    of the proposed runs, figures. Nothing is written before all is computed; every file appears only when complete.
 
     Parameters
     ----------
@@ -88,10 +89,6 @@ def write_diagnosis(
     recordings : as they were read, in the order in which they were joined
     suffix : format of the figures: png, svg or pdf
     laws : result of :func:`stepgauge.diagnose.unknown_law.model_unknown`, if already computed
-
-    Returns
-    -------
-    The paths written, the JSON first.
     """
     from stepgauge.diagnose.report import report_text
     from stepgauge.figures.diagnosis import draw_diagnosis, figure_names
@@ -100,12 +97,14 @@ def write_diagnosis(
     laws = model_unknown(diagnosis) if laws is None else laws
     machine, remarks = machine_text(diagnosis, laws, target)
     said = diagnosis_to_dict(diagnosis, Inputs(tuple(recordings)), laws, target)
-    said["remarks"] += remarks
+    probe, more = probe_file(diagnosis)
+    said["remarks"] += remarks + more
     names = figure_names(diagnosis, laws, suffix)
     texts = {
         "diagnosis.json": json.dumps(said, indent=1, allow_nan=False, ensure_ascii=False) + "\n",
         "diagnosis.md": report_text(said, names),
         MACHINE_FILE: machine,
+        **probe,
         **diagnosis.placements,
     }
     for name, text in texts.items():
@@ -270,7 +269,7 @@ def _law(law: UnknownLaw, diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def estimate_json(estimate: Estimate) -> dict[str, Any]:
-    """A number with its standard uncertainty and unit."""
+    """Value, standard uncertainty and unit."""
     return {"value": estimate.value, "u": estimate.u, "unit": estimate.unit}
 
 
@@ -394,6 +393,6 @@ def read_diagnosis(path: str | Path) -> dict[str, Any]:
     except json.JSONDecodeError as error:
         raise InputError(f"{path}:{error.lineno}", f"not valid JSON: {error.msg}") from None
     kind = data.get("format") if isinstance(data, dict) else None
-    if kind != FORMAT:
-        raise InputError(path, "not a diagnosis", found=repr(kind), expected="diagnosis.json of stepgauge diagnose")
-    return data
+    if kind == FORMAT:
+        return data
+    raise InputError(path, "not a diagnosis", found=repr(kind), expected="diagnosis.json of stepgauge diagnose")

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnose.choices import goes_both_ways
 from stepgauge.diagnose.covariates import (
     FEWEST_IN_CYCLE,
     REST,
@@ -22,7 +23,6 @@ from stepgauge.diagnose.covariates import (
     Covariate,
     axes_shown,
     covariates,
-    goes_both_ways,
     lives_on,
     mask,
     runs_of,

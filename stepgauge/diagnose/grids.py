@@ -23,15 +23,27 @@ RHYTHM = np.linspace(0.0, 1.0, 41)
 GRADUAL = 0.1
 """Part of a period from touch to touch below which an oscillation is seen as a gradual change."""
 MOST_TIMES = 1000
+MOST_SPREAD = 1e-3
+"""Share of the span within which touches of one face lie."""
+LEVEL = np.sin(np.radians(2.0))
+"""Share of the stylus' direction in a gauge's axis below which the gauge is square to it."""
+AZIMUTH_STEP_DEG = 5.0
+SEAT_SHARE = 0.2
+"""Of its reaction at rest, at which a bad seat opens: readings show its product with the compliance."""
+CARRIER_MM = 15.0
+"""From the arms of a tripod to the root of its stylus: 14.5 mm in Rodrigues' probe, hidden in all."""
 MOST_TOUCHES = 50.0
 """A probe has settled after some dozens of touches; a longer relaxation depends on time, not on touches."""
 
 
 def parameter_grid(kind: type[Effect], parameter: Parameter, choices: dict[str, Any], data: Residuals) -> list[Any]:
-    """Values of one non-linear parameter to try; a rule by its name, else a dozen over its sensible range."""
-    rule = _RULES.get(parameter.name)
+    """Values of one non-linear parameter to try; a rule by its name, else a dozen over its sensible range.
+
+    None stands for what is there without it: at once, from the beginning, for ever.
+    """
+    rule = _RULES.get(f"{kind.kind}.{parameter.name}", _RULES.get(parameter.name))
     if rule is not None:
-        return list(rule(choices, data))
+        return [value for value in rule(choices, data) if value is not None or not parameter.required]
     if parameter.sensible is None:
         return [parameter.default]
     low, high = parameter.sensible
@@ -84,9 +96,51 @@ def _time_constants_h(_: dict[str, Any], data: Residuals) -> list[float | None]:
     return [None, *np.geomspace(hours / 15.0, hours * 1.5, 9)]
 
 
+def _lags_s(_: dict[str, Any], data: Residuals) -> list[float | None]:
+    return [None, *(_duration_s(data) * np.geomspace(0.0125, 0.4, 6))]
+
+
+def _starts_s(_: dict[str, Any], data: Residuals) -> list[float | None]:
+    """Events during the measurement; with the first and last touches alone nothing is told from a jump or a drift."""
+    first = float(data.frame["time_s"].min())
+    return [None, *(first + _duration_s(data) * np.linspace(0.1, 0.85, 11))]
+
+
 def _places_mm(choices: dict[str, Any], data: Residuals) -> Array:
     x = _coordinate(choices, data)
     return np.linspace(x.min(), x.max(), 61)
+
+
+def _joints_mm(choices: dict[str, Any], data: Residuals) -> Array:
+    """Places well inside the travel: a slope over all of it is a scale's, a gap at its end one face's.
+
+    Of a gap the places between two touches are all one.
+    """
+    x = _coordinate(choices, data)
+    low, high = np.quantile(x, [0.1, 0.9])
+    inside = np.linspace(low, high, 31)
+    if choices["order"] == 1:
+        return inside
+    met = np.sort(x)
+    apart = np.flatnonzero(np.diff(met) > MOST_SPREAD * max(float(np.ptp(x)), 1.0))
+    between = (met[apart] + met[apart + 1]) / 2.0
+    return np.asarray(between[(between > low) & (between < high)])
+
+
+def _worn_mm(choices: dict[str, Any], data: Residuals) -> Array:
+    x = _coordinate(choices, data)
+    return np.linspace(x.min(), x.max(), 17)
+
+
+def _worn_widths_mm(choices: dict[str, Any], data: Residuals) -> Array:
+    """A screw wears over the strokes that it makes, not at a spot."""
+    return np.geomspace(0.12, 0.6, 3) * max(float(np.ptp(_coordinate(choices, data))), 100.0)
+
+
+def _decays_mm(choices: dict[str, Any], data: Residuals) -> Array:
+    """What hardly fades over the longest way to a touch is a reversal, without friction."""
+    longest = max(float(data.probings.run_mm(str(choices["axis"])).max()), 1.0)
+    return np.geomspace(longest / 15.0, 3.0 * longest, 9)
 
 
 def _widths_mm(choices: dict[str, Any], data: Residuals) -> Array:
@@ -108,15 +162,45 @@ def _touches(choices: dict[str, Any], data: Residuals) -> Array:
     return np.geomspace(0.3, float(np.clip(most / 3.0, 1.0, MOST_TOUCHES)), 14)
 
 
+def _levers_mm(_: dict[str, Any], data: Residuals) -> Array:
+    """From the shortest stylus that is in use to the longest; of level gauges it scales the size and is not told."""
+    return (
+        np.array([data.machine.probe.shank_length_mm + CARRIER_MM]) if lie_level(data) else np.geomspace(20.0, 150.0, 5)
+    )
+
+
+def _arm_azimuths_deg(choices: dict[str, Any], data: Residuals) -> Array:
+    """Over what the law repeats in: three arms alike, and of gauges that lie level fronts and backs together, six."""
+    turn = 360.0 if "arm" in choices else 120.0
+    turn = turn / 2.0 if lie_level(data) else turn
+    return np.arange(0.0, turn, AZIMUTH_STEP_DEG if turn < 180.0 else 3.0 * AZIMUTH_STEP_DEG)
+
+
+def lie_level(data: Residuals) -> bool:
+    """Whether all gauges lay square to the stylus."""
+    stylus = np.array(data.machine.probe.stylus_direction)
+    return all(abs(axis @ stylus) < LEVEL for axis in data.probings.setting.axis.values())
+
+
 _RULES: dict[str, Callable[[dict[str, Any], Residuals], Any]] = {
     "period_mm": _periods_mm,
     "period_s": _periods_s,
     "frequency_hz": _frequencies_hz,
     "time_s": _times_s,
     "time_constant_h": _time_constants_h,
+    "scale_joint.at_mm": _joints_mm,
+    "reversal_wear.at_mm": _worn_mm,
+    "reversal_wear.width_mm": _worn_widths_mm,
+    "scale_warm_up.start_s": lambda choices, data: [None],
+    "decay_mm": _decays_mm,
+    "lag_s": _lags_s,
+    "start_s": _starts_s,
     "at_mm": _places_mm,
     "width_mm": _widths_mm,
     "supports_mm": _supports,
     "touches": _touches,
+    "lever_mm": _levers_mm,
+    "arm_azimuth_deg": _arm_azimuths_deg,
+    "share": lambda choices, data: [SEAT_SHARE],
     "mrad": lambda choices, data: [1.0],
 }

@@ -19,6 +19,7 @@ from stepgauge.diagnose.solve import solve
 from stepgauge.effects import Effect
 
 Array = NDArray[np.float64]
+LATE = ("lag_s", "start_s")
 BEYOND = 1.1
 """Factor by which a fitted shape may lie beyond the grid."""
 
@@ -58,7 +59,7 @@ def sizes_of(family: Family, priors: Priors, data: Residuals) -> Sizes:
     assert family.law is not None
     prior = priors.laws.of(family.kind)
     usual = prior.usual * (float(data.gauge.position_mm[-1]) * 1e-3) ** prior.power * _magnified(family, priors, data)
-    if family.positive:
+    if family.kind == "misalignment":
         wide = priors.sizes.about(usual)
         return Sizes(wide.sd**2, wide.log_weight)
     if not any(p.role == "linear" for p in family.law.parameters()):
@@ -84,7 +85,8 @@ def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
     """Logarithms of the prior of each shape ``(atoms,)``.
 
     For a period or a frequency every decade of the physically possible range is equally likely, so that each point of
-    the grid has the share of its step. All other shapes are equally likely.
+    the grid has the share of its step. All other shapes are equally likely, except late ones: all with a lag
+    or with a beginning during the measurement have the odds of a lag.
     """
     count = len(family.atoms)
     for name, (low, high) in priors.shapes.items():
@@ -96,6 +98,10 @@ def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
             high = max(high, float(np.ptp(data.frame["time_s"])) / 2.0)
         share = np.minimum(np.abs(np.median(np.diff(rate))) / rate, 1.0)
         return np.asarray(np.log(share / np.log(high / low)))
+    late = np.array([any(atom.get(name) is not None for name in LATE) for atom in family.atoms])
+    if late.any() and not late.all():
+        share = np.where(late, priors.forms.lag / late.sum(), 1.0 / (~late).sum()) / (1.0 + priors.forms.lag)
+        return np.asarray(np.log(share))
     return np.full(count, -np.log(count))
 
 

@@ -8,48 +8,48 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnose.choices import choices_of, has_free_direction, is_spanned
 from stepgauge.diagnose.grids import parameter_grid
 from stepgauge.diagnose.residuals import Residuals
-from stepgauge.effects import Effect, Parameter, along_approach_um, effect_kinds
-from stepgauge.effects.base import Axis, Vector
+from stepgauge.effects import Effect, along_approach_um, effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.recording import APPROACH
 
 Array = NDArray[np.float64]
 NOT_LAWS = {"axis_compensation", "empirical", "error_map", "outliers", "noise_growth"}
 """Kinds that are not laws of the mean with own parameters: fitted elsewhere or not at all."""
-NEEDS_TIME = {"time", "order"}
 SEEN_SHARE = 0.1
 """Least component along some gauge axis of a direction in which motion is searched."""
 NEAR_AXIS = np.cos(np.radians(5.0))
-MOST_PAUSES = 4
-PAUSE_JUMP = 1.25
-MOST_PAUSED = 0.15
-"""Largest share of touches after a pause: an interval before nearly every touch is not a pause."""
-SHORT_PAUSE_S = 10.0
 ORIGIN_ONLY = 3e-3
 """Share of a signature that must remain beside the origins; below it the signature is an origin."""
 CHUNK = 50_000
 """Numbers computed at a time: they stay in the cache of a processor."""
 
 
+@lru_cache(maxsize=8)
+def whole(count: int) -> Array:
+    """Shares of what shows on all rows alike ``(1, n)``: one array for all laws, so that they are worked on at once."""
+    return np.ones((1, count))
+
+
 @dataclass(frozen=True)
 class Family:
     """One law with its choices made (axis, face, ...) and its signatures.
 
-    ``kind`` is the kind of effect. ``atoms``: the non-linear
-    parameters of each signature; ``pattern (atoms, depth, n)``: displacement in um for a unit of each of its linear
-    parameters, along the approach or where ``shares (k, n)`` are given to be multiplied by each of these: families that
-    differ only in the shares have the same pattern. ``law``: the effect class, None for a form. ``directions (k, 3)``:
-    unit vectors that span a free direction of motion. ``prior``: prior standard deviation of its sizes, infinite for
-    none.
+    ``kind`` is the name in the vocabulary. ``atoms``: the non-linear parameters of each signature; ``pattern (atoms,
+    depth, n)``: displacement in um for a unit of each of its linear parameters, along the approach or where ``shares
+    (k, n)`` are given to be multiplied by each of these: families that differ only in the shares hold the same pattern.
+    ``law``: the effect class, None for a form. ``directions (k, 3)``: unit vectors whose components make the direction
+    of motion, where that is free. ``prior``: standard deviation of what is expected of its sizes, infinite for none.
+    ``taken``: non-linear parameters that the recording does not determine; they are taken to be what is usual.
     """
 
     kind: str
@@ -64,6 +64,7 @@ class Family:
     directions: Array | None = None
     prior: float = np.inf
     shares: Array | None = None
+    taken: frozenset[str] = frozenset()
 
     @cached_property
     def dimension(self) -> int:
@@ -73,7 +74,7 @@ class Family:
     @property
     def share_rows(self) -> Array:
         """The shares, ones where none are given."""
-        return np.ones((1, self.pattern.shape[2])) if self.shares is None else self.shares
+        return whole(self.pattern.shape[2]) if self.shares is None else self.shares
 
     @property
     def columns(self) -> Array:
@@ -82,8 +83,9 @@ class Family:
 
     @cached_property
     def ranges(self) -> dict[str, tuple[float, float]]:
-        """Least and largest value on the grid of every non-linear parameter that is one number."""
+        """Least and largest value on the grid of every non-linear parameter that is one number and no angle."""
         names = [name for name, value in self.atoms[-1].items() if isinstance(value, float | int)]
+        names = [name for name in names if not name.endswith("_deg")]  # an angle goes on beyond a turn
         values = {name: [atom[name] for atom in self.atoms if atom[name] is not None] for name in names}
         return {name: (float(min(tried)), float(max(tried))) for name, tried in values.items()}
 
@@ -99,12 +101,12 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
     """
     directions = _shown(data)
     for kind, law in sorted(effect_kinds().items()):
-        if kind in NOT_LAWS or kind in without or (kind == "lever_arm" and data.machine.probe.model == "constant"):
+        if kind in NOT_LAWS or kind in without:
             continue
-        if NEEDS_TIME & set(law.covariates) and not data.has_time:
-            continue
-        for choices in _choices(law, data):
+        for choices in choices_of(law, data):
             atoms = _atoms(law, choices, data)
+            if not atoms:
+                continue
             try:
                 columns = signatures(law, choices, atoms, data)
             except (InputError, ValueError):
@@ -114,7 +116,7 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
             else:
                 size = _sizes(columns, [np.ones((1, len(data)))])[0]
                 seen = columns if _has_phase(law) else _beside_origins(columns, data)
-                families = _family(law, choices, atoms, seen, size)
+                families = _family(law, choices, atoms, seen, size) if is_spanned(law, seen) else iter(())
             yield from families
 
 
@@ -130,42 +132,10 @@ def _beside_origins(columns: Array, data: Residuals) -> Array:
     return np.where(size > ORIGIN_ONLY * whole, left, columns)
 
 
-def has_free_direction(law: type[Effect]) -> bool:
-    """Whether an effect moves the readings along any direction of the machine."""
-    return "direction" in law.model_fields and law.model_fields["direction"].annotation == Axis | Vector
-
-
-def _choices(law: type[Effect], data: Residuals) -> Iterator[dict[str, Any]]:
-    names = [p for p in law.parameters() if p.role == "choice" or p.name == "pause_s"]
-    values = [_values_of(p, data, law) for p in names]
-    for combination in product(*values):
-        yield dict(zip((p.name for p in names), combination, strict=True))
-
-
-def _values_of(parameter: Parameter, data: Residuals, law: type[Effect]) -> Sequence[Any]:
-    if parameter.name == "face":
-        return [int(face) for face in np.unique(data.face)]
-    if parameter.name == "direction" and has_free_direction(law):
-        return ["approach"]  # what it is along the approach is known by then; the direction takes a share of it
-    if parameter.name == "pause_s":
-        return pauses_s(data)
-    return parameter.choices or (parameter.default,)
-
-
 def _atoms(law: type[Effect], choices: dict[str, Any], data: Residuals) -> list[dict[str, Any]]:
     nonlinear = [p for p in law.parameters() if p.role == "nonlinear" and p.name != "phase_deg"]
     grids = [parameter_grid(law, p, choices, data) for p in nonlinear]
     return [dict(zip((p.name for p in nonlinear), values, strict=True)) for values in product(*grids)]
-
-
-def pauses_s(data: Residuals) -> list[float]:
-    """Durations that separate pauses, s: between the clusters of the times between touches, the clearest first."""
-    gaps = np.sort(np.diff(np.sort(data.frame["time_s"].to_numpy(float))))
-    gaps = np.unique(gaps[len(gaps) - int(MOST_PAUSED * len(gaps)) :])
-    jump = gaps[1:] / np.maximum(gaps[:-1], 1e-9)
-    places = [i for i in np.argsort(-jump)[:MOST_PAUSES] if jump[i] > PAUSE_JUMP and gaps[i + 1] > SHORT_PAUSE_S]
-    found = [float(np.sqrt(gaps[i] * gaps[i + 1])) for i in places]
-    return [float(f"{pause:.3g}") for pause in found] or [60.0]
 
 
 def visible_directions(axes: Array) -> Iterator[str | tuple[float, ...] | Array]:
@@ -248,10 +218,24 @@ def _family(
         pattern if seen.all() else pattern[seen],
         law,
         law.covariates[0],
-        law.kind == "misalignment",
+        _is_positive(law),
         directions=directions,
         shares=shares,
+        taken=_taken(atoms),
     )
+
+
+def _taken(atoms: Sequence[dict[str, Any]]) -> frozenset[str]:
+    """Parameters of which one value alone was tried where others were varied."""
+    if len(atoms) < 2:
+        return frozenset()
+    return frozenset(name for name, value in atoms[0].items() if all(atom[name] == value for atom in atoms))
+
+
+def _is_positive(law: type[Effect]) -> bool:
+    """Whether the size of a law cannot be negative; that of a wave only turns its phase."""
+    bounds = [p.low for p in law.parameters() if p.role == "linear"]
+    return law.kind == "misalignment" or (not _has_phase(law) and bool(bounds) and min(bounds) >= 0.0)
 
 
 def fixed_values(law: type[Effect]) -> dict[str, Any]:
@@ -265,6 +249,9 @@ def fixed_values(law: type[Effect]) -> dict[str, Any]:
 
 def signatures(law: type[Effect], choices: dict[str, Any], atoms: Sequence[dict[str, Any]], data: Residuals) -> Array:
     """Displacement along the approach for a unit of each linear parameter, um, shape ``(atoms, d, n)``."""
+    unset = [tuple(name for name, value in atom.items() if value is None) for atom in atoms]
+    if len(set(unset)) > 1:
+        return _apart(law, choices, atoms, unset, data)
     if len(atoms) < 2 or any(not isinstance(value, float | int) for atom in atoms for value in atom.values()):
         return np.concatenate([np.stack(_columns(law, choices, atom, data, 1), axis=1) for atom in atoms])
     found = np.empty((len(atoms), 2 if _has_phase(law) else 1, len(data)))
@@ -274,6 +261,22 @@ def signatures(law: type[Effect], choices: dict[str, Any], atoms: Sequence[dict[
         for place, column in enumerate(_columns(law, choices, together, data, len(atoms[some]))):
             found[some, place] = column
     return found
+
+
+def _apart(
+    law: type[Effect],
+    choices: dict[str, Any],
+    atoms: Sequence[dict[str, Any]],
+    unset: Sequence[tuple[str, ...]],
+    data: Residuals,
+) -> Array:
+    """Signatures of those with the same parameters unset together, in the order of the atoms."""
+    rows, parts = [], []
+    for names in dict.fromkeys(unset):
+        own = [row for row, other in enumerate(unset) if other == names]
+        rows += own
+        parts.append(signatures(law, choices, [stated(atoms[row]) for row in own], data))
+    return np.asarray(np.concatenate(parts)[np.argsort(rows)])
 
 
 def family_signatures(family: Family, atom: dict[str, Any], data: Residuals) -> Array:
@@ -306,9 +309,14 @@ def _has_phase(law: type[Effect]) -> bool:
 
 
 def _column(law: type[Effect], values: dict[str, Any], data: Residuals, count: int) -> Array:
-    validate = {name: value for name, value in values.items() if value is not None}
-    effect = law.model_validate(validate) if _needs_check(law) else law.model_construct(**values)
+    known = stated(values)
+    effect = law.model_validate(known) if _needs_check(law) else law.model_construct(**known)
     return np.broadcast_to(along_approach_um(effect, data.probings), (count, len(data))).astype(float)
+
+
+def stated(values: dict[str, Any]) -> dict[str, Any]:
+    """Values without those that are left to the law's defaults."""
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def _needs_check(law: type[Effect]) -> bool:

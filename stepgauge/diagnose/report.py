@@ -16,7 +16,8 @@ import jinja2
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from stepgauge.diagnose.located import SCATTER
-from stepgauge.diagnose.practice import counted, line, name_of
+from stepgauge.diagnose.practice import counted, name_of
+from stepgauge.diagnose.words import line
 from stepgauge.files.notation import clean
 from stepgauge.files.resources import folder
 from stepgauge.files.text import read_text
@@ -39,7 +40,7 @@ SCATTER_WORDS = {
     "outlying": "single outliers",
     "heavy": "tails heavier than normal",
 }
-NO_CHOICE = ("start_s", "pause_s")
+NO_CHOICE = ("start_s", "pause_s", "about_mm")
 """Parameters of the computation that are not part of the name of a law."""
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.optimize import least_squares
 
-from stepgauge.diagnose.library import Family, fixed_values
+from stepgauge.diagnose.library import Family, fixed_values, stated
 from stepgauge.diagnose.posterior.metric import Metric
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um
@@ -97,7 +97,7 @@ class _Law:
         moving = [
             part
             for name, value in self.atom.items()
-            if value is not None and name not in FROZEN
+            if value is not None and name not in FROZEN | family.taken
             for part in _parts(name, value)
         ]
         phase = ["phase_deg"] if "phase_deg" in known else []
@@ -149,7 +149,7 @@ class _Law:
         for name, value in self.atom.items():
             if isinstance(value, tuple):
                 fitted[name] = tuple(fitted.pop(part) for part in _parts(name, value))
-        return fixed_values(self.law) | self.family.choices | self.atom | fitted
+        return stated(fixed_values(self.law) | self.family.choices | self.atom | fitted)
 
     def shape(self, parameters: Array, data: Residuals) -> Array:
         """Displacement along the approach for a unit of every size, um, for one or more sets of parameters ``(m, p)``.
@@ -175,7 +175,7 @@ class _Law:
             if isinstance(value, tuple):
                 fitted[name] = tuple(fitted.pop(part) for part in _parts(name, value))
         direction = {} if self.family.directions is None else {"direction": "approach"}
-        return fixed_values(self.law) | self.family.choices | self.atom | fitted | direction
+        return stated(fixed_values(self.law) | self.family.choices | self.atom | fitted | direction)
 
     def _shares(self, data: Residuals) -> Array:
         """Shares of the free direction's unit vectors in the approaches, ``(k, n)``."""
@@ -228,7 +228,7 @@ class _Law:
         """Step of each parameter for its derivative."""
         return np.array(
             [
-                10.0 if name == "phase_deg" or "_mm" in name else max(abs(value), 1e-3)
+                10.0 if name.endswith("_deg") or "_mm" in name else max(abs(value), 1e-3)
                 for name, value in zip(self.names, parameters, strict=True)
             ]
         )
@@ -320,6 +320,9 @@ def _solved(law: _Law, parameters: Array, covariance: Array) -> Solved:
     if "phase_deg" in values:
         turn = 360.0 if law.law.quadrature else 120.0
         values["phase_deg"] = (values["phase_deg"] + turn / 2.0) % turn - turn / 2.0
+    if "arm_azimuth_deg" in values:
+        turn = 360.0 if "arm" in values else 120.0  # which of three arms alike is not told
+        values["arm_azimuth_deg"] = (values["arm_azimuth_deg"] + turn / 2.0) % turn - turn / 2.0
     if law.law.kind == "misalignment":
         values["mrad"] = abs(values["mrad"])
     estimates = {
@@ -327,7 +330,7 @@ def _solved(law: _Law, parameters: Array, covariance: Array) -> Solved:
         for name, spread in _spreads(law, parameters, covariance).items()
         if name in law.units
     }
-    for name in FROZEN & set(law.atom):
+    for name in (FROZEN | law.family.taken) & set(law.atom):
         if isinstance(law.atom[name], float):
             estimates[name] = Estimate(float(law.atom[name]), None, law.units[name])
     return Solved(law.family, law.law.model_construct(**values), estimates)

@@ -46,7 +46,6 @@ class ThermalExpansionOf(Following):
     equation: ClassVar[str] = f"d = um_per_m_K (T - from_C) x (scale) or S (gauge); {LAG}"
     source: ClassVar[str] = "ISO/TR 16015; first-order lag of a body in air, ISO 230-3:2020"
     covariates: ClassVar[tuple[str, ...]] = ("time", "coordinate")
-    sought: ClassVar[bool] = False
     of: Literal["x", "y", "z", "gauge"] = parameter(
         unit="", role="choice", meaning="scale x, y or z (indication too long), or the gauge (longer)"
     )
@@ -67,7 +66,6 @@ class ThermalShift(Following):
     equation: ClassVar[str] = f"d = um_per_K (T - from_C) along the direction; {LAG}"
     source: ClassVar[str] = "environmental temperature variation error, ISO 230-3:2020"
     covariates: ClassVar[tuple[str, ...]] = ("time",)
-    sought: ClassVar[bool] = False
     direction: Direction = parameter(unit="", role="choice", meaning="x, y, z or a vector in machine axes")
     um_per_K: float = parameter(unit="um/K", meaning="shift per kelvin", ge=-1e4, le=1e4, sensible=(-20, 20))
 
@@ -91,7 +89,6 @@ class ThermalBending(PowerOfCoordinate, Following):
         "bending of a beam by a gradient of temperature, Timoshenko; Bryan, CIRP Annals 39 (1990) 645"
     )
     covariates: ClassVar[tuple[str, ...]] = ("time", "coordinate")
-    sought: ClassVar[bool] = False
     order: int = parameter(2, unit="", role="choice", meaning="power of the coordinate in metres", ge=0, le=9)
     per_K: float = parameter(
         unit="um or urad per K", meaning="error at 1 m from about_mm", ge=-1e5, le=1e5, sensible=(-20, 20)
@@ -109,7 +106,6 @@ class ScaleWarmUp(Effect):
     equation: ClassVar[str] = "d = um_per_m x (1 - exp(-t / time_constant_h)); t = time_s - start_s, zero before"
     source: ClassVar[str] = "first-order warm-up, ISO 230-3:2020; a ball screw after switching on"
     covariates: ClassVar[tuple[str, ...]] = ("time", "coordinate")
-    sought: ClassVar[bool] = False
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
     um_per_m: float = parameter(
         unit="um/m", meaning="indication too long in the end by", ge=-1e4, le=1e4, sensible=(-50, 50)

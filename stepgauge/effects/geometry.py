@@ -128,7 +128,6 @@ class ErrorMotion(PowerOfCoordinate):
     equation: ClassVar[str] = "e = coefficient ((x - about_mm) / 1 m)^order; d = e, of a rotation e (axis) x arm"
     source: ClassVar[str] = "ISO 230-1:2012, linear and angular error motions; Zhang et al. 1985, EXX to ECZ"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
-    sought: ClassVar[bool] = False
     coefficient: float = parameter(
         unit="um or urad", meaning="error at 1 m from about_mm", ge=-1e6, le=1e6, sensible=(-50, 50)
     )

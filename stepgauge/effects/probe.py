@@ -82,7 +82,6 @@ class ServoLag(Effect):
         "following error of a servo with viscous friction; second term of a power series in the speed"
     )
     covariates: ClassVar[tuple[str, ...]] = ("speed",)
-    sought: ClassVar[bool] = False
     um_per_mm2_s2: float = parameter(unit="um/(mm/s)^2", meaning="lag at 1 mm/s", ge=-1e3, le=1e3, sensible=(-1, 1))
 
     def displacement_um(self, probings: Probings) -> Displacement:
@@ -118,7 +117,6 @@ class TipChange(Effect):
     equation: ClassVar[str] = "d = um along the approach where the placement is 'placement'"
     source: ClassVar[str] = "definition; effective radii of several styli, ISO 10360-5"
     covariates: ClassVar[tuple[str, ...]] = ("side", "placement")
-    sought: ClassVar[bool] = False
     placement: int = parameter(unit="", role="choice", meaning="number of the placement", ge=1, le=10_000)
     um: float = parameter(unit="um", meaning="pre-travel larger there by", ge=-1e4, le=1e4, sensible=(-20, 20))
 

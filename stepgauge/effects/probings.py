@@ -214,7 +214,7 @@ class Probings:
         """
         if np.ndim(lag_s) == 0 and not lag_s:
             return self.column(name)
-        key = ("lagged", name, *np.ravel(lag_s))
+        key = ("lagged", name, np.ndim(lag_s), *np.ravel(lag_s))
         if key not in self._made:
             late = followed(self.time_s, self.column(name).astype(float), np.maximum(np.ravel(lag_s), AT_ONCE_S))
             self._made[key] = late if np.ndim(lag_s) else late[0]

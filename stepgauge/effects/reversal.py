@@ -46,7 +46,6 @@ class ReversalWear(Effect):
     equation: ClassVar[str] = "d = (um / 2) sign(approach on the axis) exp(-4 ln2 ((x - at_mm) / width_mm)^2)"
     source: ClassVar[str] = "ISO 230-2:2014, reversal error B by position; a Gaussian of full width at half height"
     covariates: ClassVar[tuple[str, ...]] = ("approach", "coordinate")
-    sought: ClassVar[bool] = False
     axis: Axis = parameter(unit="", role="choice", meaning="axis that reverses: x, y or z")
     at_mm: float = parameter(
         unit="mm", role="nonlinear", meaning="coordinate of the largest wear", ge=-1e5, le=1e5, sensible=(-2e3, 2e3)
@@ -75,7 +74,6 @@ class StickSlip(Effect):
     )
     source: ClassVar[str] = "presliding friction as a relaxing spring: Armstrong et al., Automatica 30 (1994) 1083"
     covariates: ClassVar[tuple[str, ...]] = ("approach", "order")
-    sought: ClassVar[bool] = False
     axis: Axis = parameter(unit="", role="choice", meaning="axis that sticks: x, y or z")
     um: float = parameter(
         unit="um", meaning="reversal error just after a reversal", ge=-1e4, le=1e4, sensible=(-20, 20)

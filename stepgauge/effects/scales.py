@@ -97,7 +97,6 @@ class ScaleJoint(Effect):
     equation: ClassVar[str] = "d = size ((x - at_mm) / 1 m)^order where x >= at_mm, else 0"
     source: ClassVar[str] = "tapes and racks laid end to end: gap or difference in pitch; definition"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
-    sought: ClassVar[bool] = False
     axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
     order: int = parameter(1, unit="", role="choice", meaning="0: a gap in um, 1: a slope in um/m", ge=0, le=1)
     at_mm: float = parameter(

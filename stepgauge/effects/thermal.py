@@ -22,7 +22,7 @@ REFERENCE_C = 20.0
 def begins_s() -> Any:
     """The parameter of effects that begin at an event: switching on, an opened door, the first coolant."""
     meaning = "time at which it begins; nothing before"
-    return parameter(0.0, unit="s", role="fixed", meaning=meaning, ge=-1e12, le=1e12, sensible=(0, 1e4))
+    return parameter(0.0, unit="s", role="nonlinear", meaning=meaning, ge=-1e12, le=1e12, sensible=(0, 1e4))
 
 
 def hours_since(start_s: float | Array, probings: Probings) -> Array:

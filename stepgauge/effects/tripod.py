@@ -123,7 +123,6 @@ class KinematicPretravel(Seated):
     )
     source: ClassVar[str] = "statics of six contacts, docs/virtual-cmm.md; Rodrigues 2021, 2.7 to 2.9; Ren et al. 2020"
     covariates: ClassVar[tuple[str, ...]] = ("azimuth", "polar")
-    sought: ClassVar[bool] = False
     part: Literal["whole", "varying"] = parameter(
         "whole",
         unit="",
@@ -152,7 +151,6 @@ class SeatDefect(Seated):
     )
     source: ClassVar[str] = "statics of six contacts, of which two count as open too early; docs/virtual-cmm.md"
     covariates: ClassVar[tuple[str, ...]] = ("azimuth", "polar")
-    sought: ClassVar[bool] = False
     arm: Literal["first", "second", "third"] = parameter(
         "first",
         unit="",

@@ -44,7 +44,11 @@ def machine(effects: Sequence[dict[str, Any]] = (), noise_um: float = 0.3) -> Ma
 
 
 def record(
-    on: Machine, axes: Sequence[Sequence[float]] = (ALONG_X, ALONG_Y), seed: int = 1, cycles: int = 5
+    on: Machine,
+    axes: Sequence[Sequence[float]] = (ALONG_X, ALONG_Y),
+    seed: int = 1,
+    cycles: int = 5,
+    order: str = "blocks",
 ) -> Recording:
     """The first blocks of the gauge measured along each axis, one placement after the other."""
     steps, runs, start = gauge(), [], 0.0
@@ -54,7 +58,7 @@ def record(
         a = np.asarray(axis, float) / np.linalg.norm(axis)
         c1 = np.array([350.0, 600.0, 250.0]) - a * length / 2.0
         placement = make_placement(c1, c1 + a * length, 1, BLOCKS)
-        program = make_program(placement, steps, PlanOptions(1, BLOCKS, cycles=cycles), settings)
+        program = make_program(placement, steps, PlanOptions(1, BLOCKS, cycles=cycles, order=order), settings)
         run = run_program(program, on, steps, placement, seed + 1000 * number, Conditions(20.0, number, start))
         assert run.stop is None
         runs.append(run.recording)

@@ -19,11 +19,11 @@ from stepgauge.diagnose.machine_text import machine_text
 from stepgauge.diagnose.many import summary_line
 from stepgauge.diagnose.practice import in_practice, name_of
 from stepgauge.diagnose.report import plus_minus, probability, report_text, significant, um, wrapped_sum
-from stepgauge.diagnose.residuals import make_residuals
+from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Located
 from stepgauge.diagnose.solve import Estimate
 from stepgauge.diagnose.unknown_law import model_unknown, rest_um
-from stepgauge.effects import along_approach_um, effect_kinds, make_effects
+from stepgauge.effects import Probings, along_approach_um, effect_kinds, make_effects
 from stepgauge.errors import InputError
 from stepgauge.machine.file import read_machine
 from stepgauge.machine.readout import machine_effects
@@ -338,12 +338,46 @@ EXAMPLES: list[tuple[str, dict[str, Any], list[str]]] = [
     ("vibration", {"direction": "x", "amplitude_um": 0.5, "frequency_hz": 3.3}, ["3.3 Hz"]),
     ("noise_growth", {"per": "x", "rate": 2.0}, ["metre of x"]),
     ("outliers", {"rows": [1, 2], "um": 3.0}, ["2 probings are"]),
+    ("kinematic_pretravel", {"um_per_N": 5.0, "lever_mm": 65.0, "arm_azimuth_deg": 20.0}, ["tripod", "20 deg", "um,"]),
+    ("thermal_shift", {"column": "air_C", "direction": "x", "um_per_K": 2.0}, ["along x with air_C", "4.0 um"]),
+    (
+        "thermal_expansion_of",
+        {"column": "air_C", "of": "gauge", "um_per_m_K": 10.0, "lag_s": 60.0},
+        ["The gauge grows", "air_C, 60 s late"],
+    ),
+    ("thermal_expansion_of", {"column": "air_C", "of": "y", "um_per_m_K": 10.0}, ["The y scale reads"]),
+    ("thermal_drift", {"direction": "x", "rate_um_per_h": 10.0, "start_s": 200.0}, ["from 200 s on"]),
+    (
+        "thermal_bending",
+        {"column": "air_C", "axis": "x", "component": "ry", "order": 1, "per_K": 9.0},
+        ["turns about y with air_C", "9 urad per K"],
+    ),
+    (
+        "error_motion",
+        {"axis": "x", "component": "x", "order": 3, "coefficient": 40.0, "about_mm": 350.0},
+        ["power 3", "um at the farthest"],
+    ),
+    ("scale_warm_up", {"axis": "x", "um_per_m": -9.0, "time_constant_h": 0.5}, ["30 min", "too short"]),
+    ("reversal_wear", {"axis": "x", "at_mm": 300.0, "width_mm": 90.0, "um": 2.0}, ["2.0 um larger about x = 300 mm"]),
+    ("stick_slip", {"axis": "x", "um": 2.0, "decay_mm": 4.0}, ["lags by 1.0 um", "4 mm of way"]),
+    ("scale_joint", {"axis": "x", "order": 0, "at_mm": 300.0, "size": 2.0}, ["gap of 2.0 um", "reads more"]),
+    ("scale_joint", {"axis": "y", "order": 1, "at_mm": 300.0, "size": -9.0}, ["slope, by 9 um/m", "reads less"]),
+    ("servo_lag", {"um_per_mm2_s2": 0.1}, ["0.90 um at 3 mm/s"]),
+    ("tip_change", {"placement": 2, "um": -2.0}, ["placement 2", "2.0 um earlier"]),
+    ("seat_defect", {"um_per_N": 5.0, "lever_mm": 65.0, "share": 0.2}, ["One seat", "0 deg", "share of 0.2"]),
 ]
+
+
+def with_air(data: Residuals) -> Residuals:
+    """The same with the temperature of the air recorded, which rises by 2 K."""
+    air_C = np.linspace(19.0, 21.0, len(data))
+    frame = data.frame.assign(air_C=air_C)
+    return replace(data, frame=frame, probings=Probings(frame, data.probings.setting))
 
 
 @pytest.mark.parametrize(("kind", "values", "words"), EXAMPLES)
 def test_what_a_finding_means_in_practice(kind: str, values: dict[str, Any], words: list[str]) -> None:
-    sentence = in_practice(finding(kind, **values), made("null")[1].data)
+    sentence = in_practice(finding(kind, **values), with_air(made("null")[1].data))
     for word in words:
         assert word in sentence
 

@@ -134,10 +134,13 @@ def warming_air(frame: pd.DataFrame) -> Array:
 
 def test_what_follows_a_recorded_temperature_is_no_drift() -> None:
     recording = by_hand(STEPS, lambda f: 3.0 * (warming_air(f) - 20.0) * side_of(f), cycles=10, air_C=warming_air)
-    found = told(recording)
-    assert "thermal_drift" not in kinds(found)
-    assert found.unexplained[0].covariate == "air_C"
-    assert found.unexplained[0].form == "trend"
+    (one,) = told(recording).findings
+    assert one.kind == "thermal_shift"
+    assert one.choices["column"] == "air_C"
+    assert "thermal_drift" not in one.confounded_with
+    value = one.parameters["um_per_K"]
+    assert value.u is not None
+    assert abs(value.value - 3.0) < 3.0 * value.u
 
 
 # 4. Known laws that explain all.

@@ -298,7 +298,7 @@ def fan() -> Recording:
     return replace(recording, frame=frame)
 
 
-@pytest.mark.parametrize("levels", [(0.5, -0.5, 0.5, -0.5), (0.0, 0.0, 0.0, 0.8), (0.8, 0.0, 0.0, 0.0)])
+@pytest.mark.parametrize("levels", [(0.5, -0.5, 0.5, -0.5), (0.9, 0.0, -0.4, 0.9), (0.0, 0.8, -0.8, 0.4)])
 def test_what_differs_only_between_placements_is_a_matter_of_placements(levels: tuple[float, ...]) -> None:
     """A six-lobed probe reads so; a temperature, a height or a time that numbers the placements is not to blame."""
     by_placement = np.array(levels)
@@ -307,6 +307,23 @@ def test_what_differs_only_between_placements_is_a_matter_of_placements(levels: 
     assert found.unexplained[0].covariate in ("placement", "azimuth")
     assert "placement" in {one.covariate for one in found.unexplained}
     assert len({one.covariate for one in found.unexplained}) == len(found.unexplained)
+
+
+@pytest.mark.parametrize("placement", [1, 4])
+def test_one_placement_that_differs_was_probed_with_another_tip(placement: int) -> None:
+    level = replace(fan(), frame=fan().frame.drop(columns="gauge_temperature_C"))
+    found = told(bent(lambda r: 0.8 * lies_on(r, placement), level))
+    assert names(found) == ["tip_change"]
+    assert found.findings[0].choices["placement"] == placement
+    assert within(found, "um", 0.8)
+
+
+def test_a_temperature_that_the_gauge_did_not_have_is_seen_in_its_length() -> None:
+    """The gauge was at 20 deg C in all placements, and some temperature of the placement is corrected for."""
+    found = told(fan())
+    assert names(found) == ["thermal_expansion_of"]
+    assert found.findings[0].choices["of"] == "gauge"
+    assert within(found, "um_per_m_K", -1e6 * gauge().table.expansion_per_K)
 
 
 def test_levels_of_placements_are_imitated_in_all_of_them() -> None:

@@ -17,7 +17,7 @@ from scipy import special
 
 from stepgauge.diagnose.posterior.evidence import State
 from stepgauge.diagnose.posterior.looks import Look
-from stepgauge.diagnose.posterior.problem import Candidate
+from stepgauge.diagnose.posterior.problem import Candidate, Term
 from stepgauge.diagnose.posterior.scatter import Scatter
 from stepgauge.diagnose.posterior.search import Search
 
@@ -179,6 +179,11 @@ class Answer:
                 found.append(Alternative(gone, come, odds, state))
         return sorted(found, key=lambda one: -one.odds)
 
+    def _shown(self, term: Term) -> float:
+        """Size of a term's signature beside what nothing is known of."""
+        free = self.search.problem.free
+        return float(np.linalg.norm(term.columns - (term.columns @ np.linalg.pinv(free)) @ free))
+
     @cached_property
     def _likeliest(self) -> dict[frozenset[str], State]:
         """The most probable state that was computed for each set of terms."""
@@ -201,14 +206,17 @@ class Answer:
             for place, term in enumerate(state.terms):
                 if term.candidate.label == label:
                     held.append((state, place))
-        shape = next((t.key[:2] for t in self.best.terms if t.candidate.label == label), None)
-        held = [(s, i) for s, i in held if s.terms[i].key[:2] == shape]
-        if not held:
+        own = next((t for t in self.best.terms if t.candidate.label == label), None)
+        held = [(s, i) for s, i in held if own is not None and s.terms[i].key[:2] == own.key[:2]]
+        if not held or own is None:
             return None
         weight = special.softmax([state.log_posterior for state, _ in held])
+        # a shape fitted between the grid's may be so much larger that the amplitude is that much smaller
+        as_own = np.array([self._shown(state.terms[place]) for state, place in held]) / self._shown(own)
         means, covariances = zip(*(state.amplitudes(place) for state, place in held), strict=True)
+        means, covariances = as_own[:, None] * means, as_own[:, None, None] ** 2 * covariances
         mean = np.einsum("h,hd->d", weight, means)
-        off = np.array(means) - mean
+        off = means - mean
         return mean, np.einsum("h,hde->de", weight, covariances) + np.einsum("h,hd,he->de", weight, off, off)
 
 
