@@ -132,7 +132,7 @@ def test_a_drift_is_a_drift_whatever_the_clock_read(start_s: float) -> None:
     assert rates[1] == pytest.approx(rates[0], rel=0.02)  # a rate at the first touch, and one at nought
     first_s = float(drifting.frame["time_s"].min())
     assert found[1].findings[0].choices["start_s"] == pytest.approx(start_s + first_s)
-    assert "the clock read" in found[1].remarks[-1]
+    assert "of the clock" in found[1].remarks[-1]
 
 
 @pytest.mark.parametrize("start_s", [MIDNIGHT_S, SINCE_1970_S])
