@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from stepgauge.axis.sensors import without_probe
 from stepgauge.diagnose.checks import predictive_checks, widening
 from stepgauge.diagnose.clock import clock_start_s, counted_from, told_by_clock
 from stepgauge.diagnose.holdout import holdout_rms, make_folds
@@ -78,9 +79,14 @@ def diagnose(
         recordings of another gauge, or too small for a diagnosis; kinds that do not exist
     """
     _check_kinds(without)
-    recorded = make_residuals(recording, gauge, machine)
+    absent = {*without, *without_probe(recording.comments.get("sensor"))}
+    return diagnose_residuals(make_residuals(recording, gauge, machine), absent, priors)
+
+
+def diagnose_residuals(recorded: Residuals, without: Collection[str] = (), priors: Priors | None = None) -> Diagnosis:
+    """The same for residuals that are known; parameters as :func:`diagnose`."""
     start_s = clock_start_s(recorded)
-    searched = _some(recorded, recording)
+    searched = _some(recorded)
     some = counted_from(searched, start_s)
     if _degrees(some) < FEWEST_DOF or bare_problem(some).within_um < SMALLEST_SIGMA_UM:
         return _insufficient(searched)
@@ -97,19 +103,18 @@ def _check_kinds(without: Collection[str]) -> None:
             raise InputError("without", "no such kind of effect", found=kind, expected=expected)
 
 
-def _some(data: Residuals, recording: Recording) -> Residuals:
+def _some(data: Residuals) -> Residuals:
     """All rows, or whole cycles spread over a recording that is too long to search all rows."""
     if len(data) <= MOST_SEARCHED:
         return data
     run = np.unique(data.frame[["placement", "cycle"]].to_numpy(), axis=0, return_inverse=True)[1].ravel()
     runs = int(run.max()) + 1
+    if runs < FEWEST_RUNS:  # a long series of one spot
+        return data.at(np.isin(np.arange(len(data)), np.linspace(0, len(data) - 1, MOST_SEARCHED).astype(int)))
     few = max(round(runs * MOST_SEARCHED / len(data)), FEWEST_RUNS)
     # one after the other for what is quick, spread over all for what is slow
     chosen = np.union1d(np.arange(few * 2 // 3), np.linspace(0, runs - 1, few - few * 2 // 3).astype(int))
-    rows = np.isin(run, chosen)
-    return make_residuals(
-        replace(recording, frame=recording.frame.reset_index(drop=True)[rows]), data.gauge, data.machine
-    )
+    return data.at(np.isin(run, chosen))
 
 
 def _degrees(data: Residuals) -> int:
@@ -166,8 +171,8 @@ def _told(
         _fit(data, noise, told),
         noise,
         recorded,
-        _centred(recorded, recorded.um),
-        _centred(recorded, recorded.um - shares),
+        recorded.without_origins(recorded.um),
+        recorded.without_origins(recorded.um - shares),
         tuple(search.trail),
         placements,
         tuple(_remarks(found, data, start_s)),
@@ -307,8 +312,8 @@ def _fit(data: Residuals, noise: Noise, told: Sequence[Finding]) -> Fit:
     return Fit(
         noise.sigma_um,
         noise.dof,
-        _rms(_centred(data, data.um)[used]),
-        _rms(_centred(data, data.um - design.sum(axis=1))[used]),
+        _rms(data.without_origins(data.um)[used]),
+        _rms(data.without_origins(data.um - design.sum(axis=1))[used]),
         holdout,
         float(before @ before) / dof,
         float(after @ after) / max(dof - free, 1),
@@ -317,14 +322,6 @@ def _fit(data: Residuals, noise: Noise, told: Sequence[Finding]) -> Fit:
 
 def _rms(values: Array) -> float:
     return float(np.sqrt((values**2).mean())) if values.size else float("nan")
-
-
-def _centred(data: Residuals, um: Array) -> Array:
-    """Residuals with the mean origin of every placement taken out along the gauge."""
-    along = um * data.side
-    count = data.placement.max() + 1
-    mean = np.bincount(data.placement, along, count) / np.bincount(data.placement, minlength=count)
-    return um - data.side * mean[data.placement]
 
 
 def _insufficient(data: Residuals) -> Diagnosis:

@@ -50,7 +50,7 @@ def holdout_rms(data: Residuals, sigma_um: Array, columns: Array, folds: Folds) 
     uncertainty).
     """
     errors = np.full(len(data), np.nan)
-    design = np.column_stack([_origins(data), columns])
+    design = np.column_stack([data.origins.T, columns])
     full, prior = _with_faces(data, design)
     for fold in range(folds.count):
         held = folds.fold == fold
@@ -62,10 +62,6 @@ def holdout_rms(data: Residuals, sigma_um: Array, columns: Array, folds: Folds) 
             errors[held] = data.um[held] - full[held] @ coefficients
     used = np.isfinite(errors) & np.isfinite(sigma_um)
     return float(np.sqrt((errors[used] ** 2).mean())) if used.any() else float("nan")
-
-
-def _origins(data: Residuals) -> Array:
-    return (data.placement[:, None] == np.arange(data.placement.max() + 1)) * data.side[:, None]
 
 
 def _with_faces(data: Residuals, design: Array) -> tuple[Array, Array]:

@@ -42,14 +42,13 @@ def bare_problem(data: Residuals) -> Problem:
     certified = (face == np.arange(face.max() + 1)[:, None]) * data.side
     shown = certified.any(axis=1)
     u_um = np.asarray(data.gauge.u_um)[data.face.min() - 1 :][: len(certified)]
-    origins = (data.placement == np.arange(data.placement.max() + 1)[:, None]) * data.side
     stated_um = float(data.machine.table.repeatability_um)
     problem = Problem(
         um=data.um,
         scale_um=stated_um,
         certified=certified[shown],
         certified_u=np.maximum(u_um[shown], 1e-4),
-        free=origins.astype(float),
+        free=data.origins.astype(float),
         order=data.order,
         gap=_gaps(data),
         growing={c.name: (c.values - c.values.min()) / np.ptp(c.values) for c in covariates(data) if c.name in GROWING},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -30,7 +30,8 @@ class Residuals:
     ``um``: (recorded - simulated) . approach, with the origin of every placement still in it; ``side``: +1 where the
     approach goes along the gauge axis (fronts), -1 against it; ``placement``: index from 0; ``probings``: the columns
     that effects use, with the simulated coordinates, since a recorded coordinate contains the residual itself;
-    ``frame``: the recording, rows as in the file.
+    ``frame``: the recording, rows as in the file. Of a recording without a gauge, ``unknown (p, n)``: nuisance columns
+    of which nothing is known, in place of the origins; ``turn_mm``: a turn of a rotary axis.
     """
 
     um: Array
@@ -41,6 +42,8 @@ class Residuals:
     frame: pd.DataFrame
     gauge: Gauge
     machine: Machine
+    unknown: Array | None = None
+    turn_mm: float | None = None
 
     def __len__(self) -> int:
         return len(self.um)
@@ -72,8 +75,37 @@ class Residuals:
 
     def without_origins(self, um: Array) -> Array:
         """Displacements along the approach ``(..., n)``, um, minus the mean origin of every placement."""
-        own = (self.placement == np.arange(self.placement.max() + 1)[:, None]) * self.side
-        return um - um @ (own.T / np.abs(own).sum(axis=1)) @ own
+        return um - um @ self._spanned.T @ self._spanned
+
+    @cached_property
+    def origins(self) -> Array:
+        """Columns ``(p, n)`` of which nothing is known: the origin of every placement along the gauge, or others."""
+        if self.unknown is not None:
+            return self.unknown
+        return (self.placement == np.arange(self.placement.max() + 1)[:, None]) * self.side
+
+    @cached_property
+    def _spanned(self) -> Array:
+        """Orthonormal rows that span the origins."""
+        if self.unknown is None:
+            return self.origins / np.sqrt(np.abs(self.origins).sum(axis=1, keepdims=True))
+        _, size, rows = np.linalg.svd(self.unknown, full_matrices=False)
+        return np.asarray(rows[size > 1e-9 * size[0]])
+
+    def at(self, rows: NDArray[np.bool_]) -> Residuals:
+        """Some of the rows."""
+        frame = self.frame[rows].reset_index(drop=True)
+        columns = {name: self.probings.column(name)[rows] for name in self.frame.columns}
+        return replace(
+            self,
+            um=self.um[rows],
+            side=self.side[rows],
+            placement=np.unique(self.placement[rows], return_inverse=True)[1].ravel(),
+            face=self.face[rows],
+            probings=Probings(pd.DataFrame(columns), self.probings.setting),
+            frame=frame,
+            unknown=None if self.unknown is None else self.unknown[:, rows],
+        )
 
     @property
     def has_time(self) -> bool:

@@ -104,7 +104,7 @@ def with_separations(
     """The findings with the reasons of their sets and the measurements that separate them; placements by file."""
     told: list[Finding] = []
     placements: dict[str, str] = {}
-    sets = any(one.confounded_with or one.alternatives for one in findings)
+    sets = bool(data.gauge.path) and any(one.confounded_with or one.alternatives for one in findings)
     possible = lengthened(data, model.state.sigma_um) if sets else []
     for place, finding in enumerate(findings):
         if not finding.confounded_with and not finding.alternatives:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 LENGTH_MM = {
@@ -21,6 +22,27 @@ LENGTH_MM = {
     "inches": 25.4,
     "zoll": 25.4,
     '"': 25.4,
+    "uin": 25.4e-6,
+    "µin": 25.4e-6,
+    "microinch": 25.4e-6,
+    "thou": 25.4e-3,
+    "mil": 25.4e-3,
+}
+ANGLE_DEG = {
+    "deg": 1.0,
+    "°": 1.0,
+    "degree": 1.0,
+    "degrees": 1.0,
+    "arcmin": 1.0 / 60.0,
+    "arcsec": 1.0 / 3600.0,
+    "″": 1.0 / 3600.0,
+    "''": 1.0 / 3600.0,
+    "rad": math.degrees(1.0),
+    "mrad": math.degrees(1e-3),
+    "urad": math.degrees(1e-6),
+    "µrad": math.degrees(1e-6),
+    "gon": 0.9,
+    "mgon": 0.9e-3,
 }
 SPEED_MM_S = {
     "mm/s": 1.0,
@@ -66,7 +88,8 @@ def find_unit(text: str) -> Unit | None:
     """A unit by its name, upper or lower case; None for what is none."""
     name = text.strip()
     key = name.casefold()
-    for quantity, factors in (("length", LENGTH_MM), ("speed", SPEED_MM_S), ("time", TIME_S)):
+    known = (("length", LENGTH_MM), ("angle", ANGLE_DEG), ("speed", SPEED_MM_S), ("time", TIME_S))
+    for quantity, factors in known:
         if key in factors:
             return Unit(name, quantity, factors[key])
     if key in TEMPERATURE_C:

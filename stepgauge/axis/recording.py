@@ -1,0 +1,176 @@
+"""The recording of one axis, of one spot or of distances between stations: a target and a reading per row.
+
+A CSV file like that of a gauge: ``# key: value`` lines, a header, numbers. ``recording`` says which of :data:`FORMS` it
+is, ``unit`` and ``deviation_unit`` in which units it is told, ``sensor`` what read it. Columns end in the unit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from stepgauge.axis.sensors import SENSORS
+from stepgauge.axis.units import AxisUnits
+from stepgauge.errors import InputError, reader
+from stepgauge.files.text import read_text, write_text
+from stepgauge.recording import PROBINGS, comment_lines
+
+Array = NDArray[np.float64]
+FORMS = ("axis", "spot", "distances")
+FORM = "recording"
+"""Comment that says which form a recording has; that of a gauge has none."""
+STATIONS = ["from_station", "to_station"]
+OWN = ("placement", "cycle", "way", "target", "reading", "u_target", "time_s")
+SAME_PLACE = 1e-3
+"""Share of the span within which targets that differ are one place."""
+DIGITS = 12
+"""Significant digits of a number: 0.1 um over 100 km."""
+
+
+@dataclass(frozen=True)
+class AxisRecording:
+    """Readings of one axis.
+
+    ``frame``: ``placement`` (which setting up), ``cycle``, ``way`` (+1 or -1, the sense of travel), ``target`` (of an
+    axis) or the two ``STATIONS``, ``reading``, ``u_target`` (standard uncertainty of the target, where it is known),
+    ``time_s``, and numbers that were recorded besides; ``target`` and ``reading`` in ``units.position``, ``u_target``
+    in ``units.deviation``.
+    """
+
+    frame: pd.DataFrame
+    form: str
+    units: AxisUnits
+    sensor: str
+    comments: Mapping[str, str]
+    path: str = ""
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+    @property
+    def both_ways(self) -> bool:
+        """Whether the axis came from both sides."""
+        return self.frame["way"].nunique() > 1
+
+    @property
+    def covariates(self) -> list[str]:
+        """Columns that were recorded besides."""
+        return [name for name in self.frame.columns if name not in (*OWN, *STATIONS)]
+
+    @property
+    def deviation(self) -> Array:
+        """Reading minus target, in ``units.deviation``, ``(n,)``; of a spot, minus the first reading."""
+        reading = self.frame["reading"].to_numpy(float)
+        target = self.frame["target"].to_numpy(float) if "target" in self.frame else reading[0]
+        return np.asarray((reading - target) * self.units.deviations_per_position)
+
+
+def places_of(target: Array) -> NDArray[np.intp]:
+    """Which place each target is, counted along the axis, ``(n,)``.
+
+    Targets that a reference instrument read are never twice the same: those nearer than :data:`SAME_PLACE` of the span
+    are one place, where that makes repeats of targets that have none.
+    """
+    values, place = np.unique(target, return_inverse=True)
+    if 2 * len(values) <= len(target) or len(values) < 2:
+        return place.ravel()
+    apart = np.diff(values) > SAME_PLACE * float(np.ptp(values))
+    joined = np.concatenate([[0], np.cumsum(apart)])
+    return joined[place.ravel()] if 2 * (joined[-1] + 1) <= len(target) else place.ravel()
+
+
+def is_axis_recording(path: str | Path) -> bool:
+    """Whether a file is a recording of one of these forms, by its comments."""
+    try:
+        with Path(path).open(encoding="utf-8-sig") as file:
+            return any(_form_in(line) for line in iter(lambda: file.readline(4096), "") if line.startswith("#"))
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _form_in(line: str) -> bool:
+    key, _, value = line[1:].partition(":")
+    return key.strip() == FORM and value.strip() in FORMS
+
+
+@reader("recording of an axis")
+def read_axis_recording(path: str | Path) -> AxisRecording:
+    """Read and check a recording as :func:`write_axis_recording` writes it; errors name the line or column."""
+    lines = read_text(path).splitlines()
+    first = next((n for n, line in enumerate(lines) if not line.startswith("#")), len(lines))
+    comments = comment_lines(lines[:first])
+    form = comments.pop(FORM, "")
+    if form not in FORMS:
+        raise InputError(path, "not a recording of an axis", found=repr(form), expected=", ".join(FORMS))
+    units = AxisUnits.of(comments.pop("unit", ""), comments.pop("deviation_unit", None))
+    sensor = comments.pop("sensor", "")
+    if sensor not in SENSORS:
+        raise InputError(path, "the sensor is not known", found=repr(sensor), expected=", ".join(SENSORS))
+    frame = _plain_columns(pd.read_csv(path, skiprows=first, dtype=dict.fromkeys(STATIONS, str)), units)
+    _check(frame, form, path, first + 2, comments.pop(PROBINGS, None))
+    return AxisRecording(frame, form, units, sensor, comments, str(path))
+
+
+def write_axis_recording(path: str | Path, recording: AxisRecording) -> None:
+    """Write a recording as CSV, comments first; numbers to :data:`DIGITS` significant digits."""
+    units = recording.units
+    said = {FORM: recording.form, "unit": units.position, "deviation_unit": units.deviation, "sensor": recording.sensor}
+    head = [f"# {key}: {line}" for key, value in {**said, **recording.comments}.items() for line in value.split("\n")]
+    frame = recording.frame.rename(columns=_names(units))
+    body = frame.to_csv(index=False, lineterminator="\n", float_format=f"%.{DIGITS}g")
+    write_text(path, "\n".join([*head, f"# {PROBINGS}: {len(recording)}", body]))
+
+
+def join_axis_recordings(recordings: Sequence[AxisRecording]) -> AxisRecording:
+    """Several settings up of one axis as one recording, in the units of the first; placements are numbered on."""
+    first, frames, taken = recordings[0], list[pd.DataFrame](), 0
+    for one in recordings:
+        if (one.form, one.units, one.sensor) != (first.form, first.units, first.sensor):
+            found = f"{one.form} by {one.sensor} in {one.units.position}"
+            expected = f"{first.form} by {first.sensor} in {first.units.position}, as {first.path}"
+            raise InputError(one.path, "not a recording of the same kind", found=found, expected=expected)
+        frames.append(one.frame.assign(placement=one.frame["placement"] + taken))
+        taken = int(frames[-1]["placement"].max())
+    shared = [name for name in first.frame.columns if all(name in frame for frame in frames)]
+    path = ", ".join(one.path for one in recordings)
+    return replace(first, frame=pd.concat([f[shared] for f in frames], ignore_index=True), path=path)
+
+
+def _names(units: AxisUnits) -> dict[str, str]:
+    return {
+        **{name: f"{name}_{units.position}" for name in ("target", "reading")},
+        "u_target": f"u_target_{units.deviation}",
+    }
+
+
+def _plain_columns(frame: pd.DataFrame, units: AxisUnits) -> pd.DataFrame:
+    frame = frame.rename(columns={long: short for short, long in _names(units).items()})
+    for name, value in (("placement", 1), ("cycle", 1), ("way", 1)):
+        if name not in frame:
+            frame.insert(0, name, value)
+    return frame
+
+
+def _check(frame: pd.DataFrame, form: str, path: str | Path, first_line: int, stated: str | None) -> None:
+    """The columns of the form, numbers without gaps, and all rows that the file says it has."""
+    needed = {"axis": ["target", "reading"], "spot": ["reading"], "distances": [*STATIONS, "reading"]}[form]
+    missing = [name for name in needed if name not in frame]
+    if missing or frame.empty:
+        what = f"column {missing[0]} is missing" if missing else "the recording has no rows"
+        raise InputError(path, what, found=",".join(frame.columns), expected=f"{', '.join(needed)} with their unit")
+    if stated is not None and stated != str(len(frame)):
+        raise InputError(path, "the recording is cut, or rows were added", found=f"{len(frame)} rows", expected=stated)
+    for name in frame.columns.difference(STATIONS):
+        values = pd.to_numeric(frame[name], errors="coerce").to_numpy(float)
+        wrong = ~np.isfinite(values)
+        if wrong.any():
+            row = int(wrong.argmax())
+            where = f"{path}:{first_line + row}"
+            raise InputError(where, f"column {name} is not a number", found=repr(str(frame[name].iloc[row])))
+    if not np.isin(frame["way"], (-1, 1)).all():
+        raise InputError(path, "column way is no sense of travel", expected="1 or -1 in every row")
