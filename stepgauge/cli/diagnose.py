@@ -98,6 +98,9 @@ def command(
     they are diagnosed one by one; the names of the files must then differ, and one that cannot be diagnosed is said and
     does not stop the others.
 
+    Recordings of one axis, of one spot or of distances ('stepgauge import --sensor') need neither gauge nor machine;
+    only what their sensor can have is looked for, and the result is told in their units.
+
     With --probe the MAP of a probe (polar_deg, azimuth_deg and trigger_force_N, deflection_um or pretravel_um; see
     'stepgauge probe map') is diagnosed instead: which part of the probe's construction is not as its file says.
 
@@ -106,11 +109,15 @@ def command(
     stepgauge diagnose along-x.csv along-y.csv -g my-gauge.toml -m my-cmm.toml -o diagnosis
     stepgauge diagnose logs/*.csv -g my-gauge.toml -m my-cmm.toml --each --jobs 4 -o diagnoses
     stepgauge diagnose map.csv --probe omp40-2-50mm -o diagnosis
+    stepgauge diagnose axis.csv -o diagnosis
     """
     if probe is not None:
         if without or not together:
             raise click.UsageError("--without and --each are for recordings; --probe takes neither of them")
         _diagnose_map(recordings, probe, columns, output, suffix, priors)
+        return
+    if _are_of_axis(recordings):
+        _diagnose_axis(recordings, output, together, suffix, without, priors)
         return
     if gauge is None or machine is None:
         raise click.UsageError("a recording needs --gauge and --machine; the map of a probe needs --probe")
@@ -129,6 +136,39 @@ def command(
         failed += not outcome.files
     if failed:
         raise PartlyDoneError(output, f"{failed} of {len(recordings)} recordings could not be diagnosed")
+
+
+def _are_of_axis(recordings: tuple[str, ...]) -> bool:
+    """Whether all recordings are of one axis, a spot or distances; one kind with the other is a mistake."""
+    from stepgauge.axis.recording import is_axis_recording
+
+    found = [is_axis_recording(path) for path in recordings]
+    if any(found) and not all(found):
+        raise click.UsageError(f"{recordings[found.index(True)]} is of one axis, the others are of a gauge")
+    return all(found)
+
+
+def _diagnose_axis(
+    recordings: tuple[str, ...],
+    output: str,
+    together: bool,
+    suffix: str,
+    without: tuple[str, ...],
+    priors: str | None,
+) -> None:
+    """Recordings without a gauge: together as settings up of one axis, or each into its own folder."""
+    from pathlib import Path
+
+    from stepgauge.diagnose.axis.diagnosis import diagnose_axis_files
+    from stepgauge.diagnose.posterior.priors import read_priors
+
+    table = None if priors is None else read_priors(priors)
+    sets = [recordings] if together else [(one,) for one in recordings]
+    for paths in sets:
+        folder = Path(output) if together else Path(output) / Path(paths[0]).stem
+        summary, files = diagnose_axis_files(paths, folder, suffix, without, table)
+        say(summary if together else f"{folder.name}: {summary}")
+        say(f"wrote {folder}: " + ", ".join(path.name for path in files))
 
 
 def _diagnose_map(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from stepgauge.cli.options import TEMPERATURE_C, FiniteRange, machine_option, output, say
 
@@ -16,6 +17,31 @@ if TYPE_CHECKING:
 FORMATS = ["linuxcnc", "dmis", "ippdme", "csv", "xlsx"]
 KINDS = ["missing", "doubled", "order", "foreign", "runs"]
 DECIMALS = {"point": ".", "comma": ","}
+SENSORS = [
+    *("touch", "dial", "laser", "encoder", "autocollimator"),
+    *("capacitive", "inductive", "optical", "edm", "other"),
+]
+"""Written out so that --help needs no import of the effects; a test compares it with theirs."""
+
+
+class _UnitName(click.ParamType):
+    """A unit of length or angle."""
+
+    name = "unit"
+    words = "mm, um, nm, cm, m, inch, thou, deg, arcmin, arcsec, rad, mrad, urad, gon"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The plain name of the unit."""
+        from stepgauge.axis.units import plain_name
+        from stepgauge.errors import InputError
+
+        try:
+            return plain_name(value)
+        except InputError:
+            self.fail(f"{value!r} is no unit of length or angle ({self.words})", param, ctx)
+
+
+UNIT = _UnitName()
 
 
 @click.command("import")
@@ -105,6 +131,37 @@ DECIMALS = {"point": ".", "comma": ","}
     show_default=True,
     help="Of a table: unit of temperatures whose header states none.",
 )
+@click.option(
+    "--set",
+    "constants",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Of a table: a column that it lacks the same in every row, e.g. y_mm=0 or direction=+; repeatable.",
+)
+@click.option(
+    "--sensor",
+    type=click.Choice(SENSORS),
+    help="What read LOG. With it, a table of targets and readings of one axis, of one spot over time, or of distances"
+    " between stations is read; a diagnosis then looks only for what such a sensor can have.",
+)
+@click.option(
+    "--targets",
+    metavar="TARGETS",
+    help="Of one axis: FIRST:LAST:STEP, a list such as 0,50,100, or a file of targets with their certified positions"
+    " and standard uncertainties in um. Default: the targets of LOG, or the faces of --gauge.",
+)
+@click.option(
+    "--unit",
+    type=UNIT,
+    metavar="UNIT",
+    help=f"Of one axis: unit of targets and readings whose header states none: {UNIT.words}.",
+)
+@click.option("--deviation-unit", type=UNIT, metavar="UNIT", help="Of one axis: the same of deviations.")
+@click.option(
+    "--header",
+    metavar="NAMES",
+    help='Of one axis: names of all columns, e.g. "target_mm,reading_mm". Default: those of LOG.',
+)
 def command(log: str, source: str | None, output: str, **options: Any) -> None:
     """Turn what a controller or a person wrote down into a recording.
 
@@ -115,6 +172,11 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
     cycle, face and direction of every row needs neither. Then serial, units, tip radius and faces are checked against
     the gauge. Nothing is written unless all of it fits.
 
+    With --sensor, LOG may be a table of one axis: targets and readings (or deviations), one row per reading or one
+    column per cycle, with or without directions of travel; readings of one spot over time; or distances between
+    stations. Text, Excel, JSON records and the files of laser software are read, 'stepgauge diagnose' takes the result
+    without gauge and machine.
+
     What was mapped and what was dropped is printed, and kept in the recording as '# import:' lines.
 
     \b
@@ -122,6 +184,7 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
         --gauge step-gauge-420 --placement placement.toml --gauge-temperature 20.4 -o recording.csv
     stepgauge import results.dmo --from dmis --program gauge.dmi -g step-gauge-420 -p placement.toml -o recording.csv
     stepgauge import points.csv -g step-gauge-420 -p placement.toml --column x_mm="Messwert X" -o recording.csv
+    stepgauge import positioning.xlsx --sensor laser -o axis.csv
     """
     from stepgauge.files.text import check_output
     from stepgauge.gauge.certified import read_gauge
@@ -132,6 +195,9 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
 
     check_output(output, log, options["program"], options["gauge"], options["placement"], options["machine"])
     _check_options(options)
+    if options["sensor"] and not options["placement"] and not _names_points(log, source, options):
+        _import_axis(log, output, options)
+        return
     steps = read_gauge(options["gauge"]) if options["gauge"] else None
     lies = read_placement(options["placement"], steps) if steps is not None and options["placement"] else None
     layout = _layout(options)
@@ -144,9 +210,10 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
         options["accept"],
     )
     imported = import_log(log, source or recognise_log(log), steps, lies, program, choice, layout)
+    recording = imported.recording.with_comments(sensor=options["sensor"])
     if options["machine"]:
-        check_recorded(imported.recording.comments, read_machine(options["machine"]))
-    write_recording(output, imported.recording)
+        check_recorded(recording.comments, read_machine(options["machine"]))
+    write_recording(output, recording)
     for line in imported.report:
         say(line)
     placements = ", ".join(map(str, imported.recording.placements))
@@ -172,7 +239,58 @@ def _layout(options: dict[str, Any]) -> TableLayout:
         parse_mapping(options["columns"]),
         options["length_unit"],
         options["temperature_unit"],
+        _constants(options),
     )
+
+
+def _constants(options: dict[str, Any]) -> dict[str, str]:
+    """``--set`` as names and texts."""
+    pairs = [text.partition("=") for text in options["constants"]]
+    for name, equals, value in pairs:
+        if not (name.strip() and equals and value.strip()):
+            raise click.UsageError(f"--set takes NAME=VALUE, not {name + equals + value!r}")
+    return {name.strip(): value.strip() for name, _, value in pairs}
+
+
+def _names_points(log: str, source: str | None, options: dict[str, Any]) -> bool:
+    """Whether a log has points of three coordinates: any but a table, and a table that names x, y and z."""
+    from stepgauge.importing import TABLES, recognise_log
+    from stepgauge.importing.sheet import has_points
+
+    kind = source or recognise_log(log)
+    return kind not in TABLES or has_points(log, kind, options["sheet"], _constants(options), options["columns"])
+
+
+def _import_axis(log: str, output: str, options: dict[str, Any]) -> None:
+    """A table of one axis, one spot or distances."""
+    from stepgauge.axis.recording import write_axis_recording
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.importing import TableLayout
+    from stepgauge.importing.axis import AxisOptions, import_axis
+    from stepgauge.importing.axis.roles import parse_roles
+    from stepgauge.importing.axis.targets import gauge_targets, parse_targets
+    from stepgauge.importing.cells import DELIMITERS
+
+    targets = parse_targets(options["targets"]) if options["targets"] else None
+    stated = click.get_current_context().get_parameter_source("gauge") == ParameterSource.COMMANDLINE
+    if targets is None and stated:  # the variable is for all verbs, and says nothing of a table of an axis
+        targets = gauge_targets(read_gauge(options["gauge"]))
+    choice = AxisOptions(
+        options["sensor"],
+        options["unit"],
+        options["deviation_unit"],
+        parse_roles(options["columns"]),
+        options["header"],
+        _constants(options),
+        targets,
+        "missing" in options["accept"],
+    )
+    mark, decimal = DELIMITERS.get(options["delimiter"] or ""), DECIMALS.get(options["decimal"] or "")
+    imported = import_axis(log, choice, TableLayout(mark, decimal, options["sheet"]))
+    write_axis_recording(output, imported.recording)
+    for line in imported.report:
+        say(line)
+    say(f"wrote {output}: {len(imported.recording)} readings")
 
 
 def _read_program(options: dict[str, Any], placement: Placement | None) -> tuple[Program | None, float | None]:

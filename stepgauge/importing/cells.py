@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import datetime
 import io
+import re
 import zipfile
 from collections import Counter
 from collections.abc import Sequence
@@ -19,6 +20,9 @@ from stepgauge.files.text import read_bytes
 Cell = str | float | datetime.datetime | datetime.time | datetime.timedelta
 DELIMITERS = {"semicolon": ";", "tab": "\t", "bar": "|", "comma": ","}
 """Names of the delimiters, in the order in which they are tried: a comma may be a decimal mark."""
+SPACES = {"spaces": r"\s{2,}", "space": r"\s+"}
+"""The same for columns that are set apart by white space, as patterns."""
+_DATE_AND_TIME = re.compile(r"(\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}) (\d{1,2}:\d\d)")
 SAMPLE = 500
 """Lines by which the delimiter is found."""
 LARGEST_UNPACKED = 60_000_000
@@ -92,12 +96,43 @@ def read_text_cells(path: str | Path, delimiter: str | None) -> Cells:
     )
 
 
+def read_column_cells(path: str | Path, delimiter: str | None) -> Cells:
+    """Rows of a text file whose columns may be few, and set apart by white space."""
+    text, encoding = decode(path)
+    lines = [_DATE_AND_TIME.sub(r"\1_\2", line) for line in text.splitlines()]
+    comments = [line for line in lines if _is_remark(line)]
+    rows = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not _is_remark(line)]
+    rows = [(n, line) for n, line in rows if not (n == 1 and line.lower().startswith("sep="))]
+    if not rows:
+        raise InputError(path, "the table is empty", expected="a header, and rows of numbers")
+    texts = [line for _, line in rows]
+    marks = [delimiter] if delimiter else [*DELIMITERS.values(), *SPACES.values()]
+    mark = max(marks, key=lambda one: _divides(texts, one))
+    name = next((name for name, known in (DELIMITERS | SPACES).items() if known == mark), repr(mark))
+    numbers, blank = [n for n, _ in rows], len(lines) - len(rows) - len(comments)
+    return Cells(str(path), _split(texts, mark), numbers, comments, blank, (f"{encoding}, {name}-separated",))
+
+
+def _divides(lines: Sequence[str], mark: str) -> float:
+    """How well a mark divides lines: cells that are numbers in rows as wide as most, less what it tears apart."""
+    sample = lines[:: max(1, len(lines) // SAMPLE)]
+    rows = [row for row in _split(sample, mark) if 2 * sum(map(looks_numeric, row)) >= len(row)]
+    if not rows:
+        return 0.0
+    width = Counter(map(len, rows)).most_common(1)[0][0]
+    even = [row for row in rows if len(row) == width]
+    numeric = sum(looks_numeric(cell) for row in even for cell in row)
+    return float(len(even) * numeric / (len(even) * width)) if width > 1 else 0.5 * len(even)
+
+
 def _is_remark(line: str) -> bool:
     return line.lstrip().startswith(COMMENT_MARKS)
 
 
 def _split(lines: Sequence[str], mark: str) -> list[list[str]]:
     """Cells of every line; a quotation mark that is not closed ends with its line."""
+    if mark in SPACES.values():
+        return [re.split(mark, line.strip()) for line in lines]
     reader = [next(csv.reader([line], delimiter=mark, skipinitialspace=True)) for line in lines]
     return [[cell.strip() for cell in cells] for cells in reader]
 
@@ -115,7 +150,7 @@ def _find_delimiter(path: str | Path, lines: Sequence[str]) -> str:
         path,
         "the delimiter of the table cannot be found",
         found=repr(lines[len(lines) // 2][:60]),
-        expected="columns separated by ; , | or tabs, or --delimiter",
+        expected="columns separated by ; , | or tabs, or --delimiter; of one axis --sensor",
     )
 
 

@@ -20,7 +20,7 @@ from stepgauge.files.numerals import Numerals, looks_numeric
 from stepgauge.files.units import Unit, find_unit
 from stepgauge.importing.cells import Cell, Cells, mark_of, read_text_cells, read_workbook_cells
 from stepgauge.importing.clock import seconds_of
-from stepgauge.importing.headers import NORMAL, QUANTITY, Column, check_columns, read_header, with_units
+from stepgauge.importing.headers import DIRECTIONS, NORMAL, QUANTITY, Column, check_columns, read_header, with_units
 from stepgauge.importing.log import ProbeLog, unit_vectors
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, comment_lines
 
@@ -36,7 +36,8 @@ class TableLayout:
 
     ``delimiter``: the mark between columns; ``decimal``: ``"."`` or ``","``; ``sheet``: of a workbook; ``columns``:
     what of a recording (:data:`stepgauge.importing.headers.TARGETS`) stands under which header; ``length_unit``,
-    ``temperature_unit``: of columns that state none (mm and deg C).
+    ``temperature_unit``: of columns that state none (mm and deg C); ``constants``: columns that the table lacks, each
+    with the text that holds in every row.
     """
 
     delimiter: str | None = None
@@ -45,6 +46,7 @@ class TableLayout:
     columns: Mapping[str, str] = field(default_factory=dict)
     length_unit: str = "mm"
     temperature_unit: str = "C"
+    constants: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,18 @@ def read_sheet(path: str | Path, kind: str, layout: TableLayout) -> ProbeLog:
     )
 
 
+def has_points(
+    path: str | Path, kind: str, sheet: str | None, constants: Mapping[str, str], columns: Sequence[str]
+) -> bool:
+    """Whether a table names x, y and z, by itself, with constants, or by ``columns`` such as ``x_mm=HEADER``."""
+    chosen = {text.partition("=")[0].strip() for text in columns}
+    try:
+        cells = read_workbook_cells(path, sheet) if kind == "xlsx" else read_text_cells(path, None)
+        return bool(_find_header(cells, TableLayout(constants=constants)))
+    except InputError:
+        return bool(chosen) and chosen <= {*POSITION, *DIRECTIONS}
+
+
 def _make_table(cells: Cells, layout: TableLayout) -> _Table:
     at, columns = _find_header(cells, layout)
     if at:
@@ -114,15 +128,16 @@ def _make_table(cells: Cells, layout: TableLayout) -> _Table:
     check_columns(columns, where, layout.columns)
     if not body:
         raise InputError(where, "the table has a header but no rows")
-    rows = [list(row) for row, _ in body]
+    width = len(columns) - len(layout.constants)
     for row, line in body:
-        if len(row) > len(columns) and any(cell != "" for cell in row[len(columns) :]):
+        if len(row) > width and any(cell != "" for cell in row[width:]):
             raise InputError(
                 f"{cells.path}:{line}",
                 "the row has more cells than the header (a decimal comma in a comma-separated table?)",
                 found=len(row),
-                expected=len(columns),
+                expected=width,
             )
+    rows = [[*row[:width], *[""] * (width - len(row)), *layout.constants.values()] for row, _ in body]
     texts = [cell for row in rows for cell in row if isinstance(cell, str) and cell]
     return _Table(cells, columns, rows, [line for _, line in body], layout.decimal or mark_of(cells.path, texts))
 
@@ -132,7 +147,7 @@ def _find_header(cells: Cells, layout: TableLayout) -> tuple[int, list[Column]]:
     best: list[str] = []
     for at, row in enumerate(cells.rows[:HEADER_WITHIN]):
         names = [cell if isinstance(cell, str) else "" for cell in row]
-        columns = read_header(names, layout.columns)
+        columns = read_header([*names, *layout.constants], layout.columns)
         if set(POSITION) <= {column.target for column in columns}:
             return at, columns
         if sum(bool(name) and not looks_numeric(name) for name in names) > len(best):
@@ -144,7 +159,7 @@ def _find_header(cells: Cells, layout: TableLayout) -> tuple[int, list[Column]]:
         cells.path,
         "no row names the columns x, y and z",
         found=", ".join(best)[:200] or "numbers only",
-        expected='a header, e.g. X [mm];Y [mm];Z [mm], or --column x_mm="HEADER" for each',
+        expected='X [mm];Y [mm];Z [mm], or --column x_mm="HEADER" for each, or of one axis --sensor laser (dial, ..)',
     )
 
 

@@ -1,0 +1,183 @@
+"""Readings in the order in which they were taken -> a recording of an axis, a spot or distances.
+
+Whether a column holds readings or deviations shows in its slope against the targets, one or nought. Units that no
+header states are not guessed: readings have the unit of their targets, anything else is asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from stepgauge.axis.recording import OWN, STATIONS, AxisRecording, places_of
+from stepgauge.axis.units import AxisUnits, base_of, plain_name
+from stepgauge.errors import InputError
+from stepgauge.files.units import LENGTH_MM, Unit, unit_hint
+from stepgauge.importing.axis.grid import Grid
+from stepgauge.importing.axis.long import Long
+from stepgauge.importing.axis.roles import DEVIATION, READING
+from stepgauge.importing.axis.targets import Targets
+from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
+
+Array = NDArray[np.float64]
+NEAR = 0.02
+"""Slope of readings against targets: within this of one, or of nought for deviations."""
+
+
+@dataclass(frozen=True)
+class AxisOptions:
+    """What a table of an axis does not state.
+
+    ``sensor``: what read it (:data:`stepgauge.axis.sensors.SENSORS`); ``unit``, ``deviation_unit``: of columns that
+    state none; ``columns``: headers by role; ``header``: names of the columns in place of those of the file;
+    ``constants``: columns that are the same in every row; ``targets``: the artefact; ``missing``: whether readings may
+    be missing.
+    """
+
+    sensor: str = "other"
+    unit: str | None = None
+    deviation_unit: str | None = None
+    columns: Mapping[str, str] = field(default_factory=dict)
+    header: str | None = None
+    constants: Mapping[str, str] = field(default_factory=dict)
+    targets: Targets | None = None
+    missing: bool = False
+
+
+def build_axis(found: Long, grid: Grid, options: AxisOptions) -> AxisRecording:
+    """The recording; :class:`InputError` names the option that settles what the table leaves open."""
+    form = "distances" if found.stations else "axis" if found.target is not None or options.targets else "spot"
+    target, index = _targets(found, grid, options)
+    role = _role(found, grid, target) if form == "axis" else READING
+    units = _units(found, grid, options, form, role)
+    target = None if target is None else target * _per(found.target_unit, units, options)
+    value = found.value * _value_factor(found, units, options, role)
+    reading = value if role == READING else value / units.deviations_per_position + _known(target)
+    frame = _frame(found, target, reading)
+    if index is not None and options.targets is not None and options.targets.u.any():
+        frame["u_target"] = options.targets.u[index] / units.base_deviation
+    elif found.u_target is not None:
+        frame["u_target"] = found.u_target * _value_factor(found, units, options, DEVIATION)
+    for name, values in found.others.items():
+        frame[f"{name} recorded" if name in OWN or name in STATIONS else name] = values
+    artefact = options.targets.name if options.targets else "targets" if form == "axis" else "none"
+    return AxisRecording(frame, form, units, options.sensor, {"artefact": artefact}, grid.path)
+
+
+def _targets(found: Long, grid: Grid, options: AxisOptions) -> tuple[Array | None, NDArray[np.intp] | None]:
+    """Certified targets of all rows in the unit of the table, and which of the artefact each is."""
+    known = options.targets
+    if known is None or found.stations:
+        return found.target, None
+    of_file = 1.0
+    if known.gauge:
+        stated = found.target_unit or found.value_unit
+        of_file = 1.0 / (stated.factor if stated is not None else base_of(options.unit or "mm"))
+    listed = Targets(known.nominal * of_file, known.certified * of_file, known.u, known.name)
+    if found.target is not None:
+        index = listed.matched(found.target, grid.path)
+    else:
+        index = listed.nearest(found.value, grid.path)
+    return listed.certified[index], index
+
+
+def _role(found: Long, grid: Grid, target: Array | None) -> str:
+    """Whether the values are readings or deviations: as they are named, where their size does not contradict."""
+    assert target is not None
+    if not np.ptp(target):
+        return DEVIATION if found.value_role == DEVIATION else READING
+    slope = float(np.polyfit(target - target.mean(), found.value, 1)[0])
+    scale = 1.0
+    if found.value_unit is not None and found.target_unit is not None:
+        scale = found.value_unit.factor / found.target_unit.factor
+    slope *= scale
+    if abs(slope - 1.0) < NEAR:
+        return READING
+    if abs(slope) < NEAR or (found.value_role == DEVIATION and scale == 1.0):
+        return DEVIATION
+    if found.value_unit is None and found.value_role != READING:
+        return DEVIATION
+    hint = unit_hint(abs(slope), 1.0)
+    raise InputError(
+        grid.path,
+        f"column {found.value_header!r} holds neither readings nor deviations of the targets{hint}",
+        found=f"a change of {slope:.4g} per unit of target",
+        expected='1 or about 0; the units in --header, or the right column by --column reading="HEADER"',
+    )
+
+
+def _units(found: Long, grid: Grid, options: AxisOptions, form: str, role: str) -> AxisUnits:
+    """Units in which the axis is told: of the targets, else of the readings, else as asked; never guessed."""
+    asked = None if options.unit is None else plain_name(options.unit)
+    stated = found.target_unit if form == "axis" and found.target is not None else found.value_unit
+    if stated is None and role == READING:
+        stated = found.value_unit
+    if stated is None and options.targets is not None and options.targets.gauge:
+        asked = asked or "mm"
+    name = plain_name(stated.name) if stated is not None else asked
+    if name is None:
+        what = "target" if form == "axis" and found.target is not None else "reading"
+        expected = "--unit mm (um, m, inch, deg, arcsec, ..)"
+        raise InputError(
+            grid.path, f"the unit of the {what}s is not stated", found=found.value_header, expected=expected
+        )
+    deviation = options.deviation_unit
+    if role == DEVIATION:
+        deviation = plain_name(found.value_unit.name) if found.value_unit is not None else deviation
+        if deviation is None:
+            what, expected = "the unit of the deviations is not stated", "--deviation-unit um (mm, uin, arcsec, ..)"
+            raise InputError(grid.path, what, found=found.value_header, expected=expected)
+    return AxisUnits.of(name, deviation)
+
+
+def _per(unit: Unit | None, units: AxisUnits, options: AxisOptions) -> float:
+    """What a number in a column is in units of position."""
+    return 1.0 if unit is None else base_of(plain_name(unit.name)) / units.base_position
+
+
+def _value_factor(found: Long, units: AxisUnits, options: AxisOptions, role: str) -> float:
+    """What a value is in units of position (a reading) or of deviation."""
+    if role == READING:
+        return _per(found.value_unit, units, options)
+    name = plain_name(found.value_unit.name) if found.value_unit else options.deviation_unit or units.deviation
+    _check_kind(name, units)
+    return base_of(plain_name(name)) / base_of(units.deviation)
+
+
+def _check_kind(name: str, units: AxisUnits) -> None:
+    if (name in LENGTH_MM) != (units.axis == "linear"):
+        raise InputError("--deviation-unit", "not a unit of this axis", found=name, expected=f"as {units.deviation}")
+
+
+def _known(target: Array | None) -> Array:
+    assert target is not None
+    return target
+
+
+def _frame(found: Long, target: Array | None, reading: Array) -> pd.DataFrame:
+    """The columns of every recording of an axis; direction and cycle from the order where nothing states them."""
+    key = target if target is not None else np.zeros(len(reading))
+    if found.stations:
+        key = np.unique(np.sort(np.array(found.stations), axis=0), axis=1, return_inverse=True)[1].ravel().astype(float)
+    travels = target is not None and not found.stations
+    way = found.way if found.way.all() else ways_of_order(key) if travels else np.ones(len(reading), int)
+    cycle = found.cycle
+    if not cycle.all():
+        cycle = (
+            cycles_of_repeats(places_of(key), way, found.placement)
+            if travels or found.stations
+            else np.ones(len(way), int)
+        )
+    frame = pd.DataFrame({"placement": found.placement, "cycle": cycle, "way": way})
+    if found.stations:
+        frame[STATIONS[0]], frame[STATIONS[1]] = found.stations
+    if target is not None and not found.stations:
+        frame["target"] = target
+    frame["reading"] = reading
+    if found.time_s is not None:
+        frame["time_s"] = found.time_s
+    return frame

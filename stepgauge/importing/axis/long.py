@@ -1,0 +1,237 @@
+"""A table of one axis as one reading per row, whether it has a row or a column per cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.files.units import Unit
+from stepgauge.importing.axis.grid import Grid
+from stepgauge.importing.axis.labels import LABEL, Label, parse_label, way_of
+from stepgauge.importing.axis.roles import (
+    CYCLE,
+    DEVIATION,
+    FROM,
+    PLACEMENT,
+    READING,
+    TARGET,
+    TIME,
+    TO,
+    U_TARGET,
+    VALUE_ROLES,
+    WAY,
+    Role,
+)
+from stepgauge.importing.clock import seconds_of
+
+Array = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Long:
+    """Readings in the order in which they were taken, ``n`` of them.
+
+    ``row (n,)``: row of the grid of each; ``target``, ``value``, ``u_target``: in the units of their columns;
+    ``role``: what the value is (reading, deviation, or unknown); ``way``, ``cycle``: nought where nothing states them;
+    ``stations``: names of both; ``others``: numbers recorded besides; ``dropped``: columns that were not.
+    """
+
+    row: Whole
+    value: Array
+    value_role: str
+    value_unit: Unit | None
+    value_header: str
+    target: Array | None
+    target_unit: Unit | None
+    u_target: Array | None
+    way: Whole
+    cycle: Whole
+    placement: Whole
+    time_s: Array | None
+    stations: tuple[list[str], list[str]] | None
+    others: dict[str, Array]
+    dropped: list[str]
+
+
+def to_long(grid: Grid, roles: Sequence[Role], missing: bool) -> Long:
+    """One reading per row; ``missing``: whether cells of readings may be empty.
+
+    :class:`InputError` names the row and column of what is no number, and the option that settles what is ambiguous.
+    """
+    columns = _value_columns(grid, roles)
+    roles = [replace(one, role=READING) if one.role is None and one in columns else one for one in roles]
+    picked = [_picked(grid, column, roles, missing) for column in columns]
+    cycles = _column_cycles(columns)
+    row = np.concatenate([rows for rows, _ in picked]).astype(np.int64)
+    value = np.concatenate([values for _, values in picked])
+    own = np.repeat(np.arange(len(columns)), [len(rows) for rows, _ in picked])
+    titles = [parse_label(title) for title in grid.titles]
+    cycle = np.array([cycles[c] for c in own]) if len(columns) > 1 else _of_rows(grid, roles, CYCLE, titles)[row]
+    way = _of_rows(grid, roles, WAY, titles)[row]
+    stated = np.array([columns[c].label.way for c in own])
+    way = np.where(stated != 0, stated, way)
+    target = _only(roles, TARGET)
+    u_target = _only(roles, U_TARGET)
+    others, dropped = _others(grid, roles)
+    return Long(
+        row,
+        value,
+        columns[0].role or READING,
+        columns[0].unit,
+        columns[0].header,
+        None if target is None else _numbers(grid, target)[row],
+        None if target is None else target.unit,
+        None if u_target is None else _numbers(grid, u_target)[row],
+        way,
+        cycle,
+        np.maximum(_of_rows(grid, roles, PLACEMENT, [LABEL] * len(titles))[row], 1),
+        _time(grid, roles, row),
+        _stations(grid, roles, row),
+        {name: values[row] for name, values in others.items()},
+        dropped,
+    )
+
+
+def _value_columns(grid: Grid, roles: Sequence[Role]) -> list[Role]:
+    """The columns of readings: those of a wide table, or one; readings go before deviations, which follow from them."""
+    found: list[Role] = []
+    for wanted in (READING, *VALUE_ROLES):
+        found = [one for one in roles if one.role == wanted]
+        if found:
+            break
+    found = found or _only_length(grid, roles)
+    if not found:
+        names = ", ".join(one.header for one in roles if one.header)
+        expected = '--column reading="HEADER" (or deviation="HEADER")'
+        raise InputError(grid.path, "no column is named as the reading", found=names, expected=expected)
+    if len(found) > 1 and any(one.label == LABEL for one in found):
+        names = " and ".join(repr(one.header) for one in found[:3])
+        expected = f'--column {found[0].role}="HEADER" for the right one'
+        raise InputError(grid.path, f"several columns may be the {found[0].role}", found=names, expected=expected)
+    return sorted(found, key=lambda one: (one.label.cycle, one.place))
+
+
+def _only_length(grid: Grid, roles: Sequence[Role]) -> list[Role]:
+    """The one column in a unit of length or angle, where none is named as a reading; else the only number besides."""
+    free = [one for one in roles if one.role is None and np.isfinite(grid.numbers(one.place)).all()]
+    lengths = [one for one in free if one.unit is not None and one.unit.quantity in ("length", "angle")]
+    return lengths if len(lengths) == 1 else free if len(free) == 1 and not lengths else []
+
+
+def _column_cycles(columns: Sequence[Role]) -> list[int]:
+    """The cycle of every column: as its name says, else counted among those of its direction."""
+    if all(one.label.cycle for one in columns):
+        return [one.label.cycle for one in columns]
+    counts: dict[int, int] = {}
+    found = []
+    for one in columns:
+        counts[one.label.way] = counts.get(one.label.way, 0) + 1
+        found.append(counts[one.label.way])
+    return found
+
+
+def _picked(grid: Grid, column: Role, roles: Sequence[Role], missing: bool) -> tuple[Whole, Array]:
+    """Rows and values of one column in the order of travel: upwards in the table for a column of the way back."""
+    values = grid.numbers(column.place)
+    empty = np.array([cell in ("", "-", "--") for cell in grid.cells(column.place)])
+    if not missing:
+        _check_numbers(grid, column, values, "a number (empty: --accept missing)")
+    rows = np.flatnonzero(~empty & np.isfinite(values)) if missing else np.arange(len(values))
+    _check_numbers(grid, column, np.where(empty, 0.0, values), "a number")
+    if column.label.way < 0 and _rising(grid, roles):
+        rows = rows[::-1]
+    return rows, values[rows]
+
+
+def _rising(grid: Grid, roles: Sequence[Role]) -> bool:
+    target = _only(roles, TARGET)
+    values = np.zeros(2) if target is None else grid.numbers(target.place)
+    return bool(values[-1] > values[0])
+
+
+def _numbers(grid: Grid, column: Role) -> Array:
+    values = grid.numbers(column.place)
+    _check_numbers(grid, column, values, f"a number with decimal {'comma' if grid.decimal == ',' else 'point'}")
+    return values
+
+
+def _check_numbers(grid: Grid, column: Role, values: Array, expected: str) -> None:
+    wrong = ~np.isfinite(values)
+    if wrong.any():
+        row = int(wrong.argmax())
+        cell = grid.cells(column.place)[row]
+        found = "nothing" if cell == "" else repr(str(cell))
+        raise InputError(grid.at(row), f"column {column.header!r} is not a number", found=found, expected=expected)
+
+
+def _only(roles: Sequence[Role], role: str) -> Role | None:
+    return next((one for one in roles if one.role == role), None)
+
+
+def _of_rows(grid: Grid, roles: Sequence[Role], role: str, titles: Sequence[Label]) -> Whole:
+    """Cycle, placement or way of every row of the grid: from its column, else from the line above the block."""
+    column = _only(roles, role)
+    if column is None:
+        return np.array([one.way if role == WAY else one.cycle for one in titles])
+    cells = grid.cells(column.place)
+    if role != WAY:
+        labels = [parse_label(str(int(c)) if isinstance(c, float) else str(c)).cycle for c in cells]
+        return np.array(labels if all(labels) else np.unique([str(c) for c in cells], return_inverse=True)[1] + 1)
+    ways = [(int(np.sign(c)) if abs(c) == 1.0 else 0) if isinstance(c, float) else _way(str(c)) for c in cells]
+    if not all(ways):
+        row = ways.index(0)
+        expected = "+, -, forward or backward; or --set direction=+ for all"
+        what = f"column {column.header!r} is no direction of travel"
+        raise InputError(grid.at(row), what, found=repr(str(cells[row])), expected=expected)
+    return np.array(ways)
+
+
+def _way(text: str) -> int:
+    plain = {"1": 1, "1.0": 1, "-1.0": -1}
+    return plain.get(text.strip()) or way_of(text) or parse_label(text).way
+
+
+def _time(grid: Grid, roles: Sequence[Role], row: Whole) -> Array | None:
+    """Seconds: numbers in the column's unit, or dates and times of day, in one column or two."""
+    columns = [one for one in roles if one.role == TIME]
+    columns = [one for one in columns if any(cell != "" for cell in grid.cells(one.place))]
+    if not columns:
+        return None
+    values = grid.numbers(columns[0].place)
+    if len(columns) == 1 and np.isfinite(values).all():
+        unit = columns[0].unit
+        return values[row] * (unit.factor if unit is not None and unit.quantity == "time" else 1.0)
+    cells = [grid.cells(one.place) for one in columns]
+    texts = cells[0] if len(columns) == 1 else [f"{a} {b}" for a, b in zip(cells[0], cells[1], strict=True)]
+    return seconds_of(texts, grid.at, columns[0].header)[row]
+
+
+def _stations(grid: Grid, roles: Sequence[Role], row: Whole) -> tuple[list[str], list[str]] | None:
+    near, far = _only(roles, FROM), _only(roles, TO)
+    if near is None or far is None:
+        return None
+    names = [[f"{c:g}" if isinstance(c, float) else str(c) for c in grid.cells(one.place)] for one in (near, far)]
+    return [names[0][n] for n in row], [names[1][n] for n in row]
+
+
+def _others(grid: Grid, roles: Sequence[Role]) -> tuple[dict[str, Array], list[str]]:
+    """Numbers in every row that were recorded besides, and the columns that were not kept."""
+    kept: dict[str, Array] = {}
+    dropped = []
+    for one in roles:
+        if one.role is not None or not one.header:
+            dropped += [one.header] if one.role == "dropped" and one.header else []
+            continue
+        values = grid.numbers(one.place)
+        name = one.header.replace(",", " ").replace('"', " ").strip()
+        if np.isfinite(values).all() and name not in kept:
+            kept[name] = values
+        else:
+            dropped.append(one.header)
+    unused = [one.header for one in roles if one.role == DEVIATION and any(r.role == READING for r in roles)]
+    return kept, dropped + unused

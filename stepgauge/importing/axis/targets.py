@@ -1,0 +1,113 @@
+"""The artefact of an axis: a gauge file, a list of targets in words or in a file, or none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.files.numerals import Numerals, number, tidy
+from stepgauge.gauge.certified import Gauge
+from stepgauge.importing.cells import read_column_cells
+
+Array = NDArray[np.float64]
+MOST_TARGETS = 100_000
+
+
+@dataclass(frozen=True)
+class Targets:
+    """``nominal``, ``certified (m,)``: positions in the unit of the table's targets, rising; ``u (m,)``: standard
+    uncertainties in um, nought where none are stated; ``name``: what it is called; ``gauge``: whether they are mm."""
+
+    nominal: Array
+    certified: Array
+    u: Array
+    name: str
+    gauge: bool = False
+
+    def matched(self, target: Array, at: str) -> NDArray[np.intp]:
+        """Index of the target of every row: by its nominal position, else by its number in the list."""
+        near = np.abs(target[:, None] - self.nominal).argmin(axis=1)
+        off = np.abs(target - self.nominal[near])
+        counted = (target == np.floor(target)) & (target >= 1) & (target <= len(self.nominal))
+        told_apart = len(np.unique(near)) == len(np.unique(target))
+        if (off <= self.reach).all() and (told_apart or not counted.all()):
+            return near
+        if counted.all():
+            return target.astype(np.intp) - 1
+        row = int(off.argmax())
+        expected = f"one of the {len(self.nominal)} of {self.name}"
+        raise InputError(at, "a target is not in the list", found=f"{target[row]:g}", expected=expected)
+
+    @property
+    def reach(self) -> float:
+        """How far from a target what belongs to it may lie: a quarter of the least step."""
+        return float(np.diff(np.sort(self.nominal)).min(initial=np.inf)) / 4.0 if len(self.nominal) > 1 else np.inf
+
+    def nearest(self, reading: Array, at: str) -> NDArray[np.intp]:
+        """Index of the target that each reading belongs to, where the table names none."""
+        near = np.abs(reading[:, None] - self.nominal).argmin(axis=1)
+        off = np.abs(reading - self.nominal[near])
+        if (off > self.reach).any():
+            row = int(off.argmax())
+            expected = "readings nearer to their target than to the next one, or a column of targets"
+            raise InputError(at, "a reading belongs to no target", found=f"{reading[row]:g}", expected=expected)
+        return near
+
+
+def gauge_targets(gauge: Gauge) -> Targets:
+    """The faces of a gauge, at its reference temperature."""
+    return Targets(gauge.nominal_mm, gauge.position_mm, gauge.u_um, gauge.table.name, gauge=True)
+
+
+def parse_targets(text: str) -> Targets:
+    """``0:500:25`` (first:last:step), ``0,50,100``, or a file with a column of targets, one of certified positions, and
+    one of standard uncertainties in um; the later ones may be missing.
+
+    :class:`InputError` where it is none of these, or targets are there twice.
+    """
+    if Path(text).is_file():
+        return _checked(_from_file(text), text)
+    parts = text.split(":")
+    if len(parts) == 3:
+        first, last, step = [number(part.strip()) for part in parts]
+        if np.isfinite([first, last, step]).all() and step and 0 <= (last - first) / step <= MOST_TARGETS:
+            return _checked(
+                _plain(np.array([first + step * n for n in range(round((last - first) / step) + 1)]), text), text
+            )
+    values: Array = np.array([number(tidy(part)) for part in text.replace(";", ",").split(",")])
+    if np.isfinite(values).all() and len(values) > 1:
+        return _checked(_plain(values, text), text)
+    expected = "FIRST:LAST:STEP, a list such as 0,50,100, or a file"
+    raise InputError("--targets", "not understood", found=repr(text), expected=expected)
+
+
+def _plain(values: Array, name: str) -> Targets:
+    return Targets(values, values, np.zeros(len(values)), name)
+
+
+def _from_file(path: str) -> Targets:
+    """Columns of numbers in a file, rows of text left out."""
+    numerals = [Numerals(mark) for mark in ".,"]
+    rows = [
+        [next((v for v in (one.number(str(cell)) for one in numerals) if np.isfinite(v)), np.nan) for cell in row]
+        for row in read_column_cells(path, None).rows
+    ]
+    rows = [[value for value in row if np.isfinite(value)] for row in rows]
+    rows = [row for row in rows if row]
+    width = max((len(row) for row in rows), default=0)
+    if not 1 <= width <= 3 or any(len(row) != width for row in rows):
+        expected = "one to three numbers in every row: target, certified position, standard uncertainty in um"
+        raise InputError(path, "no list of targets", found=f"up to {width} numbers in a row", expected=expected)
+    table = np.array(rows)
+    u = table[:, 2] if width == 3 else np.zeros(len(table))
+    return Targets(table[:, 0], table[:, min(1, width - 1)], u, Path(path).name)
+
+
+def _checked(found: Targets, where: str) -> Targets:
+    if len(np.unique(found.nominal)) < len(found.nominal):
+        raise InputError("--targets", "a target is there twice", found=where, expected="every target once")
+    return found

@@ -1,0 +1,51 @@
+"""Forms on which targets stand side by side and every run is a row (as in ISO 230-2), turned into columns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from stepgauge.files.numerals import looks_numeric
+from stepgauge.importing.axis.labels import LABEL, parse_label
+from stepgauge.importing.axis.roles import CYCLE, TARGET, VALUE_ROLES, WAY, role_of
+from stepgauge.importing.cells import Cell, Cells
+
+FEWEST = 3
+"""Numbers beside one another from which a row of targets is one."""
+
+
+def turned(cells: Cells) -> Cells:
+    """The cells with rows and columns exchanged, where a row begins with the word for targets and goes on in numbers.
+
+    What stands above that row, and rows of means and limits, are left out.
+    """
+    at = next((n for n, row in enumerate(cells.rows) if _is_row_of_targets(row)), None)
+    if at is None:
+        return cells
+    width = len(_numbers(cells.rows[at]))
+    rows = [row for row in cells.rows[at:] if _is_text(row[0]) and len(_numbers(row)) == width]
+    runs = [row for row in rows[1:] if _names_run(str(row[0]))]
+    if not runs:
+        return cells
+    table: list[list[Cell]] = [list(row) for row in zip(cells.rows[at], *runs, strict=False)]
+    return replace(cells, rows=table, lines=[cells.lines[at]] * len(table))
+
+
+def _is_text(cell: Cell) -> bool:
+    return isinstance(cell, str) and bool(cell) and not looks_numeric(cell)
+
+
+def _numbers(row: Sequence[Cell]) -> list[Cell]:
+    return [cell for cell in row[1:] if not isinstance(cell, str) or looks_numeric(cell)]
+
+
+def _is_row_of_targets(row: Sequence[Cell]) -> bool:
+    """Whether a row is the word for targets, and numbers."""
+    named = len(row) > FEWEST and _is_text(row[0]) and role_of(str(row[0])) == TARGET
+    return named and len(_numbers(row)) == len(row) - 1
+
+
+def _names_run(name: str) -> bool:
+    """Whether a row's name is that of a run, and not that of a mean or a limit."""
+    role, label = role_of(name), parse_label(name)
+    return role in (*VALUE_ROLES, CYCLE, WAY) or (role is None and label != LABEL)

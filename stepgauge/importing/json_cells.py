@@ -1,0 +1,99 @@
+"""Records in JSON as a table: a list of objects, a list of lists, or an object of equally long lists."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from stepgauge.errors import InputError
+from stepgauge.importing.cells import Cell, Cells, decode
+
+MOST_DEEP = 3
+"""Objects inside one another within which the records are looked for."""
+MOST_ROWS = 1_000_000
+
+
+def is_json(text: str) -> bool:
+    """Whether a text begins as JSON does, or has one object per line."""
+    return text.lstrip()[:1] in ("{", "[") and not text.lstrip().startswith("[[effect")
+
+
+def read_json_cells(path: str | Path) -> Cells:
+    """The records of a JSON file as rows below a header; :class:`InputError` where there are none."""
+    text, encoding = decode(path)
+    comments = list[str]()
+    records = _records(_parse(path, text), comments)
+    if records is None or not records[1]:
+        raise InputError(path, "no records are found", expected="a list of objects, or an object of equally long lists")
+    names, rows = records
+    if len(rows) > MOST_ROWS:
+        raise InputError(path, "too many records", found=len(rows), expected=f"at most {MOST_ROWS}")
+    table: list[list[Cell]] = [[*names], *([_cell(value) for value in row] for row in rows)]
+    return Cells(str(path), table, list(range(len(table))), comments, 0, (f"{encoding}, {len(rows)} records",))
+
+
+def _parse(path: str | Path, text: str) -> Any:
+    """One value, or one per line."""
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError as error:
+        lines = [line for line in text.splitlines() if line.strip()]
+        if len(lines) > 1 and all(line.lstrip().startswith("{") for line in lines):
+            try:
+                return [json.loads(line) for line in lines]
+            except json.JSONDecodeError:
+                pass
+        raise InputError(f"{path}:{error.lineno}", f"not valid JSON: {error.msg}") from None
+
+
+def _records(value: Any, comments: list[str], deep: int = 0) -> tuple[list[str], list[list[Any]]] | None:
+    """Names and rows of the first list of records in a value; plain values beside it go to the comments."""
+    if isinstance(value, list):
+        return _of_list(value)
+    if not isinstance(value, dict) or deep > MOST_DEEP:
+        return None
+    columns = {name: one for name, one in value.items() if isinstance(one, list) and _plain(one)}
+    sizes = {len(one) for one in columns.values()}
+    found = None
+    if columns and len(sizes) == 1 and max(sizes) > 1:
+        found = list(columns), [list(row) for row in zip(*columns.values(), strict=True)]
+    for name, one in value.items():
+        if isinstance(one, dict | list) and found is None:
+            found = _records(one, comments, deep + 1)
+        elif isinstance(one, str | int | float):
+            comments.append(f"# {name}: {one}")
+    return found
+
+
+def _of_list(value: list[Any]) -> tuple[list[str], list[list[Any]]] | None:
+    objects = [one for one in value if isinstance(one, Mapping)]
+    if objects and len(objects) == len(value):
+        flat = [_flat(one) for one in objects]
+        names = list(dict.fromkeys(name for one in flat for name in one))
+        return names, [[one.get(name, "") for name in names] for one in flat]
+    if value and all(isinstance(one, list) and _plain(one) for one in value):
+        return [str(name) for name in value[0]], [list(row) for row in value[1:]]
+    return None
+
+
+def _flat(record: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+    """A record whose values are plain; of objects inside it, by their names one after the other."""
+    found: dict[str, Any] = {}
+    for name, value in record.items():
+        if isinstance(value, Mapping):
+            found |= _flat(value, f"{before}{name} ")
+        elif not isinstance(value, list):
+            found[f"{before}{name}"] = value
+    return found
+
+
+def _plain(values: list[Any]) -> bool:
+    return not any(isinstance(one, list | dict) for one in values)
+
+
+def _cell(value: Any) -> Cell:
+    if value is None:
+        return ""
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(value).strip()
