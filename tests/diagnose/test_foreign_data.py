@@ -1,22 +1,18 @@
 """Diagnosis of data that nobody here made: a thesis' finite elements, a NBS worksheet, a law from another paper."""
 
-import importlib.util
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from stepgauge.diagnose.engine import diagnose
+from stepgauge.diagnose.axis.diagnosis import diagnose_axis
 from stepgauge.diagnose.maps.data import MapData, Measured
 from stepgauge.diagnose.maps.model import MapModel
 from stepgauge.diagnose.probe_map import diagnose_map, diagnose_probe_map
-from stepgauge.errors import InputError
-from stepgauge.gauge.certified import read_gauge
-from stepgauge.machine.file import read_machine
+from stepgauge.importing.axis import AxisOptions, import_axis
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes import read_probe
-from stepgauge.recording import read_recording
 
 ROOT = Path(__file__).parents[2]
 FEA = ROOT / "examples" / "omp40-fea"
@@ -86,29 +82,15 @@ def test_fea_columns_of_the_thesis_are_read_under_their_own_names(tmp_path):
 PUBLISHED_SLOPE, PUBLISHED_OFFSET_UM, ODD_RUN = 0.987, 0.24, 2
 
 
-@pytest.fixture(scope="module")
-def convert():
-    spec = importlib.util.spec_from_file_location("convert_line_spacing", SPACING / "convert.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def spacings(**columns):
+    """The worksheet as an axis: certified spacings as targets, observed ones as readings."""
+    return import_axis(SPACING / "spacings.csv", AxisOptions("optical", columns=columns)).recording
 
 
-def spacings_um(folder):
-    """Run, certified and observed spacing as the converted files say them, the zero rows left out."""
-    frame = read_recording(folder / "recording.csv").frame
-    gauge, machine = read_gauge(folder / "gauge.toml"), read_machine(folder / "machine.toml")
-    face = frame["face"].to_numpy()
-    observed = (frame["x_mm"].to_numpy() + frame["approach_i"].to_numpy() * machine.probe.tip_radius_mm) * 1e3
-    used = face > 1
-    return frame["cycle"].to_numpy()[used], gauge.position_mm[face[used] - 1] * 1e3, observed[used], observed[~used]
-
-
-def test_line_spacing_files_keep_the_published_fit_and_the_odd_run(convert, tmp_path):
-    convert.main(SPACING / "spacings.csv", tmp_path)
-    run, certified, observed, zero = spacings_um(tmp_path)
+def test_line_spacings_keep_the_published_fit_and_the_odd_run():
+    frame = spacings().frame
+    run, certified, observed = (frame[name].to_numpy() for name in ("cycle", "target", "reading"))
     assert len(observed) == 40
-    assert zero == pytest.approx(np.zeros(4), abs=1e-4)
     slope, offset = np.polyfit(certified, observed, 1)
     assert slope == pytest.approx(PUBLISHED_SLOPE, abs=5e-4)
     assert offset == pytest.approx(PUBLISHED_OFFSET_UM, abs=5e-3)
@@ -117,21 +99,19 @@ def test_line_spacing_files_keep_the_published_fit_and_the_odd_run(convert, tmp_
     assert slopes == pytest.approx([0.992, 0.977, 0.990, 0.989], abs=1e-3)
 
 
-def test_line_spacing_shows_its_scale_error_with_the_published_slope(convert, tmp_path):
-    convert.main(SPACING / "spacings.csv", tmp_path, placements=True)
-    gauge, machine = read_gauge(tmp_path / "gauge.toml"), read_machine(tmp_path / "machine.toml")
-    found = diagnose(read_recording(tmp_path / "recording.csv"), gauge, machine)
-    assert [finding.kind for finding in found.findings] == ["scale_error"]
-    ppm = found.findings[0].parameters["ppm"]
-    assert abs(ppm.value - 1e6 * (PUBLISHED_SLOPE - 1.0)) < 2.0 * ppm.u < 6000.0
-    assert {"position", "machine x"} & {each.covariate for each in found.located}
+def test_line_spacings_show_their_scale_error_with_the_published_slope():
+    """Every run has a zero of its own."""
+    said = diagnose_axis(spacings(placement="run")).said
+    assert [effect["kind"] for effect in said["effects"]] == ["scale_error"]
+    ppm = said["effects"][0]["parameters"]["ppm"]
+    assert ppm["unit"] == "um/m"
+    assert abs(ppm["value"] - 1e6 * (PUBLISHED_SLOPE - 1.0)) < 2.0 * ppm["u"] < 6000.0
 
 
-def test_line_spacing_refuses_another_worksheet(convert, tmp_path):
-    other = tmp_path / "other.dat"
-    other.write_text("1 2 3 4 5\n")
-    with pytest.raises(InputError, match="column run is missing"):
-        convert.main(other, tmp_path / "out")
+def test_line_spacings_in_which_the_runs_share_their_zero_have_no_law():
+    """Run 2 departs from the others by a slope and a zero of its own, which one law for all runs does not explain."""
+    said = diagnose_axis(spacings()).said
+    assert (said["verdict"], said["effects"]) == ("unknown", [])
 
 
 # Wozniak's triangular law, and a probe's statics, against a constant pre-travel.

@@ -1,0 +1,136 @@
+"""Diagnoses of axes without gauge and machine: known errors by name, in the user's units; unknown ones without."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stepgauge.axis.recording import AxisRecording, write_axis_recording
+from stepgauge.axis.sensors import PROBE, not_candidates, without_probe
+from stepgauge.diagnose.axis.diagnosis import diagnose_axis
+from tests.axis.made import axis, distances, spot
+from tests.cli.conftest import Run
+
+LINE = np.arange(0.0, 501.0, 25.0)
+CIRCLE = np.arange(0.0, 360.0, 15.0)
+
+
+def scale(per_unit: float):
+    return lambda t, w: per_unit * t
+
+
+NAMED = [
+    (axis(LINE, scale(0.008)), {"scale_error": ("um/m", 8.0)}),
+    (axis(LINE / 25.4, scale(0.3 * 25.4), 10.0, ("inch", None)), {"scale_error": ("uin/inch", 7.62)}),
+    (axis(LINE / 10.0, scale(0.5), 2.0, ("um", "nm"), "capacitive"), {"scale_error": ("um/m", 500.0)}),
+    (axis(LINE, lambda t, w: 2.0 * w), {"reversal_error": ("um", 4.0)}),
+    (axis(np.arange(0, 300, 7.0), lambda t, w: 3 * np.sin(np.pi * t / 20)), {"periodic_scale_error": ("mm", 40.0)}),
+    (
+        axis(CIRCLE, lambda t, w: 8 * np.sin(np.radians(t)), 0.4, ("deg", None)),
+        {"periodic_scale_error": ("deg", 360.0)},
+    ),
+    (spot(lambda t: 0.01 * (1 - np.exp(-t / 600)), 5e-4), {"thermal_drift": ("um/h", 60.0)}),
+    (spot(lambda t: 0.005 * (t > 700), 5e-4), {"step_change": ("um", 5.0)}),
+    (distances(3.0, 0.5), {"effective_radius": ("mm", 3.0)}),
+]
+
+
+@pytest.mark.parametrize(
+    ("recording", "expected"), NAMED, ids=[f"{one.form}-{next(iter(e))}-{n}" for n, (one, e) in enumerate(NAMED)]
+)
+def test_a_known_error_is_named_with_its_size_in_the_users_unit(recording: AxisRecording, expected: dict) -> None:
+    said = diagnose_axis(recording).said
+    assert said["verdict"] == "effects"
+    assert [effect["kind"] for effect in said["effects"]] == list(expected)
+    for effect, (unit, value) in zip(said["effects"], expected.values(), strict=True):
+        found = next(p for p in effect["parameters"].values() if p.get("unit") == unit)
+        assert found["value"] == pytest.approx(value, rel=0.1)
+        assert found["u"] > 0.0
+        assert abs(found["value"] - value) < 4.0 * found["u"]
+
+
+@pytest.mark.parametrize(
+    "recording",
+    [
+        axis(LINE, scale(0.0)),
+        axis(CIRCLE, scale(0.0), 0.4, ("deg", None)),
+        spot(lambda t: 0 * t, 5e-4),
+        distances(0, 0.5),
+    ],
+    ids=["line", "circle", "spot", "distances"],
+)
+def test_scatter_alone_is_adequate(recording: AxisRecording) -> None:
+    assert diagnose_axis(recording).said["verdict"] == "adequate"
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("step", [True, False])
+def test_targets_that_are_off_at_random_are_given_no_law(seed: int, step: bool) -> None:
+    """Each target by itself, or a random walk along the axis: neither is a scale error or a period."""
+    places = np.linspace(0.0, 500.0, 41)
+    off = np.random.default_rng(10 + seed).normal(0.0, 3.0, len(places))
+    off = np.cumsum(off) if step else off
+    said = diagnose_axis(axis(places, lambda t, w: np.interp(t, places, off), seed=seed)).said
+    assert said["verdict"] == "unknown"
+    assert said["effects"] == []
+
+
+def test_heights_that_nobody_took_off_are_no_error_of_the_distance_meter() -> None:
+    for heights_m in (0.3, 1.0):
+        said = diagnose_axis(distances(0.0, 0.4, heights_m)).said
+        assert (said["verdict"], said["effects"]) == ("unknown", [])
+        assert any("of one height" in line for line in said["limits"])
+
+
+def test_a_touching_sensor_may_have_a_pretravel_and_a_laser_has_none() -> None:
+    sets = {}
+    for sensor in ("touch", "laser"):
+        found = diagnose_axis(axis(LINE, lambda t, w: 2.0 * w, sensor=sensor)).said["effects"][0]
+        sets[sensor] = {found["kind"], *found["confounded_with"]}
+    assert sets == {"touch": {"reversal_error", "effective_radius"}, "laser": {"reversal_error"}}
+
+
+def test_a_circle_has_no_scale_error_and_a_spot_no_scale() -> None:
+    assert {"scale_error", "scale_curvature"} <= not_candidates("encoder", "axis", rotary=True)
+    assert {"scale_error", "reversal_error", "effective_radius"} <= not_candidates("inductive", "spot")
+    assert "effective_radius" not in not_candidates("edm", "distances")
+    assert {"effective_radius", "probe_lobing"} <= set(without_probe("laser")) <= PROBE
+    assert not without_probe("touch")
+    assert not without_probe(None)
+
+
+def test_every_number_that_was_recorded_is_looked_at() -> None:
+    """A spot that follows a recorded temperature, which swings without a rule that time has."""
+    made = spot(lambda t: 0 * t, 5e-4)
+    warmth = np.cumsum(np.random.default_rng(4).normal(0.0, 0.2, len(made)))
+    frame = made.frame.assign(reading=made.frame["reading"] + 4e-3 * warmth, spindle_C=20.0 + warmth)
+    said = diagnose_axis(AxisRecording(frame, made.form, made.units, made.sensor, {}, "")).said
+    assert any("spindle_C" in json.dumps(one) for one in [*said["unexplained"], *said["effects"]])
+
+
+def test_the_report_is_told_in_the_users_units_and_words(run: Run, tmp_path: Path) -> None:
+    made = axis(CIRCLE, lambda t, w: 8 * np.sin(np.radians(t)) + 2 * w, 0.4, ("deg", None), "autocollimator")
+    write_axis_recording(tmp_path / "axis.csv", made)
+    result = run("diagnose", tmp_path / "axis.csv", "-o", tmp_path / "out")
+    assert result.code == 0, result.err
+    assert "arcsec" in result.out + result.err
+    report = (tmp_path / "out/diagnosis.md").read_text()
+    assert "read by an autocollimator" in report
+    assert "once a turn" in report
+    for word in (" um", " mm", " gauge", "face", "probing", "touch", "machine x"):
+        assert word not in report, word
+    said = json.loads((tmp_path / "out/diagnosis.json").read_text())
+    assert said["axis"]["unit"] == "deg"
+    assert "rms_before_arcsec" in said["fit"]
+    assert (tmp_path / "out/residuals.png").stat().st_size > 10_000
+
+
+def test_one_recording_of_an_axis_and_one_of_a_gauge_are_not_diagnosed_together(run: Run, tmp_path: Path) -> None:
+    write_axis_recording(tmp_path / "axis.csv", NAMED[0][0])
+    (tmp_path / "other.csv").write_text("cycle,face\n1,1\n")
+    result = run("diagnose", tmp_path / "axis.csv", tmp_path / "other.csv", "-o", tmp_path / "out")
+    assert result.code == 2
+    assert "is of one axis, the others are of a gauge" in result.err

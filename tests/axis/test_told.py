@@ -1,0 +1,67 @@
+"""What is told of an axis: every number in the user's unit, and no word of a gauge or a probe."""
+
+from __future__ import annotations
+
+import pytest
+
+from stepgauge.axis.units import AxisUnits
+from stepgauge.diagnose import forms, located
+from stepgauge.diagnose.axis.residuals import Scaling
+from stepgauge.diagnose.axis.told import Teller
+from stepgauge.diagnose.covariates import REST, TOUCHES, TURNING, WAY
+from stepgauge.diagnose.forms import Form
+
+SHAPES = (
+    *((shape, 2.0) for shape in ("trend", "smooth", "rough", "lagged", "wave", "changing length", "levels", "loop")),
+    ("beat", (12.0, 34.0)),
+    ("power law", 0.5),
+    ("harmonics", 2),
+)
+COVARIATES = ("position", "machine x", "face", "order", REST, f"{TOUCHES} of 60 s", TURNING, WAY)
+NOT_SAID = ("gauge", "face", "touch", "probing", "machine", "front", "approach", " mm", " um")
+
+
+def teller(position: str = "deg", deviation: str | None = None, both: bool = True, form: str = "axis") -> Teller:
+    return Teller(AxisUnits.of(position, deviation), Scaling(1.0, 0.1), both, form)
+
+
+@pytest.mark.parametrize("side", ["gauge", "approach"])
+@pytest.mark.parametrize(("shape", "number"), SHAPES)
+@pytest.mark.parametrize("form", ["axis", "spot", "distances"])
+def test_every_form_is_told_in_the_words_of_an_axis(form: str, shape: str, number: object, side: str) -> None:
+    assert {shape for shape, _ in SHAPES} >= {
+        getattr(forms, name)
+        for name in ("TREND", "SMOOTH", "LAGGED", "WAVE", "LENGTH", "LEVELS", "LOOP", "BEAT", "DECAY")
+    }
+    if shape == "harmonics":
+        return  # one line has no directions about a stylus
+    for covariate in COVARIATES:
+        words = located._words(Form(covariate, "mm", shape, side, (number,)), shape, number) + located._moved(side)
+        said = teller(form=form).text(f"{words}, only above 12.5 mm")
+        assert not [word for word in NOT_SAID if word in said], said
+        assert "12.5 deg" in said
+        assert ("directions of travel" in said) == (form == "axis") or shape == "loop"
+
+
+def test_numbers_are_told_in_the_users_unit() -> None:
+    linear = teller("inch")
+    assert linear.text("a resolution of 2.54 um") == "a resolution of 1000 uin"
+    assert linear.told({"rms_before_um": 2.54, "time_s": 3.0}) == {
+        "rms_before_uin": pytest.approx(1000.0),
+        "time_s": 3.0,
+    }
+    assert linear.told({"ppm": {"value": 8.0, "u": 1.0, "unit": "um/m"}})["ppm"] == {
+        "value": pytest.approx(80.0),
+        "u": pytest.approx(10.0),
+        "unit": "uin/inch",
+    }
+    rate = teller().told({"ppm": {"value": 1e4, "u": None, "unit": "um/m"}})["ppm"]
+    assert (rate["value"], rate["unit"]) == (pytest.approx(100.0), "arcsec/deg")
+    period = teller("m").told({"period_mm": {"value": 2500.0, "u": 1.0, "unit": "mm"}})
+    assert period == {"period_m": {"value": pytest.approx(2.5), "u": pytest.approx(1e-3), "unit": "m"}}
+
+
+def test_labels_of_laws_are_told_as_their_names() -> None:
+    words = "periodic_scale_error_x comes nearest and is 2 times less likely than the form"
+    assert teller().text(words).startswith("periodic scale error comes nearest")
+    assert teller(form="distances").text("effective_radius_x").startswith("additive constant")
