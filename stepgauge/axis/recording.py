@@ -6,8 +6,10 @@ is, ``unit`` and ``deviation_unit`` in which units it is told, ``sensor`` what r
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +28,7 @@ FORM = "recording"
 """Comment that says which form a recording has; that of a gauge has none."""
 STATIONS = ["from_station", "to_station"]
 OWN = ("placement", "cycle", "way", "target", "reading", "u_target", "time_s")
+LONGEST_COMMENT = 100_000
 SAME_PLACE = 1e-3
 """Share of the span within which targets that differ are one place."""
 DIGITS = 12
@@ -85,10 +88,13 @@ def places_of(target: Array) -> NDArray[np.intp]:
 
 
 def is_axis_recording(path: str | Path) -> bool:
-    """Whether a file is a recording of one of these forms, by its comments."""
+    """Whether a file is a recording of one of these forms, by its comments; a pipe, which is read once, is none."""
+    if not Path(path).is_file():
+        return False
     try:
         with Path(path).open(encoding="utf-8-sig") as file:
-            return any(_form_in(line) for line in iter(lambda: file.readline(4096), "") if line.startswith("#"))
+            lines = iter(lambda: file.readline(LONGEST_COMMENT), "")
+            return any(_form_in(line) for line in takewhile(lambda line: line.startswith("#"), lines))
     except (OSError, UnicodeDecodeError):
         return False
 
@@ -111,7 +117,7 @@ def read_axis_recording(path: str | Path) -> AxisRecording:
     sensor = comments.pop("sensor", "")
     if sensor not in SENSORS:
         raise InputError(path, "the sensor is not known", found=repr(sensor), expected=", ".join(SENSORS))
-    frame = _plain_columns(pd.read_csv(path, skiprows=first, dtype=dict.fromkeys(STATIONS, str)), units)
+    frame = _plain_columns(_table(path, first), units)
     _check(frame, form, path, first + 2, comments.pop(PROBINGS, None))
     return AxisRecording(frame, form, units, sensor, comments, str(path))
 
@@ -146,6 +152,15 @@ def _names(units: AxisUnits) -> dict[str, str]:
         **{name: f"{name}_{units.position}" for name in ("target", "reading")},
         "u_target": f"u_target_{units.deviation}",
     }
+
+
+def _table(path: str | Path, first: int) -> pd.DataFrame:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # pandas would drop what has no column
+            return pd.read_csv(path, skiprows=first, dtype=dict.fromkeys(STATIONS, str), index_col=False)
+    except (pd.errors.ParserError, pd.errors.ParserWarning, pd.errors.EmptyDataError) as error:
+        raise InputError(path, "the rows are not as the header says", found=str(error)) from None
 
 
 def _plain_columns(frame: pd.DataFrame, units: AxisUnits) -> pd.DataFrame:

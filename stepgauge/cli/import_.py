@@ -195,7 +195,7 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
 
     check_output(output, log, options["program"], options["gauge"], options["placement"], options["machine"])
     _check_options(options)
-    if options["sensor"] and not options["placement"] and not _names_points(log, source, options):
+    if options["sensor"] and not _is_typed("placement") and not _names_points(log, source, options):
         _import_axis(log, output, options)
         return
     steps = read_gauge(options["gauge"]) if options["gauge"] else None
@@ -252,6 +252,11 @@ def _constants(options: dict[str, Any]) -> dict[str, str]:
     return {name.strip(): value.strip() for name, _, value in pairs}
 
 
+def _is_typed(name: str) -> bool:
+    """Whether an option stands on the command line: a project file is for all verbs, and says nothing of an axis."""
+    return click.get_current_context().get_parameter_source(name) == ParameterSource.COMMANDLINE
+
+
 def _names_points(log: str, source: str | None, options: dict[str, Any]) -> bool:
     """Whether a log has points of three coordinates: any but a table, and a table that names x, y and z."""
     from stepgauge.importing import TABLES, recognise_log
@@ -272,8 +277,7 @@ def _import_axis(log: str, output: str, options: dict[str, Any]) -> None:
     from stepgauge.importing.cells import DELIMITERS
 
     targets = parse_targets(options["targets"]) if options["targets"] else None
-    stated = click.get_current_context().get_parameter_source("gauge") == ParameterSource.COMMANDLINE
-    if targets is None and stated:  # the variable is for all verbs, and says nothing of a table of an axis
+    if targets is None and _is_typed("gauge"):
         targets = gauge_targets(read_gauge(options["gauge"]))
     choice = AxisOptions(
         options["sensor"],

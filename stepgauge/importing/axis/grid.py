@@ -74,6 +74,8 @@ def find_grid(cells: Cells, decimal: str | None, header: str | None = None) -> G
     """
     kind = _frequent_kind(cells)
     body = [n for n, row in enumerate(cells.rows) if _fits(row, kind)]
+    if not body:
+        raise _no_table(cells)
     first, last = body[0], body[-1]
     own, unit_row, above = ([], [], first) if header else _header(cells, first, len(kind))
     headers = _split_header(header) if header else own or _commented(cells, len(kind))
@@ -95,6 +97,10 @@ def find_grid(cells: Cells, decimal: str | None, header: str | None = None) -> G
     return Grid(cells.path, headers, units[: len(headers)], rows, lines, titles, mark, left_out)
 
 
+def _no_table(cells: Cells) -> InputError:
+    return InputError(cells.path, "no table of numbers is found", expected="a row of numbers per reading")
+
+
 def _number(cell: Cell, numerals: Numerals) -> float:
     if isinstance(cell, float):
         return cell
@@ -114,7 +120,7 @@ def _frequent_kind(cells: Cells) -> str:
     kinds = [_kind(row).rstrip("e") for row in cells.rows]
     counted = Counter(kind for kind in kinds if 2 * kind.count("n") >= len(kind.replace("e", "")) > 0)
     if not counted or max(counted.values()) < FEWEST_ROWS:
-        raise InputError(cells.path, "no table of numbers is found", expected="a row of numbers per reading")
+        raise _no_table(cells)
     best = max(counted.items(), key=lambda one: (one[1] * one[0].count("n"), one[1]))[0]
     rows = [kind for kind in kinds if len(kind) == len(best) and kind in counted]
     return "".join(_common("".join(kind[place] for kind in rows)) for place in range(len(best)))
@@ -167,7 +173,7 @@ def _may_name(row: Sequence[Cell], width: int) -> bool:
 
 
 def _texts(row: Sequence[Cell], width: int) -> list[str]:
-    texts = [_text(cell) for cell in row]
+    texts = [_text(cell) for cell in row[:width]]
     return [*texts, *[""] * (width - len(texts))]
 
 

@@ -65,16 +65,7 @@ def to_long(grid: Grid, roles: Sequence[Role], missing: bool) -> Long:
     """
     columns = _value_columns(grid, roles)
     roles = [replace(one, role=READING) if one.role is None and one in columns else one for one in roles]
-    picked = [_picked(grid, column, roles, missing) for column in columns]
-    cycles = _column_cycles(columns)
-    row = np.concatenate([rows for rows, _ in picked]).astype(np.int64)
-    value = np.concatenate([values for _, values in picked])
-    own = np.repeat(np.arange(len(columns)), [len(rows) for rows, _ in picked])
-    titles = [parse_label(title) for title in grid.titles]
-    cycle = np.array([cycles[c] for c in own]) if len(columns) > 1 else _of_rows(grid, roles, CYCLE, titles)[row]
-    way = _of_rows(grid, roles, WAY, titles)[row]
-    stated = np.array([columns[c].label.way for c in own])
-    way = np.where(stated != 0, stated, way)
+    row, value, way, cycle = _taken(grid, roles, columns, missing)
     target = _only(roles, TARGET)
     u_target = _only(roles, U_TARGET)
     others, dropped = _others(grid, roles)
@@ -89,12 +80,27 @@ def to_long(grid: Grid, roles: Sequence[Role], missing: bool) -> Long:
         None if u_target is None else _numbers(grid, u_target)[row],
         way,
         cycle,
-        np.maximum(_of_rows(grid, roles, PLACEMENT, [LABEL] * len(titles))[row], 1),
+        np.maximum(_of_rows(grid, roles, PLACEMENT, [LABEL] * len(grid.rows))[row], 1),
         _time(grid, roles, row),
         _stations(grid, roles, row),
         {name: values[row] for name, values in others.items()},
         dropped,
     )
+
+
+def _taken(
+    grid: Grid, roles: Sequence[Role], columns: Sequence[Role], missing: bool
+) -> tuple[Whole, Array, Whole, Whole]:
+    """Row, value, direction and cycle of every reading, column after column."""
+    picked = [_picked(grid, column, roles, missing) for column in columns]
+    row = np.concatenate([rows for rows, _ in picked]).astype(np.int64)
+    own = np.repeat(np.arange(len(columns)), [len(rows) for rows, _ in picked])
+    titles = [parse_label(title) for title in grid.titles]
+    stated = np.array([column.label.way for column in columns])[own]
+    way = np.where(stated != 0, stated, _of_rows(grid, roles, WAY, titles)[row])
+    of_rows = len(columns) == 1
+    cycle = _of_rows(grid, roles, CYCLE, titles)[row] if of_rows else np.array(_column_cycles(columns))[own]
+    return row, np.concatenate([values for _, values in picked]), way, cycle
 
 
 def _value_columns(grid: Grid, roles: Sequence[Role]) -> list[Role]:
