@@ -52,7 +52,7 @@ def kinds_of(sensor: str, form: str, rotary: bool = False) -> set[str]:
     kinds = TIME | SCATTER | (CONTACT if known.touches else set())
     if form == "axis":
         kinds |= SCALE - (OPEN_ENDED if rotary else set())
-        kinds |= TRAVEL
+        kinds |= TRAVEL | {"thermal_expansion_of"}
     return kinds
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import pytest
 
+from stepgauge.axis.sensors import SENSORS, kinds_of
 from stepgauge.axis.units import AxisUnits
 from stepgauge.diagnose import forms, located
 from stepgauge.diagnose.axis.residuals import Scaling
 from stepgauge.diagnose.axis.told import Teller
 from stepgauge.diagnose.covariates import REST, TOUCHES, TURNING, WAY
 from stepgauge.diagnose.forms import Form
+from stepgauge.effects import effect_kinds
 
 SHAPES = (
     *((shape, 2.0) for shape in ("trend", "smooth", "rough", "lagged", "wave", "changing length", "levels", "loop")),
@@ -59,6 +61,21 @@ def test_numbers_are_told_in_the_users_unit() -> None:
     assert (rate["value"], rate["unit"]) == (pytest.approx(100.0), "arcsec/deg")
     period = teller("m").told({"period_mm": {"value": 2500.0, "u": 1.0, "unit": "mm"}})
     assert period == {"period_m": {"value": pytest.approx(2.5), "u": pytest.approx(1e-3), "unit": "m"}}
+
+
+def test_every_unit_of_a_candidate_is_turned_into_the_users() -> None:
+    kinds = {k for name in SENSORS for form in ("axis", "spot", "distances") for k in kinds_of(name, form)}
+    known = effect_kinds(every=True)
+    units = {p.unit for kind in kinds & set(known) for p in known[kind].parameters()}
+    of_length = {unit for unit in units if "um" in unit or "mm" in unit}
+    assert {"um", "um/m", "um/h"} <= of_length
+    for one in (teller(), teller("mm")):
+        stated_apart = {"um or um/m", "um per m, mm/s or h"}  # by the order of a joint; by what a scatter grows with
+        assert of_length - stated_apart <= set(one.factors)
+    joint = {"order": {"value": 0}, "size": {"value": 2.0, "u": 1.0, "unit": "um or um/m"}}
+    assert teller("mm").told(joint)["size"] == {"value": pytest.approx(20.0), "u": pytest.approx(10.0), "unit": "um"}
+    slope = teller("mm").told({**joint, "order": {"value": 1}})["size"]
+    assert (slope["value"], slope["unit"]) == (pytest.approx(20.0), "um/m")
 
 
 def test_labels_of_laws_are_told_as_their_names() -> None:

@@ -61,9 +61,11 @@ class Teller:
             per_deg = slope * 1e-3 / units.base_deviation
             return found | {
                 "um/m": (per_deg, f"{dev}/deg"),
+                "um/(m K)": (per_deg, f"{dev}/(deg K)"),
                 "um/m^2": (per_deg * self.scaling.position * 1e-3, f"{dev}/deg^2"),
             }
         relative = _RELATIVE.get(units.position, "um/m")
+        found["um/(m K)"] = (slope, "um/(m K)")
         return found | {"um/m": (slope, relative), "um/m^2": (slope * self.scaling.position, "um/m^2")}
 
     def told(self, value: Any, key: str = "") -> Any:
@@ -71,6 +73,7 @@ class Teller:
         if isinstance(value, Mapping):
             if "value" in value:
                 return self.parameter(value)
+            value = _of_joint(value) if "order" in value and "size" in value else value
             return {self.name(name): self.told(one, name) for name, one in value.items()}
         if isinstance(value, list):
             return [self.told(one, key) for one in value]
@@ -107,3 +110,9 @@ class Teller:
     def _scaled(self, match: re.Match[str]) -> str:
         factor, unit = self.factors[match[2]]
         return f"{float(match[1]) * factor:.4g} {unit}"
+
+
+def _of_joint(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """The size of a joint in its own unit: a gap (order 0) in um, another slope (order 1) in um/m."""
+    unit = "um/m" if parameters["order"]["value"] else "um"
+    return {**parameters, "size": {**parameters["size"], "unit": unit}}
