@@ -78,13 +78,13 @@ def diagnose(
     InputError
         recordings of another gauge, or too small for a diagnosis; kinds that do not exist
     """
-    _check_kinds(without)
     absent = {*without, *without_probe(recording.comments.get("sensor"))}
     return diagnose_residuals(make_residuals(recording, gauge, machine), absent, priors)
 
 
 def diagnose_residuals(recorded: Residuals, without: Collection[str] = (), priors: Priors | None = None) -> Diagnosis:
     """The same for residuals that are known; parameters as :func:`diagnose`."""
+    _check_kinds(without)
     start_s = clock_start_s(recorded)
     searched = _some(recorded)
     some = counted_from(searched, start_s)

@@ -11,8 +11,10 @@ import pytest
 from stepgauge.axis.recording import AxisRecording, write_axis_recording
 from stepgauge.axis.sensors import PROBE, not_candidates, without_probe
 from stepgauge.diagnose.axis.diagnosis import diagnose_axis
+from stepgauge.diagnose.engine import diagnose
 from tests.axis.made import axis, distances, spot
 from tests.cli.conftest import Run
+from tests.diagnose.made import ALONG_X, gauge, machine, record
 
 LINE = np.arange(0.0, 501.0, 25.0)
 CIRCLE = np.arange(0.0, 360.0, 15.0)
@@ -91,6 +93,26 @@ def test_a_touching_sensor_may_have_a_pretravel_and_a_laser_has_none() -> None:
         found = diagnose_axis(axis(LINE, lambda t, w: 2.0 * w, sensor=sensor)).said["effects"][0]
         sets[sensor] = {found["kind"], *found["confounded_with"]}
     assert sets == {"touch": {"reversal_error", "effective_radius"}, "laser": {"reversal_error"}}
+
+
+def test_a_gauge_that_a_laser_read_has_no_pretravel() -> None:
+    """The same recording of a gauge, read later on all faces, by a probe that touches and by one that does not."""
+    later = ({"kind": "effective_radius", "um": 3.0},)
+    recording = record(machine(later), (ALONG_X,), cycles=3)
+    kinds = {
+        sensor: {kind for one in found.findings for kind in (one.kind, *one.confounded_with)}
+        for sensor in ("touch", "laser")
+        for found in [diagnose(recording.with_comments(sensor=sensor), gauge(), machine())]
+    }
+    assert "effective_radius" in kinds["touch"]
+    assert not kinds["laser"] & PROBE
+
+
+def test_kinds_that_are_known_not_to_be_there_are_named_rightly(run: Run, tmp_path: Path) -> None:
+    write_axis_recording(tmp_path / "axis.csv", NAMED[0][0])
+    result = run("diagnose", tmp_path / "axis.csv", "--without", "scale_eror", "-o", tmp_path / "out")
+    assert result.code == 2
+    assert "no such kind of effect; found scale_eror; expected scale_error?" in result.err
 
 
 def test_a_circle_has_no_scale_error_and_a_spot_no_scale() -> None:
