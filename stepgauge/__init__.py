@@ -1,3 +1,108 @@
-"""stepgauge: calibrate coordinate measuring machines with a step gauge."""
+"""stepgauge: calibrate coordinate measuring machines with a step gauge.
+
+The public surface, explained in ``docs/python.md``: verbs that take files or objects, and the results that they return.
+A name is loaded when it is first asked for, so that ``import stepgauge`` costs no import of numpy.
+"""
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stepgauge.diagnose.result import Diagnosis as Diagnosis
+    from stepgauge.errors import InputError as InputError
+    from stepgauge.errors import ProgramStoppedError as ProgramStoppedError
+    from stepgauge.evaluation.evaluate import Evaluation as Evaluation
+    from stepgauge.gauge.certified import Gauge as Gauge
+    from stepgauge.gauge.certified import read_gauge as read_gauge
+    from stepgauge.gauge.placement import Placement as Placement
+    from stepgauge.machine.file import Machine as Machine
+    from stepgauge.machine.file import read_machine as read_machine
+    from stepgauge.machine.virtual import Run as Run
+    from stepgauge.planning.planned import Plan as Plan
+    from stepgauge.probes.directions_map import DirectionMap as DirectionMap
+    from stepgauge.probes.directions_map import read_probe_map as read_probe_map
+    from stepgauge.public.budget import budget as budget
+    from stepgauge.public.diagnose import diagnose as diagnose
+    from stepgauge.public.evaluate import evaluate as evaluate
+    from stepgauge.public.locate import locate as locate
+    from stepgauge.public.plan import plan as plan
+    from stepgauge.public.probe_map import probe_map as probe_map
+    from stepgauge.public.read import read_evaluation as read_evaluation
+    from stepgauge.public.read import read_placement as read_placement
+    from stepgauge.public.report import report as report
+    from stepgauge.public.simulate import simulate as simulate
+    from stepgauge.recording import Recording as Recording
+    from stepgauge.recording import read_recording as read_recording
+    from stepgauge.standards.budget_files import StoredBudget as StoredBudget
+    from stepgauge.standards.budget_files import read_budget as read_budget
 
 __version__ = "0.1.0"
+
+_PLACES = {
+    "budget": "public.budget",
+    "diagnose": "public.diagnose",
+    "evaluate": "public.evaluate",
+    "locate": "public.locate",
+    "plan": "public.plan",
+    "probe_map": "public.probe_map",
+    "read_budget": "standards.budget_files",
+    "read_evaluation": "public.read",
+    "read_gauge": "gauge.certified",
+    "read_machine": "machine.file",
+    "read_placement": "public.read",
+    "read_probe_map": "probes.directions_map",
+    "read_recording": "recording",
+    "report": "public.report",
+    "simulate": "public.simulate",
+    "Diagnosis": "diagnose.result",
+    "DirectionMap": "probes.directions_map",
+    "Evaluation": "evaluation.evaluate",
+    "Gauge": "gauge.certified",
+    "InputError": "errors",
+    "Machine": "machine.file",
+    "Placement": "gauge.placement",
+    "Plan": "planning.planned",
+    "ProgramStoppedError": "errors",
+    "Recording": "recording",
+    "Run": "machine.virtual",
+    "StoredBudget": "standards.budget_files",
+}
+"""Every public name, and the module that has it."""
+_RENAMED: dict[str, str] = {}
+"""Names of earlier versions and those that took their places: they work, with a warning, for two minor versions."""
+__all__ = ["__version__", *_PLACES]
+
+
+class _Surface(ModuleType):
+    """The package; a room of the same name as a verb (``locate``) does not take its place when it is imported."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not (name in _PLACES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Surface
+
+
+def __getattr__(name: str) -> Any:
+    """A public name, loaded now (PEP 562)."""
+    from importlib import import_module
+
+    if name in _RENAMED:
+        import warnings
+
+        new = _RENAMED[name]
+        warnings.warn(f"stepgauge.{name} is now stepgauge.{new}", DeprecationWarning, stacklevel=2)
+        return getattr(sys.modules[__name__], new)
+    if name not in _PLACES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = getattr(import_module(f"{__name__}.{_PLACES[name]}"), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

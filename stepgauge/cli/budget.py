@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from contextlib import ExitStack
+from functools import partial
+from typing import Any
 
 import click
 
@@ -21,13 +23,9 @@ from stepgauge.cli.options import (
     output,
     percent,
     placement_option,
-    say,
+    say_lines,
     say_written,
 )
-
-if TYPE_CHECKING:
-    from stepgauge.montecarlo import Model
-    from stepgauge.standards.budget_files import StoredLine
 
 
 @click.command("budget")
@@ -95,63 +93,34 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
     stepgauge evaluate recording.csv -g step-gauge-420 -o result
     stepgauge budget recording.csv -g step-gauge-420 -m machine.toml -p placement.toml -o result
     """
-    from stepgauge.figures.budget import draw_budget, farthest, label
     from stepgauge.files.text import check_folder
-    from stepgauge.gauge.certified import read_gauge
-    from stepgauge.gauge.placement import read_placements
-    from stepgauge.machine.file import read_machine
-    from stepgauge.montecarlo import ModelOptions, read_model
-    from stepgauge.standards.budget import Asked, make_budget
-    from stepgauge.standards.budget_files import read_budget, write_budget
+    from stepgauge.public.budget import budget
 
     check_folder(output)
-    steps, cmm = read_gauge(gauge), read_machine(machine)
-    if options["certificate_correlation"] is not None:
-        stated = {"correlation": options["certificate_correlation"]}
-        steps = replace(steps, certificate=steps.certificate.model_copy(update=stated))
-    placements = read_placements(options["placement_files"], steps)
-    choice = ModelOptions(
-        options["u_gauge_temperature"],
-        options["origin"],
-        options["blocks"],
-        options["gauge_temperature"],
-        options["search"],
-    )
-    model = read_model(sources, cmm, steps, placements, choice)
-    asked = Asked(placements, options["repeats"], options["coverage"])
-    runs = options["runs"]
-    simulated = _monte_carlo(model, runs, options["seed"]) if runs else None
-    with click.progressbar(length=100, label="budget", file=sys.stderr) as bar:
-        budget = make_budget(model, asked, simulated, percent(bar))
-    written = write_budget(output, model, budget, runs)
-    stored = read_budget(written[0])
-    written += draw_budget(output, stored, options["suffix"])
-    for what, how in budget.not_included:
-        say(f"not evaluated: {what}; state it by {how}")
-    for part in model.parts:
-        for line in (stored.find("r_eff", part.placement, None), farthest(stored, part.placement)):
-            if line is not None:
-                say(f"placement {part.placement}: {label(line)}: {_said(line, stored.coverage_percent)}")
+    with ExitStack() as bars:
+        found = budget(
+            list(sources),
+            gauge,
+            machine,
+            placements=list(options["placement_files"]),
+            blocks=options["blocks"],
+            r_eff=options["origin"],
+            u_gauge_temperature_K=options["u_gauge_temperature"],
+            certificate_correlation=options["certificate_correlation"],
+            repeats=options["repeats"],
+            coverage_percent=options["coverage"],
+            runs=options["runs"],
+            seed=options["seed"],
+            gauge_temperature_C=options["gauge_temperature"],
+            search_mm=options["search"],
+            progress=partial(_next_bar, bars),
+        )
+    written = found.write(output, options["suffix"])
+    say_lines(found.summary())
     say_written(*written)
 
 
-def _said(line: StoredLine, coverage: float) -> str:
-    from stepgauge.report.statements import dof_text
-
-    runs = f"; Monte Carlo u {line.monte_carlo.u_um:.3f} um" if line.monte_carlo else ""
-    return (
-        f"{line.value_um:.3f} um, u {line.u_um:.3f} um, effective dof {dof_text(line.dof, 'infinite')},"
-        f" U {line.expanded_um:.3f} um (k = {line.k:.2f}, {coverage:g} %){runs}"
-    )
-
-
-def _monte_carlo(model: Model, runs: int, seed: int) -> Any:
-    from stepgauge.errors import InputError
-    from stepgauge.montecarlo import run_monte_carlo
-
-    if runs < 2:
-        raise InputError("--runs", "too few runs", found=runs, expected="0 or at least 2")
-    if not model.inputs.names:
-        return None
-    with click.progressbar(length=100, label="Monte Carlo", file=sys.stderr) as bar:
-        return run_monte_carlo(model, runs, seed, progress=percent(bar))
+def _next_bar(bars: ExitStack, label: str) -> Callable[[int, int], None]:
+    """The bar of what begins now; that of what went before is finished."""
+    bars.close()
+    return percent(bars.enter_context(click.progressbar(length=100, label=label, file=sys.stderr)))

@@ -16,6 +16,7 @@ from stepgauge.cli.options import (
     mpe_options,
     output,
     say,
+    say_lines,
     say_written,
 )
 
@@ -48,33 +49,22 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, **options: Any
     stepgauge evaluate recording.csv --gauge step-gauge-420 -o result
     stepgauge evaluate x.csv y.csv --gauge my-gauge.toml --blocks 2:20 --r-eff all -o result
     """
-    from stepgauge.evaluation.evaluate import evaluate
-    from stepgauge.evaluation.files import write_evaluation
-    from stepgauge.figures.evaluation import draw_evaluations
-    from stepgauge.files.dates import parse_moment
-    from stepgauge.gauge.certified import read_gauge
-    from stepgauge.gauge.placement import read_placements
-    from stepgauge.planning.plan import parse_section
-    from stepgauge.recording import read_recordings
+    from stepgauge.public.evaluate import evaluate
 
-    limit, measured_at = mpe_from(options), options["measured_at"]
-    if measured_at:
-        parse_moment(measured_at, "--measured-at")
-    steps = read_gauge(gauge)
-    section = parse_section(options["blocks"], steps)
-    placements = read_placements(options["placement_files"], steps)
-    recording = read_recordings(recordings).with_comments(measured_at=measured_at, machine=options["machine_name"])
-    result = evaluate(recording, steps, section, options["origin"], placements)
-    written = [*write_evaluation(output, result), *draw_evaluations(output, result, options["suffix"], limit)]
-    for one in result.results:
-        for note in one.notes:
-            say(f"placement {one.placement}: note: {note}")
-        say(
-            f"placement {one.placement}: span {one.span_mm:.1f} mm, range of the mean error XM {_um(one.band_um)},"
-            f" largest 2s {_um(one.worst_two_sigma_um)},"
-            f" R_eff {one.radius.r_eff_mm:.5f} mm (u = {one.radius.u_mm * 1e3:.2f} um)"
-        )
-        if limit is not None:
+    limit = mpe_from(options)
+    result = evaluate(
+        list(recordings),
+        gauge,
+        placements=list(options["placement_files"]),
+        blocks=options["blocks"],
+        r_eff=options["origin"],
+        measured_at=options["measured_at"],
+        machine_name=options["machine_name"],
+    )
+    written = result.write(output, options["suffix"], limit)
+    say_lines(result.summary())
+    if limit is not None:
+        for one in result.results:
             say(_against(one, limit))
     say_written(*written)
 
@@ -89,7 +79,3 @@ def _against(result: PlacementResult, limit: Mpe) -> str:
         f"placement {result.placement}: {beyond} of {faces} faces have a mean error beyond MPE = {limit} um"
         " (lengths from the reference face; no decision rule applied)"
     )
-
-
-def _um(value: float) -> str:
-    return "undefined" if value != value else f"{value:.2f} um"

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
-from stepgauge.cli.options import GAUGE, NOT_NEGATIVE, POSITIVE, machine_option, output, say, say_written
-
-if TYPE_CHECKING:
-    from stepgauge.gauge.placement import Placement
+from stepgauge.cli.options import GAUGE, NOT_NEGATIVE, POSITIVE, machine_option, output, say_lines, say_written
 
 
 @click.command("locate")
@@ -78,38 +73,18 @@ def command(
     stepgauge locate points.csv --gauge step-gauge-420 -o placement.toml
     """
     from stepgauge.files.text import check_output
-    from stepgauge.gauge.certified import read_gauge
-    from stepgauge.gauge.placement import write_placement
-    from stepgauge.locate import locate, read_points
-    from stepgauge.machine.file import read_machine
-    from stepgauge.planning.plan import parse_blocks
+    from stepgauge.public.locate import locate
 
     check_output(output, points, gauge, machine)
-    steps = read_gauge(gauge)
-    cmm = read_machine(machine) if machine else None
-    sigma_um = repeatability if repeatability is not None else (cmm.table.repeatability_um if cmm else 1.0)
-    radius = tip_radius if tip_radius is not None else (cmm.probe.tip_radius_mm if cmm else None)
-    probed = parse_blocks(blocks or ":", steps)
-    placement = locate(read_points(points), steps, probed, sigma_um, radius, points, turned)
-    write_placement(output, placement)
-    _say_placement(placement)
-    say_written(output)
-
-
-def _say_placement(placement: Placement) -> None:
-    """Direction, squareness, sensitivity and tip radius, with their uncertainties."""
-    angles, u = placement.details["angles"], placement.details["uncertainty"]
-    for note in placement.details["notes"]:
-        say(f"note: {note}")
-    yaw = "undefined, the gauge stands upright"
-    if angles["yaw_deg"] != "undefined":
-        yaw = f"{angles['yaw_deg']:.5f} deg (u = {u['yaw_urad']:.1f} urad)"
-    say(
-        f"axis: yaw {yaw},"
-        f" pitch {angles['pitch_deg']:.5f} deg (u = {u['pitch_urad']:.1f} urad),"
-        f" {angles['from_nearest_axis_deg']:.4f} deg from machine {angles['nearest_machine_axis']}"
+    placement = locate(
+        points,
+        gauge,
+        machine=machine,
+        blocks=blocks,
+        tip_radius_mm=tip_radius,
+        repeatability_um=repeatability,
+        turned=turned,
     )
-    say(f"normals to axis: N1 {angles['n1_to_axis_mrad']:.2f} mrad, N2 {angles['n2_to_axis_mrad']:.2f} mrad")
-    found_um = u["smallest_error_found_um"]
-    say(f"a point that is off by {min(found_um):.1f} to {max(found_um):.1f} um, depending on the point, would be seen")
-    say(f"effective tip radius {placement.tip_radius_mm:.4f} mm (u = {u['tip_radius_um']:.2f} um)")
+    placement.write(output)
+    say_lines(placement.summary())
+    say_written(output)

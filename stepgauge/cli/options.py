@@ -184,6 +184,12 @@ def say(message: str) -> None:
     click.echo(one_line(message, 2000), err=True)
 
 
+def say_lines(text: str) -> None:
+    """The summary of a result, line by line."""
+    for line in text.splitlines():
+        say(line)
+
+
 def say_written(*paths: object) -> None:
     """The last line of a verb: what it wrote (None for what was not asked for)."""
     say("wrote " + ", ".join(str(path) for path in paths if path is not None))

@@ -15,9 +15,10 @@ from stepgauge.cli.options import (
     machine_option,
     output,
     say,
+    say_lines,
     say_written,
 )
-from stepgauge.cli.plan_choices import plan_options, probing_choice
+from stepgauge.cli.plan_choices import plan_keywords
 
 
 @click.command("plan")
@@ -170,34 +171,12 @@ def command(source: str | None, gauge: str, output: str, dialect: str, template:
         raise click.UsageError("--unchecked goes with --template: the shipped ones are always read back.")
     if source is None:
         raise click.UsageError("Missing argument 'PLACEMENT|POINTS' (or --iso10360).")
-    from dataclasses import replace
-
     from stepgauge.files.text import check_output
-    from stepgauge.gauge.certified import read_gauge
-    from stepgauge.machine.file import read_machine
-    from stepgauge.planning.program import (
-        agreed_tip_radius_mm,
-        check_tool,
-        checked_program,
-        duration_s,
-        make_settings,
-        program_text,
-        read_or_locate,
-    )
+    from stepgauge.public.plan import plan
 
     check_output(output, source, gauge, options["machine"], template)
-    steps = read_gauge(gauge)
-    machine = read_machine(options["machine"]) if options["machine"] else None
-    placement = read_or_locate(source, steps, machine, options["tip_radius"], options["points_on"])
-    radius = agreed_tip_radius_mm(placement, machine, options["tip_radius"], source)
-    settings = make_settings(steps, machine, radius, probing_choice(options))
-    program = checked_program(placement, steps, machine, plan_options(options, steps), settings)
-    check_tool(options["tool"], dialect)
-    program = replace(program, tool=options["tool"])
-    rendered = program_text(program, dialect, template, options["unchecked"])
-    rendered.write(output)
-    minutes, seconds = divmod(round(duration_s(program)), 60)
-    say(f"{program.n_points} points, {len(program)} moves; about {minutes} min {seconds} s at full speed")
-    say("path checked: gauge, rail" + (", travel" if machine else "; travel limits NOT checked (no --machine)"))
+    planned = plan(source, gauge, options["machine"], **plan_keywords(options))
+    rendered = planned.write(output, dialect, template=template, tool=options["tool"], unchecked=options["unchecked"])
+    say_lines(planned.summary())
     say(rendered.note)
     say_written(output)

@@ -1,4 +1,4 @@
-"""What the options of ``stepgauge plan`` ask for, as the path's and the probings' own terms."""
+"""What the options of ``stepgauge plan`` ask for, in the words of the function, and of the seven positions."""
 
 from __future__ import annotations
 
@@ -9,26 +9,48 @@ if TYPE_CHECKING:
     from stepgauge.planning.plan import PlanOptions
     from stepgauge.planning.program import ProbingChoice
 
+CYCLES, CYCLES_ISO10360 = 5, 3
+KEYWORDS = {
+    "blocks": "blocks",
+    "route": "route",
+    "around": "around",
+    "order": "order",
+    "clearance": "clearance_mm",
+    "margin": "margin_mm",
+    "height": "height_mm",
+    "standoff": "standoff_mm",
+    "search": "search_mm",
+    "measuring_speed": "measuring_speed_mm_s",
+    "travel_speed": "travel_speed_mm_s",
+    "tip_radius": "tip_radius_mm",
+    "points_on": "points_on",
+}
+"""Options, and what :func:`stepgauge.plan` calls them."""
+
+
+def plan_keywords(options: dict[str, Any]) -> dict[str, Any]:
+    """The keywords of :func:`stepgauge.plan` that the options ask for."""
+    from stepgauge.planning.plan import parse_position
+
+    home = parse_position(options["home"]) if options["home"] else None
+    said = {keyword: options[name] for name, keyword in KEYWORDS.items()}
+    return {**said, "cycles": options["cycles"] or CYCLES, "home_mm": home}
+
 
 def plan_options(options: dict[str, Any], gauge: Gauge) -> PlanOptions:
-    """The path that the options ask for."""
-    from stepgauge.planning.plan import PlanOptions, parse_block_list, parse_blocks, parse_position
+    """The path of each of the seven positions, whose blocks follow from the gauge."""
+    from stepgauge.planning.plan import PlanOptions
 
-    text = options["blocks"] or ":"
-    only = parse_block_list(text, gauge) if "," in text else None
-    first, last = (only[0], only[-1]) if only else parse_blocks(text, gauge)
     return PlanOptions(
-        first,
-        last,
+        1,
+        gauge.n_blocks,
         route=options["route"],
         order=options["order"],
-        cycles=options["cycles"] or (3 if options["iso10360"] else 5),
+        cycles=options["cycles"] or CYCLES_ISO10360,
         clearance_mm=options["clearance"],
         margin_mm=options["margin"],
         height_mm=options["height"],
         around=1 if options["around"] == "+s" else -1,
-        home_mm=parse_position(options["home"]) if options["home"] else None,
-        only_blocks=only,
     )
 
 

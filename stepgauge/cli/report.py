@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import click
 
 from stepgauge.cli.options import is_from_project, machine_option, output, placement_option, say, say_written
-from stepgauge.cli.stated import NAMES, stated_from, stated_options
+from stepgauge.cli.stated import NAMES, stated_options
 
 
 @click.command("report")
@@ -54,24 +53,26 @@ def command(evaluation: str, output: str, **options: Any) -> None:
         --number 2026-017 --operator "A. Meyer" -o report.pdf
     stepgauge report result -g step-gauge-420 --budget result -c certificate.toml -o certificate.pdf
     """
-    from stepgauge.report.content import make_content
-    from stepgauge.report.reading import read_checked_evaluation
-    from stepgauge.report.render import renderer, write_report
-    from stepgauge.report.sources import read_sources
+    from stepgauge.public.report import report
 
-    renderer(output)
-    data = read_checked_evaluation(evaluation)
-    files = ("gauge", "placement_files", "machine", "budget_file", "laboratory_file")
     if options["placement_files"] and not options["gauge"]:
         raise click.UsageError("--placement is checked against its gauge: give --gauge as well.")
-    sources = read_sources(data, *(options[name] for name in files))
-    if sources.laboratory is not None:
-        options |= dict.fromkeys((name for name in NAMES if is_from_project(name)), "")
-    if sources.laboratory is not None and (options["date"] or any(options[name] for name in NAMES)):
-        raise click.UsageError("--certificate states number, date, customer, place, persons and remarks itself.")
-    stated = stated_from(options)
-    if sources.laboratory is not None:
-        stated = replace(stated, date=sources.laboratory.certificate.issued or stated.date)
-    for note in write_report(output, make_content(data, stated, sources), options["template"]):
+    said = {name: options[name] for name in (*NAMES, "date")}
+    if options["laboratory_file"]:
+        said = {name: None if is_from_project(name) else value for name, value in said.items()}
+        if any(said.values()):
+            raise click.UsageError("--certificate states number, date, customer, place, persons and remarks itself.")
+    notes = report(
+        evaluation,
+        output,
+        gauge=options["gauge"],
+        placements=list(options["placement_files"]),
+        machine=options["machine"],
+        budget=options["budget_file"],
+        certificate=options["laboratory_file"],
+        template=options["template"],
+        **said,
+    )
+    for note in notes:
         say(f"note: {note}")
     say_written(output)

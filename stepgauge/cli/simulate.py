@@ -17,6 +17,7 @@ from stepgauge.cli.options import (
     output,
     plot_option,
     say,
+    say_lines,
     say_written,
 )
 
@@ -67,28 +68,34 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.gauge.placement import read_placement
     from stepgauge.machine.file import read_machine
-    from stepgauge.machine.virtual import Conditions, probing_settings, run_program
-    from stepgauge.programs import read_program
+    from stepgauge.public.simulate import simulate
     from stepgauge.recording import write_recording
 
     check_output(output, program, machine, gauge, placement, options["true_placement"])
     steps, cmm = read_gauge(gauge), read_machine(machine)
     believed = read_placement(placement, steps)
     lies = read_placement(options["true_placement"], steps) if options["true_placement"] else believed
-    temperature_C = steps.temperature_C(options["gauge_temperature"])
-    conditions = Conditions(temperature_C, options["placement_number"], options["start_time"])
-    moves = read_program(program, probing_settings(cmm, options["search"]), options["dialect"])
-    explain = options["explain"] or bool(options["plot_shares"])
-    run = run_program(moves, cmm, steps, lies, options["seed"], conditions, explain)
+    run = simulate(
+        program,
+        cmm,
+        steps,
+        lies,
+        seed=options["seed"],
+        gauge_temperature_C=options["gauge_temperature"],
+        placement_number=options["placement_number"],
+        start_s=options["start_time"],
+        dialect=options["dialect"],
+        search_mm=options["search"],
+        explain=options["explain"] or bool(options["plot_shares"]),
+        keep_stopped=True,
+    )
     write_recording(output, run.explained() if options["explain"] else run.recording)
     drawn = []
     if options["plot"] or options["plot_html"] or options["plot_shares"]:
         from stepgauge.figures.run import draw_run
 
         drawn = draw_run(run, cmm, steps, lies, options["plot"], options["plot_html"], options["plot_shares"])
-    say(f"{len(run.recording)} of {moves.n_points} points recorded, {run.duration_s:.0f} s of machine time")
-    for note in run.notes:
-        say(f"note: {note}")
+    say_lines(run.summary())
     if options["plot_shares"] and not len(run.recording):
         say("nothing was recorded, so there are no shares to draw")
     say_written(output, *drawn)

@@ -6,18 +6,14 @@ import os
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing import get_all_start_methods, get_context
 from pathlib import Path
 from typing import Any
 
 from stepgauge.diagnose.engine import diagnose
-from stepgauge.diagnose.files import write_diagnosis
 from stepgauge.diagnose.posterior.priors import Priors
-from stepgauge.diagnose.practice import counted, name_of
-from stepgauge.diagnose.result import Diagnosis
-from stepgauge.diagnose.unknown_law import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import Machine, read_machine
@@ -125,10 +121,8 @@ def _diagnose(
     priors: Priors | None,
 ) -> Outcome:
     whole = recordings[0] if len(recordings) == 1 else join_recordings(recordings)
-    found = diagnose(whole, gauge, machine, without, priors)
-    laws = model_unknown(found)
-    files = write_diagnosis(folder, found, recordings, suffix, laws)
-    return Outcome(folder.name, summary_line(found, laws), tuple(files))
+    found = replace(diagnose(whole, gauge, machine, without, priors), recordings=tuple(recordings))
+    return Outcome(folder.name, found.summary(), tuple(found.write(folder, suffix)))
 
 
 def _check_names(paths: Sequence[str]) -> None:
@@ -139,18 +133,3 @@ def _check_names(paths: Sequence[str]) -> None:
             f"{count} recordings would be diagnosed into the same folder {name!r}",
             expected="files of different names with --each",
         )
-
-
-def summary_line(found: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> str:
-    """Verdict, effects and fit in a line; ``laws``: the empirical laws of the forms."""
-    fit = found.fit
-    names = counted([_name(f.label, (*f.confounded_with, *f.alternatives)) for f in found.findings])
-    left = [one.where for one in found.unexplained[:1]]
-    said = ", ".join(names + [f"without a law: {where}" for where in left])
-    imitated = f"{rest_rms_um(found, laws):.2f} um with the form imitated, " if laws else ""
-    numbers = f"rms {fit.rms_before_um:.2f} -> {fit.rms_after_um:.2f} um, {imitated}noise {fit.noise_um:.2f} um"
-    return f"{found.verdict}{f': {said}' if said else ''} ({numbers})"
-
-
-def _name(label: str, others: Sequence[str]) -> str:
-    return name_of(label) + (f" (or {', '.join(name_of(kind) for kind in others)})" if others else "")

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.diagnose.posterior.search import Step
 from stepgauge.diagnose.residuals import Residuals
 from stepgauge.diagnose.solve import Estimate
 from stepgauge.effects import Effect
+from stepgauge.files.outputs import open_set
+from stepgauge.files.shown import Shown, as_lines
+from stepgauge.recording import Recording
+
+if TYPE_CHECKING:
+    from stepgauge.diagnose.unknown_law import UnknownLaw
 
 Array = NDArray[np.float64]
 Verdict = Literal["adequate", "effects", "unknown", "insufficient"]
@@ -113,7 +124,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class Diagnosis(Shown):
     """The whole result; ``before_um`` and ``after_um`` are the residuals without origins.
 
     ``placements``: texts of placement files for the runs that ``separate_by`` of the findings proposes, by file name;
@@ -121,6 +132,7 @@ class Diagnosis:
     statements; ``checks``: the posterior predictive check.
     """
 
+    drawn_by: ClassVar[str] = "diagnosis.draw_residuals"
     verdict: Verdict
     findings: tuple[Finding, ...]
     located: tuple[Located, ...]
@@ -136,3 +148,41 @@ class Diagnosis:
     refuted: tuple[str, ...] = field(default_factory=tuple)
     odds: dict[str, Any] = field(default_factory=dict)
     checks: tuple[Check, ...] = ()
+    recordings: tuple[Recording, ...] = ()
+
+    @cached_property
+    def laws(self) -> list[UnknownLaw]:
+        """The empirical laws of the forms that no known effect explains."""
+        from stepgauge.diagnose.unknown_law import model_unknown
+
+        return model_unknown(self)
+
+    def summary(self) -> str:
+        """Verdict, effects and fit in a line."""
+        from stepgauge.diagnose.summary import summary_line
+
+        return as_lines(summary_line(self, self.laws))
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per number of a finding: probability of the finding, value, standard uncertainty u, and the unit."""
+        rows = [
+            {"kind": one.kind, "effect": one.label, "probability": one.probability, "parameter": name, **number}
+            for one in self.findings
+            for name, number in _numbers(one)
+        ]
+        return pd.DataFrame(rows, columns=["kind", "effect", "probability", "parameter", "value", "u", "unit"])
+
+    def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
+        """Write ``diagnosis.json``, ``diagnosis.md``, the diagnosed machine file and the figures; returns the paths."""
+        from stepgauge.diagnose.files import write_diagnosis
+
+        with open_set():
+            return write_diagnosis(folder, self, self.recordings, figure, self.laws)
+
+
+def _numbers(finding: Finding) -> Iterator[tuple[str, dict[str, object]]]:
+    """The parameters of a finding; one without any has a row all the same."""
+    for name, estimate in finding.parameters.items():
+        yield name, {"value": estimate.value, "u": estimate.u, "unit": estimate.unit}
+    if not finding.parameters:
+        yield "", {"value": math.nan, "u": math.nan, "unit": ""}

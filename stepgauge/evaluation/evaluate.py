@@ -9,12 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.evaluation.face_errors import REffOrigin, band_um, face_errors, radius_blocks, reference_face
+from stepgauge.files.outputs import open_set
+from stepgauge.files.shown import Shown, as_lines, figures
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.recording import APPROACH, POSITION, Recording
@@ -29,6 +33,12 @@ from stepgauge.recording.identity import (
 )
 from stepgauge.recording.repeats import LeftOut, find_left_out, left_out_words, odd_blocks, odd_faces, resolution_mm
 from stepgauge.recording.rows import check_beside, check_copies, check_rows, dot, tilt_rad
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+    from stepgauge.standards.mpe import Mpe
 
 Array = NDArray[np.float64]
 REFERENCE_C = 20.0
@@ -96,17 +106,62 @@ class PlacementResult:
         seen = self.count[self.count > 0]
         return int(seen.min()), int(seen.max())
 
+    def lines(self) -> list[str]:
+        """Notes and the main numbers, as the command line prints them."""
+        name = f"placement {self.placement}"
+        main = (
+            f"{name}: span {self.span_mm:.1f} mm, range of the mean error XM {_um(self.band_um)},"
+            f" largest 2s {_um(self.worst_two_sigma_um)},"
+            f" R_eff {self.radius.r_eff_mm:.5f} mm (u = {self.radius.u_mm * 1e3:.2f} um)"
+        )
+        return [*(f"{name}: note: {note}" for note in self.notes), main]
+
+
+def _um(value: float) -> str:
+    return "undefined" if value != value else f"{value:.2f} um"
+
 
 @dataclass(frozen=True)
-class Evaluation:
+class Evaluation(Shown):
     """Results of all placements of a recording."""
 
+    drawn_by: ClassVar[str] = "evaluation.draw_placement"
     gauge: Gauge
     blocks: tuple[int, int]
     r_eff_origin: REffOrigin
     results: tuple[PlacementResult, ...]
     path: str = ""
     comments: Mapping[str, str] = field(default_factory=dict)
+
+    def summary(self) -> str:
+        """Notes, span, range of XM, largest 2s and R_eff by placement, as the command line prints them."""
+        return as_lines(*(line for one in self.results for line in one.lines()))
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per face and placement: positions in mm, errors and standard deviations in um, NaN if undefined."""
+        from stepgauge.evaluation.files import face_frame
+
+        return face_frame(self)
+
+    def plot(self, axes: Axes | None = None, placement: int | None = None) -> Axes:
+        """XF, XB and XM in um against the nominal position in mm, with 2s bands, of a placement (the first)."""
+        return self._drawn(axes, placement=placement)
+
+    def of_placement(self, placement: int | None = None) -> PlacementResult:
+        """The result of a placement by its number, None for the first; :class:`InputError` where there is none."""
+        for one in self.results:
+            if placement in (None, one.placement):
+                return one
+        numbers = ", ".join(str(one.placement) for one in self.results)
+        raise InputError("placement", "the evaluation does not have it", found=placement, expected=numbers)
+
+    def write(self, folder: str | Path, figure: str = "png", mpe: Mpe | None = None) -> list[Path]:
+        """Write ``evaluation.json``, ``evaluation.csv``, a figure per placement (png, svg, pdf); returns the paths."""
+        from stepgauge.evaluation.files import write_evaluation
+
+        with open_set():
+            drawn = figures("evaluation").draw_evaluations(folder, self, figure, mpe)
+            return [*write_evaluation(folder, self), *drawn]
 
 
 def evaluate(

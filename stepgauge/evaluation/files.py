@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from stepgauge import __version__
 from stepgauge.evaluation.evaluate import Evaluation, PlacementResult
@@ -29,7 +30,7 @@ CSV_COLUMNS = (
     "xr_um",
     "interpolated",
 )
-_UM = ("xf_um", "sf_um", "xb_um", "sb_um", "xm_um", "xr_um")
+UM = ("xf_um", "sf_um", "xb_um", "sb_um", "xm_um", "xr_um")
 TEMPERATURE_CONVENTION = (
     "certified positions S are brought to the recorded gauge temperature; readings are not corrected"
 )
@@ -104,7 +105,7 @@ def _placement_to_dict(result: PlacementResult, gauge: Gauge) -> dict[str, Any]:
 
 def face_rows(result: PlacementResult) -> list[dict[str, Any]]:
     """One dictionary per face with the columns of ``evaluation.csv``, plus ``count``, the probings of that face."""
-    columns = {name: getattr(result, name) for name in _UM}
+    columns = {name: getattr(result, name) for name in UM}
     return [
         {
             "face": int(face),
@@ -118,6 +119,12 @@ def face_rows(result: PlacementResult) -> list[dict[str, Any]]:
         }
         for i, face in enumerate(result.face)
     ]
+
+
+def face_frame(evaluation: Evaluation) -> pd.DataFrame:
+    """The faces of all placements: the columns of :func:`face_rows` after the placement, NaN where undefined."""
+    rows = [{"placement": one.placement, **row} for one in evaluation.results for row in face_rows(one)]
+    return pd.DataFrame(rows).astype(dict.fromkeys(UM, float))
 
 
 def _number(value: float) -> float | None:

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
-from stepgauge.standards.budget_files import StoredBudget, StoredLine
+from stepgauge.standards.budget_files import StoredBudget, StoredLine, farthest, label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-NAMES = {"r_eff": "R_eff", "xf": "XF", "xb": "XB", "xm": "XM", "xr": "XR"}
 ALONG_MM = 58.0
 """Height of the lower panel."""
 MOST = 8
@@ -40,20 +39,8 @@ def budget_figure(budget: StoredBudget, placement: int) -> Figure:
     upper, lower = figure.subplots(2, 1, height_ratios=(bars_mm, ALONG_MM))
     lines = (budget.find("r_eff", placement, None), farthest(budget, placement))
     _draw_bars(upper, budget, [line for line in lines if line is not None])
-    _draw_along(lower, budget, placement)
+    draw_along(lower, budget, placement)
     return figure
-
-
-def farthest(budget: StoredBudget, placement: int, quantity: str = "xm") -> StoredLine | None:
-    """The line of a quantity at the last face that has it."""
-    lines = [q for q in budget.quantities if q.quantity == quantity and q.placement == placement]
-    return max(lines, key=lambda line: line.face or 0, default=None)
-
-
-def label(line: StoredLine) -> str:
-    """``XM at face 21 (200 mm)``."""
-    name = NAMES.get(line.quantity, line.quantity)
-    return name if line.face is None else f"{name} at face {line.face} ({line.position_mm:.0f} mm)"
 
 
 def _draw_bars(axes: Axes, budget: StoredBudget, lines: Sequence[StoredLine]) -> None:
@@ -79,7 +66,8 @@ def _draw_bars(axes: Axes, budget: StoredBudget, lines: Sequence[StoredLine]) ->
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
 
 
-def _draw_along(axes: Axes, budget: StoredBudget, placement: int) -> None:
+def draw_along(axes: Axes, budget: StoredBudget, placement: int) -> None:
+    """Standard and expanded uncertainty of XM along the gauge, with that of the Monte Carlo."""
     lines = [q for q in budget.quantities if q.quantity == "xm" and q.placement == placement]
     position = np.array([line.position_mm for line in lines], float)
     axes.plot(position, [line.expanded_um for line in lines], color=COLORS["after"], label="U, all sources")

@@ -95,6 +95,19 @@ def residual_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Fi
     return figure
 
 
+def draw_residuals(axes: Axes, diagnosis: Diagnosis) -> None:
+    """Residuals before and after against the position along the gauge, um, on axes of somebody else."""
+    covariate = _covariates_that_matter(diagnosis)[0]
+    x = covariate_values(covariate, diagnosis.data)
+    pairs = ((diagnosis.before_um, "before"), (rest_um(diagnosis, diagnosis.laws), "after"))
+    for um, name in pairs:
+        axes.plot(x, um, ".", color=COLORS[name], label=name, markersize=3.0)
+    _noise_lines(axes, diagnosis.noise.sigma_um)
+    axes.set(xlabel=label_of(covariate), ylabel="residual (µm)")
+    axes.set_title(f"verdict: {diagnosis.verdict}", loc="left")
+    axes.legend(frameon=False)
+
+
 def effect_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:
     """Every effect with its law through the residuals of the other effects."""
     found = panels(diagnosis, laws)

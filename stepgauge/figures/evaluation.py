@@ -20,7 +20,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from stepgauge.evaluation.evaluate import Evaluation
-from stepgauge.evaluation.files import evaluation_to_dict
+from stepgauge.evaluation.files import evaluation_to_dict, face_rows
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
 from stepgauge.standards.mpe import Mpe
 
@@ -43,6 +43,7 @@ FORWARD = Direction("f", "forward XF", CYCLE[0], ">", True)
 BACKWARD = Direction("b", "backward XB", CYCLE[1], "<", False)
 LIMIT_COLOR = CYCLE[3]
 LEFT_OUT = "left out"
+POSITION_LABEL = "nominal position along the gauge, from face 1 (mm)"
 _DOTTED: dict[str, Any] = {"linestyle": (0, (1, 1.2)), "zorder": 2}
 MEAN_COLOR, REVERSAL_COLOR, GREY = COLORS["model"], COLORS["measured"], COLORS["grey"]
 
@@ -84,6 +85,17 @@ def evaluation_figure(placement: Mapping[str, Any], mpe: Mpe | None = None) -> F
         _label(errors, reversal, placement)
         _add_legend(figure, rows)
     return figure
+
+
+def draw_placement(axes: Axes, evaluation: Evaluation, placement: int | None = None) -> None:
+    """The errors of a placement (the first) on axes of somebody else, with a legend of their own."""
+    result = evaluation.of_placement(placement)
+    rows = face_rows(result)
+    _draw_errors(axes, rows)
+    axes.set(xlabel=POSITION_LABEL, ylabel="error (µm)")
+    axes.set_title(f"Placement {result.placement}, 2s bands", loc="left")
+    shown = [line for line in axes.get_lines() if "measured" in str(line.get_label()) or line.get_label() == "mean XM"]
+    axes.legend(handles=shown, frameon=False)
 
 
 def draw_mpe(axes: Axes, nominal_mm: Array, reference_mm: float, mpe: Mpe) -> None:
@@ -261,7 +273,7 @@ def _label(errors: Axes, reversal: Axes, placement: Mapping[str, Any]) -> None:
         axes.spines[["top", "right"]].set_visible(False)
     errors.set_ylabel("error (µm)")
     reversal.set_ylabel("reversal XR (µm)")
-    reversal.set_xlabel("nominal position along the gauge, from face 1 (mm)")
+    reversal.set_xlabel(POSITION_LABEL)
     _no_smaller_than(reversal, 1.0)
     cycles = f"{most} cycle{'s' if most > 1 else ''}" if fewest == most else f"{fewest} to {most} cycles"
     errors.set_title(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from stepgauge.figures.style import COLORS, figure_style, new_figure, save_figur
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes.base import Probe
 from stepgauge.probes.directions_map import DirectionMap, map_directions
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -58,6 +61,15 @@ def draw_curves(found: DirectionMap, path: str | Path) -> None:
             axes.set_xticks(np.arange(0.0, 361.0, 60.0))
     _explain(fig, found)
     save_figure(fig, path)
+
+
+def draw_pretravel(axes: Axes, found: DirectionMap) -> None:
+    """Pre-travel over the azimuth, one curve per polar angle, on axes of somebody else."""
+    _draw_rows(axes, found, *_closed(found, found.pretravel_um))
+    axes.set(xlabel="azimuth of the normal (°)", ylabel=QUANTITIES[-1][1], ylim=(0.0, None))
+    if len(found.polar_deg) <= _MOST_LABELS:
+        axes.legend(title="polar angle", frameon=False)
+    axes.set_title(found.name, loc="left")
 
 
 @figure_style()

@@ -3,14 +3,49 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from stepgauge.figures.path import draw_path
+import numpy as np
+from matplotlib.collections import LineCollection
+
+from stepgauge.figures.path import MEASURE_COLOR, STOP_COLOR, TRAVEL_COLOR, draw_path, until
 from stepgauge.figures.path_scene import path_scene, write_path_html
 from stepgauge.figures.shares import draw_shares
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.machine.virtual import Run
+from stepgauge.motion.moves import Path as MotionPath
+from stepgauge.motion.moves import trace
+from stepgauge.planning.planned import Plan
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def draw_plan_view(axes: Axes, run: Run) -> None:
+    """The path from above in machine coordinates, its searches in another colour, and where it stopped."""
+    travelled = until(run.path, run.stop_piece)
+    draw_from_above(axes, travelled)
+    if run.stop is not None and len(travelled.end_mm):
+        axes.plot(*travelled.end_mm[-1, :2], "x", color=STOP_COLOR, markersize=7, label="stopped")
+        axes.legend(frameon=False)
+
+
+def draw_plan(axes: Axes, plan: Plan) -> None:
+    """The path of a plan from above in machine coordinates."""
+    draw_from_above(axes, trace(plan.program))
+
+
+def draw_from_above(axes: Axes, path: MotionPath) -> None:
+    """Pieces of a path in x and y, mm."""
+    for measuring, color, label in ((False, TRAVEL_COLOR, "travel"), (True, MEASURE_COLOR, "search")):
+        some = path.measuring == measuring
+        ends = np.stack([path.start_mm[some, :2], path.end_mm[some, :2]], axis=1)
+        axes.add_collection(LineCollection(list(ends), colors=color, linewidths=0.8, label=label))
+    axes.autoscale_view()
+    axes.set(xlabel="machine x (mm)", ylabel="machine y (mm)", aspect="equal")
+    axes.legend(frameon=False)
 
 
 def draw_run(

@@ -15,6 +15,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.text import replacing
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Okabe & Ito's palette (2008), in the order in which lines of one plot take them.
@@ -57,6 +58,7 @@ STYLE: dict[str, Any] = {
 
 FORMATS = ("png", "pdf", "svg")
 _MM_PER_INCH = 25.4
+LOOKED_AT_MM = (160.0, 90.0)
 # Without dates two runs on the same data give the same file.
 _UNDATED: dict[str, dict[str, Any]] = {"pdf": {"CreationDate": None}, "svg": {"Date": None}, "png": {}}
 
@@ -85,6 +87,15 @@ def new_figure(width_mm: float, height_mm: float) -> Figure:
         figure = Figure(figsize=(width_mm / _MM_PER_INCH, height_mm / _MM_PER_INCH), layout="constrained")
         FigureCanvasAgg(figure)
     return figure
+
+
+def own_axes() -> Axes:
+    """Axes of pyplot for a person who looks at them: a notebook shows them, and so does ``pyplot.show()``."""
+    from matplotlib import pyplot
+
+    size = (LOOKED_AT_MM[0] / _MM_PER_INCH, LOOKED_AT_MM[1] / _MM_PER_INCH)
+    with figure_style():
+        return pyplot.subplots(figsize=size, layout="constrained")[1]
 
 
 def legend_handlers() -> dict[type, Any]:

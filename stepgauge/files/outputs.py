@@ -13,7 +13,7 @@ import re
 import shutil
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -105,6 +105,13 @@ def one_set() -> Iterator[OutputSet]:
     finally:
         files.discard()
         _open.remove(files)
+
+
+@contextmanager
+def open_set() -> Iterator[None]:
+    """The set of the verb that runs; one of its own where a program writes a result without a verb."""
+    with nullcontext() if _current() is not None else one_set():
+        yield
 
 
 def was_read(path: str | Path, data: bytes | None = None) -> None:

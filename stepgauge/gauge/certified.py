@@ -6,6 +6,7 @@ import datetime
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +15,11 @@ from pydantic import Field
 from stepgauge.errors import InputError, reader
 from stepgauge.files.config import Table, check_table, read_toml
 from stepgauge.files.resources import find_data
+from stepgauge.files.shown import Shown, as_lines
 from stepgauge.files.tables import CsvTable, read_numbers
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FACE_COLUMNS = ("face", "nominal_mm", "position_mm", "uncertainty_um")
 MAX_DEVIATION_MM = 0.2
@@ -66,7 +71,7 @@ LEAST_UNCERTAINTY_UM = 0.01
 
 
 @dataclass(frozen=True)
-class Gauge:
+class Gauge(Shown):
     """A step gauge as certified.
 
     ``nominal_mm``, ``position_mm`` and ``u_um`` (standard uncertainty) have one entry per face; face ``k`` is entry
@@ -74,6 +79,7 @@ class Gauge:
     normal ``-a``), even ones backs; block ``b`` has faces ``2b-1`` and ``2b``.
     """
 
+    drawn_by: ClassVar[str] = "placement.draw_certificate"
     table: GaugeTable
     certificate: CertificateTable
     nominal_mm: NDArray[np.float64]
@@ -96,6 +102,23 @@ class Gauge:
         matrix = np.outer(share, share) + r * np.outer(rest, rest)
         np.fill_diagonal(matrix, 1.0)
         return matrix
+
+    def summary(self) -> str:
+        """Name, certificate, size and uncertainty in a line."""
+        certificate, largest = self.certificate, float(self.u_um.max())
+        named = f"{self.table.name} (serial number {self.table.serial}), {self.n_blocks} blocks"
+        length = f"{self.nominal_mm[-1]:g} mm, u up to {largest:.3g} um"
+        number = f"certificate {certificate.number} of {certificate.date.isoformat()}, {certificate.laboratory}"
+        return as_lines(f"{named}, {length}; {number}{'; EXAMPLE' if certificate.example else ''}")
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per face: nominal and certified position in mm, standard uncertainty in um."""
+        import pandas as pd
+
+        face = np.arange(1, self.n_faces + 1)
+        side = np.where(face % 2 == 1, "front", "back")
+        columns = {"face": face, "block": (face + 1) // 2, "side": side, "nominal_mm": self.nominal_mm}
+        return pd.DataFrame({**columns, "position_mm": self.position_mm, "u_um": self.u_um})
 
     @property
     def n_faces(self) -> int:

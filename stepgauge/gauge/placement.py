@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,8 +15,12 @@ from pydantic import Field
 
 from stepgauge.errors import InputError
 from stepgauge.files.config import Table, Vector3, check_table, parse_toml
+from stepgauge.files.shown import Shown, as_lines
 from stepgauge.files.text import read_text, write_text
 from stepgauge.gauge.certified import Gauge
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Array = NDArray[np.float64]
 STANDING_COS = 0.999
@@ -42,13 +46,14 @@ class PlacementTable(Table):
 
 
 @dataclass(frozen=True)
-class Placement:
+class Placement(Shown):
     """A placement of the gauge.
 
     ``axis`` (a), ``up`` and ``side`` (s = a x up) are unit vectors, ``c1_mm`` the centre of block ``first_block``.
     Gauge coordinates are (along a from face 1, along s from the blocks' middle, along up from their middle height).
     """
 
+    drawn_by: ClassVar[str] = "placement.draw_axis"
     c1_mm: Array
     c2_mm: Array
     axis: Array
@@ -80,6 +85,22 @@ class Placement:
     def to_gauge(self, gauge: Gauge, points_mm: ArrayLike) -> Array:
         """Machine coordinates ``(..., 3)`` as gauge coordinates, mm."""
         return (np.asarray(points_mm, float) - self.origin_mm(gauge)) @ self.rotation.T
+
+    def summary(self) -> str:
+        """Notes of locate, direction of the axis, squareness, smallest error that would be seen, and tip radius."""
+        from stepgauge.gauge.placed import placement_lines
+
+        return as_lines(*placement_lines(self))
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row: block centres and tip radius in mm, unit vectors, angles and uncertainties in the units named."""
+        from stepgauge.gauge.placed import placement_frame
+
+        return placement_frame(self)
+
+    def write(self, path: str | Path) -> None:
+        """Write the placement file (TOML), which :func:`read_placement` reads back."""
+        write_placement(path, self)
 
 
 def make_placement(

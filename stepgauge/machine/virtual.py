@@ -8,6 +8,8 @@ real machine.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path as FilePath
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -15,6 +17,7 @@ from numpy.typing import NDArray
 
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import ProgramStoppedError
+from stepgauge.files.shown import Shown, as_lines
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
@@ -22,7 +25,7 @@ from stepgauge.machine.readout import read_out, rows_beyond
 from stepgauge.machine.stops import NO_TRIGGER, Stop, first_stop
 from stepgauge.motion.collision import Obstacles, ball_contacts, make_obstacles, make_tool
 from stepgauge.motion.moves import Path, ProbingSettings, Program, trace
-from stepgauge.recording import APPROACH, POSITION, Recording
+from stepgauge.recording import APPROACH, POSITION, Recording, write_recording
 
 Array = NDArray[np.float64]
 
@@ -41,7 +44,7 @@ class Conditions:
 
 
 @dataclass(frozen=True)
-class Run:
+class Run(Shown):
     """Result of a program: the recording, the path, its duration, and the stop (None if it ran through).
 
     ``stop_piece`` is the index of the piece of the path on which it stopped. ``shares``, on request: one column per
@@ -49,6 +52,7 @@ class Run:
     that had no influence.
     """
 
+    drawn_by: ClassVar[str] = "run.draw_plan_view"
     recording: Recording
     path: Path
     duration_s: float
@@ -56,6 +60,21 @@ class Run:
     stop_piece: int | None = None
     shares: pd.DataFrame | None = None
     notes: tuple[str, ...] = ()
+
+    def summary(self) -> str:
+        """How many points were recorded, the machine time, notes, and what stopped the program."""
+        searches = int(self.path.measuring.sum())
+        first = f"{len(self.recording)} of {searches} points recorded, {self.duration_s:.0f} s of machine time"
+        stopped = [] if self.stop is None else [f"stopped: {self.stop}"]
+        return as_lines(first, *(f"note: {note}" for note in self.notes), *stopped)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per probing as in a recording (mm, s, deg C), with the shares of the effects in um if asked for."""
+        return self.explained().to_frame()
+
+    def write(self, path: str | FilePath) -> None:
+        """Write the recording, CSV or (by the extension) Parquet, with the shares where they were asked for."""
+        write_recording(path, self.explained())
 
     def explained(self) -> Recording:
         """The recording with the shares as further columns."""

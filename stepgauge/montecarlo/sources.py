@@ -15,7 +15,7 @@ from stepgauge.machine.virtual import Conditions, probing_settings
 from stepgauge.montecarlo.model import Model, program_model, recording_model
 from stepgauge.planning.plan import parse_section
 from stepgauge.programs import read_program
-from stepgauge.recording import is_recording_file, read_recordings
+from stepgauge.recording import Recording, is_recording_file, join_recordings, read_recording
 
 
 @dataclass(frozen=True)
@@ -35,28 +35,30 @@ class ModelOptions:
 
 
 def read_model(
-    sources: Sequence[str | Path],
+    sources: Sequence[str | Path | Recording],
     machine: Machine,
     gauge: Gauge,
     placements: Sequence[Placement] = (),
     options: ModelOptions | None = None,
 ) -> Model:
-    """The model of recordings (CSV or Parquet, joined) or of one program, told apart by the file's name.
+    """The model of recordings (read, or CSV or Parquet, joined) or of one program, told apart by the file's name.
 
     :class:`InputError` where recordings are of another machine, where a program comes without exactly one placement,
     and as the readers of the files.
     """
     options = options or ModelOptions()
     u_K = machine.u_gauge_temperature_K(options.u_gauge_temperature_K)
-    if is_recording_file(sources[0]):
-        recording = read_recordings(sources)
+    files = [one for one in sources if not isinstance(one, Recording)]
+    if not files or len(files) < len(sources) or is_recording_file(files[0]):
+        tables = [one if isinstance(one, Recording) else read_recording(one) for one in sources]
+        recording = tables[0] if len(tables) == 1 else join_recordings(tables)
         check_recorded(recording.comments, machine)
         if options.gauge_temperature_C is not None:
             raise InputError("--gauge-temperature", "belongs to a program; a recording has its own")
         section = parse_section(options.blocks, gauge)
         return recording_model(recording, machine, gauge, u_K, options.origin, section)
-    _check_program(sources, placements, options)
-    program = read_program(sources[0], probing_settings(machine, options.search_mm))
+    _check_program(files, placements, options)
+    program = read_program(files[0], probing_settings(machine, options.search_mm))
     conditions = Conditions(gauge.temperature_C(options.gauge_temperature_C))
     return program_model(program, machine, gauge, placements[0], conditions, u_K, options.origin)
 

@@ -52,6 +52,9 @@ class ProgramText:
     dialect: Dialect
     note: str
 
+    def __str__(self) -> str:
+        return self.text
+
     def write(self, path: str | Path) -> None:
         """Write it with the line ends of its controller."""
         write_text(path, self.text, newline=self.dialect.newline)

@@ -7,7 +7,7 @@ happens to more than a few readings is how the machine measures, and is kept.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,12 +41,15 @@ _TO_SIGMA, _CALM_TO_SIGMA = 1.4826, 1.6
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A reading that is not used: ``row`` in the placement, counted from 0; how far from its repeats, and the limit."""
+    """A reading that is not used: ``row`` in the placement, counted from 0; how far from its repeats, and the limit.
+
+    A file of results does not hold the row; it is -1 where it was read from one.
+    """
 
     placement: int
     cycle: int
     face: int
-    row: int
+    row: int = field(compare=False)
     off_um: float
     limit_um: float
 

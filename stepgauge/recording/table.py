@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError, reader
 from stepgauge.files.outputs import was_read
 from stepgauge.files.parquet import is_parquet, read_parquet, write_parquet
+from stepgauge.files.shown import Shown, as_lines
 from stepgauge.files.text import replacing
 from stepgauge.files.units import temperature_hint
 from stepgauge.recording.columns import APPROACH, COUNTS, KNOWN, OPTIONAL, POSITION, REQUIRED, near_miss
@@ -36,19 +38,34 @@ TEMPERATURE_C = (-10.0, 60.0)
 
 
 @dataclass(frozen=True)
-class Recording:
+class Recording(Shown):
     """Indicated tip centres at the trigger.
 
     ``frame`` has the columns of ``REQUIRED`` plus ``placement`` (1 where the file has none), any of ``OPTIONAL``, and
     further numeric columns as they were found. ``comments`` are the ``# key: value`` lines before the header.
     """
 
+    drawn_by: ClassVar[str] = "recording.draw_recording"
     frame: pd.DataFrame
     comments: Mapping[str, str] = field(default_factory=dict)
     path: str = ""
 
     def __len__(self) -> int:
         return len(self.frame)
+
+    def summary(self) -> str:
+        """How much was measured, and what the recording says of itself."""
+        cycles, faces = int(self.frame["cycle"].max()), self.frame["face"].nunique()
+        first = f"{len(self)} probings of {faces} faces, {cycles} cycles, placements {self.placements}"
+        return as_lines(first, *(f"{key}: {value}" for key, value in self.comments.items()))
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per probing, a copy of ``frame``: coordinates in mm, time in s, temperatures in deg C."""
+        return self.frame.copy()
+
+    def write(self, path: str | Path) -> None:
+        """Write the recording, CSV or (by the extension) Parquet, coordinates to 1e-7 mm."""
+        write_recording(path, self)
 
     @property
     def position_mm(self) -> Array:

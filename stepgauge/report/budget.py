@@ -5,12 +5,11 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 
-from stepgauge.figures.budget import budget_figure, farthest, label
+from stepgauge.figures.budget import budget_figure
 from stepgauge.figures.style import figure_style
 from stepgauge.files.notation import UNDEFINED, number, quantity
 from stepgauge.report.page import Column, PrintedTable
-from stepgauge.report.statements import dof_text
-from stepgauge.standards.budget_files import StoredBudget, StoredLine, StoredSource
+from stepgauge.standards.budget_files import StoredBudget, StoredLine, StoredSource, dof_text, farthest, label
 
 ERRORS = ("xf", "xb", "xm", "xr")
 NOTE = (

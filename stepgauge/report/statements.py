@@ -40,11 +40,6 @@ def reference_text(evaluation: dict[str, Any]) -> str:
     )
 
 
-def dof_text(dof: float | None, infinite: str = "∞") -> str:
-    """Degrees of freedom, without digits that say nothing."""
-    return infinite if dof is None else "> 9999" if dof > 9999 else f"{dof:.0f}"
-
-
 def traceability(said: Laboratory, gauge: Gauge) -> str:
     """How the results are traceable: through the gauge's certificate, and what the laboratory adds."""
     table, own = gauge.table, gauge.certificate

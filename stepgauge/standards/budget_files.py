@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
+import pandas as pd
 from pydantic import ConfigDict, Field
 
 from stepgauge import __version__
 from stepgauge.errors import InputError
 from stepgauge.files.config import Table, check_table
+from stepgauge.files.outputs import open_set
+from stepgauge.files.shown import Shown, as_lines, figures
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import in_folder, read_result, write_json, write_text
 from stepgauge.montecarlo.model import Model
 from stepgauge.standards.budget import Budget, Line, Source
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 FORMAT = "stepgauge budget 1"
 COLUMNS = ("quantity", "placement", "face", "position_mm", "value_um", "u_um", "dof", "k", "expanded_um")
@@ -27,12 +33,17 @@ SAME_VALUE_UM = 0.005
 """Values of one measurement evaluated twice agree at least so well."""
 
 
-def write_budget(folder: str | Path, model: Model, budget: Budget, runs: int) -> list[Path]:
+def write_budget(folder: str | Path, budget: StoredBudget) -> list[Path]:
     """Write ``budget.json`` and ``budget.csv`` into a folder (made if missing); returns their paths."""
     json_path, csv_path = Path(folder) / "budget.json", Path(folder) / "budget.csv"
-    write_json(json_path, budget_to_dict(model, budget, runs))
+    write_json(json_path, budget.model_dump())
     write_text(csv_path, budget_csv(budget))
     return [json_path, csv_path]
+
+
+def stored_budget(model: Model, budget: Budget, runs: int) -> StoredBudget:
+    """The budget as its file holds it; ``runs``: of the Monte Carlo beside it."""
+    return StoredBudget.model_validate(budget_to_dict(model, budget, runs))
 
 
 def budget_to_dict(model: Model, budget: Budget, runs: int) -> dict[str, Any]:
@@ -97,17 +108,24 @@ def _line(line: Line) -> dict[str, Any]:
     }
 
 
-def budget_csv(budget: Budget) -> str:
+def budget_csv(budget: StoredBudget) -> str:
     """One row per quantity, um; the contribution of a source is the column ``u: SOURCE``."""
+    header, rows = _table(budget)
+    place = header.index("dof")
+    said = [["inf" if i == place and cell is None else result_cell(cell) for i, cell in enumerate(row)] for row in rows]
+    return csv_text(header, said)
+
+
+def _table(budget: StoredBudget) -> tuple[list[str], list[list[Any]]]:
+    """Header and rows of the table of all quantities; None where there is no number."""
     names = [source.name for source in budget.sources]
     rows = []
-    for line in budget.lines:
-        row = _line(line)
-        cells = [row[name] for name in COLUMNS] + [line.contribution.get(name, 0.0) for name in names]
-        cells += [line.through_radius, line.same_terms_u, *(line.monte_carlo or ("", "", ""))]
-        rows.append(["inf" if i == 6 and cell is None else result_cell(cell) for i, cell in enumerate(cells)])
-    header = [*COLUMNS, *(f"u: {name}" for name in names), "of which via r_eff", *RUN_COLUMNS]
-    return csv_text(header, rows)
+    for line in budget.quantities:
+        cells = [getattr(line, name) for name in COLUMNS] + [line.contributions_um.get(name, 0.0) for name in names]
+        runs = line.monte_carlo
+        from_runs = [None] * 3 if runs is None else [runs.u_um, runs.low_95_um, runs.high_95_um]
+        rows.append([*cells, line.through_r_eff_um, line.same_terms_u_um, *from_runs])
+    return [*COLUMNS, *(f"u: {name}" for name in names), "of which via r_eff", *RUN_COLUMNS], rows
 
 
 class _Stored(Table):
@@ -172,11 +190,16 @@ class StoredGap(_Stored):
     state_by: str
 
 
-class StoredBudget(_Stored):
+class StoredBudget(_Stored, Shown):
     """The whole ``budget.json``."""
 
+    drawn_by: ClassVar[str] = "budget.draw_along"
     format: str
+    stepgauge: str = ""
     method: str
+    of: str = ""
+    source: str = ""
+    machine: str = ""
     gauge_serial: str
     certificate: str
     r_eff_origin: str
@@ -188,10 +211,71 @@ class StoredBudget(_Stored):
     bands: list[StoredBand] = Field(default_factory=list)
     quantities: list[StoredLine] = Field(min_length=1)
 
+    def summary(self) -> str:
+        """What was not evaluated, and R_eff and XM at the farthest face of every placement, as the verb prints them."""
+        missing = [f"not evaluated: {gap.what}; state it by {gap.state_by}" for gap in self.not_included]
+        lines = [
+            f"placement {placement}: {label(line)}: {_said(line, self.coverage_percent)}"
+            for placement in self.placements
+            for line in (self.find("r_eff", placement, None), farthest(self, placement))
+            if line is not None
+        ]
+        return as_lines(*missing, *lines)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per quantity: value, u, U and the contribution of every source in um; NaN where there is none."""
+        header, rows = _table(self)
+        found = pd.DataFrame(rows, columns=header)
+        numbers = [name for name in header if name not in ("quantity", "placement", "face")]
+        return found.astype({**dict.fromkeys(numbers, float), "face": "Int64"}).fillna({"dof": math.inf})
+
+    def plot(self, axes: Axes | None = None, placement: int | None = None) -> Axes:
+        """Standard and expanded uncertainty of XM in um along the gauge, of a placement (the first)."""
+        return self._drawn(axes, placement=self.placements[0] if placement is None else placement)
+
+    def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
+        """Write ``budget.json``, ``budget.csv`` and a figure per placement (png, svg, pdf); returns the paths."""
+        with open_set():
+            drawn = figures("budget").draw_budget(folder, self, figure)
+            return [*write_budget(folder, self), *drawn]
+
+    @property
+    def placements(self) -> list[int]:
+        """Numbers of the placements, rising."""
+        return sorted({line.placement for line in self.quantities})
+
     def find(self, quantity: str, placement: int, face: int | None) -> StoredLine | None:
         """The line of a quantity, e.g. ``("xm", 1, 21)``; None where the budget has none."""
         wanted = (quantity, placement, face)
         return next((q for q in self.quantities if (q.quantity, q.placement, q.face) == wanted), None)
+
+
+NAMES = {"r_eff": "R_eff", "xf": "XF", "xb": "XB", "xm": "XM", "xr": "XR"}
+
+
+def farthest(budget: StoredBudget, placement: int, quantity: str = "xm") -> StoredLine | None:
+    """The line of a quantity at the last face that has it."""
+    lines = [q for q in budget.quantities if q.quantity == quantity and q.placement == placement]
+    return max(lines, key=lambda line: line.face or 0, default=None)
+
+
+def label(line: StoredLine) -> str:
+    """``XM at face 21 (200 mm)``."""
+    name = NAMES.get(line.quantity, line.quantity)
+    return name if line.face is None else f"{name} at face {line.face} ({line.position_mm:.0f} mm)"
+
+
+def _said(line: StoredLine, coverage: float) -> str:
+    runs = f"; Monte Carlo u {line.monte_carlo.u_um:.3f} um" if line.monte_carlo else ""
+    return (
+        f"{line.value_um:.3f} um, u {line.u_um:.3f} um, effective dof {dof_text(line.dof, 'infinite')},"
+        f" U {line.expanded_um:.3f} um (k = {line.k:.2f}, {coverage:g} %){runs}"
+    )
+
+
+def dof_text(dof: float | None, infinite: str = "∞") -> str:
+    """Degrees of freedom, without digits that say nothing."""
+    return infinite if dof is None else "> 9999" if dof > 9999 else f"{dof:.0f}"
 
 
 def read_budget(path: str | Path) -> StoredBudget:

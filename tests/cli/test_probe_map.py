@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from stepgauge.cli.probe.map import command, parse_angles
+from stepgauge.cli.probe.map import command
 from stepgauge.errors import InputError
 from stepgauge.probes import read_probe
+from stepgauge.probes.angles import parse_angles
 from stepgauge.probes.directions_map import COLUMNS, map_directions
 
 

@@ -19,7 +19,7 @@ from stepgauge.montecarlo import recording_model
 from stepgauge.recording import Recording, join_recordings
 from stepgauge.report.certificate_file import Laboratory, read_laboratory
 from stepgauge.standards.budget import make_budget
-from stepgauge.standards.budget_files import StoredBudget, budget_to_dict
+from stepgauge.standards.budget_files import StoredBudget, stored_budget
 from tests.conftest import ROOT
 from tests.measured import ALONG_X, named, run, shipped
 
@@ -50,7 +50,7 @@ def evaluated(placements: int = 1) -> tuple[dict[str, Any], StoredBudget]:
     gauge, machine = shipped()
     recording = measured(placements)
     model = recording_model(recording, machine, gauge, 0.1)
-    stored = StoredBudget.model_validate(budget_to_dict(model, make_budget(model), 0))
+    stored = stored_budget(model, make_budget(model), 0)
     return evaluation_to_dict(evaluate(recording, gauge)), stored
 
 

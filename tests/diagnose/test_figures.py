@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from stepgauge.diagnose.engine import diagnose
-from stepgauge.diagnose.many import summary_line
 from stepgauge.diagnose.result import Diagnosis, Located
+from stepgauge.diagnose.summary import summary_line
 from stepgauge.diagnose.unknown_law import model_unknown, rest_rms_um
 from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.errors import InputError

@@ -16,12 +16,12 @@ import pytest
 from stepgauge.diagnose.engine import diagnose
 from stepgauge.diagnose.files import Inputs, diagnosis_to_dict, read_diagnosis, write_diagnosis
 from stepgauge.diagnose.machine_text import machine_text
-from stepgauge.diagnose.many import summary_line
 from stepgauge.diagnose.practice import in_practice, name_of
 from stepgauge.diagnose.report import plus_minus, probability, report_text, significant, um, wrapped_sum
 from stepgauge.diagnose.residuals import Residuals, make_residuals
 from stepgauge.diagnose.result import Diagnosis, Finding, Located
 from stepgauge.diagnose.solve import Estimate
+from stepgauge.diagnose.summary import summary_line
 from stepgauge.diagnose.unknown_law import model_unknown, rest_um
 from stepgauge.effects import Probings, along_approach_um, effect_kinds, make_effects
 from stepgauge.errors import InputError

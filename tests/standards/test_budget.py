@@ -27,7 +27,14 @@ from stepgauge.machine.uncertain import Uncertain
 from stepgauge.montecarlo import Model, recording_model, run_monte_carlo
 from stepgauge.recording import Recording, write_recording
 from stepgauge.standards.budget import Budget, Line, make_budget
-from stepgauge.standards.budget_files import budget_csv, budget_to_dict, check_budget, read_budget, write_budget
+from stepgauge.standards.budget_files import (
+    budget_csv,
+    budget_to_dict,
+    check_budget,
+    read_budget,
+    stored_budget,
+    write_budget,
+)
 from stepgauge.standards.budget_sources import Asked, cosine_rms
 from stepgauge.standards.coverage import coverage_factor, expand
 from tests.measured import ALONG_X, lay, named, run, shipped, with_gaps
@@ -358,11 +365,11 @@ def test_files_are_read_back_and_belong_to_one_evaluation(tmp_path: Path) -> Non
     gauge = quiet_gauge()
     model = modelled(gauge, recording=RECORDING)
     budget = make_budget(model)
-    write_budget(tmp_path, model, budget, 0)
+    write_budget(tmp_path, stored_budget(model, budget, 0))
     stored = read_budget(tmp_path)
     assert len(stored.quantities) == len(budget.lines)
     assert stored.find("xm", 1, 5).u_um == pytest.approx(line(budget, "xm_um", 5).expanded.u)  # type: ignore[union-attr]
-    rows = list(csv.DictReader(budget_csv(budget).splitlines()))
+    rows = list(csv.DictReader(budget_csv(stored).splitlines()))
     assert float(rows[0]["u: certificate"]) == pytest.approx(line(budget, "r_eff_mm").contribution["certificate"])
     evaluation = evaluation_to_dict(evaluate(RECORDING, gauge))
     check_budget(stored, evaluation, "budget.json")

@@ -14,46 +14,6 @@ if TYPE_CHECKING:
     from stepgauge.probes import Probe
     from stepgauge.probes.directions_map import DirectionMap
 
-# More directions than this are a slip of the step, not a wish.
-_MOST = 200_000
-
-
-def parse_angles(text: str, option: str, low: float, high: float) -> list[float]:
-    """Angles from ``"90,80"`` and ``"0:360:10"`` (start:stop:step, the stop included), also mixed.
-
-    Raises :class:`InputError` naming ``option`` for anything else and for angles outside ``low`` to ``high``.
-    """
-    angles = [angle for part in text.split(",")[:_MOST] for angle in _expand(part.strip(), option)]
-    if len(angles) > _MOST:
-        raise InputError(option, "too many angles", found=len(angles), expected=f"at most {_MOST}")
-    for angle in angles:
-        if not low <= angle <= high:
-            raise InputError(option, "angle out of range", found=f"{angle:g}", expected=f"{low:g} to {high:g} deg")
-    return list(dict.fromkeys(angles))
-
-
-def _expand(part: str, option: str) -> list[float]:
-    try:
-        numbers = [float(number) for number in part.split(":")]
-    except ValueError:
-        numbers = []
-    if not all(math.isfinite(number) for number in numbers) or len(numbers) not in (1, 3):
-        raise InputError(option, "not a list of angles", found=repr(part), expected="90,80 or start:stop:step in deg")
-    if len(numbers) == 1:
-        return numbers
-    start, stop, step = numbers
-    if step == 0.0 or (stop - start) / step < 0.0:
-        raise InputError(option, "the steps lead nowhere", found=repr(part), expected="a step from start towards stop")
-    count = (stop - start) / step
-    if count > _MOST:
-        raise InputError(option, "too many angles", found=f"{count:.0f}", expected=f"at most {_MOST}")
-    return [round(start + i * step, 9) for i in range(int(count + 1e-9) + 1)]
-
-
-def _once_around(azimuths: list[float]) -> list[float]:
-    """Without a last 360 that repeats the first 0."""
-    return [a for a in azimuths if a - 360.0 not in azimuths]
-
 
 def _direction(context: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, ...] | None:
     if value is None:
@@ -125,18 +85,14 @@ def command(
     stepgauge probe map omp40-2-50mm --polar 90,80 --azimuth 0:360:10 -o map.csv --polar-plot map.png
     """
     from stepgauge.probes import read_probe
-    from stepgauge.probes.directions_map import map_directions, write_map
+    from stepgauge.probes.angles import direction_grid
+    from stepgauge.probes.directions_map import map_directions
 
-    polars = parse_angles(polar, "--polar", 0.0, 180.0)
-    azimuths = _once_around(parse_angles(azimuth, "--azimuth", -360.0, 360.0))
-    if len(polars) * len(azimuths) > _MOST:
-        found = len(polars) * len(azimuths)
-        raise InputError("--polar and --azimuth", "too many directions", found=found, expected=f"at most {_MOST}")
     held = read_probe(probe, stylus_direction)
-    found_map = map_directions(held, polars, azimuths)
-    write_map(output, found_map)
+    found_map = map_directions(held, *direction_grid(polar, azimuth))
+    found_map.write(output)
     _draw(held, found_map, **plots)
-    _report(held, found_map)
+    click.echo(found_map.summary())
     say_written(output, *plots.values())
 
 
@@ -151,20 +107,3 @@ def _draw(
         figures.draw_body(probe, body_plot)
     if force_plot is not None:
         figures.draw_curves(found, force_plot)
-
-
-def _report(probe: Probe, found: DirectionMap) -> None:
-    import numpy as np
-
-    click.echo(f"{probe.name or 'probe'}: {found.pretravel_um.size} directions")
-    for label, values, unit in (
-        ("trigger force", found.trigger_force_N, "N"),
-        ("deflection", found.deflection_um, "um"),
-        ("pre-travel", found.pretravel_um, "um"),
-    ):
-        known = values[np.isfinite(values)]
-        if known.size:
-            click.echo(f"  {label:<14}{known.min():8.3f} to {known.max():.3f} {unit}, mean {known.mean():.3f}")
-    never = int(np.sum(np.isinf(found.pretravel_um)))
-    if never:
-        click.echo(f"  in {never} directions the probe never triggers: the surface pulls the stylus out of the probe")

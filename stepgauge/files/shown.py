@@ -1,0 +1,65 @@
+"""How a result shows itself: the lines of the command line, a table, a figure, and what a notebook displays."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from stepgauge.errors import one_line
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+MOST_ROWS = 60
+"""Rows of a table in a notebook; of a longer one the middle is left out."""
+LONGEST_LINE = 2000
+"""Characters of a line of a summary."""
+
+
+class Shown:
+    """What all results can do; each says how in :meth:`summary` and :meth:`to_frame`.
+
+    ``drawn_by`` names the function of :mod:`stepgauge.figures` that draws the result on given axes: figures stand above
+    the results, so it is imported when a figure is asked for.
+    """
+
+    drawn_by: ClassVar[str]
+
+    def summary(self) -> str:
+        """The lines that the command line prints."""
+        raise NotImplementedError
+
+    def to_frame(self) -> pd.DataFrame:
+        """The result as a table, with the units in the names of the columns."""
+        raise NotImplementedError
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """Draw the result on ``axes``, or on new ones of pyplot; returns the axes."""
+        return self._drawn(axes)
+
+    def _drawn(self, axes: Axes | None, **options: Any) -> Axes:
+        module, function = self.drawn_by.split(".")
+        on: Axes = figures("style").own_axes() if axes is None else axes
+        with figures("style").figure_style():
+            getattr(figures(module), function)(on, self, **options)
+        return on
+
+    def _repr_html_(self) -> str:
+        """The summary and the table for a notebook; every value is escaped."""
+        from html import escape
+
+        lines = "".join(f"<p>{escape(line)}</p>" for line in self.summary().splitlines())
+        table = self.to_frame().to_html(max_rows=MOST_ROWS, index=False, na_rep="", float_format="{:.6g}".format)
+        return lines + str(table)
+
+
+def figures(module: str) -> ModuleType:
+    """A module of the figures, which are imported only when one is drawn."""
+    return import_module(f"stepgauge.figures.{module}")
+
+
+def as_lines(*lines: str) -> str:
+    """A summary of these lines, each of them on one line."""
+    return "\n".join(one_line(line, LONGEST_LINE) for line in lines)

@@ -1,0 +1,84 @@
+"""A plan: the checked moves of a measurement, and their text for any controller."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import ClassVar
+
+import pandas as pd
+
+from stepgauge.errors import InputError
+from stepgauge.files.shown import Shown, as_lines
+from stepgauge.motion.moves import Program
+from stepgauge.planning.program import ProgramText, check_tool, duration_s, program_text
+from stepgauge.programs import DIALECTS
+
+APPROACH = ("approach_i", "approach_j", "approach_k")
+
+
+@dataclass(frozen=True)
+class Plan(Shown):
+    """Moves that were checked against gauge and rail, and against the machine's travel where ``travel_checked``."""
+
+    drawn_by: ClassVar[str] = "run.draw_plan"
+    program: Program
+    travel_checked: bool
+
+    def summary(self) -> str:
+        """Points, moves, time at full speed, and what the path was checked against."""
+        minutes, seconds = divmod(round(duration_s(self.program)), 60)
+        travel = ", travel" if self.travel_checked else "; travel limits NOT checked (no --machine)"
+        size = f"{self.program.n_points} points, {len(self.program)} moves"
+        return as_lines(f"{size}; about {minutes} min {seconds} s at full speed", f"path checked: gauge, rail{travel}")
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per move: measuring point, name, target in mm, whether it measures, unit direction of the search."""
+        moves = self.program
+        columns = {"point": moves.point, "name": list(moves.names), "measures": moves.is_measure}
+        position = dict(zip(("x_mm", "y_mm", "z_mm"), moves.position_mm.T, strict=True))
+        return pd.DataFrame({**columns, **position, **dict(zip(APPROACH, moves.approach.T, strict=True))})
+
+    def text(
+        self, dialect: str, *, template: str | Path | None = None, tool: str = "", unchecked: bool = False
+    ) -> ProgramText:
+        """The program for a controller, read back as the controller would and compared with the plan.
+
+        Parameters
+        ----------
+        dialect : language of the controller: jinyoung, dmis, linuxcnc or ippdme
+        template : a Jinja template instead of the shipped one
+        tool : what the controller calls the probe (dmis, ippdme)
+        unchecked : with a template: a text that cannot be read back is made all the same, and says so itself
+
+        Returns
+        -------
+        The text, with a note of what was compared; ``str`` of it is the program.
+        """
+        if dialect not in DIALECTS:
+            raise InputError("dialect", "not a dialect", found=repr(dialect), expected=", ".join(DIALECTS))
+        check_tool(tool, dialect)
+        return program_text(replace(self.program, tool=tool), dialect, template, unchecked)
+
+    def write(
+        self,
+        path: str | Path,
+        dialect: str | None = None,
+        *,
+        template: str | Path | None = None,
+        tool: str = "",
+        unchecked: bool = False,
+    ) -> ProgramText:
+        """Write the program of :meth:`text`; the dialect is that of the suffix (.jyc, .dmi, .ngc, .ipp) by default."""
+        rendered = self.text(dialect or dialect_of(path), template=template, tool=tool, unchecked=unchecked)
+        rendered.write(path)
+        return rendered
+
+
+def dialect_of(path: str | Path) -> str:
+    """The dialect whose files have the suffix of ``path``."""
+    suffix = Path(path).suffix.lower()
+    for one in DIALECTS.values():
+        if one.suffix == suffix:
+            return one.name
+    raise InputError(path, "the suffix does not say the dialect", found=repr(suffix), expected=", ".join(DIALECTS))

@@ -1,0 +1,106 @@
+"""Files or objects: what a public function takes as either, read where it is a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from stepgauge.errors import InputError
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import Placement, read_placement
+from stepgauge.planning.plan import parse_block_list, parse_blocks
+
+if TYPE_CHECKING:
+    from stepgauge.machine.file import Machine
+    from stepgauge.machine.virtual import Run
+    from stepgauge.recording import Recording
+
+File = str | Path
+Blocks = str | Sequence[int] | None
+"""First and last block, ``"1:21"`` or ``(1, 21)``; None: all, or what was measured."""
+T = TypeVar("T")
+
+
+def as_gauge(gauge: File | Gauge) -> Gauge:
+    """A gauge, or the one of a file or shipped name."""
+    return read_gauge(gauge) if isinstance(gauge, File) else of_kind(gauge, Gauge, "gauge")
+
+
+def as_machine(machine: File | Machine) -> Machine:
+    """A machine, or the one of a file or shipped name."""
+    from stepgauge.machine.file import Machine, read_machine
+
+    return read_machine(machine) if isinstance(machine, File) else of_kind(machine, Machine, "machine")
+
+
+def as_placement(placement: File | Placement, gauge: Gauge) -> Placement:
+    """A placement, or the one of a file, checked against its gauge."""
+    if isinstance(placement, File):
+        return read_placement(placement, gauge)
+    return of_kind(placement, Placement, "placement")
+
+
+def as_placements(placements: File | Placement | Iterable[File | Placement], gauge: Gauge) -> list[Placement]:
+    """One placement or several, in order."""
+    return [as_placement(one, gauge) for one in several(placements)]
+
+
+def as_recordings(recordings: File | Recording | Run | Iterable[File | Recording | Run]) -> list[Recording]:
+    """Recordings, runs of the virtual CMM, or files, one or several."""
+    from stepgauge.recording import Recording, read_recording
+
+    def one(given: File | Recording | Run) -> Recording:
+        if isinstance(given, File):
+            return read_recording(given)
+        return of_kind(getattr(given, "recording", given), Recording, "recording")
+
+    found = [one(given) for given in several(recordings)]
+    if not found:
+        raise InputError("recordings", "there is none", expected="one recording or more")
+    return found
+
+
+def as_blocks(blocks: Blocks, gauge: Gauge) -> tuple[int, int] | None:
+    """First and last block of a section of the gauge; None where nobody stated one."""
+    if blocks is None or isinstance(blocks, str):
+        return parse_blocks(blocks, gauge) if blocks else None
+    return parse_blocks(":".join(str(block) for block in blocks), gauge)
+
+
+def as_block_list(blocks: Blocks, gauge: Gauge) -> tuple[tuple[int, int], tuple[int, ...] | None]:
+    """The section, and the blocks in it that are measured (None: all), of a range ``"1:21"`` or a list ``"1,2,13"``."""
+    if (isinstance(blocks, str) and "," not in blocks) or blocks is None:
+        return parse_blocks(blocks or ":", gauge), None
+    if not isinstance(blocks, str) and len(blocks) == 2:
+        return parse_blocks(f"{blocks[0]}:{blocks[1]}", gauge), None
+    only = parse_block_list(blocks if isinstance(blocks, str) else ",".join(map(str, blocks)), gauge)
+    return (only[0], only[-1]), only
+
+
+def several(given: Any) -> list[Any]:
+    """What is given once or several times, as a list."""
+    return list(given) if isinstance(given, list | tuple) else [given]
+
+
+def of_kind(given: object, kind: type[T], name: str) -> T:
+    """What is given, where it is of the kind that ``name`` says (:class:`InputError` if not)."""
+    if not isinstance(given, kind):
+        expected = f"a {kind.__name__} or a file"
+        raise InputError(name, f"this is no {name}", found=type(given).__name__, expected=expected)
+    return given
+
+
+def one_of(name: str, given: str, choices: Iterable[str]) -> str:
+    """A choice by its name (:class:`InputError` where it is none)."""
+    if given not in choices:
+        raise InputError(name, "not a choice", found=repr(given), expected=", ".join(choices))
+    return given
+
+
+def at_least(name: str, given: float | None, least: float, unit: str = "", *, beyond: bool = False) -> None:
+    """:class:`InputError` where a number is stated that is smaller, or, with ``beyond``, not larger; also for NaN."""
+    good = given is None or (least < given < float("inf") if beyond else least <= given < float("inf"))
+    if not good:
+        expected = f"{'more than' if beyond else 'at least'} {least:g} {unit}".strip()
+        raise InputError(name, "out of range", found=given, expected=expected)

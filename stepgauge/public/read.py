@@ -1,0 +1,69 @@
+"""Results read back from their files as the objects that were written."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.evaluation.evaluate import EffectiveRadius, Evaluation, PlacementResult
+from stepgauge.evaluation.files import UM
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.gauge.placement import read_placement as read_placement_file
+from stepgauge.public.inputs import File, as_gauge
+from stepgauge.recording.repeats import LeftOut
+from stepgauge.report.reading import check_gauge, read_checked_evaluation
+
+
+def read_placement(path: File, gauge: File | Gauge) -> Placement:
+    """Read a placement file and check it against its gauge (:class:`InputError` names the key)."""
+    return read_placement_file(path, as_gauge(gauge))
+
+
+def read_evaluation(path: File, gauge: File | Gauge) -> Evaluation:
+    """Read an evaluation that :meth:`Evaluation.write` or ``stepgauge evaluate`` wrote.
+
+    Parameters
+    ----------
+    path : its folder, or its ``evaluation.json``
+    gauge : the gauge that was evaluated against; the file does not hold all of its certificate
+
+    Returns
+    -------
+    The evaluation with the same numbers to the last digit; what was left out has no rows.
+
+    Raises
+    ------
+    InputError
+        a file that is no evaluation or was changed, or another gauge
+    """
+    data, steps = read_checked_evaluation(path), as_gauge(gauge)
+    check_gauge(data, steps)
+    results = tuple(_result(one) for one in data["placements"])
+    first, last = data["blocks"]
+    return Evaluation(steps, (first, last), data["r_eff_origin"], results, data["recording"], data["comments"])
+
+
+def _result(stored: dict[str, Any]) -> PlacementResult:
+    """One placement of ``evaluation.json``."""
+    rows = stored["faces"]
+    columns = {name: _column(rows, name) for name in ("nominal_mm", "position_mm", *UM)}
+    return PlacementResult(
+        placement=stored["placement"],
+        axis=np.array(stored["axis"], float),
+        face=np.array([row["face"] for row in rows], np.int64),
+        count=np.array([row["count"] for row in rows], np.int64),
+        radius=EffectiveRadius(stored["r_eff_mm"], stored["u_r_eff_mm"], tuple(stored["r_eff_blocks"])),
+        origin_mm=np.array(stored["origin_mm"], float),
+        gauge_temperature_C=stored["gauge_temperature_C"],
+        notes=tuple(stored["notes"]),
+        left_out=tuple(LeftOut(row=-1, **one) for one in stored.get("left_out", ())),
+        **columns,
+    )
+
+
+def _column(rows: list[dict[str, Any]], name: str) -> NDArray[np.float64]:
+    """A column of the faces; undefined values (None) become NaN."""
+    return np.array([np.nan if row[name] is None else row[name] for row in rows], float)

@@ -1,0 +1,76 @@
+"""``simulate``: a measuring program on the virtual CMM."""
+
+from __future__ import annotations
+
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.machine.file import Machine
+from stepgauge.machine.virtual import Conditions, Run, probing_settings, run_program
+from stepgauge.planning.planned import Plan
+from stepgauge.programs import DIALECTS, read_program
+from stepgauge.public.inputs import File, as_gauge, as_machine, as_placement, at_least, of_kind, one_of
+
+
+def simulate(
+    program: File | Plan,
+    machine: File | Machine,
+    gauge: File | Gauge,
+    placement: File | Placement,
+    *,
+    true_placement: File | Placement | None = None,
+    seed: int = 0,
+    gauge_temperature_C: float | None = None,
+    placement_number: int = 1,
+    start_s: float = 0.0,
+    dialect: str | None = None,
+    search_mm: float = 2.0,
+    explain: bool = False,
+    keep_stopped: bool = False,
+) -> Run:
+    """Execute a measuring program on a virtual CMM.
+
+    Parameters
+    ----------
+    program : file of the program's text, or a plan
+    machine : travel, speeds, probe, repeatability and effects
+    gauge : the certified gauge, its file or shipped name
+    placement : how the gauge is believed to lie
+    true_placement : how it really lies, where that differs
+    seed : of the repeatability; the same seed gives the same recording
+    gauge_temperature_C : default: that of the certificate
+    placement_number : which placing of the gauge this is
+    start_s : time at the start, s
+    dialect : language of the text; default: recognised
+    search_mm : search beyond the target, where the text does not state it
+    explain : give the share of every effect, um, too
+    keep_stopped : return what was recorded of a program that was stopped, instead of raising
+
+    Returns
+    -------
+    The run: its recording, path, duration and notes; ``evaluate`` and ``diagnose`` take it as a recording.
+
+    Raises
+    ------
+    ProgramStoppedError
+        a collision, a missed face or a travel limit, with the line of the program
+    InputError
+        a program, machine or placement that cannot be read
+    """
+    at_least("seed", seed, 0)
+    at_least("placement_number", placement_number, 1)
+    at_least("start_s", start_s, 0.0, "s")
+    at_least("search_mm", search_mm, 0.0, "mm", beyond=True)
+    steps, cmm = as_gauge(gauge), as_machine(machine)
+    lies = as_placement(placement, steps)
+    if true_placement is not None:
+        lies = as_placement(true_placement, steps)
+    conditions = Conditions(steps.temperature_C(gauge_temperature_C), placement_number, start_s)
+    if isinstance(program, File):
+        known = None if dialect is None else one_of("dialect", dialect, DIALECTS)
+        moves = read_program(program, probing_settings(cmm, search_mm), known)
+    else:
+        moves = of_kind(program, Plan, "program").program
+    run = run_program(moves, cmm, steps, lies, seed, conditions, explain)
+    if run.stop is not None and not keep_stopped:
+        raise run.stop
+    return run
