@@ -105,7 +105,7 @@ def draw_residuals(axes: Axes, diagnosis: Diagnosis) -> None:
     _noise_lines(axes, diagnosis.noise.sigma_um)
     axes.set(xlabel=label_of(covariate), ylabel="residual (µm)")
     axes.set_title(f"verdict: {diagnosis.verdict}", loc="left")
-    axes.legend(frameon=False)
+    axes.legend(handles=axes.get_lines()[:2], frameon=False)
 
 
 def effect_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:

@@ -20,7 +20,7 @@ def draw_axis(axes: Axes, placement: Placement) -> None:
     axes.plot(centres[:, 0], centres[:, 1], marker="s", color=CYCLE[0])
     for block, centre in zip((placement.first_block, placement.last_block), centres, strict=True):
         axes.annotate(f"block {block}", centre[:2], (5, 5), textcoords="offset points")
-    axes.set(xlabel="machine x (mm)", ylabel="machine y (mm)", aspect="equal")
+    axes.set(xlabel="machine x (mm)", ylabel="machine y (mm)", aspect="equal", adjustable="datalim")
     axes.set_title("axis of the gauge, from above", loc="left")
 
 

@@ -44,7 +44,7 @@ def draw_from_above(axes: Axes, path: MotionPath) -> None:
         ends = np.stack([path.start_mm[some, :2], path.end_mm[some, :2]], axis=1)
         axes.add_collection(LineCollection(list(ends), colors=color, linewidths=0.8, label=label))
     axes.autoscale_view()
-    axes.set(xlabel="machine x (mm)", ylabel="machine y (mm)", aspect="equal")
+    axes.set(xlabel="machine x (mm)", ylabel="machine y (mm)", aspect="equal", adjustable="datalim")
     axes.legend(frameon=False)
 
 

@@ -1,0 +1,345 @@
+"""``import stepgauge``: what is public, that it is light, and that it gives what the command line gives."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import subprocess
+import sys
+import types
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib import pyplot
+
+import stepgauge as sg
+from stepgauge.files.text import read_json
+from tests.cli.conftest import Run as Command
+from tests.cli.conftest import run  # noqa: F401
+from tests.conftest import ROOT
+
+POINTS, MACHINE = ROOT / "examples/demo/points.csv", ROOT / "examples/demo/machine.toml"
+GAUGE = "step-gauge-420"
+SIGNATURES = """
+budget(sources, gauge, machine, *, placements=(), blocks=None, r_eff="first", u_gauge_temperature_K=None,
+    certificate_correlation=None, repeats="pooled", coverage_percent=95.45, runs=10000, seed=0,
+    gauge_temperature_C=None, search_mm=2.0, progress=None)
+diagnose(recordings, gauge, machine, *, without=(), priors=None)
+evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff="first", measured_at=None, machine_name=None)
+locate(points, gauge, *, machine=None, blocks=None, tip_radius_mm=None, repeatability_um=None, turned=False)
+plan(placement, gauge, machine=None, *, cycles=5, blocks=None, route="side", around="+s", order="blocks",
+    clearance_mm=5.0, margin_mm=0.5, height_mm=0.0, home_mm=None, standoff_mm=None, search_mm=2.0,
+    measuring_speed_mm_s=None, travel_speed_mm_s=None, tip_radius_mm=None, points_on=None)
+probe_map(probe, *, polar_deg="10:90:10", azimuth_deg="0:360:10", stylus_direction=None)
+read_budget(path)
+read_evaluation(path, gauge)
+read_gauge(name)
+read_machine(name)
+read_placement(path, gauge)
+read_probe_map(path)
+read_recording(path)
+report(evaluation, path, *, gauge=None, placements=(), machine=None, budget=None, certificate=None, number=None,
+    customer=None, location=None, operator=None, date=None, remarks=None, template=None)
+simulate(program, machine, gauge, placement, *, true_placement=None, seed=0, gauge_temperature_C=None,
+    placement_number=1, start_s=0.0, dialect=None, search_mm=2.0, explain=False, keep_stopped=False)
+"""
+METHODS = """
+Diagnosis.summary(self)
+Diagnosis.to_frame(self)
+Diagnosis.plot(self, axes=None)
+Diagnosis.write(self, folder, figure="png")
+DirectionMap.summary(self)
+DirectionMap.to_frame(self)
+DirectionMap.plot(self, axes=None)
+DirectionMap.write(self, path)
+Evaluation.summary(self)
+Evaluation.to_frame(self)
+Evaluation.plot(self, axes=None, placement=None)
+Evaluation.write(self, folder, figure="png", mpe=None)
+Gauge.summary(self)
+Gauge.to_frame(self)
+Gauge.plot(self, axes=None)
+Placement.summary(self)
+Placement.to_frame(self)
+Placement.plot(self, axes=None)
+Placement.write(self, path)
+Plan.summary(self)
+Plan.to_frame(self)
+Plan.plot(self, axes=None)
+Plan.write(self, path, dialect=None, *, template=None, tool="", unchecked=False)
+Plan.text(self, dialect, *, template=None, tool="", unchecked=False)
+Recording.summary(self)
+Recording.to_frame(self)
+Recording.plot(self, axes=None)
+Recording.write(self, path)
+Run.summary(self)
+Run.to_frame(self)
+Run.plot(self, axes=None)
+Run.write(self, path)
+StoredBudget.summary(self)
+StoredBudget.to_frame(self)
+StoredBudget.plot(self, axes=None, placement=None)
+StoredBudget.write(self, folder, figure="png")
+"""
+
+
+def table(text: str) -> dict[str, str]:
+    """Names and what stands in their parentheses, of one or more lines each."""
+    lines = re.sub(r"\n {4}", " ", text).strip().splitlines()
+    return {name: f"({rest}" for name, _, rest in (line.partition("(") for line in lines)}
+
+
+@pytest.fixture(autouse=True)
+def _no_screen() -> Iterator[None]:
+    """Figures of pyplot are drawn in memory, and closed."""
+    matplotlib.use("Agg")
+    yield
+    pyplot.close("all")
+
+
+@pytest.fixture(scope="module")
+def measured() -> dict[str, Any]:
+    """Every kind of result."""
+    gauge, machine = sg.read_gauge(GAUGE), sg.read_machine(MACHINE)
+    placement = sg.locate(POINTS, gauge, machine=machine)
+    plan = sg.plan(placement, gauge, machine, cycles=3, blocks=(1, 9))
+    moved = sg.simulate(plan, machine, gauge, placement, seed=1, explain=True)
+    return {
+        "gauge": gauge,
+        "placement": placement,
+        "plan": plan,
+        "run": moved,
+        "recording": moved.recording,
+        "evaluation": sg.evaluate(moved, gauge),
+        "budget": sg.budget(moved, gauge, machine, runs=0),
+        "diagnosis": sg.diagnose(moved, gauge, _without_effects(machine)),
+        "probe map": sg.probe_map("omp40-2-50mm", azimuth_deg="0:360:30"),
+    }
+
+
+def _without_effects(machine: sg.Machine) -> sg.Machine:
+    from dataclasses import replace
+
+    return replace(machine, effects=())
+
+
+def blocks() -> list[str]:
+    """The Python blocks of the page, in order."""
+    return re.findall(r"```python\n(.*?)```", (ROOT / "docs/python.md").read_text(encoding="utf-8"), re.S)
+
+
+def test_the_page_runs_and_its_loop_is_short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    loop = [line for line in blocks()[0].splitlines() if line.strip()]
+    assert len(loop) <= 12
+    assert blocks()[0] in (ROOT / "README.md").read_text(encoding="utf-8")
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
+    known: dict[str, Any] = {}
+    for block in blocks():
+        exec(compile(block, "docs/python.md", "exec"), known)
+    assert known["diagnosis"].verdict == "adequate"
+    written = {"gauge.dmi", "report.pdf", "result/evaluation.json", "result/evaluation.png", "worst.png"}
+    assert all((tmp_path / name).stat().st_size > 0 for name in written)
+
+
+def test_the_page_names_all_that_is_public() -> None:
+    page = (ROOT / "docs/python.md").read_text(encoding="utf-8")
+    assert [name for name in sg.__all__ if f"`{name}" not in page] == []
+    kinds = {name for name in sg.__all__ if inspect.isclass(getattr(sg, name))}
+    assert {*table(SIGNATURES), *kinds, "__version__"} == set(sg.__all__)
+
+
+@pytest.mark.parametrize("name", table(SIGNATURES))
+def test_signatures_of_the_verbs(name: str) -> None:
+    assert signature(getattr(sg, name)) == table(SIGNATURES)[name]
+
+
+@pytest.mark.parametrize("name", table(METHODS))
+def test_signatures_of_the_methods(name: str) -> None:
+    kind, _, method = name.partition(".")
+    assert signature(getattr(getattr(sg, kind), method)) == table(METHODS)[name]
+
+
+def signature(function: Any) -> str:
+    """Names and defaults."""
+    plain = [one.replace(annotation=inspect.Parameter.empty) for one in inspect.signature(function).parameters.values()]
+    return str(inspect.Signature(plain)).replace("'", '"')
+
+
+def test_importing_loads_no_library() -> None:
+    script = (
+        "import stepgauge, sys; print(*({'numpy','pandas','matplotlib','pydantic','scipy','click'} & {*sys.modules}))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""
+
+
+def test_a_room_does_not_take_the_place_of_its_verb() -> None:
+    script = "import stepgauge as sg, stepgauge.locate.checks, stepgauge.diagnose.result, stepgauge.report.page\n"
+    script += "from stepgauge.locate import read_points\nfrom stepgauge import locate\n"
+    script += "print(all(callable(f) for f in (sg.locate, sg.diagnose, sg.report, locate)), sg.figures is not None)"
+    script = script.replace("import stepgauge as sg,", "import stepgauge as sg, stepgauge.figures,")
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "True True"
+
+
+def test_unknown_and_renamed_names(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(AttributeError, match="has no attribute 'measure'"):
+        _ = sg.measure  # type: ignore[attr-defined]
+    monkeypatch.setitem(sg._RENAMED, "assess", "evaluate")
+    with pytest.warns(DeprecationWarning, match=r"stepgauge\.assess is now stepgauge\.evaluate"):
+        assert sg.assess is sg.evaluate  # type: ignore[attr-defined]
+    assert set(dir(sg)) == set(sg.__all__)
+
+
+def test_what_the_command_line_writes(tmp_path: Path, run: Command) -> None:  # noqa: F811
+    def cli(*words: object) -> None:
+        done = run(*words)
+        assert done.code == 0, done.err
+
+    common = ("-g", GAUGE, "-m", MACHINE)
+    gauge, machine, a, b = sg.read_gauge(GAUGE), sg.read_machine(MACHINE), tmp_path / "cli", tmp_path / "python"
+    cli("locate", POINTS, *common, "-o", a / "p.toml")
+    sg.locate(POINTS, gauge, machine=machine).write(b / "p.toml")
+    placement = sg.read_placement(a / "p.toml", gauge)
+    cli("plan", a / "p.toml", *common, "-d", "linuxcnc", "--blocks", "1:9", "--cycles", 3, "-o", a / "p.ngc")
+    sg.plan(placement, gauge, machine, blocks="1:9", cycles=3).write(b / "p.ngc")
+    cli("simulate", a / "p.ngc", *common, "-p", a / "p.toml", "--seed", 7, "-o", a / "r.csv")
+    sg.simulate(a / "p.ngc", machine, gauge, placement, seed=7).write(b / "r.csv")
+    cli("evaluate", a / "r.csv", "-g", GAUGE, "-p", a / "p.toml", "-o", a / "result")
+    sg.evaluate(a / "r.csv", gauge, placements=a / "p.toml").write(b / "result")
+    cli("budget", a / "r.csv", *common, "-p", a / "p.toml", "--runs", 50, "-o", a / "result")
+    sg.budget(a / "r.csv", gauge, machine, placements=placement, runs=50).write(b / "result")
+    cli("probe", "map", "omp40-2-50mm", "--azimuth", "0:360:60", "-o", a / "map.csv")
+    sg.probe_map("omp40-2-50mm", azimuth_deg=range(0, 360, 60)).write(b / "map.csv")
+    for name in ("p.toml", "p.ngc", "r.csv", "result/evaluation.csv", "result/budget.csv", "map.csv"):
+        assert (a / name).read_bytes() == (b / name).read_bytes(), name
+    for name in ("result/evaluation.json", "result/budget.json"):
+        of_verb, of_python = read_json(a / name), read_json(b / name)
+        assert of_verb.pop("inputs")
+        assert {**of_verb, "checksum": ""} == {**of_python, "checksum": ""}
+
+
+def test_the_diagnosis_is_that_of_the_command_line(tmp_path: Path, run: Command, measured: dict[str, Any]) -> None:  # noqa: F811
+    measured["run"].write(tmp_path / "r.csv")
+    done = run("diagnose", tmp_path / "r.csv", "-g", GAUGE, "-m", MACHINE, "-o", tmp_path / "cli")
+    assert done.code == 0, done.err
+    found = sg.diagnose(tmp_path / "r.csv", GAUGE, MACHINE)
+    found.write(tmp_path / "python")
+    assert found.summary() in done.err
+    said = [read_json(tmp_path / name / "diagnosis.json") for name in ("cli", "python")]
+    assert said[0] == said[1]
+
+
+@pytest.mark.parametrize(
+    "kind", ["gauge", "placement", "plan", "run", "recording", "evaluation", "budget", "diagnosis", "probe map"]
+)
+def test_results_show_themselves(kind: str, measured: dict[str, Any]) -> None:
+    result = measured[kind]
+    assert result.summary()
+    frame = result.to_frame()
+    assert len(frame) > 0
+    html = result._repr_html_()
+    assert html.count("<table") == 1
+    assert str(frame.columns[-1]) in html
+    own = result.plot()
+    assert own.get_xlabel()
+    assert own.has_data()
+    given = pyplot.figure().add_subplot()
+    assert result.plot(given) is given
+    assert given.get_ylabel() == own.get_ylabel()
+
+
+def test_a_notebook_escapes_what_files_say(measured: dict[str, Any]) -> None:
+    recording = measured["recording"].with_comments(operator="<script>alert(1)</script>")
+    assert "<script>" not in recording._repr_html_()
+    assert "&lt;script&gt;" in recording._repr_html_()
+
+
+def test_results_come_back_from_their_files(tmp_path: Path, measured: dict[str, Any]) -> None:
+    gauge = measured["gauge"]
+    measured["evaluation"].write(tmp_path)
+    back = sg.read_evaluation(tmp_path, gauge)
+    assert back.to_frame().equals(measured["evaluation"].to_frame())
+    assert back.summary() == measured["evaluation"].summary()
+    back.write(tmp_path / "again")
+    assert (tmp_path / "again/evaluation.json").read_bytes() == (tmp_path / "evaluation.json").read_bytes()
+    measured["budget"].write(tmp_path)
+    assert sg.read_budget(tmp_path) == measured["budget"]
+    measured["placement"].write(tmp_path / "p.toml")
+    placement = sg.read_placement(tmp_path / "p.toml", gauge)
+    np.testing.assert_allclose(placement.to_frame(), measured["placement"].to_frame(), rtol=0, atol=2e-12)
+    assert placement.details == measured["placement"].details
+    measured["run"].write(tmp_path / "r.csv")
+    table, written = sg.read_recording(tmp_path / "r.csv").to_frame(), measured["run"].to_frame()
+    np.testing.assert_allclose(table[written.columns], written, rtol=0, atol=5.1e-5)
+    np.testing.assert_allclose(table[["x_mm", "y_mm", "z_mm"]], written[["x_mm", "y_mm", "z_mm"]], rtol=0, atol=5.1e-8)
+    measured["probe map"].write(tmp_path / "map.csv")
+    found = sg.read_probe_map(tmp_path / "map.csv")
+    np.testing.assert_allclose(found.to_frame(), measured["probe map"].to_frame(), rtol=5.1e-6)
+
+
+def test_a_report_of_an_object_says_what_that_of_its_files_says(tmp_path: Path, measured: dict[str, Any]) -> None:
+    evaluation, placement, budget = (measured[name] for name in ("evaluation", "placement", "budget"))
+    evaluation.write(tmp_path)
+    budget.write(tmp_path)
+    placement.write(tmp_path / "p.toml")
+    import datetime
+
+    said = {"operator": "A. Person", "date": datetime.date(2026, 3, 2), "machine": MACHINE}
+    sg.report(evaluation, tmp_path / "a.html", placements=placement, budget=budget, **said)
+    files = {"gauge": GAUGE, "placements": [tmp_path / "p.toml"], "budget": tmp_path}
+    sg.report(tmp_path, tmp_path / "b.html", **files, **said)
+    of_object, of_files = ((tmp_path / name).read_text(encoding="utf-8") for name in ("a.html", "b.html"))
+    assert "A. Person" in of_object
+    assert re.findall(r"<td[^>]*>(.*?)</td>", of_object) == re.findall(r"<td[^>]*>(.*?)</td>", of_files)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (lambda m: sg.plan(m["placement"], m["gauge"], cycles=0), "cycles: out of range; found 0"),
+        (lambda m: sg.plan(m["placement"], m["gauge"], route="under"), "route: not a choice; found 'under'"),
+        (lambda m: sg.plan(m["placement"], m["gauge"], clearance_mm=-1.0), "clearance_mm: out of range"),
+        (lambda m: sg.plan(m["gauge"], m["placement"]), "this is no gauge; found Placement"),
+        (lambda m: m["plan"].text("fortran"), "not a dialect; found 'fortran'"),
+        (lambda m: m["plan"].write("program.txt"), "the suffix does not say the dialect"),
+        (lambda m: sg.evaluate(m["gauge"], m["gauge"]), "this is no recording; found Gauge"),
+        (lambda m: sg.evaluate([], m["gauge"]), "recordings: there is none"),
+        (lambda m: sg.evaluate(m["run"], m["gauge"], r_eff="last"), "r_eff: not a choice"),
+        (lambda m: m["evaluation"].plot(placement=4), "the evaluation does not have it; found 4; expected 1"),
+        (lambda m: sg.locate([[0.0, 0.0, 0.0]], m["gauge"]), "points: not 16 points"),
+        (lambda m: sg.report(m["evaluation"], "report.docx"), "not a kind of report"),
+        (lambda m: sg.report("nowhere", "report.pdf"), "no such file"),
+        (lambda m: sg.budget(m["run"], m["gauge"], MACHINE, coverage_percent=101.0), "coverage_percent: out of range"),
+        (lambda m: sg.simulate(m["plan"], MACHINE, m["gauge"], m["placement"], seed=-1), "seed: out of range"),
+        (lambda m: sg.probe_map("omp40-2-50mm", stylus_direction=(0, 0, 0)), "stylus_direction: not a direction"),
+    ],
+)
+def test_wrong_input_is_one_line(wrong: Any, message: str, measured: dict[str, Any]) -> None:
+    with pytest.raises(sg.InputError, match=re.escape(message)) as raised:
+        wrong(measured)
+    assert "\n" not in str(raised.value)
+
+
+def test_a_program_that_is_stopped_raises_unless_it_is_kept(measured: dict[str, Any]) -> None:
+    from dataclasses import replace
+
+    placement = measured["placement"]
+    off_mm = np.array([40.0, 0.0, 0.0])
+    aside = replace(placement, c1_mm=placement.c1_mm + off_mm, c2_mm=placement.c2_mm + off_mm)
+    given = (measured["plan"], MACHINE, measured["gauge"], placement)
+    with pytest.raises(sg.ProgramStoppedError):
+        sg.simulate(*given, true_placement=aside)
+    kept = sg.simulate(*given, true_placement=aside, keep_stopped=True)
+    assert kept.stop is not None
+    assert "stopped: " in kept.summary()
+
+
+def test_the_package_is_typed_and_a_module() -> None:
+    assert (Path(sg.__file__).parent / "py.typed").exists()
+    assert isinstance(sg, types.ModuleType)
