@@ -1,4 +1,4 @@
-"""What a user waits for: start-up, plan, rendering and simulation of the largest shipped job.
+"""What a user waits for: import, start-up, plan, rendering and simulation of the largest shipped job.
 
     python benchmarks/loop.py
 
@@ -35,6 +35,16 @@ def seconds(*commands: list[str]) -> list[float]:
     return [statistics.median(taken) for taken in times]
 
 
+def import_us(name: str) -> float:
+    """Median time that an import takes beyond those of the interpreter, us, by ``python -X importtime``."""
+    times = []
+    for _ in range(RUNS):
+        line = [sys.executable, "-X", "importtime", "-c", f"import {name}"]
+        told = subprocess.run(line, check=True, capture_output=True, text=True).stderr.splitlines()
+        times.append(float(next(row.split("|")[1] for row in told if row.split("|")[-1].strip() == name)))
+    return statistics.median(times)
+
+
 def main() -> None:
     python = sys.executable
     stepgauge = [python, "-m", "stepgauge"]
@@ -54,6 +64,7 @@ def main() -> None:
             [python, "-c", "pass"], [python, "-c", "import click"], [*stepgauge, "--help"], plan, simulate
         )
     rows = [
+        ("import stepgauge / import click, -X importtime", import_us("stepgauge") / import_us("click"), "ratio", 2.5),
         ("stepgauge --help / import click", help_text / click, "ratio", 2.5),
         ("plan + check + render + read back, 510 points", planned - bare, "s beyond the interpreter", 1.0),
         ("simulate 510 points", simulated - bare, "s beyond the interpreter", 1.0),

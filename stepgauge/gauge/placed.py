@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any
 
 from stepgauge.gauge.placement import Placement
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 ANGLES = ("yaw_deg", "pitch_deg", "n1_to_axis_mrad", "n2_to_axis_mrad")
 SAID = {"nearest_machine_axis", "from_nearest_axis_deg", "n1_to_axis_mrad", "n2_to_axis_mrad", "pitch_deg", "yaw_deg"}
@@ -44,6 +45,8 @@ def _normals(angles: dict[str, Any]) -> str:
 
 def placement_frame(placement: Placement) -> pd.DataFrame:
     """One row; NaN where the placement does not state a number."""
+    import pandas as pd
+
     row: dict[str, object] = {"first_block": placement.first_block, "last_block": placement.last_block}
     for name, values, unit in (("c1", placement.c1_mm, "_mm"), ("c2", placement.c2_mm, "_mm")):
         row |= {f"{name}_{axis}{unit}": float(value) for axis, value in zip("xyz", values, strict=True)}

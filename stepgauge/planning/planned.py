@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar
-
-import pandas as pd
+from typing import TYPE_CHECKING, ClassVar
 
 from stepgauge.errors import InputError
 from stepgauge.files.shown import Shown, as_lines
 from stepgauge.motion.moves import Program
 from stepgauge.planning.program import ProgramText, check_tool, duration_s, program_text
 from stepgauge.programs import DIALECTS
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 APPROACH = ("approach_i", "approach_j", "approach_k")
 
@@ -34,6 +35,8 @@ class Plan(Shown):
 
     def to_frame(self) -> pd.DataFrame:
         """One row per move: measuring point, name, target in mm, whether it measures, unit direction of the search."""
+        import pandas as pd
+
         moves = self.program
         columns = {"point": moves.point, "name": list(moves.names), "measures": moves.is_measure}
         position = dict(zip(("x_mm", "y_mm", "z_mm"), moves.position_mm.T, strict=True))

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
@@ -16,6 +15,9 @@ from stepgauge.files.shown import Shown
 from stepgauge.files.tables import Rows, read_rows, write_table
 from stepgauge.physics.directions import unit_vectors
 from stepgauge.probes.base import Probe
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Array = NDArray[np.float64]
 COLUMNS = ("polar_deg", "azimuth_deg", "trigger_force_N", "deflection_um", "pretravel_um")
@@ -39,6 +41,8 @@ class DirectionMap(Shown):
 
     def to_frame(self) -> pd.DataFrame:
         """One row per direction: angles in deg, force in N, deflection and pre-travel in um; infinite: no trigger."""
+        import pandas as pd
+
         return pd.DataFrame({name: column.ravel() for name, column in zip(COLUMNS, self.columns(), strict=True)})
 
     def write(self, path: str | Path) -> None:

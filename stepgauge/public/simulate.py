@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.machine.virtual import Conditions, Run, probing_settings, run_program
-from stepgauge.planning.planned import Plan
 from stepgauge.programs import DIALECTS, read_program
 from stepgauge.public.inputs import File, as_gauge, as_machine, as_placement, at_least, of_kind, one_of
+
+if TYPE_CHECKING:
+    from stepgauge.planning.planned import Plan
 
 
 def simulate(
@@ -69,6 +73,8 @@ def simulate(
         known = None if dialect is None else one_of("dialect", dialect, DIALECTS)
         moves = read_program(program, probing_settings(cmm, search_mm), known)
     else:
+        from stepgauge.planning.planned import Plan  # with all that plans, which a program's text does not need
+
         moves = of_kind(program, Plan, "program").program
     run = run_program(moves, cmm, steps, lies, seed, conditions, explain)
     if run.stop is not None and not keep_stopped:
