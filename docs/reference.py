@@ -14,6 +14,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from pydantic import BaseModel
 
+import stepgauge
 from stepgauge.cli import TASKS, cli
 from stepgauge.effects import Effect, Parameter, Probings, Setting, along_approach_um, effect_kinds, make_effects
 from stepgauge.effects.compensation import COLUMNS as TABLE_COLUMNS
@@ -39,6 +40,20 @@ def write_reference(folder: Path) -> None:
     write_verbs(folder / "verbs")
     write_effects(folder / "effects")
     (folder / "files.md").write_text(files_page(), encoding="utf-8")
+    (folder / "python.md").write_text(python_page(), encoding="utf-8")
+
+
+def python_page() -> str:
+    """What ``import stepgauge`` gives, from the docstrings; each by the module that has it, for a room may share the
+    name of a verb."""
+    found = [getattr(stepgauge, name) for name in stepgauge.__all__ if name != "__version__"]
+    lines = ["# Functions and results", "", "```{eval-rst}"]
+    for one in found:
+        kind = "autofunction" if inspect.isfunction(one) else "autoclass"
+        members = [name for name in ("summary", "to_frame", "plot", "text", "write") if hasattr(one, name)]
+        shown = [f"   :members: {', '.join(members)}"] if members else []
+        lines += [f".. {kind}:: {one.__module__}.{one.__qualname__}", *shown, ""]
+    return "\n".join([*lines, "```", ""])
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
