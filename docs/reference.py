@@ -115,7 +115,9 @@ def verb_text(command: click.Command, context: click.Context) -> str:
 
 def files_page() -> str:
     """Keys of the files that people write."""
-    parts = ["# Files", "", "Keys of the TOML files, as they are checked when a file is read.", ""]
+    parts = ["# Files", "", "## Recording of a gauge, CSV or Parquet", "", columns_of(RECORDING)]
+    parts += ["## Recording of an axis, a spot or distances, CSV", "", columns_of(AXIS_RECORDING)]
+    parts += ["Every other column of numbers is kept, and a diagnosis asks whether the readings follow it.", ""]
     for title, model in (
         ("Gauge file, `[gauge]`", GaugeTable),
         ("Gauge file, `[certificate]`", CertificateTable),
@@ -130,6 +132,34 @@ def files_page() -> str:
     ]
     parts.append(table(("key", "meaning"), ((f"`{key}`", meaning) for key, meaning in COMMON.items())))
     return "\n".join(parts)
+
+
+RECORDING = {
+    "placement": "which laying of the gauge, from 1; 1 where the column is missing",
+    "cycle": "which cycle, from 1",
+    "face": "number of the face: odd ones are fronts, even ones backs",
+    "x_mm, y_mm, z_mm": "tip centre at the trigger, mm, not corrected for the tip radius",
+    "approach_i, approach_j, approach_k": "unit vector of the approach",
+    "time_s": "time of the trigger, s",
+    "speed_mm_s": "speed of the approach, mm/s",
+    "gauge_temperature_C": "temperature of the gauge, deg C",
+    "scale_temperature_x_C, scale_temperature_y_C, scale_temperature_z_C": "temperatures of the scales, deg C",
+}
+AXIS_RECORDING = {
+    "placement": "which setting up",
+    "cycle": "which cycle, from 1",
+    "way": "sense of travel, +1 or -1",
+    "target_UNIT": "target position; of distances: from_station and to_station instead",
+    "reading_UNIT": "what the sensor read there",
+    "u_target_UNIT": "standard uncertainty of the target",
+    "time_s": "time of the reading, s",
+}
+"""Columns of the two kinds of recordings; a test holds the names against the readers."""
+
+
+def columns_of(columns: dict[str, str]) -> str:
+    """A table of columns; whatever else is a number is a covariate of a diagnosis."""
+    return table(("column", "meaning"), ((f"`{name}`", meaning) for name, meaning in columns.items()))
 
 
 def keys_of(model: type[BaseModel]) -> str:

@@ -10,8 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from stepgauge.axis.recording import OWN
 from stepgauge.cli import VERBS
 from stepgauge.effects import effect_kinds
+from stepgauge.recording.columns import KNOWN
 from tests.conftest import ROOT
 from tests.shell import run_blocks, shell_blocks
 
@@ -42,3 +44,14 @@ def test_the_site_builds_without_warnings_and_has_a_page_for_every_verb_and_effe
     pages = tmp_path / "site/_reference"
     assert {path.stem for path in (pages / "verbs").glob("*.html")} == {*VERBS, "index"}
     assert {path.stem for path in (pages / "effects").glob("*.html")} == {*effect_kinds(every=True), "index"}
+
+
+def test_the_columns_of_the_reference_are_those_of_the_readers() -> None:
+    """The names without their unit."""
+    place = importlib.util.spec_from_file_location("reference", ROOT / "docs/reference.py")
+    assert place is not None
+    assert place.loader is not None
+    reference = importlib.util.module_from_spec(place)
+    place.loader.exec_module(reference)
+    assert {name for names in reference.RECORDING for name in names.split(", ")} == set(KNOWN)
+    assert {name.removesuffix("_UNIT") for name in reference.AXIS_RECORDING} == set(OWN)
