@@ -2,8 +2,8 @@
 A cause that the machine file does not state
 ============================================
 
-A scale of the machine has an error that its file does not know. Simulate a recording with the error, diagnose it against
-the file without, and look at what is left before and after.
+A scale of the machine has an error that its file does not know. Simulate a recording with the error, diagnose it
+against the file without, and look at what is left.
 """
 
 import tempfile
