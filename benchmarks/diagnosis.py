@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from table import Table, best_s
 
-from stepgauge.diagnose.engine import diagnose
+from stepgauge.diagnosis.engine import diagnose
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import make_placement
 from stepgauge.machine.file import read_machine

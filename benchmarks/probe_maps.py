@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from stepgauge.diagnose.maps.candidates import Candidate, candidates_for
-from stepgauge.diagnose.maps.data import MapData, Measured
-from stepgauge.diagnose.maps.engine import diagnose_map
-from stepgauge.diagnose.maps.model import MapModel, Term, predict
-from stepgauge.diagnose.maps.result import OUTLIERS, MapDiagnosis
+from stepgauge.diagnosis.maps.candidates import Candidate, candidates_for
+from stepgauge.diagnosis.maps.data import MapData, Measured
+from stepgauge.diagnosis.maps.engine import diagnose_map
+from stepgauge.diagnosis.maps.model import MapModel, Term, predict
+from stepgauge.diagnosis.maps.result import OUTLIERS, MapDiagnosis
 from stepgauge.probes import probe_from_table
 
 Array = NDArray[np.float64]

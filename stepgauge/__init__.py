@@ -7,11 +7,10 @@ A name is loaded when it is first asked for, so that ``import stepgauge`` costs 
 from __future__ import annotations
 
 import sys
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stepgauge.diagnose.result import Diagnosis as Diagnosis
+    from stepgauge.diagnosis.result import Diagnosis as Diagnosis
     from stepgauge.errors import InputError as InputError
     from stepgauge.errors import ProgramStoppedError as ProgramStoppedError
     from stepgauge.evaluation.evaluate import Evaluation as Evaluation
@@ -57,7 +56,7 @@ _PLACES = {
     "read_recording": "recording",
     "report": "public.report",
     "simulate": "public.simulate",
-    "Diagnosis": "diagnose.result",
+    "Diagnosis": "diagnosis.result",
     "DirectionMap": "probes.directions_map",
     "Evaluation": "evaluation.evaluate",
     "Gauge": "gauge.certified",
@@ -74,17 +73,6 @@ _PLACES = {
 _RENAMED: dict[str, str] = {}
 """Names of earlier versions and those that took their places: they work, with a warning, for two minor versions."""
 __all__ = ["__version__", *_PLACES]
-
-
-class _Surface(ModuleType):
-    """The package; a room of the same name as a verb (``locate``) does not take its place when it is imported."""
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if not (name in _PLACES and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Surface
 
 
 def __getattr__(name: str) -> Any:

@@ -26,10 +26,10 @@ from stepgauge.errors import InputError
 from stepgauge.files.notation import uncertain
 from stepgauge.files.resources import folder
 from stepgauge.gauge.certified import read_gauge
-from stepgauge.report.certificate_file import read_laboratory
-from stepgauge.report.content import Sources, make_content
-from stepgauge.report.page import Stated
-from stepgauge.report.render import render_html, render_pdf
+from stepgauge.reports.certificate_file import read_laboratory
+from stepgauge.reports.content import Sources, make_content
+from stepgauge.reports.page import Stated
+from stepgauge.reports.render import render_html, render_pdf
 from stepgauge.standards.budget_files import StoredGap
 from tests.conftest import ROOT
 from tests.dcc.made import SAID, SCHEMA, evaluated, laboratory

@@ -50,7 +50,7 @@ def test_the_arrows_between_rooms_point_one_way() -> None:
         order = list(TopologicalSorter(graph).static_order())
     except CycleError as error:
         pytest.fail(f"rooms import each other in a circle: {' <- '.join(error.args[1])}")
-    assert order.index("files") < order.index("gauge") < order.index("evaluation") < order.index("diagnose")
+    assert order.index("files") < order.index("gauge") < order.index("evaluation") < order.index("diagnosis")
     assert not [room for room, others in graph.items() if "cli" in others and room != "__main__"]
 
 
@@ -63,4 +63,4 @@ def test_no_modules_import_each_other_in_a_circle() -> None:
 
 def test_physics_imports_nothing_of_ours_but_errors() -> None:
     assert rooms()["physics"] <= {"errors", "files"}
-    assert not {"evaluation", "diagnose", "report"} & rooms()["effects"]
+    assert not {"evaluation", "diagnosis", "reports"} & rooms()["effects"]

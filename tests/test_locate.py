@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stepgauge.alignment import locate, read_points
+from stepgauge.alignment.adjustment import adjust
+from stepgauge.alignment.blocks import solve_blocks
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, format_placement, parse_placement
-from stepgauge.locate import locate, read_points
-from stepgauge.locate.adjustment import adjust
-from stepgauge.locate.blocks import solve_blocks
 from tests.build import Pose, angles, gauges, inclinations, make_gauge, make_points, make_pose, positions
 
 RADIUS = 1.997

@@ -179,8 +179,8 @@ def test_importing_loads_no_library() -> None:
 
 
 def test_a_room_does_not_take_the_place_of_its_verb() -> None:
-    script = "import stepgauge as sg, stepgauge.locate.checks, stepgauge.diagnose.result, stepgauge.report.page\n"
-    script += "from stepgauge.locate import read_points\nfrom stepgauge import locate\n"
+    script = "import stepgauge as sg, stepgauge.alignment.checks, stepgauge.diagnosis.result, stepgauge.reports.page\n"
+    script += "from stepgauge.alignment import read_points\nfrom stepgauge import locate\n"
     script += "print(all(callable(f) for f in (sg.locate, sg.diagnose, sg.report, locate)), sg.figures is not None)"
     script = script.replace("import stepgauge as sg,", "import stepgauge as sg, stepgauge.figures,")
     done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)

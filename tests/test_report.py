@@ -25,10 +25,10 @@ from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
 from stepgauge.files.notation import clean, number, quantity
 from stepgauge.files.resources import folder
 from stepgauge.files.text import write_json
-from stepgauge.report.content import Sources, make_content
-from stepgauge.report.page import Stated
-from stepgauge.report.reading import check_gauge, check_machine, check_placements, read_checked_evaluation
-from stepgauge.report.render import render_html, render_pdf, write_report
+from stepgauge.reports.content import Sources, make_content
+from stepgauge.reports.page import Stated
+from stepgauge.reports.reading import check_gauge, check_machine, check_placements, read_checked_evaluation
+from stepgauge.reports.render import render_html, render_pdf, write_report
 from tests.measured import ALONG_X, lay, one_placement, shipped, two_placements, with_gaps
 
 DAY = datetime.date(2026, 5, 4)

@@ -87,6 +87,7 @@ def _sphere(path: Path) -> None:
 
 def readers(place: Path) -> list[Target]:
     """Every reader by the function that its verbs call."""
+    from stepgauge.alignment import locate
     from stepgauge.cli import VERBS
     from stepgauge.compensation import TableOptions, axis_faces, make_table
     from stepgauge.dcc.read import parse_document
@@ -96,7 +97,6 @@ def readers(place: Path) -> list[Target]:
     from stepgauge.gauge.placement import read_placement
     from stepgauge.history.entries import read_entries
     from stepgauge.importing import import_log, recognise_log
-    from stepgauge.locate import locate
     from stepgauge.machine.file import read_machine
     from stepgauge.probes import read_probe
     from stepgauge.probes.files import read_points
@@ -105,8 +105,8 @@ def readers(place: Path) -> list[Target]:
     from stepgauge.project.file import read_project
     from stepgauge.project.status import project_status
     from stepgauge.recording import read_recording
-    from stepgauge.report.certificate_file import read_laboratory
-    from stepgauge.report.reading import read_checked_evaluation
+    from stepgauge.reports.certificate_file import read_laboratory
+    from stepgauge.reports.reading import read_checked_evaluation
     from stepgauge.standards.budget_files import read_budget
 
     gauge = read_gauge(place / "step-gauge-420.toml")

@@ -121,7 +121,7 @@ def command(evaluation: str, axis: str, to: str, output: str, **options: Any) ->
     """
     from stepgauge.compensation import FORMATS, axis_faces, make_table, render_table, write_table
     from stepgauge.files.text import check_output
-    from stepgauge.report.reading import find_evaluation, read_checked_evaluation
+    from stepgauge.reports.reading import find_evaluation, read_checked_evaluation
 
     path = find_evaluation(evaluation)
     check_output(output, path, options["template"])

@@ -9,7 +9,7 @@ import click
 from stepgauge.cli.options import SUFFIX, machine_option, output, say
 
 if TYPE_CHECKING:
-    from stepgauge.diagnose.many import Outcome
+    from stepgauge.diagnosis.many import Outcome
 
 
 SHOW = "show"
@@ -19,7 +19,7 @@ def _show_priors(context: click.Context, _: click.Parameter, value: str | None) 
     """Print the shipped priors where the option stands alone."""
     if value != SHOW or context.resilient_parsing:
         return value
-    from stepgauge.diagnose.posterior.priors import priors_text
+    from stepgauge.diagnosis.posterior.priors import priors_text
 
     click.echo(priors_text(), nl=False)
     raise click.exceptions.Exit
@@ -121,8 +121,8 @@ def command(
         return
     if gauge is None or machine is None:
         raise click.UsageError("a recording needs --gauge and --machine; the map of a probe needs --probe")
-    from stepgauge.diagnose.many import diagnose_each, diagnose_together
-    from stepgauge.diagnose.posterior.priors import read_priors
+    from stepgauge.diagnosis.many import diagnose_each, diagnose_together
+    from stepgauge.diagnosis.posterior.priors import read_priors
     from stepgauge.errors import PartlyDoneError
 
     table = None if priors is None else read_priors(priors)
@@ -159,8 +159,8 @@ def _diagnose_axis(
     """Recordings without a gauge: together as settings up of one axis, or each into its own folder."""
     from pathlib import Path
 
-    from stepgauge.diagnose.axis.diagnosis import diagnose_axis_files
-    from stepgauge.diagnose.posterior.priors import read_priors
+    from stepgauge.diagnosis.axis.diagnosis import diagnose_axis_files
+    from stepgauge.diagnosis.posterior.priors import read_priors
 
     table = None if priors is None else read_priors(priors)
     sets = [recordings] if together else [(one,) for one in recordings]
@@ -174,8 +174,8 @@ def _diagnose_axis(
 def _diagnose_map(
     maps: tuple[str, ...], probe: str, columns: tuple[str, ...], output: str, suffix: str, priors: str | None
 ) -> None:
-    from stepgauge.diagnose.posterior.priors import read_priors
-    from stepgauge.diagnose.probe_map import diagnose_probe_map, parse_columns
+    from stepgauge.diagnosis.posterior.priors import read_priors
+    from stepgauge.diagnosis.probe_map import diagnose_probe_map, parse_columns
 
     if len(maps) != 1:
         raise click.UsageError("--probe takes one map at a time")

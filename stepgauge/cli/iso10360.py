@@ -122,7 +122,7 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str |
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.machine.file import read_machine
     from stepgauge.recording import read_recordings
-    from stepgauge.report.iso10360 import report_length_test
+    from stepgauge.reports.iso10360 import report_length_test
     from stepgauge.standards.iso10360_statements import overall, statements
 
     _check_options(options)

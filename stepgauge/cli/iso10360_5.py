@@ -70,7 +70,7 @@ def command(points: tuple[str, ...], output: str, **options: Any) -> None:
         --sphere-form 0.1 --u-sphere-form 0.03 --u-sphere-diameter 0.1 -o probing
     """
     from stepgauge.probes.files import read_points
-    from stepgauge.report.iso10360_5 import report_probing
+    from stepgauge.reports.iso10360_5 import report_probing
     from stepgauge.standards.iso10360_5 import ProbingLimits, TestSphere, probing_test
     from stepgauge.standards.iso10360_5_files import overall
     from stepgauge.standards.iso10360_5_rules import rules_of

@@ -79,7 +79,7 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str |
     from stepgauge.gauge.placement import read_placements
     from stepgauge.machine.file import read_machine
     from stepgauge.recording import read_recordings
-    from stepgauge.report.iso230 import report_positioning
+    from stepgauge.reports.iso230 import report_positioning
     from stepgauge.standards.iso230_decision import Requirement
     from stepgauge.standards.positioning import positioning_test
 

@@ -55,7 +55,7 @@ def command(source: str, kind: str, gauge: str | None, output: str, **options: A
     stepgauge iso230-3 sensors.csv --test etve --tolerance x1=8 --expanded-uncertainty 0.6 -o etve
     stepgauge iso230-3 warm-up.csv --test axis -g step-gauge-600 -o warm-up
     """
-    from stepgauge.report.drift import report_drift
+    from stepgauge.reports.drift import report_drift
     from stepgauge.standards.drift import drift_test
     from stepgauge.standards.drift_rules import rules_of
     from stepgauge.standards.iso230_decision import Requirement

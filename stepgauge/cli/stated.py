@@ -11,7 +11,7 @@ import click
 from stepgauge.cli.options import Decorator
 
 if TYPE_CHECKING:
-    from stepgauge.report.page import Stated
+    from stepgauge.reports.page import Stated
 
 NAMES = ("number", "customer", "location", "operator", "remarks")
 
@@ -50,7 +50,7 @@ def stated_options(template: str = "Your own Typst template; start from a copy o
 
 def stated_from(options: dict[str, Any]) -> Stated:
     """What the person said."""
-    from stepgauge.report.page import Stated
+    from stepgauge.reports.page import Stated
 
     day = options["date"] or datetime.date.today()
     return Stated(day, **{name: options[name] for name in NAMES})

@@ -16,7 +16,7 @@ from lxml.builder import ElementMaker
 from stepgauge import __version__
 from stepgauge.dcc.xml import DCC, NAMESPACES, SI
 from stepgauge.errors import InputError
-from stepgauge.report.certificate_file import Contact, Laboratory
+from stepgauge.reports.certificate_file import Contact, Laboratory
 
 Element = Any
 LANGUAGE = "en"

@@ -11,11 +11,11 @@ from stepgauge.dcc.write import machine_certificate
 from stepgauge.dcc.xml import Element, parse_xml, validate
 from stepgauge.errors import InputError
 from stepgauge.files.text import read_bytes, replacing
-from stepgauge.report.content import Sources
+from stepgauge.reports.content import Sources
 
 
 def certificate_of(evaluation: dict[str, Any], sources: Sources) -> Element:
-    """The certificate of a machine from an evaluation and what :func:`stepgauge.report.sources.read_sources` gave.
+    """The certificate of a machine from an evaluation and what :func:`stepgauge.reports.sources.read_sources` gave.
 
     ValueError without gauge, budget or laboratory; :class:`InputError` names what else a DCC demands.
     """

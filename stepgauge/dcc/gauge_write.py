@@ -22,8 +22,8 @@ from stepgauge.dcc.units import CELSIUS, MILLIMETRE, ONE, PER_KELVIN
 from stepgauge.dcc.write import FACE
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
-from stepgauge.report.certificate_file import Laboratory
-from stepgauge.report.statements import ONLY_ITEMS
+from stepgauge.reports.certificate_file import Laboratory
+from stepgauge.reports.statements import ONLY_ITEMS
 
 EXPANSION, REFERENCE_TEMPERATURE = "stepgauge_expansion", "stepgauge_referenceTemperature"
 WIDTH, HEIGHT, MATERIAL = "stepgauge_blockWidth", "stepgauge_blockHeight", "stepgauge_material"

@@ -23,8 +23,8 @@ from stepgauge.dcc.read import ERROR, EXAMPLE, MEASURED, REFERENCE
 from stepgauge.dcc.units import CELSIUS, MICROMETRE, MILLIMETRE, ONE
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
-from stepgauge.report.certificate_file import Laboratory
-from stepgauge.report.statements import METHOD, ONLY_ITEMS, traceability, uncertainty_text
+from stepgauge.reports.certificate_file import Laboratory
+from stepgauge.reports.statements import METHOD, ONLY_ITEMS, traceability, uncertainty_text
 from stepgauge.standards.budget_files import StoredBudget, StoredLine
 
 ERRORS = {
@@ -43,7 +43,7 @@ def machine_certificate(
 
     Parameters
     ----------
-    evaluation : as :func:`stepgauge.report.reading.read_checked_evaluation` gives it
+    evaluation : as :func:`stepgauge.reports.reading.read_checked_evaluation` gives it
     budget : of this evaluation, checked to belong to it
     said : what the laboratory states; :class:`InputError` names what a DCC demands and it lacks
     gauge, machine : files that were used, checked to belong to the evaluation

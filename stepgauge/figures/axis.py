@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.axis.residuals import AxisData
-from stepgauge.diagnose.result import Diagnosis
+from stepgauge.diagnosis.axis.residuals import AxisData
+from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
 
 if TYPE_CHECKING:

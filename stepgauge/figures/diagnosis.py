@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.covariates import WAY
-from stepgauge.diagnose.result import Diagnosis
-from stepgauge.diagnose.unknown_law import UnknownLaw, rest_um
+from stepgauge.diagnosis.covariates import WAY
+from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.diagnosis.unknown_law import UnknownLaw, rest_um
 from stepgauge.figures.effect_panels import (
     COUNTED,
     MOST_MEANS,

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.covariates import (
+from stepgauge.diagnosis.covariates import (
     AXES,
     REST,
     TOUCHES,
@@ -22,7 +22,7 @@ from stepgauge.diagnose.covariates import (
     pause_of,
     runs_of,
 )
-from stepgauge.diagnose.forms import (
+from stepgauge.diagnosis.forms import (
     BEAT,
     DECAY,
     HARMONICS,
@@ -35,9 +35,9 @@ from stepgauge.diagnose.forms import (
     WANDERING,
     WAVE,
 )
-from stepgauge.diagnose.residuals import Residuals
-from stepgauge.diagnose.result import Diagnosis, Finding
-from stepgauge.diagnose.unknown_law import UnknownLaw
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.result import Diagnosis, Finding
+from stepgauge.diagnosis.unknown_law import UnknownLaw
 from stepgauge.effects import Effect
 from stepgauge.figures.style import CYCLE
 

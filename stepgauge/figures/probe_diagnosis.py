@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnose.maps.candidates import EMPIRICAL
-from stepgauge.diagnose.maps.model import Term, build_probe, changed_table, predict
-from stepgauge.diagnose.maps.result import MapDiagnosis, QuantityFit
+from stepgauge.diagnosis.maps.candidates import EMPIRICAL
+from stepgauge.diagnosis.maps.model import Term, build_probe, changed_table, predict
+from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
 from stepgauge.figures.style import COLORS, FORMATS, figure_style, new_figure, save_figure
 from stepgauge.physics.directions import unit_vectors
 

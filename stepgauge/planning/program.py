@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from stepgauge.alignment import locate, read_points
+from stepgauge.alignment.checks import RADIUS_TOLERANCE_MM
 from stepgauge.errors import InputError
 from stepgauge.files.text import write_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, is_placement_file, read_placement
-from stepgauge.locate import locate, read_points
-from stepgauge.locate.checks import RADIUS_TOLERANCE_MM
 from stepgauge.machine.file import Machine
 from stepgauge.motion.collision import make_tool
 from stepgauge.motion.moves import ProbingSettings, Program, trace
@@ -70,7 +70,7 @@ def read_or_locate(
     """The placement in a TOML file, or located from the 16 points in a CSV file.
 
     ``tip_radius_mm``: nominal (None: of the machine); ``points_on``: blocks that the points are on, ``A:B`` (None: the
-    first and the last). :class:`InputError` as the readers and :func:`stepgauge.locate.locate`.
+    first and the last). :class:`InputError` as the readers and :func:`stepgauge.alignment.locate`.
     """
     if is_placement_file(source):
         return read_placement(source, gauge)

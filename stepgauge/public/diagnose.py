@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from stepgauge.diagnose.engine import diagnose as diagnose_recording
-from stepgauge.diagnose.posterior.priors import read_priors
-from stepgauge.diagnose.result import Diagnosis
+from stepgauge.diagnosis.engine import diagnose as diagnose_recording
+from stepgauge.diagnosis.posterior.priors import read_priors
+from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.public.inputs import File, as_gauge, as_machine, as_recordings, several

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stepgauge.alignment import locate as locate_points
+from stepgauge.alignment import read_points
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, format_placement, parse_placement
-from stepgauge.locate import locate as locate_points
-from stepgauge.locate import read_points
 from stepgauge.machine.file import Machine
 from stepgauge.planning.plan import parse_blocks
 from stepgauge.public.inputs import Blocks, File, as_blocks, as_gauge, as_machine, at_least

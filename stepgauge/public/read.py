@@ -14,7 +14,7 @@ from stepgauge.gauge.placement import Placement
 from stepgauge.gauge.placement import read_placement as read_placement_file
 from stepgauge.public.inputs import File, as_gauge
 from stepgauge.recording.repeats import LeftOut
-from stepgauge.report.reading import check_gauge, read_checked_evaluation
+from stepgauge.reports.reading import check_gauge, read_checked_evaluation
 
 
 def read_placement(path: File, gauge: File | Gauge) -> Placement:

@@ -13,11 +13,11 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.public.inputs import File, of_kind, several
-from stepgauge.report.content import make_content
-from stepgauge.report.page import Stated
-from stepgauge.report.reading import read_checked_evaluation
-from stepgauge.report.render import renderer, write_report
-from stepgauge.report.sources import read_sources
+from stepgauge.reports.content import make_content
+from stepgauge.reports.page import Stated
+from stepgauge.reports.reading import read_checked_evaluation
+from stepgauge.reports.render import renderer, write_report
+from stepgauge.reports.sources import read_sources
 from stepgauge.standards.budget_files import StoredBudget
 
 

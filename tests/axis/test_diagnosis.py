@@ -10,11 +10,11 @@ import pytest
 
 from stepgauge.axis.recording import AxisRecording, write_axis_recording
 from stepgauge.axis.sensors import PROBE, not_candidates, without_probe
-from stepgauge.diagnose.axis.diagnosis import diagnose_axis
-from stepgauge.diagnose.engine import diagnose
+from stepgauge.diagnosis.axis.diagnosis import diagnose_axis
+from stepgauge.diagnosis.engine import diagnose
 from tests.axis.made import axis, distances, spot
 from tests.cli.conftest import Run
-from tests.diagnose.made import ALONG_X, gauge, machine, record
+from tests.diagnosis.made import ALONG_X, gauge, machine, record
 
 LINE = np.arange(0.0, 501.0, 25.0)
 CIRCLE = np.arange(0.0, 360.0, 15.0)

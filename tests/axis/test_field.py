@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Run
-from tests.diagnose.test_field import FIELD
+from tests.diagnosis.test_field import FIELD
 
 pytestmark = pytest.mark.skipif(FIELD is None, reason="the tables of other people's instruments are not here")
 TABLES = {

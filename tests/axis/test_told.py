@@ -6,11 +6,11 @@ import pytest
 
 from stepgauge.axis.sensors import SENSORS, kinds_of
 from stepgauge.axis.units import AxisUnits
-from stepgauge.diagnose import forms, located
-from stepgauge.diagnose.axis.residuals import Scaling
-from stepgauge.diagnose.axis.told import Teller
-from stepgauge.diagnose.covariates import REST, TOUCHES, TURNING, WAY
-from stepgauge.diagnose.forms import Form
+from stepgauge.diagnosis import forms, located
+from stepgauge.diagnosis.axis.residuals import Scaling
+from stepgauge.diagnosis.axis.told import Teller
+from stepgauge.diagnosis.covariates import REST, TOUCHES, TURNING, WAY
+from stepgauge.diagnosis.forms import Form
 from stepgauge.effects import effect_kinds
 
 SHAPES = (

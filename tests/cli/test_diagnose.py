@@ -12,7 +12,7 @@ import pytest
 from stepgauge.cli import VERBS
 from stepgauge.recording import Recording
 from tests.cli.conftest import Run
-from tests.diagnose.made import (
+from tests.diagnosis.made import (
     ALONG_X,
     ALONG_Y,
     CYCLE,

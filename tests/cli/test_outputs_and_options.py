@@ -9,7 +9,7 @@ import pytest
 from stepgauge.cli import main
 from stepgauge.errors import InputError
 from stepgauge.files.text import check_folder, check_output
-from stepgauge.report.render import render_html, render_pdf
+from stepgauge.reports.render import render_html, render_pdf
 from tests.conftest import ROOT
 
 GAUGE, MACHINE = "step-gauge-420", "bridge-cmm"

@@ -17,7 +17,7 @@ from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.gauge.certified import Gauge
 from stepgauge.montecarlo import recording_model
 from stepgauge.recording import Recording, join_recordings
-from stepgauge.report.certificate_file import Laboratory, read_laboratory
+from stepgauge.reports.certificate_file import Laboratory, read_laboratory
 from stepgauge.standards.budget import make_budget
 from stepgauge.standards.budget_files import StoredBudget, stored_budget
 from tests.conftest import ROOT

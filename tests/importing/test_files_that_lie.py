@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stepgauge.diagnose.engine import diagnose
+from stepgauge.diagnosis.engine import diagnose
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.gauge.certified import Gauge

@@ -25,7 +25,7 @@ def command(gauge: str, laboratory_file: str, schema: str | None, output: str) -
     from stepgauge.dcc.files import check_certificate_name, write_certificate
     from stepgauge.dcc.gauge_write import gauge_certificate
     from stepgauge.gauge.certified import read_gauge
-    from stepgauge.report.certificate_file import read_laboratory
+    from stepgauge.reports.certificate_file import read_laboratory
 
     check_certificate_name(output)
     write_certificate(output, gauge_certificate(read_gauge(gauge), read_laboratory(laboratory_file)), schema)

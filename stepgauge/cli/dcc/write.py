@@ -43,8 +43,8 @@ def command(
     from stepgauge.dcc.elements import attach as attach_file
     from stepgauge.dcc.files import certificate_of, check_certificate_name, read_pdf, write_certificate
     from stepgauge.errors import InputError
-    from stepgauge.report.reading import find_evaluation, read_checked_evaluation
-    from stepgauge.report.sources import read_sources
+    from stepgauge.reports.reading import find_evaluation, read_checked_evaluation
+    from stepgauge.reports.sources import read_sources
 
     check_certificate_name(output)
     data = read_checked_evaluation(evaluation)

@@ -1,0 +1,207 @@
+"""Recordings of an axis, a spot or distances to a diagnosis in a folder, without gauge and machine files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stepgauge.axis.recording import AxisRecording, join_axis_recordings, places_of, read_axis_recording
+from stepgauge.axis.sensors import SCALE, SENSORS, not_candidates
+from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
+from stepgauge.diagnosis.axis.told import Teller
+from stepgauge.diagnosis.axis.words import About, kind_name, limits, meaning
+from stepgauge.diagnosis.covariates import WAY
+from stepgauge.diagnosis.engine import diagnose_residuals
+from stepgauge.diagnosis.files import Inputs, checksum, diagnosis_to_dict, without_nan
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.told import MOST_LOCATED
+from stepgauge.diagnosis.report import VERDICTS, environment, listed, significant
+from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.effects import effect_kinds
+from stepgauge.files.resources import folder
+from stepgauge.files.text import read_text, write_text
+
+TEMPLATE = "axis-diagnosis.md.j2"
+OF_POSITION = ("position", "machine x", "face", WAY)
+"""Covariates of forms that a law of the position may be a part of."""
+UNUSED = ("empirical", "inputs")
+"""Parts of the JSON that are of a gauge on a machine, and are told otherwise here."""
+
+
+@dataclass(frozen=True)
+class AxisDiagnosis:
+    """A diagnosis with its data, and what is said of it: JSON types in the user's units."""
+
+    found: Diagnosis
+    data: AxisData
+    said: dict[str, Any]
+
+    @property
+    def summary(self) -> str:
+        """Verdict, effects and fit in a line."""
+        unit, fit = self.data.recording.units.deviation, self.said["fit"]
+        names = [_named(one, self.data.recording.form) for one in self.said["effects"]]
+        left = [f"without a law: {one['where']}" for one in self.said["unexplained"][:1]]
+        before, after, noise = (significant(fit[f"{key}_{unit}"]) for key in ("rms_before", "rms_after", "noise"))
+        what = ", ".join(names + left)
+        numbers = f"rms {before} -> {after} {unit}, noise {noise} {unit}"
+        return f"{self.said['verdict']}{f': {what}' if what else ''} ({numbers})"
+
+
+def diagnose_axis(
+    recording: AxisRecording, without: Collection[str] = (), priors: Priors | None = None
+) -> AxisDiagnosis:
+    """What is behind the deviations of an axis; parameters as :func:`stepgauge.diagnosis.engine.diagnose`.
+
+    Only effects that the sensor and the form of the recording can have are candidates. Beside a form over the position
+    no law of the position is told: some dozens of targets in one line hold both, and a law could be a part of the form.
+    """
+    data = axis_data(recording)
+    absent = {*not_candidates(recording.sensor, recording.form, recording.units.axis == "rotary"), *without}
+    found = diagnose_residuals(data.residuals, absent, priors)
+    if any(one.covariate in OF_POSITION for one in found.unexplained) and any(
+        one.kind in SCALE for one in found.findings
+    ):
+        found = diagnose_residuals(data.residuals, absent | (SCALE & set(effect_kinds())), priors)
+    return AxisDiagnosis(found, data, _said(found, data))
+
+
+def diagnose_axis_files(
+    paths: Sequence[str | Path],
+    output: str | Path,
+    suffix: str = "png",
+    without: Collection[str] = (),
+    priors: Priors | None = None,
+) -> tuple[str, list[Path]]:
+    """Diagnose recordings of one axis together into a folder; the verdict in a line, and the files written."""
+    recordings = [read_axis_recording(path) for path in paths]
+    whole = recordings[0] if len(recordings) == 1 else join_axis_recordings(recordings)
+    told = diagnose_axis(whole, without, priors)
+    return told.summary, write_axis_diagnosis(output, told, recordings, suffix)
+
+
+def write_axis_diagnosis(
+    output: str | Path, told: AxisDiagnosis, recordings: Sequence[AxisRecording], suffix: str = "png"
+) -> list[Path]:
+    """Write ``diagnosis.json``, ``diagnosis.md`` and the figure into a folder (made if missing)."""
+    from stepgauge.figures.axis import axis_figure
+    from stepgauge.figures.style import save_figure
+
+    target, figure = Path(output), f"residuals.{suffix}"
+    files = [{"path": str(one.path), "sha256": checksum(one.path)} for one in recordings]
+    said = {**told.said, "inputs": {"recordings": files}}
+    text = json.dumps(said, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    write_text(target / "diagnosis.json", text)
+    write_text(target / "diagnosis.md", report_text(said, figure))
+    save_figure(axis_figure(told.found, told.data), target / figure)
+    return [target / name for name in ("diagnosis.json", "diagnosis.md", figure)]
+
+
+def report_text(said: Mapping[str, Any], figure: str) -> str:
+    """``diagnosis.md`` of an axis."""
+    source = folder("templates") / "reports" / TEMPLATE
+    context = {
+        "d": said,
+        "a": said["axis"],
+        "figure": figure,
+        "coverage": 2.0,
+        "summary": _sentence(said),
+        "most": MOST_LOCATED,
+    }
+    return environment().from_string(read_text(source)).render(context)
+
+
+def _said(found: Diagnosis, data: AxisData) -> dict[str, Any]:
+    recording = data.recording
+    units, form = recording.units, recording.form
+    raw = diagnosis_to_dict(found, Inputs((_Rows(recording),)))  # type: ignore[arg-type]
+    teller = Teller(units, data.scaling, recording.both_ways, form)
+    said = teller.told({key: value for key, value in raw.items() if key not in UNUSED})
+    about = _about(recording)
+    for effect in said["effects"]:
+        effect["in_practice"] = meaning(effect["kind"], effect["parameters"], about)
+        effect["name"] = kind_name(effect["kind"], form)
+        effect["separate_by"], effect["commands"], effect["reason"] = "", [], ""
+        for one in effect["set"]:
+            one["in_practice"], one["name"] = (
+                meaning(one["kind"], one["parameters"], about),
+                kind_name(one["kind"], form),
+            )
+        for row in effect.get("rows", []):
+            row["target"] = _target_of(recording, int(row["row"]))
+            row.pop("face", None)
+            row.pop("pair", None)
+    said["unexplained"].sort(key=lambda one: -one["probability"])
+    said["measured"] = {name: said["measured"][name] for name in ("duration_s", "time_recorded")}
+    said["noise"].pop(f"machine_file_{units.deviation}")
+    said["fit"]["holdout"] = {"targets" if by == "faces" else by: one for by, one in said["fit"]["holdout"].items()}
+    said["axis"] = {**_axis(recording), "repeatability": data.repeatability / units.base_deviation}
+    said["limits"] = [*limits(said, about), *said.pop("remarks")]
+    return dict(without_nan(said))
+
+
+class _Rows:
+    """A recording as the list of outliers wants it."""
+
+    def __init__(self, recording: AxisRecording) -> None:
+        self.path, self.count = recording.path, len(recording)
+
+    def __len__(self) -> int:
+        return self.count
+
+
+def _axis(recording: AxisRecording) -> dict[str, Any]:
+    """What was measured, by what, in which units."""
+    units, frame = recording.units, recording.frame
+    return {
+        "form": recording.form,
+        "sensor": recording.sensor,
+        "sensor_words": SENSORS[recording.sensor].words,
+        "artefact": recording.comments.get("artefact", "none"),
+        "kind": units.axis,
+        "unit": units.position,
+        "deviation_unit": units.deviation,
+        "readings": len(frame),
+        "targets": len(np.unique(places_of(frame["target"].to_numpy(float)))) if "target" in frame else 0,
+        "cycles": int(frame["cycle"].nunique()),
+        "both_ways": recording.both_ways,
+        "covariates": recording.covariates,
+        "largest": float(np.abs(recording.deviation).max()) if recording.form == "axis" else None,
+    }
+
+
+def _about(recording: AxisRecording) -> About:
+    frame, units = recording.frame, recording.units
+    places = frame["target"] if "target" in frame else frame["reading"]
+    minutes = float(np.ptp(frame["time_s"])) / 60.0 if "time_s" in frame else float("nan")
+    span = float(np.ptp(places.to_numpy(float)))
+    return About(span, minutes, units.position, units.deviation, recording.sensor, recording.form)
+
+
+def _target_of(recording: AxisRecording, row: int) -> str:
+    frame = recording.frame.iloc[row - 1]
+    if recording.form == "distances":
+        return f"{frame['from_station']} to {frame['to_station']}"
+    return f"{frame['target']:.12g} {recording.units.position}" if "target" in frame else "-"
+
+
+def _named(effect: Mapping[str, Any], form: str) -> str:
+    others = [kind_name(kind, form) for kind in effect["confounded_with"]]
+    return f"{effect['name']} (or {listed(others, 'or')})" if others else str(effect["name"])
+
+
+def _sentence(said: Mapping[str, Any]) -> str:
+    """The verdict in a sentence or two."""
+    text = VERDICTS[said["verdict"]].replace("simulation", "targets" if said["axis"]["form"] == "axis" else "model")
+    names = listed([_named(one, said["axis"]["form"]) for one in said["effects"]])
+    if said["verdict"] == "effects":
+        return f"{text} {names}."
+    if said["verdict"] == "unknown" and said["unexplained"]:
+        part = f" A part is explained: {names}." if names else ""
+        return f"{text} Its form: {said['unexplained'][0]['where']}.{part}"
+    return text

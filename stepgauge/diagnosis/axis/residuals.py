@@ -1,0 +1,203 @@
+"""A recording of an axis as residuals: what the diagnosis of a gauge explains, with targets in place of faces.
+
+Every target is two faces at one place, the first for travel towards +, the second for travel towards -; the line of the
+targets is machine x. There is no machine file: the priors were made for CMMs, so the axis is scaled to the size of one
+(:class:`Scaling`), and its repeatability is estimated from readings that follow one another.
+"""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from stepgauge.axis.recording import AxisRecording, places_of
+from stepgauge.diagnosis.axis.stations import fitted_distances, station_columns
+from stepgauge.diagnosis.residuals import FEWEST_ROWS, Residuals
+from stepgauge.effects import Probings, Setting
+from stepgauge.errors import InputError
+from stepgauge.gauge.certified import CertificateTable, Gauge, GaugeTable
+from stepgauge.machine.file import Machine, MachineTable, Travel
+from stepgauge.probes.schema import ConstantTable
+from stepgauge.recording import APPROACH, POSITION
+from stepgauge.recording.columns import OPTIONAL
+
+Array = NDArray[np.float64]
+TYPICAL_MM, TYPICAL_UM = 300.0, 0.3
+"""Span and repeatability of a CMM with a step gauge, for which the priors are made."""
+SURELY = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """``position``, ``deviation``: what one mm or deg, one um or arcsec is computed as; powers of ten."""
+
+    position: float
+    deviation: float
+
+
+@dataclass(frozen=True)
+class AxisData:
+    """A recording with what it is computed as."""
+
+    recording: AxisRecording
+    residuals: Residuals
+    scaling: Scaling
+    repeatability: float
+
+
+def axis_data(recording: AxisRecording) -> AxisData:
+    """The residuals of a recording; :class:`InputError` where it is too small to say anything."""
+    if len(recording) < FEWEST_ROWS:
+        found, expected = f"{len(recording)} readings", f"at least {FEWEST_ROWS}"
+        raise InputError(recording.path, "the recording is too small for a diagnosis", found=found, expected=expected)
+    units, frame = recording.units, recording.frame
+    target = _targets(recording) * units.base_position
+    away = (frame["reading"].to_numpy(float) * units.base_position - target) * _base_deviations(recording)
+    way = frame["way"].to_numpy(float)
+    index = places_of(target)
+    places = np.bincount(index, target) / np.bincount(index)
+    face = 2 * index + np.where(way > 0, 1, 2)
+    repeatability = scatter_of_neighbours(away, frame["placement"].to_numpy(), face)
+    scaling = Scaling(_power(TYPICAL_MM, float(np.ptp(places))), _power(TYPICAL_UM, repeatability))
+    gauge = _gauge(recording, places * scaling.position, _u_of_targets(recording, index) * scaling.deviation)
+    machine = _machine(recording, places * scaling.position, repeatability * scaling.deviation)
+    rows = _rows(recording, face, target * _base_deviations(recording) + away, scaling)
+    um = away * scaling.deviation * way
+    turn_mm = 360.0 * scaling.position if recording.form == "axis" and units.axis == "rotary" else None
+    residuals = _residuals(recording, rows, um, way, gauge, machine, turn_mm)
+    return AxisData(recording, residuals, scaling, repeatability)
+
+
+def _targets(recording: AxisRecording) -> Array:
+    """The target of every row; of distances what the fitted places give, of a spot the first reading."""
+    if recording.form == "axis":
+        return recording.frame["target"].to_numpy(float)
+    reading = recording.frame["reading"]
+    if recording.form == "spot":
+        return np.full(len(reading), float(reading.iloc[0]))
+    return fitted_distances(recording)
+
+
+def _base_deviations(recording: AxisRecording) -> float:
+    """Base deviations (um, arcsec) in a base position (mm, deg)."""
+    units = recording.units
+    return units.deviations_per_position * units.base_deviation / units.base_position
+
+
+def scatter_of_neighbours(away: Array, placement: NDArray[np.int64], face: NDArray[np.int64]) -> float:
+    """Standard deviation of a reading, from the differences of successive ones at the same target.
+
+    What changes slowly cancels (J. von Neumann, Ann. Math. Statist. 12 (1941) 367); the median bears single wild
+    readings. Without repeats, successive readings along the axis.
+    """
+    order = np.lexsort((np.arange(len(face)), face, placement))
+    same = (np.diff(face[order]) == 0) & (np.diff(placement[order]) == 0)
+    steps = np.diff(away[order])[same] if same.sum() >= FEWEST_ROWS // 2 else np.diff(away)
+    median = float(np.median(np.abs(steps))) * SURELY / np.sqrt(2.0)
+    root = float(np.sqrt((steps**2).mean() / 2.0))
+    return median or root or max(float(np.std(away)), 1e-9)
+
+
+def _power(typical: float, value: float) -> float:
+    """The power of ten that brings a value near to what is typical."""
+    return float(10.0 ** np.rint(np.log10(typical / value))) if value > 0.0 else 1.0
+
+
+def _u_of_targets(recording: AxisRecording, index: NDArray[np.intp]) -> Array:
+    """Standard uncertainty of every target, um or arcsec, ``(targets,)``; nought where none is stated."""
+    found = np.zeros(int(index.max()) + 1)
+    if "u_target" in recording.frame:
+        found[index] = recording.frame["u_target"].to_numpy(float) * recording.units.base_deviation
+    return found
+
+
+def _gauge(recording: AxisRecording, places: Array, u_um: Array) -> Gauge:
+    """The targets as a gauge of two faces each."""
+    table = GaugeTable.model_construct(
+        name=recording.comments.get("artefact", "targets"),
+        serial="-",
+        material="-",
+        expansion_per_K=0.0,
+        expansion_uncertainty_per_K=0.0,
+        reference_temperature_C=20.0,
+        block_width_mm=1.0,
+        block_height_mm=1.0,
+        rail_width_mm=None,
+        rail_height_mm=1.0,
+        faces="",
+    )
+    certificate = CertificateTable.model_construct(
+        number="-",
+        laboratory="-",
+        date=datetime.date(1, 1, 1),
+        coverage_factor=1.0,
+        correlation=None,
+        proportional_um_per_m=None,
+        example=False,
+    )
+    both = np.repeat(places, 2)
+    return Gauge(table, certificate, both, both, np.repeat(u_um, 2))
+
+
+def _machine(recording: AxisRecording, places: Array, repeatability_um: float) -> Machine:
+    """A machine of one axis whose travel is that of the targets, without errors."""
+    travel = (float(places.min()) - 1e-6, float(places.max()) + 1e-6)
+    table = MachineTable.model_construct(
+        name=recording.comments.get("axis", "axis"),
+        travel_mm=Travel.model_construct(x=travel, y=(-1.0, 1.0), z=(-1.0, 1.0)),
+        repeatability_um=repeatability_um,
+        measuring_speed_mm_s=1.0,
+        travel_speed_mm_s=1.0,
+        max_measuring_speed_mm_s=None,
+        max_travel_speed_mm_s=None,
+        temperature_C=20.0,
+        scale_expansion_per_K=0.0,
+        scales_compensated=True,
+        chain=None,
+    )
+    probe = ConstantTable.model_validate({"tip_radius_mm": 1.0, "pretravel_um": 0.0, "stylus_diameter_mm": 1.0})
+    return Machine(table, probe)
+
+
+def _rows(recording: AxisRecording, face: NDArray[np.intp], reading: Array, scaling: Scaling) -> pd.DataFrame:
+    """Rows as a recording of a gauge has them; ``reading``: in um or arcsec, whose last digit is looked at."""
+    frame = recording.frame
+    columns: Mapping[str, Any] = {
+        "placement": frame["placement"].to_numpy(np.int64),
+        "cycle": frame["cycle"].to_numpy(np.int64),
+        "face": face.astype(np.int64),
+        **dict.fromkeys(POSITION, 0.0),
+        **dict.fromkeys(APPROACH, 0.0),
+    }
+    rows = pd.DataFrame(columns, index=range(len(frame)))
+    rows["x_mm"] = reading * scaling.deviation * 1e-3
+    rows["approach_i"] = frame["way"].to_numpy(float)
+    if "time_s" in frame:
+        rows["time_s"] = frame["time_s"].to_numpy(float)
+    for name in recording.covariates:
+        rows[f"{name} recorded" if name in OPTIONAL[3:] or name in rows else name] = frame[name].to_numpy(float)
+    return rows
+
+
+def _residuals(
+    recording: AxisRecording,
+    rows: pd.DataFrame,
+    um: Array,
+    way: Array,
+    gauge: Gauge,
+    machine: Machine,
+    turn_mm: float | None,
+) -> Residuals:
+    numbers, placement = np.unique(rows["placement"], return_inverse=True)
+    setting = Setting.of(machine, gauge, {int(number): np.array([1.0, 0.0, 0.0]) for number in numbers})
+    face = rows["face"].to_numpy()
+    seen = rows.assign(x_mm=gauge.position_mm[face - 1])
+    unknown = station_columns(recording) if recording.form == "distances" else None
+    return Residuals(um, way, placement, face, Probings(seen, setting), rows, gauge, machine, unknown, turn_mm)

@@ -1,0 +1,118 @@
+"""A diagnosis of an axis in the user's units and in words that fit a sensor and its targets.
+
+The JSON of a diagnosis states units in its keys (``rms_before_um``) and beside its parameters. Both are turned here, in
+one place, from what was computed (um and mm of a CMM, :class:`.residuals.Scaling`) into the user's units.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from stepgauge.axis.units import AxisUnits
+from stepgauge.diagnosis.axis.residuals import Scaling
+from stepgauge.diagnosis.axis.words import kind_name
+
+_NUMBER = r"(?<![\w.])([-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?) "
+_KEY = re.compile(r"^(.*_)?(um|mm)$")
+PLAIN = ("in_practice", "command", "commands", "path", "sha256", "label", "separate_by", "kind")
+"""Keys whose texts stay as they are."""
+_RELATIVE = {"m": "mm/km", "inch": "uin/inch", "thou": "uin/inch", "uin": "uin/inch"}
+"""What a millionth is called beside a unit of position."""
+_LABEL = re.compile(r"\b([a-z]+(?:_[a-z]+)+)_x\b")
+_WORDS = (
+    (", with the same sign on front and back faces (along the gauge)", ", the same in both directions of travel"),
+    (", along the approach", ", with opposite sign in the two directions of travel"),
+    ("along the gauge", "along the axis"),
+    ("touches since a pause", "readings since a pause"),
+    ("rest before the touch", "time since the reading before"),
+    ("from the first touch", "from the first reading"),
+    ("faces deviate from the certificate by", "targets deviate from their positions by"),
+    ("probings", "readings"),
+    ("probing", "reading"),
+    ("machine x", "position"),
+    ("face", "target"),
+)
+
+
+@dataclass(frozen=True)
+class Teller:
+    """From what was computed to what is told; ``scaling``: of the axis; ``both_ways``: of its travel; ``form``."""
+
+    units: AxisUnits
+    scaling: Scaling
+    both_ways: bool
+    form: str
+
+    @cached_property
+    def factors(self) -> dict[str, tuple[float, str]]:
+        """Factor and unit by the unit of a parameter."""
+        units = self.units
+        um = 1.0 / self.scaling.deviation / units.base_deviation
+        mm = 1.0 / self.scaling.position / units.base_position
+        slope = self.scaling.position / self.scaling.deviation
+        dev = units.deviation
+        found = {"um": (um, dev), "mm": (mm, units.position)}
+        found |= {f"um/{rest}": (um, f"{dev}/{rest}") for rest in ("h", "K", "(mm/s)")}
+        if units.axis == "rotary":
+            per_deg = slope * 1e-3 / units.base_deviation
+            return found | {
+                "um/m": (per_deg, f"{dev}/deg"),
+                "um/(m K)": (per_deg, f"{dev}/(deg K)"),
+                "um/m^2": (per_deg * self.scaling.position * 1e-3, f"{dev}/deg^2"),
+            }
+        relative = _RELATIVE.get(units.position, "um/m")
+        found["um/(m K)"] = (slope, "um/(m K)")
+        return found | {"um/m": (slope, relative), "um/m^2": (slope * self.scaling.position, "um/m^2")}
+
+    def told(self, value: Any, key: str = "") -> Any:
+        """The same JSON in the user's units and words; keys that end in um or mm end in the user's units."""
+        if isinstance(value, Mapping):
+            if "value" in value:
+                return self.parameter(value)
+            value = _of_joint(value) if "order" in value and "size" in value else value
+            return {self.name(name): self.told(one, name) for name, one in value.items()}
+        if isinstance(value, list):
+            return [self.told(one, key) for one in value]
+        if isinstance(value, str):
+            return value if key in PLAIN else self.text(value)
+        match = _KEY.match(key)
+        return value * self.factors[match[2]][0] if match and isinstance(value, float) else value
+
+    def parameter(self, stated: Mapping[str, Any]) -> dict[str, Any]:
+        """A value with its uncertainty and unit."""
+        factor, unit = self.factors.get(stated.get("unit", ""), (1.0, stated.get("unit")))
+        scaled = {
+            key: one * factor if key in ("value", "u") and isinstance(one, float) else one
+            for key, one in stated.items()
+        }
+        return {**scaled, "unit": unit} if unit is not None else scaled
+
+    def name(self, key: str) -> str:
+        """A key with the user's unit at its end."""
+        match = _KEY.match(key)
+        return f"{match[1] or ''}{self.factors[match[2]][1]}" if match else key
+
+    def text(self, words: str) -> str:
+        """A sentence of a form, in the user's units and in the words of an axis."""
+        for old, new in _WORDS:
+            if old.startswith(",") and (not self.both_ways or self.form != "axis"):
+                new = ""
+            words = words.replace(old, new)
+        if self.form == "distances":
+            words = words.replace("target", "pair").replace("position", "distance")
+        words = _LABEL.sub(lambda match: kind_name(match[1], self.form), words)
+        return re.sub(rf"{_NUMBER}(um|mm)\b(?!/)", self._scaled, words)
+
+    def _scaled(self, match: re.Match[str]) -> str:
+        factor, unit = self.factors[match[2]]
+        return f"{float(match[1]) * factor:.4g} {unit}"
+
+
+def _of_joint(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """The size of a joint in its own unit: a gap (order 0) in um, another slope (order 1) in um/m."""
+    unit = "um/m" if parameters["order"]["value"] else "um"
+    return {**parameters, "size": {**parameters["size"], "unit": unit}}

@@ -1,0 +1,221 @@
+"""What a finding means at an axis: one or two sentences per kind, in the user's units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from stepgauge.axis.sensors import SENSORS
+from stepgauge.diagnosis.practice import name_of
+from stepgauge.diagnosis.report import significant
+from stepgauge.effects import effect_kinds
+
+
+@dataclass(frozen=True)
+class About:
+    """What was measured: ``span`` of the positions and ``duration_min``, as numbers; units and sensor in words."""
+
+    span: float
+    duration_min: float
+    position: str
+    deviation: str
+    sensor: str
+    form: str
+
+    @property
+    def what(self) -> str:
+        """The thing that moves, in words."""
+        return {"axis": "axis", "spot": "spot", "distances": "line"}[self.form]
+
+
+Parameters = Mapping[str, Mapping[str, Any]]
+Sentence = Callable[[Parameters, About], str]
+
+
+def kind_name(kind: str, form: str) -> str:
+    """A kind in the words of an axis."""
+    if kind == "effective_radius":
+        return "additive constant" if form == "distances" else "pre-travel"
+    return {"thermal_drift": "drift", "temperature_cycle": "slow cycle"}.get(kind, name_of(kind))
+
+
+def meaning(kind: str, parameters: Parameters, about: About) -> str:
+    """What a finding means and what to do, for the person at the axis."""
+    sentence = _SENTENCES.get(kind)
+    if sentence is not None:
+        return sentence(parameters, about)
+    known = effect_kinds().get(kind)
+    return f"{known.title()}." if known is not None else kind
+
+
+def value_of(parameters: Parameters, *units: str, name: str = "") -> float:
+    """The value of the first parameter in one of some units, or that begins with a name."""
+    for key, one in parameters.items():
+        if (name and key.startswith(name)) or (not name and one.get("unit") in units):
+            return float(one["value"])
+    return float("nan")
+
+
+def _size(value: float, unit: str) -> str:
+    return f"{significant(float(f'{abs(value):.2g}'), 2)} {unit}"
+
+
+def _scale(p: Parameters, a: About) -> str:
+    rate = next(one for one in p.values() if one.get("unit"))
+    over = value_of(p, str(rate["unit"]))
+    grows = "too long" if over > 0 else "too short"
+    where = f"the distances read {grows}" if a.form == "distances" else f"the readings are {grows}"
+    return (
+        f"In proportion to position {where}, by {_size(over, str(rate['unit']))}. A wrong temperature or coefficient of"
+        " expansion, and a line of measurement at an angle to the axis, look the same: check these first."
+    )
+
+
+def _curvature(p: Parameters, a: About) -> str:
+    return "The error is bowed over the travel: look at the compensation table, the screw's preload and its warm-up."
+
+
+def _periodic(p: Parameters, a: About) -> str:
+    size, period = value_of(p, a.deviation), value_of(p, a.position)
+    count = round(360.0 / period) if a.position == "deg" and a.form == "axis" else 0
+    turns = f", {'once' if count == 1 else f'about {count} times'} a turn" if count else ""
+    return (
+        f"The error repeats every {significant(period, 4)} {a.position}{turns}, by up to {_size(size, a.deviation)}."
+        " Compare the period with the pitch of the scale, screw or gear, the turn of the table, or the wavelength."
+    )
+
+
+def _local(p: Parameters, a: About) -> str:
+    at = value_of(p, name="at")
+    return (
+        f"About {significant(at, 4)} {a.position} the readings are off by {_size(_um(p, a), a.deviation)}: look there."
+    )
+
+
+def _um(p: Parameters, a: About) -> float:
+    return value_of(p, a.deviation)
+
+
+def _reversal(p: Parameters, a: About) -> str:
+    um = _um(p, a)
+    more = "more" if um > 0 else "less"
+    return (
+        f"Coming in the positive direction the reading is {_size(um, a.deviation)} {more} than in the negative one:"
+        " backlash, hysteresis of the drive or of the instrument."
+    )
+
+
+def _radius(p: Parameters, a: About) -> str:
+    um = _um(p, a)
+    if a.form == "distances":
+        longer = "long" if um > 0 else "short"
+        return f"All distances read {_size(um, a.deviation)} too {longer}, whatever their length."
+    return f"The probe triggers {_size(um, a.deviation)} {'late' if um > 0 else 'early'}, from either side."
+
+
+def _drift(p: Parameters, a: About) -> str:
+    rate = value_of(p, name="rate")
+    unit = f"{a.deviation}/h"
+    tau = value_of(p, name="time_constant")
+    if tau != tau:
+        moved = abs(rate) * a.duration_min / 60.0
+        return (
+            f"The reading drifts by {_size(rate, unit)}, {_size(moved, a.deviation)} in {a.duration_min:.0f} min:"
+            " let everything come to rest in temperature, or measure there and back."
+        )
+    return (
+        f"The reading settles by {_size(rate * tau, a.deviation)} with a time constant of {significant(tau * 60, 3)}"
+        " min: wait three time constants before measuring."
+    )
+
+
+def _cycle(p: Parameters, a: About) -> str:
+    size, period = _um(p, a), value_of(p, "s")
+    return (
+        f"The reading goes to and fro by {_size(size, a.deviation)} every {significant(period, 4)} s, as an air"
+        " conditioning or a cooling unit that switches would make it."
+    )
+
+
+def _step(p: Parameters, a: About) -> str:
+    at = value_of(p, "s")
+    return (
+        f"At {significant(at, 4)} s the reading jumps by {_size(_um(p, a), a.deviation)}: a knock, a slipped clamp or a"
+        " counting error. What was read before and after must not be mixed."
+    )
+
+
+def _vibration(p: Parameters, a: About) -> str:
+    frequency = value_of(p, "Hz")
+    return (
+        f"The reading swings by {_size(_um(p, a), a.deviation)} at {significant(frequency, 4)} Hz, or at a frequency"
+        " that looks the same at these moments of reading."
+    )
+
+
+def _delay(p: Parameters, a: About) -> str:
+    return f"The position is latched {significant(abs(value_of(p, 'ms')), 3)} ms off its moment."
+
+
+def _memory(p: Parameters, a: About) -> str:
+    return f"The first readings after a pause are {_size(_um(p, a), a.deviation)} off: make some for nothing first."
+
+
+def _growth(p: Parameters, a: About) -> str:
+    per = str(p.get("per", {}).get("value", "position")).removeprefix("machine ")
+    what = "distance" if a.form == "distances" else "position"
+    return f"The scatter grows with {what if per in ('x', 'position') else per}; readings there count for less."
+
+
+def _outliers(p: Parameters, a: About) -> str:
+    count = int(value_of(p, "count")) if value_of(p, "count") == value_of(p, "count") else 0
+    words = f"{count} reading{'s are' if count != 1 else ' is'}" if count else "Some readings are"
+    return (
+        f"{words} far outside the scatter and left out: a lost count, an interrupted beam, dirt, or a slip in writing."
+    )
+
+
+_SENTENCES: dict[str, Sentence] = {
+    "scale_error": _scale,
+    "scale_curvature": _curvature,
+    "periodic_scale_error": _periodic,
+    "screw_error": _periodic,
+    "local_scale_defect": _local,
+    "reversal_error": _reversal,
+    "effective_radius": _radius,
+    "thermal_drift": _drift,
+    "temperature_cycle": _cycle,
+    "step_change": _step,
+    "vibration": _vibration,
+    "trigger_delay": _delay,
+    "approach_memory": _memory,
+    "noise_growth": _growth,
+    "outliers": _outliers,
+}
+
+
+def limits(said: Mapping[str, Any], about: About) -> list[str]:
+    """What the recording cannot show, whatever the verdict."""
+    found = []
+    if not said["measured"]["time_recorded"]:
+        found.append("No times were recorded: drift, cycles, jumps and vibration could not be looked for.")
+    if not said["noise"]["from_repeats"] and about.form == "axis":
+        found.append(
+            "No target was read twice in the same direction: structure from target to target may count as noise."
+        )
+    if about.form == "axis":
+        found.append(
+            "Targets count as true unless their uncertainties are given; an error of what realises them is one of the"
+            " axis here. There is no machine file, and none is written."
+        )
+    if about.form == "distances":
+        found.append(
+            "The places of the stations are not known and are fitted: an error in proportion to the distance cannot be"
+            " told. Distances must be between points of one height, or reduced to it."
+        )
+    words = SENSORS[about.sensor].words
+    found.append(
+        f"Read by {'an' if words[0] in 'aeio' else 'a'} {words}: only what such a sensor can have was looked for."
+    )
+    return found

@@ -1,0 +1,79 @@
+"""The posterior predictive check: do the residuals of the best hypothesis agree with its scatter?
+
+Each part compares a statistic of the residuals with its distribution under the hypothesis, in standard deviations of
+it: rows (the largest one), repeats (their scatter against all rows'), sequence (neighbours in the order
+of probing), tails (the fourth moment).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from stepgauge.diagnosis.posterior.evidence import State
+from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.problem import Problem
+from stepgauge.diagnosis.result import Check
+
+Array = NDArray[np.float64]
+ALLOWED = 4.0
+"""Standard deviations up to which a part passes: four parts of a thousand recordings fail one by chance in four."""
+FEWEST_DOF = 8
+
+
+def predictive_checks(problem: Problem, state: State, metric: Metric) -> tuple[Check, ...]:
+    """All parts of the check; ``metric``: that of the scatter of the state at its sigma."""
+    independent = metric.rows(state.left_um) / state.sigma_um
+    return tuple(_checks(problem, state, independent))
+
+
+def widening(checks: tuple[Check, ...], problem: Problem, state: State, metric: Metric) -> float:
+    """Factor on standard uncertainties from the result of the check, one if all parts pass.
+
+    Correlated neighbours have less information than as many independent readings: for a correlation r the variance of
+    a mean is larger by (1 + r) / (1 - r). If repeats scatter less than the rest, the model lacks some structure, and
+    all uncertainties are increased by the ratio.
+    """
+    factor, failed = 1.0, {check.name for check in checks if not check.passed}
+    if "sequence" in failed:
+        r = min(_neighbours(problem, metric.rows(state.left_um)), 0.98)
+        factor *= float(np.sqrt((1.0 + r) / (1.0 - r))) if r > 0.0 else 1.0
+    if "repeats" in failed:
+        factor *= max(state.sigma_um / problem.within_um, 1.0)
+    return factor
+
+
+def _checks(problem: Problem, state: State, independent: Array) -> Iterator[Check]:
+    n = len(independent)
+    largest = float(np.abs(independent).max())
+    chance = float(np.log(2.0 * n) + special.log_ndtr(-largest))
+    rows = 0.0 if chance > np.log(0.5) else -float(special.ndtri_exp(chance))
+    yield _check("rows", rows, f"the largest residual is {largest:.1f} standard deviations")
+    count = np.bincount(problem.group)
+    dof = int((count - 1).sum())
+    if dof >= FEWEST_DOF and state.scatter.weight.min() > 0.5:
+        mean = np.bincount(problem.group, state.left_um) / np.maximum(count, 1)
+        within = float(np.sqrt(((state.left_um - mean[problem.group]) ** 2).sum() / dof))
+        ratio = state.sigma_um / max(within, 1e-12)
+        words = f"standard deviation {within:.3g} um of repeats, {state.sigma_um:.3g} um of all rows about the model"
+        yield _check("repeats", float(np.log(ratio)) * np.sqrt(2.0 * dof), words)
+    r = _neighbours(problem, independent)
+    yield _check("sequence", r * np.sqrt(n), f"correlation of neighbours in the order of probing {r:.2f}")
+    excess = float((independent**4).mean() / (independent**2).mean() ** 2) - 3.0
+    # the fourth moment of a normal sample is skewed itself: its cube root is nearly normal
+    tails = float(np.cbrt(max(excess, -2.0) + 3.0) - np.cbrt(3.0)) * np.sqrt(n / 24.0) * 3.0 * np.cbrt(9.0)
+    yield _check("tails", tails, f"excess of the fourth moment {excess:.2f}")
+
+
+def _check(name: str, deviation: float, words: str) -> Check:
+    return Check(name, float(deviation), bool(abs(deviation) <= ALLOWED), words)
+
+
+def _neighbours(problem: Problem, independent: Array) -> float:
+    """Correlation of neighbours; with correlated scatter the rows are in this order already."""
+    turn = independent[problem.order]
+    turn = turn - turn.mean()
+    return float((turn[1:] * turn[:-1]).sum() / max(float((turn**2).sum()), 1e-300))

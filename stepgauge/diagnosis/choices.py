@@ -1,0 +1,167 @@
+"""What a recording leaves to choose of a law (axis, face, column, ...), and whether it can show the law at all.
+
+A law whose values a recording does not determine would be a name for whatever else is there: it is no candidate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.effects import Effect, Parameter
+from stepgauge.effects.base import Axis, Vector
+from stepgauge.probes import MechanicalProbe
+
+Array = NDArray[np.float64]
+NEEDS_TIME = {"time", "order"}
+MOST_PAUSES = 4
+PAUSE_JUMP = 1.25
+MOST_PAUSED = 0.15
+"""Largest share of touches that follow a pause: what every touch follows is none."""
+SHORT_PAUSE_S = 10.0
+TEMPERATURES = ("_C", "_K", "_degC")
+FEWEST_SPEEDS = 3
+FEWEST_BACK = 0.2
+"""Share of the touches each way from which a difference between the ways can be told from single touches."""
+TOLD_APART = 0.3
+"""Share of the placements' own levels that must be left beside what they have in common."""
+SPANNED = 0.02
+"""Share of the largest of a law's patterns from which another one counts as a pattern of its own."""
+
+
+def choices_of(law: type[Effect], data: Residuals) -> Iterator[dict[str, Any]]:
+    """All choices of a law that this recording could tell, none where it cannot show the law; what is None is unset."""
+    if NEEDS_TIME & set(law.covariates) and not data.has_time:
+        return
+    if not _SHOWN.get(law.kind, _always)(data):
+        return
+    names = [p for p in law.parameters() if p.role == "choice" or p.name == "pause_s"]
+    for combination in product(*(_values_of(p, data, law) for p in names)):
+        choices = {p.name: value for p, value in zip(names, combination, strict=True) if value is not None}
+        if _is_own(law, choices):
+            yield choices | _about(law, choices, data)
+
+
+def _is_own(law: type[Effect], choices: dict[str, Any]) -> bool:
+    """Whether a choice is none that another law is made for, or another choice of the same law."""
+    if "minus" in choices and choices["column"] >= choices["minus"]:
+        return False
+    if "component" not in choices:
+        return True
+    turns, own_axis = choices["component"].startswith("r"), choices["component"].endswith(choices["axis"])
+    if law.kind == "error_motion":
+        return bool(choices["order"] == (2 if turns else 3))  # lower orders have laws of their own
+    return bool(choices["order"] == (1 if turns else 2) and not own_axis)  # a beam bends, it grows elsewhere
+
+
+def _about(law: type[Effect], choices: dict[str, Any], data: Residuals) -> dict[str, Any]:
+    """Powers of a coordinate count from the middle of the travel: about another place a power holds lower ones."""
+    if "about_mm" not in law.model_fields:
+        return {}
+    return {"about_mm": float(data.probings.setting.travel_mm["xyz".index(choices["axis"])].mean())}
+
+
+def _values_of(parameter: Parameter, data: Residuals, law: type[Effect]) -> Sequence[Any]:
+    if parameter.name == "face":
+        return [int(face) for face in np.unique(data.face)]
+    if parameter.name == "direction" and has_free_direction(law):
+        return ["approach"]  # what it is along the approach is known by then; the direction takes a share of it
+    if parameter.name == "pause_s":
+        return pauses_s(data)
+    if parameter.name == "column":
+        return temperatures(data)
+    if parameter.name == "minus":
+        return [None, *temperatures(data)] if law.kind == "thermal_bending" else [None]
+    if parameter.name == "placement":
+        return [int(number) for number in np.unique(data.frame["placement"])]
+    if parameter.name == "order":
+        return _ORDERS[law.kind]
+    if parameter.name == "arm":
+        return ["first"]  # the azimuth says which one
+    return parameter.choices or (parameter.default,)
+
+
+def temperatures(data: Residuals) -> list[str]:
+    """Recorded temperatures that change, by the unit in their names."""
+    return [name for name in data.frame.columns if name.endswith(TEMPERATURES) and data.frame[name].nunique() > 1]
+
+
+def has_free_direction(law: type[Effect]) -> bool:
+    """Whether an effect moves the readings along any direction of the machine."""
+    return "direction" in law.model_fields and law.model_fields["direction"].annotation == Axis | Vector
+
+
+def pauses_s(data: Residuals) -> list[float]:
+    """What may count as a pause, s: between the sizes into which the times between touches fall, the clearest first."""
+    gaps = np.sort(np.diff(np.sort(data.frame["time_s"].to_numpy(float))))
+    gaps = np.unique(gaps[len(gaps) - int(MOST_PAUSED * len(gaps)) :])
+    jump = gaps[1:] / np.maximum(gaps[:-1], 1e-9)
+    places = [i for i in np.argsort(-jump)[:MOST_PAUSES] if jump[i] > PAUSE_JUMP and gaps[i + 1] > SHORT_PAUSE_S]
+    found = [float(np.sqrt(gaps[i] * gaps[i + 1])) for i in places]
+    return [float(f"{pause:.3g}") for pause in found] or [60.0]
+
+
+def _always(_: Residuals) -> bool:
+    return True
+
+
+def _has_modelled_pretravel(data: Residuals) -> bool:
+    """Of a lever that is longer nothing shows on a pre-travel that nobody modelled."""
+    return data.machine.probe.model != "constant"
+
+
+def _has_no_tripod(data: Residuals) -> bool:
+    """Of a probe that is modelled by its construction a part may be different; it is not another tripod."""
+    return not isinstance(data.machine.sensor, MechanicalProbe)
+
+
+def _has_speeds(data: Residuals) -> bool:
+    """Two speeds tell a constant and a proportion, a square needs a third."""
+    return len(np.unique(data.speed)) >= FEWEST_SPEEDS
+
+
+def _has_like_placements(data: Residuals) -> bool:
+    """Whether placements tell a radius of their own from radii and reversals that all have in common."""
+    own = (data.placement == np.arange(data.placement.max() + 1)[:, None]).astype(float)
+    shared = np.vstack([np.ones(len(data)), np.abs([data.probings.approach(axis) for axis in "xyz"])])
+    left = own - np.linalg.lstsq(shared.T, own.T, rcond=None)[0].T @ shared
+    return bool(np.linalg.norm(left) > TOLD_APART * np.linalg.norm(own))
+
+
+def goes_both_ways(data: Residuals) -> bool:
+    """Whether enough touches were made each way to tell the ways apart."""
+    way = data.probings.way()
+    return bool(min((way > 0).sum(), (way < 0).sum()) >= FEWEST_BACK * len(data))
+
+
+_ORDERS = {"scale_joint": (0, 1), "error_motion": (2, 3), "thermal_bending": (1, 2)}
+_SHOWN: dict[str, Callable[[Residuals], bool]] = {
+    "lever_arm": _has_modelled_pretravel,
+    "kinematic_pretravel": _has_no_tripod,
+    "seat_defect": _has_no_tripod,
+    "servo_lag": _has_speeds,
+    "stick_slip": goes_both_ways,
+    "tip_change": _has_like_placements,
+}
+"""What a recording or the machine file must have for a law of this kind to show."""
+
+
+def is_spanned(law: type[Effect], columns: Array) -> bool:
+    """Whether signatures ``(atoms, d, n)`` beside the origins have as many patterns as the law has parameters.
+
+    Asked of laws of the direction of approach or of the way to the touch, of which few may occur.
+    """
+    if law.kind not in _SPANNED:
+        return True
+    patterns = columns.reshape(-1, columns.shape[-1])
+    value = np.linalg.eigvalsh(patterns @ patterns.T)
+    free = sum(p.role in ("linear", "nonlinear") for p in law.parameters())
+    return bool((value > SPANNED**2 * value[-1]).sum() >= free)
+
+
+_SPANNED = ("kinematic_pretravel", "seat_defect", "stick_slip")

@@ -1,0 +1,82 @@
+"""The clock of a recording that had run long before the first touch: since 1970, since midnight, since switching on.
+
+Then a drift since the zero of the clock is practically constant, and the phase of an oscillation at this zero depends
+on its period through thousands of cycles. So the search counts time from the first touch, and results are converted to
+the clock.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pandas as pd
+
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.result import Finding
+from stepgauge.diagnosis.solve import Estimate
+from stepgauge.effects import Effect, Probings
+
+LONG = 0.1
+"""Latest time of the first touch, over the duration, at which the clock counts as started with the measurement."""
+TIMES = ("start_s", "time_s")
+"""Parameters that are times of the clock."""
+UNTOLD_DEG = 360.0 / math.sqrt(12.0)
+"""Standard deviation of an unknown phase."""
+
+
+def clock_start_s(data: Residuals) -> float:
+    """Time of the clock at the first touch, s; 0 if it started with the measurement, or if there is none."""
+    if not data.has_time:
+        return 0.0
+    time_s = data.frame["time_s"]
+    first, last = float(time_s.min()), float(time_s.max())
+    return 0.0 if 0.0 <= first <= LONG * (last - first) else first
+
+
+def counted_from(data: Residuals, start_s: float) -> Residuals:
+    """The same residuals with all times counted from a time of the clock, s."""
+    if start_s == 0.0:
+        return data
+    time_s = data.frame["time_s"] - start_s
+    seen = pd.DataFrame({name: data.probings.column(name) for name in data.frame.columns}).assign(time_s=time_s)
+    return replace(data, frame=data.frame.assign(time_s=time_s), probings=Probings(seen, data.probings.setting))
+
+
+def told_by_clock(finding: Finding, start_s: float) -> Finding:
+    """A finding whose times were counted from a time of the clock, s, converted to the clock."""
+    effect = finding.effect
+    if start_s == 0.0:
+        return finding
+    choices = dict(finding.choices)
+    since = getattr(effect, "start_s", choices.get("start_s"))
+    if isinstance(since, float) and "start_s" not in finding.parameters:
+        choices["start_s"] = since + start_s
+    if effect is None:
+        return replace(finding, choices=choices)
+    moved = {name: getattr(effect, name) + start_s for name in TIMES if hasattr(effect, name)}
+    parameters = dict(finding.parameters)
+    for name in set(TIMES) & set(parameters):
+        parameters[name] = replace(parameters[name], value=parameters[name].value + start_s)
+    if "phase_deg" in parameters and _turns(effect, start_s):
+        parameters["phase_deg"] = _phase(effect, parameters, start_s)
+        moved["phase_deg"] = parameters["phase_deg"].value
+    return replace(finding, effect=effect.with_values(**moved), choices=choices, parameters=parameters)
+
+
+def _turns(effect: Effect, start_s: float) -> float:
+    """Cycles of an oscillation in time since the zero of the clock; 0 for one along the travel."""
+    if hasattr(effect, "period_s"):
+        return start_s / float(effect.period_s)
+    return start_s * float(getattr(effect, "frequency_hz", 0.0))
+
+
+def _phase(effect: Effect, parameters: dict[str, Estimate], start_s: float) -> Estimate:
+    """The phase at the zero of the clock, without an uncertainty if the period does not determine it."""
+    phase, turns = parameters["phase_deg"], _turns(effect, start_s)
+    rate = next(parameters[name] for name in ("period_s", "frequency_hz") if name in parameters)
+    value = (phase.value - 360.0 * turns + 180.0) % 360.0 - 180.0
+    if phase.u is None or rate.u is None:
+        return replace(phase, value=value, u=None)
+    u = math.hypot(phase.u, 360.0 * turns * rate.u / rate.value)
+    return replace(phase, value=value, u=u if u < UNTOLD_DEG else None)

@@ -1,0 +1,149 @@
+"""The covariates on which residuals may depend, and the directions in which readings may be displaced."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.choices import pauses_s
+from stepgauge.diagnosis.library import SEEN_SHARE
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.recording import COUNTS, OPTIONAL, REQUIRED
+
+Array = NDArray[np.float64]
+ROUNDING = 1e-9
+SAME_PLACE = 1e-6
+"""Share of the gauge's length below which two coordinates are the same."""
+FEWEST_IN_CYCLE = 6
+"""Least number of rows of a cycle that distinguishes it from other cycles and from the order of the rows."""
+COLUMN = "column "
+FIXED = ("position", "machine x", "machine y", "machine z", "cycle", "time", "order", "side", "placement", "azimuth")
+TOUCHES = "touches since a pause"
+TURNING = "way since turning round"
+REST = "rest before the touch"
+WAY = "direction of travel"
+SIDES = ("approach", "gauge", "front", "back")
+"""Along every approach; along the gauge axis; on front faces only; on back faces only."""
+AXES = ("x", "y", "z")
+"""Further sides: along a machine axis, independent of the gauge."""
+
+
+@dataclass(frozen=True)
+class Covariate:
+    """A covariate of the residuals: a name, a unit and a value per row.
+
+    ``further``: a column of the recording beyond those that every recording has.
+    """
+
+    name: str
+    unit: str
+    values: Array
+    further: bool = False
+
+    @property
+    def steps(self) -> int:
+        return len(np.unique(self.values))
+
+
+def covariates(data: Residuals) -> list[Covariate]:
+    """All covariates of a recording that vary."""
+    frame = data.frame
+    order = np.empty(len(data))
+    order[data.order] = np.arange(len(data))
+    found = [Covariate("position", "mm", data.probings.certified_mm())]
+    found += [Covariate(f"machine {axis}", "mm", _place_mm(data, axis)) for axis in "xyz"]
+    runs = len(frame[["placement", "cycle"]].drop_duplicates())
+    found += [Covariate("cycle", "", frame["cycle"].to_numpy(float))] if runs * FEWEST_IN_CYCLE <= len(data) else []
+    found += [Covariate("time", "s", frame["time_s"].to_numpy(float))] if data.has_time else []
+    found += [Covariate("order", "", order)] if not data.has_time else []
+    found += [Covariate(TURNING, "mm", data.probings.since_turning_mm())]
+    found += list(_touches(data)) if data.has_time else []
+    found += [Covariate(REST, "s", data.probings.rest_s())] if data.has_time else []
+    for name in frame.columns:
+        if name.startswith("share_"):
+            continue  # the truth of a simulation is no covariate
+        if name in ("speed_mm_s", *OPTIONAL[3:]) or name not in (*REQUIRED, *OPTIONAL, *COUNTS):
+            found.append(Covariate(_plain_name(name, found), "", frame[name].to_numpy(float), name != "speed_mm_s"))
+    return [c for c in found if np.isfinite(c.values).all() and _varies(c.values)]
+
+
+def _place_mm(data: Residuals, axis: str) -> Array:
+    """A machine coordinate, to a millionth of the gauge's length.
+
+    Along an axis in which a placement does not move, the variation of a coordinate is its rounding and a trace of the
+    residual itself, since the gauge is never exactly perpendicular to the axis.
+    """
+    mm = data.probings.coordinate_mm(axis)
+    step = SAME_PLACE * max(float(np.ptp(data.probings.certified_mm())), 1.0)
+    return mm.min() + step * np.rint((mm - mm.min()) / step)
+
+
+def _touches(data: Residuals) -> Iterator[Covariate]:
+    """Touches since a pause, for every duration of a pause in this recording; without pauses their number."""
+    told: list[Array] = []
+    for pause_s in (round(pause) for pause in pauses_s(data)):
+        touches = data.probings.touches_since_pause(pause_s)
+        paused = bool((np.diff(touches[data.order]) <= 0.0).any())
+        if paused and not any(np.array_equal(touches, other) for other in told):
+            told.append(touches)
+            yield Covariate(f"{TOUCHES} of {pause_s} s", "", touches)
+
+
+def pause_of(covariate: str) -> int:
+    """The duration of a pause, s, from the name of the covariate."""
+    return int(covariate.removeprefix(TOUCHES).split()[1])
+
+
+def _plain_name(name: str, others: Sequence[Covariate]) -> str:
+    """Name of a column, distinct from covariates that every recording has."""
+    if name == "speed_mm_s":
+        return "speed"
+    return COLUMN + name if name in FIXED or name in {one.name for one in others} else name
+
+
+def _varies(values: Array) -> bool:
+    """Whether values differ by more than their rounding: a time may count from 1970."""
+    return float(np.ptp(values)) > ROUNDING * max(float(np.abs(values).max()), 1e-9)
+
+
+def axes_shown(data: Residuals) -> list[str]:
+    """Machine axes along which a motion differs from one along the gauge: those oblique to a placement."""
+    shares = np.abs(np.array(list(data.probings.setting.axis.values())))
+    return [axis for i, axis in enumerate("xyz") if np.ptp(shares[:, i]) > SEEN_SHARE]
+
+
+def lives_on(covariate: Covariate, side: str) -> bool:
+    """Whether a covariate may displace the readings along a machine axis, if the side is one."""
+    return side in SIDES or covariate.name.startswith("machine ") or covariate.further
+
+
+def mask(data: Residuals, side: str) -> Array:
+    """Share of a form in every row by its side."""
+    if side in AXES:
+        return data.probings.approach(side)
+    return {
+        "approach": np.ones(len(data)),
+        "gauge": data.side,
+        "front": (data.side > 0).astype(float),
+        "back": (data.side < 0).astype(float),
+    }[side]
+
+
+def length_mm(side: str, data: Residuals) -> Array:
+    """The coordinate to which a length error on a side is proportional, from its middle, mm."""
+    values = along_mm(side, data)
+    return values - float(values.mean())
+
+
+def along_mm(side: str, data: Residuals) -> Array:
+    """The coordinate along a side: a machine axis, or the gauge, mm."""
+    return data.probings.coordinate_mm(side) if side in AXES else data.probings.certified_mm()
+
+
+def runs_of(data: Residuals) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
+    """Placement and cycle of every run along the gauge, ``(r, 2)``, and the run of every row."""
+    numbers, run = np.unique(data.frame[["placement", "cycle"]].to_numpy(), axis=0, return_inverse=True)
+    return numbers, run.ravel()

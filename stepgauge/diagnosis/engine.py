@@ -1,0 +1,347 @@
+"""From a recording to a diagnosis: residuals, problem, posterior, statements."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from stepgauge.axis.sensors import without_probe
+from stepgauge.diagnosis.checks import predictive_checks, widening
+from stepgauge.diagnosis.clock import clock_start_s, counted_from, told_by_clock
+from stepgauge.diagnosis.holdout import holdout_rms, make_folds
+from stepgauge.diagnosis.library import carried
+from stepgauge.diagnosis.located import CORRELATED, GROWING, located
+from stepgauge.diagnosis.posterior.answer import Answer
+from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
+from stepgauge.diagnosis.posterior.scatter import OUTLYING, Scatter, Scatters
+from stepgauge.diagnosis.posterior.search import Search
+from stepgauge.diagnosis.posterior.told import SURE_OUTLIER, systematic
+from stepgauge.diagnosis.problem import bare_problem, make_problem
+from stepgauge.diagnosis.residuals import Residuals, make_residuals
+from stepgauge.diagnosis.result import Diagnosis, Finding, Fit, Located, Noise, Verdict
+from stepgauge.diagnosis.separate import with_separations
+from stepgauge.diagnosis.solve import Estimate, Solved, solve
+from stepgauge.diagnosis.verdict import Model, findings, make_model, nearest_laws, unexplained, with_doubts
+from stepgauge.effects import effect_kinds
+from stepgauge.errors import InputError
+from stepgauge.gauge.certified import Gauge
+from stepgauge.machine.file import Machine
+from stepgauge.recording import Recording
+
+Array = NDArray[np.float64]
+FEWEST_DOF = 8
+MOST_SEARCHED = 3000
+"""Largest number of rows in the search; the laws found are fitted to all."""
+FEWEST_RUNS = 6
+SMALLEST_SIGMA_UM = 1e-5
+"""Repeatability below this is an artefact of the file and no scale to judge residuals by."""
+GROWTH_UNITS = {"time": "um/h", "speed": "um/(mm/s)"}
+"""Units of the rate of growing scatter; otherwise per length."""
+
+
+@dataclass(frozen=True)
+class _Searched:
+    """A search with its answer, and its residuals."""
+
+    data: Residuals
+    search: Search
+    answer: Answer
+    model: Model
+
+
+def diagnose(
+    recording: Recording,
+    gauge: Gauge,
+    machine: Machine,
+    without: Collection[str] = (),
+    priors: Priors | None = None,
+) -> Diagnosis:
+    """Find where recording and simulation disagree, and the effects that explain it.
+
+    Parameters
+    ----------
+    recording : one or more placements, joined
+    gauge : the certificate
+    machine : the model to be tested, with its effects
+    without : kinds of effects that are no candidates, because they are known to be absent
+    priors : the table of priors, the shipped one by default
+
+    Raises
+    ------
+    InputError
+        recordings of another gauge, or too small for a diagnosis; kinds that do not exist
+    """
+    absent = {*without, *without_probe(recording.comments.get("sensor"))}
+    return diagnose_residuals(make_residuals(recording, gauge, machine), absent, priors)
+
+
+def diagnose_residuals(recorded: Residuals, without: Collection[str] = (), priors: Priors | None = None) -> Diagnosis:
+    """The same for residuals that are known; parameters as :func:`diagnose`."""
+    _check_kinds(without)
+    start_s = clock_start_s(recorded)
+    searched = _some(recorded)
+    some = counted_from(searched, start_s)
+    if _degrees(some) < FEWEST_DOF or bare_problem(some).within_um < SMALLEST_SIGMA_UM:
+        return _insufficient(searched)
+    found = _search(some, priors or shipped_priors(), without)
+    data = some if len(some) == len(recorded) else counted_from(recorded, start_s)
+    return _told(found, data, recorded, start_s, priors or shipped_priors(), without)
+
+
+def _check_kinds(without: Collection[str]) -> None:
+    for kind in without:
+        if kind not in effect_kinds():
+            near = difflib.get_close_matches(kind, effect_kinds(), 1)
+            expected = f"{near[0]}?" if near else ", ".join(sorted(effect_kinds()))
+            raise InputError("without", "no such kind of effect", found=kind, expected=expected)
+
+
+def _some(data: Residuals) -> Residuals:
+    """All rows, or whole cycles spread over a recording that is too long to search all rows."""
+    if len(data) <= MOST_SEARCHED:
+        return data
+    run = np.unique(data.frame[["placement", "cycle"]].to_numpy(), axis=0, return_inverse=True)[1].ravel()
+    runs = int(run.max()) + 1
+    if runs < FEWEST_RUNS:  # a long series of one spot
+        return data.at(np.isin(np.arange(len(data)), np.linspace(0, len(data) - 1, MOST_SEARCHED).astype(int)))
+    few = max(round(runs * MOST_SEARCHED / len(data)), FEWEST_RUNS)
+    # one after the other for what is quick, spread over all for what is slow
+    chosen = np.union1d(np.arange(few * 2 // 3), np.linspace(0, runs - 1, few - few * 2 // 3).astype(int))
+    return data.at(np.isin(run, chosen))
+
+
+def _degrees(data: Residuals) -> int:
+    """Degrees of freedom: rows minus origins or, with repeats, rows minus means."""
+    count = np.bincount(data.group)
+    within = int((np.maximum(count, 1) - 1).sum())
+    return within if _repeated(data) else len(data) - int(data.placement.max()) - 3
+
+
+def _repeated(data: Residuals) -> bool:
+    """Whether most faces were probed repeatedly."""
+    count = np.bincount(data.group)
+    return bool((count[data.group] > 1).mean() > 0.5)
+
+
+@threadpool_limits.wrap(limits=1, user_api="blas")
+def _search(data: Residuals, priors: Priors, without: Collection[str]) -> _Searched:
+    """The search; many small products are five times slower if several threads share each."""
+    search = Search(make_problem(data, priors, without), priors)
+    answer = Answer(search, search.run())
+    return _Searched(data, search, answer, make_model(search, answer, data, priors))
+
+
+def _told(
+    found: _Searched,
+    data: Residuals,
+    recorded: Residuals,
+    start_s: float,
+    priors: Priors,
+    without: Collection[str],
+) -> Diagnosis:
+    search, answer, model = found.search, found.answer, found.model
+    plain = Metric(search.problem, model.state.scatter, search.scatters, model.state.sigma_um)
+    checks = predictive_checks(search.problem, model.state, plain)
+    wider = widening(checks, search.problem, model.state, plain)
+    model = with_doubts(model, search, answer, found.data, priors, wider)
+    told = list(findings(model, answer, found.data, priors, wider))
+    left = list(unexplained(model, answer, found.data, priors, wider))
+    if len(found.data) < len(data):
+        told = _on_all_rows(told, model, data)
+    told, placements = with_separations(told, model, found.data)
+    noise = _noise(model, found.data, data)
+    named, nameless = _of_scatter(answer, model, noise, data, priors, without)
+    told += named
+    left += nameless
+    told = [told_by_clock(one, start_s) for one in told]
+    shares = np.sum([one.share_um for one in told], axis=0) if told else np.zeros(len(data))
+    verdict: Verdict = "unknown" if left else "effects" if told else "adequate"
+    return Diagnosis(
+        verdict,
+        tuple(told),
+        tuple(_where(search, model, left, priors)),
+        tuple(left),
+        _fit(data, noise, told),
+        noise,
+        recorded,
+        recorded.without_origins(recorded.um),
+        recorded.without_origins(recorded.um - shares),
+        tuple(search.trail),
+        placements,
+        tuple(_remarks(found, data, start_s)),
+        tuple(nearest_laws(model)),
+        odds(answer, told, left),
+        checks,
+    )
+
+
+def odds(answer: Answer, told: Sequence[Finding], left: Sequence[Located]) -> dict[str, Any]:
+    """Probabilities of the statements: no structure, each law by itself and with its set, each form."""
+    said: list[dict[str, Any]] = []
+    for one in told:
+        choices = {name: {"value": value} for name, value in one.choices.items()}
+        about = {"kind": one.kind, "parameters": choices}
+        said.append({**about, "probability": one.own, "includes_set": False})
+        more = {"confounded_with": list(one.confounded_with)}
+        said.append({**about, **more, "probability": one.probability, "includes_set": True})
+    said += [
+        {"form": one.form, "covariate": one.covariate, "probability": one.probability, "includes_set": False}
+        for one in left
+    ]
+    names = ("growth", "correlation", "certificate", OUTLYING, "heavy")
+    scatter = {name: answer.probability_of_scatter(name) for name in names}
+    return {"adequate": answer.adequate, "scatter": scatter, "statements": said}
+
+
+def _where(search: Search, model: Model, left: Sequence[Located], priors: Priors) -> Iterator[Located]:
+    """Covariates of the stated forms, and of the residuals before any law is named; one form to a covariate."""
+    yield from left
+    known, least = {one.covariate for one in left}, priors.decision.in_set
+    for look, probability, share in systematic(search, model.state, known, least):
+        yield located(look.candidate, look.atom, probability, share)
+
+
+def _on_all_rows(told: Sequence[Finding], model: Model, data: Residuals) -> list[Finding]:
+    """The laws that were found in some rows, fitted to all rows; those not confirmed by these are dropped."""
+    problem = bare_problem(data)
+    scatters = Scatters(problem, shipped_priors())
+    metric = Metric(problem, scatters.plain(), scatters, model.state.sigma_um)
+    families = [carried(one.family, one.effect, data) for one in model.fitted.solved]
+    solved = solve(families, [0] * len(families), data, metric).solved
+    return [
+        replace(one, effect=s.effect, parameters=s.parameters, share_um=s.displacement_um(data))
+        for one, s in zip(told, solved, strict=True)
+        if _confirmed(s)
+    ]
+
+
+def _confirmed(solved: Solved) -> bool:
+    sizes = [p.name for p in type(solved.effect).parameters() if p.role == "linear"]
+    known = [solved.parameters[name] for name in sizes if name in solved.parameters]
+    return all(one.u is None or abs(one.value) > 4.0 * one.u for one in known)
+
+
+def _noise(model: Model, searched: Residuals, data: Residuals) -> Noise:
+    """The scatter of every row in the stated model."""
+    state, scatter = model.state, model.state.scatter
+    relative = np.sqrt(model.metric.rows.scale**-2.0 * scatter.weight)
+    by_row = state.sigma_um * relative
+    outliers = np.flatnonzero(scatter.outlying > SURE_OUTLIER) if scatter.outlying is not None else np.zeros(0, int)
+    by_row[outliers] = np.inf
+    if len(searched) < len(data):
+        by_row, outliers = np.full(len(data), state.sigma_um), np.zeros(0, int)
+    return Noise(state.sigma_um, by_row, max(_degrees(data), 1), outliers, _repeated(data))
+
+
+def _of_scatter(
+    answer: Answer, model: Model, noise: Noise, data: Residuals, priors: Priors, without: Collection[str]
+) -> tuple[list[Finding], list[Located]]:
+    """Outliers and growing scatter as findings, correlated scatter as a form; kinds in ``without`` as forms, too."""
+    stated, scatter = priors.decision.stated, model.state.scatter
+    named: list[Finding] = []
+    left: list[Located] = []
+    p = answer.probability_of_scatter(OUTLYING)
+    if p >= stated and noise.outliers.size:
+        rows = tuple(int(row) + 1 for row in noise.outliers)
+        estimate = {"rows": Estimate(float(len(rows)), None, "count")}
+        named.append(Finding("outliers", "outliers", None, {"rows": rows}, estimate, p, np.zeros(len(data)), own=p))
+    p = answer.probability_of_scatter("growth")
+    if p >= stated and scatter.growth is not None:
+        named.append(_growing(scatter, model.state.sigma_um, p, data))
+    p = answer.probability_of_scatter("correlation")
+    if p >= stated and scatter.correlation:
+        words = f"the scatter is correlated, with {scatter.correlation:g} between consecutive probings"
+        name = "time" if data.has_time else "order"
+        left.append(Located(name, "both", CORRELATED, words, 0.0, p))
+    for one in [one for one in named if one.kind in without]:
+        covariate = "order" if one.kind == "outliers" else str(one.choices["per"])
+        left.append(Located(covariate, "both", GROWING, f"{one.kind} with {covariate}", 0.0, one.probability))
+    return [one for one in named if one.kind not in without], left
+
+
+def _growing(scatter: Scatter, sigma_um: float, p: float, data: Residuals) -> Finding:
+    """Growing scatter as the effect ``noise_growth``: a rate per metre, hour or mm/s."""
+    assert scatter.growth is not None
+    name, rate = scatter.growth
+    per = name.removeprefix("machine ")
+    choices: dict[str, object] = {"per": per}
+    span = _span(per, data)
+    if per == "time":
+        choices["start_s"] = float(data.probings.time_s.min())
+    estimate = {"rate": Estimate(rate * sigma_um / span, None, GROWTH_UNITS.get(per, "um/m"))}
+    return Finding("noise_growth", f"noise_growth_{per}", None, choices, estimate, p, np.zeros(len(data)), own=p)
+
+
+def _span(per: str, data: Residuals) -> float:
+    """Span of the covariate of growing scatter, in the unit of the effect."""
+    if per == "time":
+        return float(np.ptp(data.probings.time_s)) / 3600.0
+    if per == "speed":
+        return float(np.ptp(data.probings.speed_mm_s))
+    values = data.probings.certified_mm() if per == "position" else data.probings.coordinate_mm(per)
+    return float(np.ptp(values)) * 1e-3
+
+
+def _fit(data: Residuals, noise: Noise, told: Sequence[Finding]) -> Fit:
+    """Agreement before and after; chi-square by the repeatability, which does not depend on a model."""
+    problem = bare_problem(data)
+    sigma_um = problem.within_um if noise.repeats else noise.sigma_um
+    scatters = Scatters(problem, shipped_priors())
+    metric = Metric(problem, scatters.plain(), scatters, sigma_um)
+    used = np.isfinite(noise.by_row_um)
+    columns = [one.share_um for one in told if one.share_um.any()]
+    design = np.array(columns).T if columns else np.zeros((len(data), 0))
+    none = np.zeros((len(data), 0))
+    holdout = {
+        folds.by: (
+            holdout_rms(data, noise.by_row_um, none, folds),
+            holdout_rms(data, noise.by_row_um, design, folds),
+        )
+        for folds in make_folds(data)
+    }
+    before, after = metric(data.um * used), metric((data.um - design.sum(axis=1)) * used)
+    free = sum(len(one.parameters) for one in told if one.share_um.any())
+    dof = max(int(used.sum()) - len(problem.free), 1)
+    return Fit(
+        noise.sigma_um,
+        noise.dof,
+        _rms(data.without_origins(data.um)[used]),
+        _rms(data.without_origins(data.um - design.sum(axis=1))[used]),
+        holdout,
+        float(before @ before) / dof,
+        float(after @ after) / max(dof - free, 1),
+    )
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt((values**2).mean())) if values.size else float("nan")
+
+
+def _insufficient(data: Residuals) -> Diagnosis:
+    problem = bare_problem(data)
+    sigma = problem.within_um
+    noise = Noise(sigma, np.full(len(data), sigma), max(_degrees(data), 0), np.zeros(0, np.intp), _repeated(data))
+    fit = _fit(data, noise, [])
+    return Diagnosis("insufficient", (), (), (), fit, noise, data, data.um, data.um, ())
+
+
+def _remarks(found: _Searched, data: Residuals, start_s: float) -> Iterator[str]:
+    """Remarks on the search that the reader of its results needs."""
+    scatter = found.model.state.scatter
+    if len(found.data) < len(data):
+        yield f"searched in {len(found.data)} of {len(data)} rows, fitted to all of them"
+    if start_s:
+        yield f"times of forms are counted from the first touch, at {start_s:.12g} s of the clock"
+    if scatter.certificate > 1.0:
+        yield f"faces deviate from the certificate by {scatter.certificate:g} times its stated uncertainty"
+    if scatter.tails == "heavy":
+        yield "single readings scatter with heavier tails than a normal distribution: they were weighted accordingly"
+    if scatter.rounded:
+        yield f"readings have a resolution of {found.search.problem.step_um:g} um, which is visible beside the scatter"

@@ -1,0 +1,398 @@
+"""The files of a diagnosis: ``diagnosis.json``, ``diagnosis.md``, the machine file, the figures.
+
+Every parameter in the JSON is an object with ``value``; numbers also have ``u`` (standard uncertainty, null if the
+data give none) and ``unit``, choices (axis, plane, face, direction, ...) have ``value`` only.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from stepgauge import __version__
+from stepgauge.diagnosis.holdout import holdout_rms, make_folds
+from stepgauge.diagnosis.machine_text import effect_table, machine_text
+from stepgauge.diagnosis.posterior.search import Step
+from stepgauge.diagnosis.practice import in_practice
+from stepgauge.diagnosis.probe_file import probe_file
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Member
+from stepgauge.diagnosis.solve import Estimate
+from stepgauge.diagnosis.unknown_law import UnknownLaw, model_unknown, rest_rms_um
+from stepgauge.errors import InputError
+from stepgauge.files.text import read_text, write_text
+from stepgauge.recording import Recording
+
+FORMAT = "stepgauge diagnosis 1"
+MACHINE_FILE = "machine.diagnosed.toml"
+HEADLINE_FOLDS = ("cycles", "placements", "faces")
+"""Groups of which the first in the recording is used for ``holdout_rms_*``. The prediction of a face that is held out
+does not know its error against the certificate, which adds the uncertainty of the certificate to the noise."""
+
+
+class Told(Protocol):
+    """Common part of diagnoses of recordings and of probe maps."""
+
+    @property
+    def located(self) -> Sequence[Located]: ...
+    @property
+    def unexplained(self) -> Sequence[Located]: ...
+    @property
+    def trail(self) -> Sequence[Step]: ...
+    @property
+    def refuted(self) -> Sequence[str]: ...
+    @property
+    def odds(self) -> dict[str, Any]: ...
+    @property
+    def checks(self) -> Sequence[Check]: ...
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Input of a diagnosis: the recordings as read, in the order in which they were joined."""
+
+    recordings: tuple[Recording, ...]
+
+    def where(self, row: int) -> tuple[str, int]:
+        """The recording and the row in it (from 1) of a row of all of them together (from 1)."""
+        for recording in self.recordings:
+            if row <= len(recording):
+                return Path(recording.path).name, row
+            row -= len(recording)
+        raise IndexError(row)
+
+
+def write_diagnosis(
+    folder: str | Path,
+    diagnosis: Diagnosis,
+    recordings: Sequence[Recording],
+    suffix: str = "png",
+    laws: Sequence[UnknownLaw] | None = None,
+) -> list[Path]:
+    """Write a diagnosis into a folder (made if missing); returns the paths written, the JSON first.
+
+    ``diagnosis.json``, ``diagnosis.md``, ``machine.diagnosed.toml``, ``probe.diagnosed.toml`` for a tripod, placements
+    of the proposed runs, figures. Nothing is written before all is computed; every file appears only when complete.
+
+    Parameters
+    ----------
+    folder : the folder
+    diagnosis : result of :func:`stepgauge.diagnosis.engine.diagnose`
+    recordings : as they were read, in the order in which they were joined
+    suffix : format of the figures: png, svg or pdf
+    laws : result of :func:`stepgauge.diagnosis.unknown_law.model_unknown`, if already computed
+    """
+    from stepgauge.diagnosis.report import report_text
+    from stepgauge.figures.diagnosis import draw_diagnosis, figure_names
+
+    target = Path(folder)
+    laws = model_unknown(diagnosis) if laws is None else laws
+    machine, remarks = machine_text(diagnosis, laws, target)
+    said = diagnosis_to_dict(diagnosis, Inputs(tuple(recordings)), laws, target)
+    probe, more = probe_file(diagnosis)
+    said["remarks"] += remarks + more
+    names = figure_names(diagnosis, laws, suffix)
+    texts = {
+        "diagnosis.json": json.dumps(said, indent=1, allow_nan=False, ensure_ascii=False) + "\n",
+        "diagnosis.md": report_text(said, names),
+        MACHINE_FILE: machine,
+        **probe,
+        **diagnosis.placements,
+    }
+    for name, text in texts.items():
+        write_text(target / name, text)
+    return [*(target / name for name in texts), *draw_diagnosis(target, diagnosis, laws, suffix)]
+
+
+def diagnosis_to_dict(
+    diagnosis: Diagnosis, inputs: Inputs, laws: Sequence[UnknownLaw] = (), folder: str | Path = "."
+) -> dict[str, Any]:
+    """A diagnosis as JSON types; undefined numbers are None.
+
+    ``folder`` is the folder of the proposed placements, for the commands that name them.
+    """
+    said = {
+        "format": FORMAT,
+        "stepgauge": __version__,
+        "verdict": diagnosis.verdict,
+        "effects": [_finding(finding, diagnosis, inputs, Path(folder)) for finding in diagnosis.findings],
+        "empirical": [_law(law, diagnosis) for law in laws],
+        "fit": _fit(diagnosis, laws),
+        "noise": _noise(diagnosis),
+        "measured": _measured(diagnosis),
+        **evidence_json(diagnosis),
+        "remarks": list(diagnosis.remarks),
+        "inputs": _inputs(diagnosis, inputs),
+    }
+    return without_nan(said)
+
+
+def evidence_json(diagnosis: Told) -> dict[str, Any]:
+    """Forms, search and predictive check of any diagnosis."""
+    return {
+        "located": [_located(one, one in diagnosis.unexplained) for one in diagnosis.located],
+        "unexplained": [_located(one, True) for one in diagnosis.unexplained],
+        "trail": [
+            {
+                "action": step.action,
+                "effect": step.label,
+                "log10_odds": step.gain / math.log(10.0),
+            }
+            for step in diagnosis.trail
+        ],
+        "refuted": list(diagnosis.refuted),
+        "odds": diagnosis.odds,
+        "checks": [
+            {"check": one.name, "deviation": one.deviation, "passed": one.passed, "words": one.words}
+            for one in diagnosis.checks
+        ],
+    }
+
+
+def _finding(finding: Finding, diagnosis: Diagnosis, inputs: Inputs, folder: Path) -> dict[str, Any]:
+    share = finding.share_um
+    separate_by = _in_folder(finding.separate_by, diagnosis.placements, folder)
+    said = {
+        "kind": finding.kind,
+        "label": finding.label,
+        "parameters": _parameters(finding),
+        "probability": float(np.clip(finding.probability, 0.0, 1.0)),
+        "own_probability": float(np.clip(finding.own, 0.0, 1.0)),
+        "confounded_with": list(finding.confounded_with),
+        "alternatives": list(finding.alternatives),
+        "set": [_member(one, diagnosis.data) for one in finding.members],
+        "several": [{"labels": list(labels), "odds": odds} for labels, odds in finding.several],
+        "where": finding.where,
+        "reason": finding.reason,
+        "separate_by": separate_by,
+        "commands": re.findall(r"stepgauge plan .+?\.dmi", separate_by),
+        "in_practice": in_practice(finding, diagnosis.data),
+        "rms_um": float(np.sqrt((share**2).mean())),
+        "largest_um": float(np.abs(share).max(initial=0.0)),
+    }
+    if finding.kind == "outliers":
+        said["rows"] = [_outlier(int(row), diagnosis, inputs) for row in _choice_rows(finding)]
+    return said
+
+
+def _member(member: Member, data: Residuals) -> dict[str, Any]:
+    """One law of a set with its own values and its meaning at the machine."""
+    parameters: dict[str, Any] = {name: {"value": _json(value)} for name, value in member.choices.items()}
+    parameters |= {name: estimate_json(one) for name, one in member.parameters.items() if name not in parameters}
+    return {
+        "kind": member.kind,
+        "label": member.label,
+        "share": member.share,
+        "parameters": parameters,
+        "in_practice": in_practice(member, data),
+    }
+
+
+def _choice_rows(finding: Finding) -> Sequence[int]:
+    rows = finding.choices["rows"]
+    assert isinstance(rows, tuple)
+    return rows
+
+
+def _outlier(row: int, diagnosis: Diagnosis, inputs: Inputs) -> dict[str, Any]:
+    name, inside = inputs.where(row)
+    frame = diagnosis.data.frame.iloc[row - 1]
+    return {
+        "recording": name,
+        "row": inside,
+        "cycle": int(frame["cycle"]),
+        "face": int(frame["face"]),
+        "off_um": float(diagnosis.after_um[row - 1]),
+    }
+
+
+def _parameters(finding: Finding) -> dict[str, dict[str, Any]]:
+    """Choices first, then numbers; other parameters of the law (a fixed length) without uncertainty."""
+    said: dict[str, dict[str, Any]] = {name: {"value": _json(value)} for name, value in finding.choices.items()}
+    for name, estimate in finding.parameters.items():
+        if name not in said:
+            said[name] = {"value": estimate.value, "u": estimate.u, "unit": estimate.unit}
+    if finding.effect is not None:
+        units = {p.name: p.unit for p in finding.effect.parameters()}
+        for name, value in effect_table(finding.effect).items():
+            if name != "kind" and name not in said:
+                said[name] = {"value": value, "u": None, "unit": units[name]}
+    return said
+
+
+def _json(value: object) -> Any:
+    if isinstance(value, tuple | list):
+        return [_json(one) for one in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _in_folder(text: str, placements: Mapping[str, str], folder: Path) -> str:
+    """The command for the folder in which the diagnosis was started."""
+    for name in placements:
+        stem = name.removesuffix(".toml")
+        text = text.replace(f" {stem}.", f" {(folder / stem).as_posix()}.")
+    return text
+
+
+def _located(one: Located, left: bool) -> dict[str, Any]:
+    """A form; ``left``: it remains beside the named effects; else it describes the residuals before these."""
+    return {
+        "covariate": one.covariate,
+        "side": one.side,
+        "where": one.where,
+        "share": one.share,
+        "probability" if left else "probability_if_alone": one.probability,
+        "form": one.form,
+    }
+
+
+def _law(law: UnknownLaw, diagnosis: Diagnosis) -> dict[str, Any]:
+    share_um = diagnosis.data.without_origins(law.share_um)
+    return {
+        "covariate": law.located.covariate,
+        "side": law.side,
+        "form": law.located.form,
+        "where": law.located.where,
+        "period": law.period,
+        "rms_um": float(np.sqrt((share_um**2).mean())),
+        "formulas": [effect.formula for effect in law.effects],
+        "coefficients": {name: estimate_json(estimate) for name, estimate in law.estimates.items()},
+    }
+
+
+def estimate_json(estimate: Estimate) -> dict[str, Any]:
+    """Value, standard uncertainty and unit."""
+    return {"value": estimate.value, "u": estimate.u, "unit": estimate.unit}
+
+
+def _fit(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Any]:
+    fit = diagnosis.fit
+    before, after = _headline(fit.holdout)
+    said: dict[str, Any] = {
+        "noise_um": fit.noise_um,
+        "rms_before_um": fit.rms_before_um,
+        "rms_after_um": fit.rms_after_um,
+        "holdout_rms_before_um": before,
+        "holdout_rms_after_um": after,
+        "chi2_dof_after": fit.chi2_dof_after,
+        "chi2_dof_before": fit.chi2_dof_before,
+        "holdout": {
+            by: {"rms_before_um": before, "rms_after_um": after} for by, (before, after) in fit.holdout.items()
+        },
+    }
+    if laws:
+        said["with_empirical"] = _with_empirical(diagnosis, laws)
+    return said
+
+
+def _headline(holdout: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
+    names = [name for name in HEADLINE_FOLDS if name in holdout] or list(holdout)
+    return holdout[names[0]] if names else (math.nan, math.nan)
+
+
+def _with_empirical(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Any]:
+    """The fit with the approximated forms: over all rows with weight, and for rows held out."""
+    data, sigma = diagnosis.data, diagnosis.noise.by_row_um
+    shares = [f.share_um for f in diagnosis.findings if f.share_um.any()] + [law.share_um for law in laws]
+    holdout = {folds.by: holdout_rms(data, sigma, np.array(shares).T, folds) for folds in make_folds(data)}
+    return {"rms_after_um": rest_rms_um(diagnosis, laws), "holdout_rms_after_um": holdout}
+
+
+def _noise(diagnosis: Diagnosis) -> dict[str, Any]:
+    noise = diagnosis.noise
+    u = noise.sigma_um / math.sqrt(2.0 * noise.dof) if noise.dof > 0 else math.nan
+    return {
+        "sigma_um": noise.sigma_um,
+        "u_um": u,
+        "dof": noise.dof,
+        "from_repeats": noise.repeats,
+        "machine_file_um": diagnosis.data.machine.table.repeatability_um,
+    }
+
+
+def _measured(diagnosis: Diagnosis) -> dict[str, Any]:
+    data = diagnosis.data
+    frame = data.frame
+    placements = [frame[data.placement == i] for i in range(int(data.placement.max()) + 1)]
+    return {
+        "probings": len(data),
+        "faces": len(np.unique(data.face)),
+        "length_mm": float(np.ptp(data.probings.certified_mm())),
+        "duration_s": float(np.ptp(data.probings.time_s)) if data.has_time else None,
+        "placements": [
+            {
+                "placement": int(rows["placement"].iloc[0]),
+                "axis": [float(v) for v in data.probings.setting.axis[int(rows["placement"].iloc[0])]],
+                "probings": len(rows),
+                "first_block": (int(rows["face"].min()) + 1) // 2,
+                "last_block": (int(rows["face"].max()) + 1) // 2,
+                "cycles": int(rows["cycle"].nunique()),
+            }
+            for rows in placements
+        ],
+        "speeds_mm_s": sorted({float(s) for s in frame["speed_mm_s"].round(6)}) if "speed_mm_s" in frame else [],
+        "gauge_temperature_recorded": "gauge_temperature_C" in frame,
+        "time_recorded": data.has_time,
+    }
+
+
+def _inputs(diagnosis: Diagnosis, inputs: Inputs) -> dict[str, Any]:
+    gauge, machine = diagnosis.data.gauge, diagnosis.data.machine
+    faces = Path(gauge.path).parent / gauge.table.faces
+    return {
+        "recordings": [_file(recording.path) for recording in inputs.recordings],
+        "gauge": {
+            **_file(gauge.path),
+            "faces_sha256": checksum(faces),
+            "name": gauge.table.name,
+            "serial": gauge.table.serial,
+            "certificate": gauge.certificate.number,
+            "example": gauge.certificate.example,
+        },
+        "machine": {
+            **_file(machine.path),
+            "name": machine.table.name,
+            "effects": [effect.get("kind") for effect in machine.effects],
+        },
+    }
+
+
+def _file(path: str | Path) -> dict[str, Any]:
+    return {"path": str(path), "sha256": checksum(path)}
+
+
+def checksum(path: str | Path) -> str | None:
+    """Checksum of a file as it is now; None for data that were never in a file."""
+    place = Path(path)
+    return hashlib.sha256(place.read_bytes()).hexdigest() if str(path) and place.is_file() else None
+
+
+def without_nan(value: Any) -> Any:
+    """JSON types with None for values that are not finite."""
+    if isinstance(value, dict):
+        return {key: without_nan(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [without_nan(one) for one in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    return value
+
+
+def read_diagnosis(path: str | Path) -> dict[str, Any]:
+    """The content of a ``diagnosis.json`` (:class:`InputError` where it is not one)."""
+    try:
+        data = json.loads(read_text(path))
+    except json.JSONDecodeError as error:
+        raise InputError(f"{path}:{error.lineno}", f"not valid JSON: {error.msg}") from None
+    kind = data.get("format") if isinstance(data, dict) else None
+    if kind == FORMAT:
+        return data
+    raise InputError(path, "not a diagnosis", found=repr(kind), expected="diagnosis.json of stepgauge diagnose")

@@ -1,0 +1,309 @@
+"""Forms without a law: random functions of the covariates.
+
+A random function is a Gaussian process; its features are columns whose sum with independent amplitudes of one standard
+deviation has the covariance of the process (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, sec.
+4.2). One candidate contains the kernels with the same description in words: smooth with several correlation lengths, or
+rough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.choices import goes_both_ways
+from stepgauge.diagnosis.covariates import (
+    FEWEST_IN_CYCLE,
+    REST,
+    TOUCHES,
+    WAY,
+    Covariate,
+    axes_shown,
+    covariates,
+    lives_on,
+    mask,
+    runs_of,
+)
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Candidate, Law, Smooth
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.effects.probings import followed
+from stepgauge.recording import OPTIONAL
+
+Array = NDArray[np.float64]
+Shape = Sequence[Array] | Array
+"""Features of each kernel, ``(m, n)`` each, or signatures of each period, ``(atoms, d, n)``."""
+TREND, SMOOTH, ROUGH, LAGGED, WAVE = "trend", "smooth", "rough", "lagged", "wave"
+LENGTH, LEVELS, LOOP, HARMONICS, BEAT = "changing length", "levels", "loop", "harmonics", "beat"
+DECAY = "power law"
+EXPONENTS = np.geomspace(0.15, 3.0, 10)
+"""Of a decay with the number of touches that is no exponential."""
+ROUGH_LENGTHS = (0.015, 0.1)
+KNOTS, ROUGH_KNOTS = 40, 120
+OVERTONES = 5
+"""Of a wave that is no sine; the k-th has the k-th part of the first's standard deviation."""
+PERIODS_PER_SPAN = 4.0
+MOST_PERIODS = 40.0
+FEWEST_DIRECTIONS = 8
+WANDERING = ("time", "order")
+REPEATING = ("position", "machine x", "machine y", "machine z", *WANDERING)
+SAME = 1.0 - 1e-10
+"""Correlation from which two covariates count as the same."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """Description of a form: ``shape``, its side, its covariate and kernels.
+
+    ``kernels``: for each of its shapes ``trend``, ``smooth`` or ``rough``, a lag in s, or a period.
+    """
+
+    covariate: str
+    unit: str
+    shape: str
+    side: str
+    kernels: tuple[object, ...]
+    beside: str = ""
+
+
+@dataclass(frozen=True)
+class _Said:
+    """A form before the choice of a side."""
+
+    covariate: str
+    unit: str
+    shape: str
+    features: Shape
+    kernels: tuple[object, ...]
+    sides: tuple[str, ...]
+    share: float = 1.0
+    beside: str = ""
+
+
+def form_candidates(data: Residuals, priors: Priors, scale_um: float) -> list[Candidate]:
+    """All forms that a recording may show, each on all its possible sides; sizes in proportion to ``scale_um``."""
+    said = [one for one in _said(data, priors) if len(one.features) and one.sides]
+    total = sum(one.share for one in said)
+    sides = {side: mask(data, side) for one in said for side in one.sides}
+    sizes = priors.forms.about(scale_um)
+    found: list[Candidate] = []
+    for one in said:
+        odds = float(np.log(priors.forms.odds * one.share / total / len(one.sides)))
+        for side in one.sides:
+            form = Form(one.covariate, one.unit, one.shape, side, one.kernels, one.beside)
+            label = f"{one.shape} {one.covariate} {one.beside} {side}"
+            if isinstance(one.features, np.ndarray):
+                flat = np.full(len(one.features), -np.log(len(one.features)))
+                share = sides[side][None]
+                found.append(
+                    Law(
+                        one.covariate,
+                        label,
+                        False,
+                        odds,
+                        sizes,
+                        form,
+                        pattern=one.features,
+                        shares=share,
+                        log_weight=flat,
+                    )
+                )
+            else:
+                features = tuple(_shown(columns * sides[side]) for columns in one.features)
+                if all(len(columns) for columns in features):
+                    found.append(Smooth(one.covariate, label, False, odds, sizes, form, features))
+    return found
+
+
+def _shown(columns: Array) -> Array:
+    """Features that are not zero on all rows."""
+    return columns[np.abs(columns).max(axis=1) > 1e-9]
+
+
+def _said(data: Residuals, priors: Priors) -> Iterator[_Said]:
+    told = _different(covariates(data))
+    slow = next((one for one in told if one.name in WANDERING), None)
+    position = next((one for one in told if one.name == "position"), None)
+    for one in told:
+        yield _of_one(one, data, priors)
+        if one.name in REPEATING:
+            yield _waves(one, data, priors)
+        if one.name.startswith(TOUCHES):
+            decays = (1.0 + one.values) ** -EXPONENTS[:, None, None]
+            yield _Said(one.name, one.unit, DECAY, decays, tuple(EXPONENTS), ("approach", "gauge"))
+    yield from _lagged(told, position, data, priors)
+    if position is not None and slow is not None:
+        yield from _products(position, slow, priors)
+    if position is not None and goes_both_ways(data):
+        yield from _of_ways(position, data, priors)
+    yield from _levels(data, priors)
+
+
+def _different(found: Sequence[Covariate]) -> list[Covariate]:
+    """Covariates without those that are linear functions of a previous one."""
+    kept: list[tuple[Covariate, Array]] = []
+    for one in found:
+        unit = standard(one.values)
+        if all(abs(float(unit @ other)) < SAME * len(unit) for _, other in kept):
+            kept.append((one, unit))
+    return [one for one, _ in kept]
+
+
+def standard(values: Array) -> Array:
+    """Values minus their mean, over their standard deviation."""
+    return np.asarray((values - values.mean()) / max(float(values.std()), 1e-300))
+
+
+def _sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
+    axes = [axis for axis in axes_shown(data) if lives_on(one, axis)]
+    return ("approach", "gauge", *axes)
+
+
+def _of_one(one: Covariate, data: Residuals, priors: Priors) -> _Said:
+    """A trend, smooth functions of several lengths, and rough ones of covariates such as time.
+
+    A relaxation after a pause depends on ratios of its duration: its functions are smooth in the logarithm.
+    """
+    values = np.log1p(one.values) if one.name == REST or one.name.startswith(TOUCHES) else one.values
+    smooth = [matern(values, length) for length in priors.forms.lengths]
+    rough = [matern(values, length, rough=True) for length in ROUGH_LENGTHS] if one.name in WANDERING else []
+    kernels = (TREND, *[SMOOTH] * len(smooth), *[ROUGH] * len(rough))
+    features = [standard(values)[None], *smooth, *rough]
+    share = priors.forms.own_column if one.further and one.name not in OPTIONAL else 1.0
+    return _Said(one.name, one.unit, SMOOTH, features, kernels, _sides(one, data), share)
+
+
+def matern(x: Array, length: float, rough: bool = False) -> Array:
+    """Features ``(m, n)`` of a random function of ``x (n,)`` with a correlation length over the span of ``x``.
+
+    Twice differentiable (Matern 5/2), or rough as the path of a random walk (Ornstein and Uhlenbeck).
+    """
+    u = (x - x.min()) / np.ptp(x)
+    levels, most = np.unique(u), ROUGH_KNOTS if rough else KNOTS
+    knots = levels if len(levels) <= most else np.linspace(0.0, 1.0, most)
+    r = np.abs(knots[:, None] - knots) / length
+    root5 = np.sqrt(5.0)
+    covariance = np.exp(-r) if rough else (1.0 + root5 * r + 5.0 * r**2 / 3.0) * np.exp(-root5 * r)
+    value, vector = np.linalg.eigh(covariance)
+    seen = value > 1e-9 * value[-1]
+    return np.asarray((_between(u, knots) @ (vector[:, seen] * np.sqrt(value[seen]))).T[::-1])
+
+
+def _between(u: Array, knots: Array) -> Array:
+    """Matrix ``(n, m)`` that interpolates values at knots."""
+    i = np.clip(np.searchsorted(knots, u, side="right") - 1, 0, len(knots) - 2)
+    share = (u - knots[i]) / (knots[i + 1] - knots[i])
+    weight = np.zeros((len(u), len(knots)))
+    weight[np.arange(len(u)), i] = 1.0 - share
+    weight[np.arange(len(u)), i + 1] += share
+    return weight
+
+
+def _waves(one: Covariate, data: Residuals, priors: Priors) -> _Said:
+    """Periodic functions of any shape: a fundamental and its harmonics."""
+    span, most = float(np.ptp(one.values)), min(one.steps / 4.0, MOST_PERIODS)
+    turns = np.arange(2.0, most, 1.0 / PERIODS_PER_SPAN)
+    first = np.exp(2j * np.pi * turns[:, None] * ((one.values - one.values.min()) / span))
+    overtones = [first]
+    while len(overtones) < OVERTONES:  # a product is ten times as fast as another sine and cosine
+        overtones.append(overtones[-1] * first)
+    shrunk = np.stack(overtones, axis=1) / np.arange(1, OVERTONES + 1)[:, None]
+    waves = np.concatenate([shrunk.imag, shrunk.real], axis=1)
+    return _Said(one.name, one.unit, WAVE, waves, tuple(span / turns), _wave_sides(one, data), priors.forms.wave)
+
+
+def _wave_sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
+    """A periodic function of a machine axis acts along this axis; one of time on all sides."""
+    if one.name.startswith("machine "):
+        own = one.name[-1]
+        return (own,) if own in axes_shown(data) else ()
+    return ("gauge",) if one.name == "position" else ("approach", "gauge", *axes_shown(data))
+
+
+def _lagged(told: Sequence[Covariate], position: Covariate | None, data: Residuals, priors: Priors) -> Iterator[_Said]:
+    """Recorded columns that act through a lag, and length errors proportional to them."""
+    length = None if position is None else standard(position.values)
+    for one in told:
+        if one.name == "speed" and length is not None:
+            grown = [(length * standard(one.values))[None]]
+            yield _Said(one.name, one.unit, LENGTH, grown, (0.0,), ("gauge",), priors.forms.product, "position")
+        if not one.further:
+            continue
+        lags = tuple(float(lag * _duration_s(data)) for lag in priors.forms.lags) if data.has_time else ()
+        late = [standard(value)[None] for value in (followed(data.probings.time_s, one.values, lags) if lags else ())]
+        if late:
+            yield _Said(one.name, one.unit, LAGGED, late, lags, _sides(one, data), priors.forms.lag)
+        if length is None:
+            continue
+        grown = [value * length for value in [standard(one.values)[None], *late]]
+        sides = ("gauge", *axes_shown(data))
+        yield _Said(one.name, one.unit, LENGTH, grown, (0.0, *lags), sides, priors.forms.product, "position")
+
+
+def _duration_s(data: Residuals) -> float:
+    return float(np.ptp(data.frame["time_s"].to_numpy(float)))
+
+
+def _products(position: Covariate, slow: Covariate, priors: Priors) -> Iterator[_Said]:
+    """Length errors and periodic errors along the gauge that change with time or order."""
+    both, share = ("approach", "gauge"), priors.forms.product
+    length = standard(position.values)
+    changing = [matern(slow.values, at) * (length - zero) for at in priors.forms.lengths[1:3] for zero in
+                (0.0, length.min(), length.max())]  # fmt: skip
+    yield _Said(slow.name, slow.unit, LENGTH, changing, (SMOOTH,) * len(changing), both, share, "position")
+    surface = [_product(matern(position.values, a), matern(slow.values, b)) for a, b in ((0.15, 0.08), (0.3, 0.25))]
+    yield _Said(slow.name, slow.unit, SMOOTH, surface, (SMOOTH, SMOOTH), both, share, "position")
+    turns = [(f, g) for f in np.arange(1.0, 6.1, 0.5) for g in np.arange(1.0, 8.1, 0.5)]
+    beats = np.array([_beat(position.values, slow.values, f, g) for f, g in turns])
+    periods = tuple((float(np.ptp(position.values) / f), float(np.ptp(slow.values) / g)) for f, g in turns)
+    yield _Said(slow.name, slow.unit, BEAT, beats, periods, both, share, "position")
+
+
+def _product(one: Array, other: Array, most: int = 200) -> Array:
+    """Products of features, without negligible ones."""
+    both = (one[:, None] * other[None]).reshape(-1, one.shape[1])
+    return both[np.argsort(-(both**2).sum(axis=1))[:most]]
+
+
+def _beat(x: Array, y: Array, f: float, g: float) -> Array:
+    """Products of sines and cosines in two covariates, ``(4, n)``."""
+    waves = []
+    for values, turns in ((x, f), (y, g)):
+        angle = 2.0 * np.pi * turns * (values - values.min()) / np.ptp(values)
+        waves.append(np.array([np.sin(angle), np.cos(angle)]))
+    return np.asarray((waves[0][:, None] * waves[1]).reshape(4, -1))
+
+
+def _of_ways(position: Covariate, data: Residuals, priors: Priors) -> Iterator[_Said]:
+    """Differences between the directions of travel: a constant, or a separate function along the gauge for each."""
+    way = data.probings.way()
+    loops = [way[None], *(way * matern(position.values, length) for length in priors.forms.lengths)]
+    kernels = (TREND, *[SMOOTH] * len(priors.forms.lengths))
+    yield _Said(WAY, "", LOOP, loops, kernels, ("approach", "gauge"))
+
+
+def _levels(data: Residuals, priors: Priors) -> Iterator[_Said]:
+    """Separate levels of cycles, faces, placements; harmonics of the azimuth of the approach about the stylus."""
+    both = ("approach", "gauge")
+    run = runs_of(data)[1]
+    if 1 < run.max() < len(data) / FEWEST_IN_CYCLE:
+        yield _Said("cycle", "", LEVELS, [_indicators(run)], (LEVELS,), both)
+        if (position := data.probings.certified_mm()).std() > 0.0:
+            lengths = [_indicators(run) * standard(position)]
+            yield _Said("cycle", "", LENGTH, lengths, (LEVELS,), ("gauge",), priors.forms.product, "position")
+    if data.group.max() < len(data) / 2:
+        yield _Said("face", "", LEVELS, [_indicators(data.group)], (LEVELS,), both)
+    if data.placement.max() > 0:
+        yield _Said("placement", "", LEVELS, [_indicators(data.placement)], (LEVELS,), ("approach",))
+    c, s = data.probings.lateral_share()
+    azimuth = np.arctan2(s, c)
+    if len(np.unique(azimuth.round(3))) >= FEWEST_DIRECTIONS:
+        orders = [np.array([np.cos(k * azimuth), np.sin(k * azimuth)]) for k in range(2, 7)]
+        yield _Said("azimuth", "rad", HARMONICS, [*orders, np.vstack(orders) / 2.0], tuple(range(2, 8)), ("approach",))
+
+
+def _indicators(index: NDArray[np.intp]) -> Array:
+    return (index == np.arange(index.max() + 1)[:, None]).astype(float)

@@ -1,0 +1,127 @@
+"""The laws of the vocabulary as candidates: their signatures in this recording, with their priors."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.library import Family, effect_families, family_signatures
+from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Law, Refined, Sizes
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.solve import solve
+from stepgauge.effects import Effect
+
+Array = NDArray[np.float64]
+LATE = ("lag_s", "start_s")
+BEYOND = 1.1
+"""Factor by which a fitted shape may lie beyond the grid."""
+
+
+def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Collection[str] = ()) -> list[Law]:
+    """Candidates for all laws with a signature here; ``metric``: for the fit of shapes between points of the grid."""
+    families = list(effect_families(data, without))
+    count, labels = Counter(one.kind for one in families), Counter[str]()
+    found = []
+    for family in families:
+        labels[family.label] += 1
+        label = family.label if labels[family.label] == 1 else f"{family.label} #{labels[family.label]}"
+        prior, sizes = priors.laws.of(family.kind), sizes_of(family, priors, data)
+        found.append(
+            Law(
+                family.kind,
+                label,
+                True,
+                float(np.log(priors.laws.odds * prior.odds / count[family.kind])),
+                sizes,
+                replace(family, prior=float(sizes.sd.max())),
+                pattern=family.pattern,
+                shares=family.share_rows,
+                log_weight=shape_weights(family, priors, data),
+                positive=family.positive,
+                refine=partial(_refined, family, data, metric) if _has_shape(family) else None,
+            )
+        )
+    return found
+
+
+def sizes_of(family: Family, priors: Priors, data: Residuals) -> Sizes:
+    """Prior of a law's amplitudes, in the unit of its linear parameter.
+
+    A misalignment is linear in its square; a law without an amplitude has the size one.
+    """
+    assert family.law is not None
+    prior = priors.laws.of(family.kind)
+    usual = prior.usual * (float(data.gauge.position_mm[-1]) * 1e-3) ** prior.power * _magnified(family, priors, data)
+    if family.kind == "misalignment":
+        wide = priors.sizes.about(usual)
+        return Sizes(wide.sd**2, wide.log_weight)
+    if not any(p.role == "linear" for p in family.law.parameters()):
+        return Sizes(np.ones(1), np.zeros(1))
+    return priors.sizes.about(usual)
+
+
+def _magnified(family: Family, priors: Priors, data: Residuals) -> float:
+    """The usual size per length holds for long gauges; over shorter ones the error in um stays the same."""
+    assert family.law is not None
+    length_mm = float(np.ptp(data.probings.certified_mm()))
+    per_length = family.law.covariates[0] in ("coordinate", "position") and not is_height(family.law)
+    return max(priors.sizes.shortest_mm / length_mm, 1.0) if per_length and length_mm > 0.0 else 1.0
+
+
+def is_height(law: type[Effect]) -> bool:
+    """Whether the size of a law is in um, and not per a length that the law states."""
+    units = {p.unit for p in law.parameters() if p.role == "linear"}
+    return units == {"um"} and "length_mm" not in law.model_fields
+
+
+def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
+    """Logarithms of the prior of each shape ``(atoms,)``.
+
+    For a period or a frequency every decade of the physically possible range is equally likely, so that each point of
+    the grid has the share of its step. All other shapes are equally likely, except late ones: all with a lag
+    or with a beginning during the measurement have the odds of a lag.
+    """
+    count = len(family.atoms)
+    for name, (low, high) in priors.shapes.items():
+        if name not in family.atoms[0] or count < 2:
+            continue
+        values = np.array([float(atom[name]) for atom in family.atoms])
+        rate = values if name.endswith("_hz") else 1.0 / values
+        if name == "period_s" and data.has_time:
+            high = max(high, float(np.ptp(data.frame["time_s"])) / 2.0)
+        share = np.minimum(np.abs(np.median(np.diff(rate))) / rate, 1.0)
+        return np.asarray(np.log(share / np.log(high / low)))
+    late = np.array([any(atom.get(name) is not None for name in LATE) for atom in family.atoms])
+    if late.any() and not late.all():
+        share = np.where(late, priors.forms.lag / late.sum(), 1.0 / (~late).sum()) / (1.0 + priors.forms.lag)
+        return np.asarray(np.log(share))
+    return np.full(count, -np.log(count))
+
+
+def _has_shape(family: Family) -> bool:
+    return len(family.atoms) > 1 and any(isinstance(v, float | tuple) for v in family.atoms[-1].values())
+
+
+def _refined(family: Family, data: Residuals, metric: Metric, atom: int, left_um: Array) -> Refined | None:
+    """The law with its shape fitted, starting from a shape of the grid; None if it leaves the range of the grid."""
+    if not any(isinstance(v, float | tuple) for v in family.atoms[atom].values()):
+        return None
+    try:
+        effect = solve([family], [atom], replace(data, um=left_um), metric).solved[0].effect
+    except (ValueError, FloatingPointError, np.linalg.LinAlgError):
+        return None
+    shape = {name: getattr(effect, name) for name in family.atoms[0]}
+    for name, (low, high) in family.ranges.items():
+        value = shape[name]
+        if isinstance(value, float) and not (
+            min(low / BEYOND, low * BEYOND) <= value <= max(high / BEYOND, high * BEYOND)
+        ):
+            return None
+    return Refined(family_signatures(family, shape, data), shape)

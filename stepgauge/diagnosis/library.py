@@ -1,0 +1,324 @@
+"""All named effects that a recording can show, as signatures along the approach.
+
+An effect with a direction is a family for every machine axis along which a motion shows, and one with a free direction
+between them: its components are linear parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.choices import choices_of, has_free_direction, is_spanned
+from stepgauge.diagnosis.grids import parameter_grid
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.effects import Effect, along_approach_um, effect_kinds
+from stepgauge.errors import InputError
+from stepgauge.recording import APPROACH
+
+Array = NDArray[np.float64]
+NOT_LAWS = {"axis_compensation", "empirical", "error_map", "outliers", "noise_growth"}
+"""Kinds that are not laws of the mean with own parameters: fitted elsewhere or not at all."""
+SEEN_SHARE = 0.1
+"""Least component along some gauge axis of a direction in which motion is searched."""
+NEAR_AXIS = np.cos(np.radians(5.0))
+ORIGIN_ONLY = 3e-3
+"""Share of a signature that must remain beside the origins; below it the signature is an origin."""
+CHUNK = 50_000
+"""Numbers computed at a time: they stay in the cache of a processor."""
+
+
+@lru_cache(maxsize=8)
+def whole(count: int) -> Array:
+    """Shares of what shows on all rows alike ``(1, n)``: one array for all laws, so that they are worked on at once."""
+    return np.ones((1, count))
+
+
+@dataclass(frozen=True)
+class Family:
+    """One law with its choices made (axis, face, ...) and its signatures.
+
+    ``kind`` is the name in the vocabulary. ``atoms``: the non-linear parameters of each signature; ``pattern (atoms,
+    depth, n)``: displacement in um for a unit of each of its linear parameters, along the approach or where ``shares
+    (k, n)`` are given to be multiplied by each of these: families that differ only in the shares hold the same pattern.
+    ``law``: the effect class, None for a form. ``directions (k, 3)``: unit vectors whose components make the direction
+    of motion, where that is free. ``prior``: standard deviation of what is expected of its sizes, infinite for none.
+    ``taken``: non-linear parameters that the recording does not determine; they are taken to be what is usual.
+    """
+
+    kind: str
+    label: str
+    choices: dict[str, Any]
+    atoms: Sequence[dict[str, Any]]
+    pattern: Array
+    law: type[Effect] | None = None
+    covariate: str = ""
+    positive: bool = False
+    details: dict[str, Any] = field(default_factory=dict)
+    directions: Array | None = None
+    prior: float = np.inf
+    shares: Array | None = None
+    taken: frozenset[str] = frozenset()
+
+    @cached_property
+    def dimension(self) -> int:
+        """Number ``d`` of linear parameters."""
+        return int(self.pattern.shape[1]) * len(self.share_rows)
+
+    @property
+    def share_rows(self) -> Array:
+        """The shares, ones where none are given."""
+        return whole(self.pattern.shape[2]) if self.shares is None else self.shares
+
+    @property
+    def columns(self) -> Array:
+        """All signatures, displacement along the approach in um, shape ``(atoms, d, n)``."""
+        return np.concatenate([self.pattern * share for share in self.share_rows], axis=1)
+
+    @cached_property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Least and largest value on the grid of every non-linear parameter that is one number and no angle."""
+        names = [name for name, value in self.atoms[-1].items() if isinstance(value, float | int)]
+        names = [name for name in names if not name.endswith("_deg")]  # an angle goes on beyond a turn
+        values = {name: [atom[name] for atom in self.atoms if atom[name] is not None] for name in names}
+        return {name: (float(min(tried)), float(max(tried))) for name, tried in values.items()}
+
+    def signature(self, atom: int) -> Array:
+        """One of the signatures, shape ``(d, n)``."""
+        return np.concatenate([self.pattern[atom] * share for share in self.share_rows])
+
+
+def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[Family]:
+    """Families of all named effects whose signature can be computed from this recording and is not zero.
+
+    Kinds in ``without`` are no candidates.
+    """
+    directions = _shown(data)
+    for kind, law in sorted(effect_kinds().items()):
+        if kind in NOT_LAWS or kind in without:
+            continue
+        for choices in choices_of(law, data):
+            atoms = _atoms(law, choices, data)
+            if not atoms:
+                continue
+            try:
+                columns = signatures(law, choices, atoms, data)
+            except (InputError, ValueError):
+                continue  # impossible choices (travel and direction the same), or a column this recording lacks
+            if has_free_direction(law):
+                families = _directed(law, choices, atoms, columns, directions)
+            else:
+                size = _sizes(columns, [np.ones((1, len(data)))])[0]
+                seen = columns if _has_phase(law) else _beside_origins(columns, data)
+                families = _family(law, choices, atoms, seen, size) if is_spanned(law, seen) else iter(())
+            yield from families
+
+
+def _beside_origins(columns: Array, data: Residuals) -> Array:
+    """Signatures ``(atoms, d, n)`` without their part in the origins of the placements.
+
+    The shape of a law may be mostly a constant, such as a parabola over the travel near its middle: the rest is still
+    the law. A law that is only a constant would leave rounding, so it is not changed. Oscillations are not changed
+    either: with the period of the pitch of the gauge they could fit anything with a very large amplitude.
+    """
+    left = data.without_origins(columns)
+    size, whole = (np.linalg.norm(one, axis=2, keepdims=True) for one in (left, columns))
+    return np.where(size > ORIGIN_ONLY * whole, left, columns)
+
+
+def _atoms(law: type[Effect], choices: dict[str, Any], data: Residuals) -> list[dict[str, Any]]:
+    nonlinear = [p for p in law.parameters() if p.role == "nonlinear" and p.name != "phase_deg"]
+    grids = [parameter_grid(law, p, choices, data) for p in nonlinear]
+    return [dict(zip((p.name for p in nonlinear), values, strict=True)) for values in product(*grids)]
+
+
+def visible_directions(axes: Array) -> Iterator[str | tuple[float, ...] | Array]:
+    """Directions in which placements with gauge axes ``(m, 3)`` show a motion.
+
+    If all placements are on one line, only a motion along it shows: the name of a machine axis if the line is near one,
+    else the line. Otherwise the machine axes that show, and then unit vectors ``(k, 3)`` that span all that shows.
+    """
+    _, size, span = np.linalg.svd(axes, full_matrices=False)
+    span = span[size > SEEN_SHARE]
+    if len(span) == 1:
+        line = axes[0] * np.sign(axes[0][np.abs(axes[0]).argmax()])
+        nearest = int(np.abs(line).argmax())
+        yield "xyz"[nearest] if line[nearest] > NEAR_AXIS else tuple(float(share) for share in line)
+        return
+    yield from (axis for i, axis in enumerate("xyz") if np.abs(axes[:, i]).max() > SEEN_SHARE)
+    yield span
+
+
+Direction = str | tuple[float, ...] | Array
+"""A machine axis, a unit vector, or the unit vectors ``(k, 3)`` between which a direction is free."""
+
+
+def _shown(data: Residuals) -> list[tuple[Direction, Array]]:
+    """The directions in which a motion shows, and the shares ``(k, n)`` of each in the approaches."""
+    approach = data.frame[APPROACH].to_numpy(float)
+    directions = list(visible_directions(np.array(list(data.probings.setting.axis.values()))))
+    units = [np.eye(3)["xyz".index(one)] if isinstance(one, str) else np.array(one) for one in directions]
+    return [(one, np.atleast_2d(unit) @ approach.T) for one, unit in zip(directions, units, strict=True)]
+
+
+def _directed(
+    law: type[Effect],
+    choices: dict[str, Any],
+    atoms: list[dict[str, Any]],
+    along: Array,
+    directions: Sequence[tuple[Direction, Array]],
+) -> Iterator[Family]:
+    """One family for every direction, from the signatures of a motion along each approach."""
+    sizes = _sizes(along, [shares for _, shares in directions])
+    for (direction, shares), size in zip(directions, sizes, strict=True):
+        if isinstance(direction, np.ndarray):
+            rest = {name: value for name, value in choices.items() if name != "direction"}
+            yield from _family(law, rest, atoms, along, size, shares, direction)
+        else:
+            yield from _family(law, choices | {"direction": direction}, atoms, along, size, shares)
+
+
+def _sizes(pattern: Array, shares: Sequence[Array]) -> list[Array]:
+    """Rms of the largest signature of every atom, um, shape ``(atoms,)``, for each of some shares."""
+    power = np.concatenate(shares).T ** 2
+    size = max(1, CHUNK // pattern[0].size)
+    squares = np.concatenate([pattern[i : i + size] ** 2 @ power for i in range(0, len(pattern), size)])
+    cuts = np.cumsum([len(one) for one in shares])[:-1]
+    return [np.sqrt(part.max(axis=(1, 2)) / len(power)) for part in np.split(squares, cuts, axis=2)]
+
+
+def _family(
+    law: type[Effect],
+    choices: dict[str, Any],
+    atoms: list[dict[str, Any]],
+    pattern: Array,
+    size: Array,
+    shares: Array | None = None,
+    directions: Array | None = None,
+) -> Iterator[Family]:
+    """The family of the signatures that are not zero, if there are any."""
+    seen = size > 1e-9 * max(float(size.max()), 1e-300)
+    if not seen.any() or size.max() == 0.0:
+        return
+    label = law.kind
+    if directions is None:
+        label = law.model_construct(**(fixed_values(law) | choices | atoms[0])).label
+    kept = [atom for atom, keep in zip(atoms, seen, strict=True) if keep]
+    yield Family(
+        law.kind,
+        label,
+        choices,
+        kept,
+        pattern if seen.all() else pattern[seen],
+        law,
+        law.covariates[0],
+        _is_positive(law),
+        directions=directions,
+        shares=shares,
+        taken=_taken(atoms),
+    )
+
+
+def _taken(atoms: Sequence[dict[str, Any]]) -> frozenset[str]:
+    """Parameters of which one value alone was tried where others were varied."""
+    if len(atoms) < 2:
+        return frozenset()
+    return frozenset(name for name, value in atoms[0].items() if all(atom[name] == value for atom in atoms))
+
+
+def _is_positive(law: type[Effect]) -> bool:
+    """Whether the size of a law cannot be negative; that of a wave only turns its phase."""
+    bounds = [p.low for p in law.parameters() if p.role == "linear"]
+    return law.kind == "misalignment" or (not _has_phase(law) and bool(bounds) and min(bounds) >= 0.0)
+
+
+def fixed_values(law: type[Effect]) -> dict[str, Any]:
+    """Defaults of the fixed parameters; a length that only rescales is one metre."""
+    values: dict[str, Any] = {}
+    for p in law.parameters():
+        if p.role == "fixed":
+            values[p.name] = 1000.0 if p.required else p.default
+    return values
+
+
+def signatures(law: type[Effect], choices: dict[str, Any], atoms: Sequence[dict[str, Any]], data: Residuals) -> Array:
+    """Displacement along the approach for a unit of each linear parameter, um, shape ``(atoms, d, n)``."""
+    unset = [tuple(name for name, value in atom.items() if value is None) for atom in atoms]
+    if len(set(unset)) > 1:
+        return _apart(law, choices, atoms, unset, data)
+    if len(atoms) < 2 or any(not isinstance(value, float | int) for atom in atoms for value in atom.values()):
+        return np.concatenate([np.stack(_columns(law, choices, atom, data, 1), axis=1) for atom in atoms])
+    found = np.empty((len(atoms), 2 if _has_phase(law) else 1, len(data)))
+    size = max(1, CHUNK // len(data))
+    for some in (slice(i, i + size) for i in range(0, len(atoms), size)):
+        together = {name: np.array([float(atom[name]) for atom in atoms[some]])[:, None] for name in atoms[0]}
+        for place, column in enumerate(_columns(law, choices, together, data, len(atoms[some]))):
+            found[some, place] = column
+    return found
+
+
+def _apart(
+    law: type[Effect],
+    choices: dict[str, Any],
+    atoms: Sequence[dict[str, Any]],
+    unset: Sequence[tuple[str, ...]],
+    data: Residuals,
+) -> Array:
+    """Signatures of those with the same parameters unset together, in the order of the atoms."""
+    rows, parts = [], []
+    for names in dict.fromkeys(unset):
+        own = [row for row, other in enumerate(unset) if other == names]
+        rows += own
+        parts.append(signatures(law, choices, [stated(atoms[row]) for row in own], data))
+    return np.asarray(np.concatenate(parts)[np.argsort(rows)])
+
+
+def family_signatures(family: Family, atom: dict[str, Any], data: Residuals) -> Array:
+    """One signature of a family in another recording, shape ``(d, n)``."""
+    assert family.law is not None
+    free = [{}] if family.directions is None else [{"direction": tuple(unit)} for unit in family.directions]
+    return np.concatenate([signatures(family.law, family.choices | one, [atom], data)[0] for one in free])
+
+
+def carried(family: Family, effect: Effect, data: Residuals) -> Family:
+    """A family in another recording, with the one signature that a fitted effect of it has."""
+    atom = {name: getattr(effect, name) for name in family.atoms[0]}
+    return replace(family, atoms=[atom], pattern=family_signatures(family, atom, data)[None], shares=None)
+
+
+def _columns(
+    law: type[Effect], choices: dict[str, Any], atom: dict[str, Any], data: Residuals, count: int
+) -> list[Array]:
+    """One array ``(count, n)`` per linear parameter; a sine of any amplitude and phase is a sum of two."""
+    linear = [p.name for p in law.parameters() if p.role == "linear"]
+    values = fixed_values(law) | choices | atom | dict.fromkeys(linear, 1.0)
+    if not _has_phase(law):
+        return [_column(law, values, data, count)]
+    quarter = 90.0 if law.quadrature else 30.0  # of a period, or of a lobe
+    return [_column(law, values | {"phase_deg": phase}, data, count) for phase in (0.0, quarter)]
+
+
+def _has_phase(law: type[Effect]) -> bool:
+    return any(p.name == "phase_deg" for p in law.parameters())
+
+
+def _column(law: type[Effect], values: dict[str, Any], data: Residuals, count: int) -> Array:
+    known = stated(values)
+    effect = law.model_validate(known) if _needs_check(law) else law.model_construct(**known)
+    return np.broadcast_to(along_approach_um(effect, data.probings), (count, len(data))).astype(float)
+
+
+def stated(values: dict[str, Any]) -> dict[str, Any]:
+    """Values without those that are left to the law's defaults."""
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _needs_check(law: type[Effect]) -> bool:
+    """Whether a law has a rule between its choices, and must be built with validation."""
+    return law.kind == "straightness"

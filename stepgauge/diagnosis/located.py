@@ -1,0 +1,87 @@
+"""Forms without a law, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.covariates import AXES
+from stepgauge.diagnosis.forms import BEAT, DECAY, HARMONICS, LAGGED, LENGTH, LEVELS, LOOP, TREND, WAVE, Form
+from stepgauge.diagnosis.posterior.problem import Candidate
+from stepgauge.diagnosis.result import Located
+
+Array = NDArray[np.float64]
+CORRELATED, GROWING, UNDETERMINED = "correlated scatter", "growing scatter", "undetermined"
+SCATTER = (CORRELATED, GROWING)
+"""Forms of the scatter, which no formula of the mean describes."""
+CHANGED = 3.0
+"""Standard deviations from which a form counts as changed."""
+QUIET = 0.3
+"""Share of the record without any change from which the rest is stated as the part in which the form acts."""
+
+
+def located(candidate: Candidate, atom: int, probability: float, share: float = 1.0) -> Located:
+    """A form with one of its shapes, in words for a technician."""
+    form: Form = candidate.source
+    shape = TREND if form.kernels[atom] == TREND and form.shape != LOOP else form.shape
+    number = form.kernels[atom]
+    words = _words(form, shape, number) + _moved(form.side)
+    side = "both" if form.side in ("approach", "gauge") else form.side
+    told = number if isinstance(number, float | tuple) else None
+    return Located(form.covariate, side, shape, words, round(share, 4), probability, form.beside, told)
+
+
+def _moved(side: str) -> str:
+    if side == "gauge":
+        return ", with the same sign on front and back faces (along the gauge)"
+    return f", along machine {side}" if side in AXES else ", along the approach"
+
+
+def _words(form: Form, shape: str, number: object) -> str:
+    name, unit = form.covariate, f" {form.unit}".rstrip()
+    if shape == TREND:
+        return f"proportional to {name}"
+    if shape == WAVE:
+        return f"a periodic function of {name}, period {number:.4g}{unit}"
+    if shape == LAGGED:
+        return f"proportional to {name} after a first-order lag, time constant {number:.3g} s"
+    if shape == LENGTH:
+        late = f", time constant {number:.3g} s" if isinstance(number, float) and number > 0.0 else ""
+        return f"a length error that changes with {name}{late}"
+    if shape == BEAT and isinstance(number, tuple):
+        return f"periodic along the gauge, period {number[0]:.4g} mm, and in {name}, period {number[1]:.4g}{unit}"
+    if shape == DECAY:
+        return f"decays with {name} by a power law, exponent {number:.2g}, not exponentially"
+    if shape == LEVELS:
+        return f"a separate level for every {name}"
+    if shape == LOOP:
+        return "a separate curve along the gauge for each direction of travel"
+    if shape == HARMONICS:
+        return "depends on the direction of approach about the stylus"
+    beside = f" and {form.beside}" if form.beside else ""
+    return f"a smooth function of {name}{beside}"
+
+
+def regime(x: Array, columns: Array, mean: Array, covariance: Array, unit: str) -> str:
+    """The part of a covariate in which a form differs from the rest, in words; empty if there is no such part.
+
+    ``x (n,)``: the covariate; ``columns (d, n)``: the form's features; ``mean (d,)``, ``covariance (d, d)``: posterior
+    of their amplitudes. Differences within the form are compared, since a constant may be the origin.
+    """
+    order = np.argsort(x, kind="stable")
+    x, columns = x[order], columns[:, order]
+    flat, back = (_flat_share(some, mean, covariance) for some in (columns, columns[:, ::-1]))
+    if not QUIET <= max(flat, back) < 1.0:
+        return ""
+    if flat >= back:
+        return f"only above {x[int(flat * len(x)) - 1]:.4g}{unit}"
+    return f"only below {x[len(x) - int(back * len(x))]:.4g}{unit}"
+
+
+def _flat_share(columns: Array, mean: Array, covariance: Array) -> float:
+    """Share of the rows, from the beginning, over which a form does not change from its value in the first tenth."""
+    first = max(columns.shape[1] // 10, 3)
+    apart = columns - columns[:, :first].mean(axis=1, keepdims=True)
+    spread = np.sqrt(np.maximum(np.einsum("dn,dn->n", apart, covariance @ apart), 0.0))
+    off = np.abs(mean @ apart) > CHANGED * spread
+    return float(np.argmax(off)) / len(off) if off.any() else 1.0

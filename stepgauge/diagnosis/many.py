@@ -1,0 +1,135 @@
+"""From recordings in files to diagnoses in folders: all of one machine together, or each separately in processes."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Collection, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from multiprocessing import get_all_start_methods, get_context
+from pathlib import Path
+from typing import Any
+
+from stepgauge.diagnosis.engine import diagnose
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.errors import InputError
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.machine.file import Machine, read_machine
+from stepgauge.recording import Recording, join_recordings, read_recording
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Result of one diagnosis: its name, the verdict in a line, and the files written (none where it failed)."""
+
+    name: str
+    summary: str
+    files: tuple[Path, ...] = ()
+
+
+def diagnose_together(
+    paths: Sequence[str],
+    gauge: str,
+    machine: str,
+    folder: str | Path,
+    suffix: str = "png",
+    without: Collection[str] = (),
+    priors: Priors | None = None,
+) -> Outcome:
+    """Diagnose several recordings as placements of one machine; parameters as :func:`diagnose_each`."""
+    steps, cmm = read_gauge(gauge), read_machine(machine)
+    return _diagnose([read_recording(path) for path in paths], steps, cmm, Path(folder), suffix, without, priors)
+
+
+def diagnose_each(
+    paths: Sequence[str],
+    gauge: str,
+    machine: str,
+    folder: str | Path,
+    jobs: int | None = None,
+    suffix: str = "png",
+    without: Collection[str] = (),
+    priors: Priors | None = None,
+) -> Iterator[Outcome]:
+    """Diagnose recordings one by one into folders named after their files, in the order given.
+
+    All files are read and checked before the first diagnosis begins; a recording of another gauge, or one that is too
+    small, gives an outcome without files and does not stop the others. Processes are forked if the system supports it,
+    so that they share the loaded modules.
+
+    Parameters
+    ----------
+    paths : recording files; their names without the suffix must differ
+    gauge, machine : files, or names of shipped ones
+    folder : for one folder per recording
+    jobs : processes; by default as many as there are processors
+    suffix : format of the figures
+    without : kinds of effects that are no candidates
+    priors : the table of priors, the shipped one by default
+
+    Raises
+    ------
+    InputError
+        wrong files, equal names
+    """
+    _check_names(paths)
+    steps, cmm = read_gauge(gauge), read_machine(machine)
+    recordings = [read_recording(path) for path in paths]
+    one = partial(_one, gauge=steps, machine=cmm, folder=Path(folder), suffix=suffix, without=without, priors=priors)
+    count = min(jobs or os.cpu_count() or 1, len(recordings))
+    return map(one, recordings) if count == 1 else _in_processes(one, recordings, count)
+
+
+def _in_processes(one: Any, recordings: Sequence[Recording], count: int) -> Iterator[Outcome]:
+    with ProcessPoolExecutor(count, mp_context=get_context(_start_method())) as pool:
+        yield from pool.map(one, recordings)
+
+
+def _start_method() -> str:
+    """A fork server imports once and has no threads; on other systems every process imports anew."""
+    if "forkserver" in get_all_start_methods():
+        get_context("forkserver").set_forkserver_preload(["stepgauge.diagnosis.many", "stepgauge.figures.diagnosis"])
+        return "forkserver"
+    return "spawn"
+
+
+def _one(
+    recording: Recording,
+    gauge: Gauge,
+    machine: Machine,
+    folder: Path,
+    suffix: str,
+    without: Collection[str],
+    priors: Priors | None,
+) -> Outcome:
+    name = Path(recording.path).stem
+    try:
+        return _diagnose([recording], gauge, machine, folder / name, suffix, without, priors)
+    except InputError as error:
+        return Outcome(name, f"error: {error}")
+
+
+def _diagnose(
+    recordings: Sequence[Recording],
+    gauge: Gauge,
+    machine: Machine,
+    folder: Path,
+    suffix: str,
+    without: Collection[str],
+    priors: Priors | None,
+) -> Outcome:
+    whole = recordings[0] if len(recordings) == 1 else join_recordings(recordings)
+    found = replace(diagnose(whole, gauge, machine, without, priors), recordings=tuple(recordings))
+    return Outcome(folder.name, found.summary(), tuple(found.write(folder, suffix)))
+
+
+def _check_names(paths: Sequence[str]) -> None:
+    name, count = Counter(Path(path).stem for path in paths).most_common(1)[0]
+    if count > 1:
+        raise InputError(
+            next(path for path in paths if Path(path).stem == name),
+            f"{count} recordings would be diagnosed into the same folder {name!r}",
+            expected="files of different names with --each",
+        )

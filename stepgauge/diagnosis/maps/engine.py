@@ -1,0 +1,290 @@
+"""From a map and a probe file to the statements: the search, and the same rules as for recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.engine import odds
+from stepgauge.diagnosis.located import UNDETERMINED
+from stepgauge.diagnosis.maps.candidates import EMPIRICAL, GAUGE_KINDS, Candidate, candidates_for, empirical
+from stepgauge.diagnosis.maps.forms import DIRECTION, Form, quantity_words
+from stepgauge.diagnosis.maps.holdout import Stage, fits_of
+from stepgauge.diagnosis.maps.model import MapModel, Term, Terms, changed_table, check_model
+from stepgauge.diagnosis.maps.parameters import estimates
+from stepgauge.diagnosis.maps.problem import MapRows, lacking
+from stepgauge.diagnosis.maps.result import OUTLIERS, Law, MapDiagnosis, MapFinding
+from stepgauge.diagnosis.maps.scatter import MapScatter, estimate_scatter
+from stepgauge.diagnosis.maps.search import Searched, form_of, searched
+from stepgauge.diagnosis.maps.separate import reason, separate
+from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
+from stepgauge.diagnosis.posterior.scatter import OUTLYING
+from stepgauge.diagnosis.posterior.told import (
+    LEAST_ODDS,
+    SURE_OUTLIER,
+    Said,
+    rival_laws,
+    spread_factor,
+    systematic,
+    together,
+)
+from stepgauge.diagnosis.result import Located, Verdict
+from stepgauge.diagnosis.solve import Estimate, widened
+
+Array = NDArray[np.float64]
+HALF_A_DIGIT = 0.5 + 1e-6
+SIX_DIGITS = 5.1e-6
+"""Relative resolution of six printed digits."""
+
+
+def diagnose_map(
+    model: MapModel, candidates: Sequence[Candidate] | None = None, priors: Priors | None = None
+) -> MapDiagnosis:
+    """The diagnosis of a map; without ``candidates`` all possible changes of the model of the probe are tried.
+
+    Raises :class:`InputError` for a probe file that does not give the measured quantities.
+    """
+    check_model(model)
+    scatter = estimate_scatter(model.data, model.residuals(()))
+    missing = lacking(model.data)
+    if missing:
+        return _as_it_is("insufficient", model, scatter, missing)
+    if _reproduced(model):
+        return _as_it_is("adequate", model, scatter)
+    if candidates is None:
+        candidates = candidates_for(model.table, [m.name for m in model.data.measured])
+    return _told(searched(model, candidates, scatter, priors or shipped_priors()), scatter)
+
+
+def _reproduced(model: MapModel) -> bool:
+    """Whether the probe file gives every printed value: the residuals are rounding and no scatter."""
+    pairs = zip(model.data.measured, model.residuals(()), strict=True)
+    return all((np.abs(r) <= np.maximum(HALF_A_DIGIT * m.quantum, SIX_DIGITS * m.values)).all() for m, r in pairs)
+
+
+def _as_it_is(verdict: Verdict, model: MapModel, scatter: MapScatter, missing: tuple[str, ...] = ()) -> MapDiagnosis:
+    """The unchanged residuals; the scatter is known from repeats or not at all."""
+    kept, rows = np.ones(len(model.data), bool), MapRows(model, scatter.sigma)
+    known = scatter.repeats or not missing
+    none = np.zeros((0, len(rows.um)))
+    by_row = [np.full(len(kept), s if known else np.nan) for s in scatter.sigma]
+    fits = fits_of(rows, [(rows.um, none)] * 3, kept, by_row)
+    chi2 = float(np.mean(rows.um**2)) if known else np.nan
+    return MapDiagnosis(verdict, fits, chi2, chi2, scatter, model.data, kept, model.table, model.table, lacking=missing)
+
+
+def _told(found: Searched, scatter: MapScatter) -> MapDiagnosis:
+    model, kept, by_row = found.rows.model, _kept(found), _by_row(found, scatter)
+    findings = [*_findings(found, by_row), *_outliers(found, kept)]
+    laws, columns = _laws(found)
+    left = [*_unexplained(found), *_vague(found)]
+    verdict: Verdict = "unknown" if left else "effects" if findings else "adequate"
+    terms: Terms = (*found.fitted.terms, *(term for term, _ in laws))
+    stages = _stages(found, terms, columns)
+    return MapDiagnosis(
+        verdict,
+        fits_of(found.rows, stages, kept, by_row),
+        _chi2_dof(found, stages[0], kept, by_row),
+        _chi2_dof(found, stages[1], kept, by_row),
+        _grown(found, scatter),
+        model.data,
+        kept,
+        model.table,
+        changed_table(model.table, terms),
+        terms,
+        tuple(findings),
+        tuple(_where(found, left)),
+        tuple(left),
+        tuple(law for _, law in laws),
+        tuple(found.search.trail),
+        tuple(_remarks(found)),
+        odds=odds(found.answer, findings, left),
+        checks=found.checks,
+    )
+
+
+def _stages(found: Searched, terms: Terms, columns: Array) -> list[Stage]:
+    """Residuals without changes, with the named changes, and with the forms ``columns (k, m)`` in addition."""
+    rows, slopes = found.rows, found.fitted.slopes
+    named = rows.um - rows.moved(found.fitted.terms)
+    return [(rows.um, slopes[:0]), (named, slopes), (rows.um - rows.moved(terms), np.vstack([slopes, columns]))]
+
+
+def _chi2_dof(found: Searched, stage: Stage, kept: NDArray[np.bool_], by_row: Sequence[Array]) -> float:
+    um, slopes = stage
+    white = um * np.repeat(found.rows.sigma, len(kept)) / np.concatenate(by_row)
+    used = np.tile(kept, len(found.rows.sigma))
+    return float((white[used] ** 2).sum()) / max(int(used.sum()) - len(slopes), 1)
+
+
+# -- the scatter -------------------------------------------------------------------------------------------------------
+
+
+def _kept(found: Searched) -> NDArray[np.bool_]:
+    """Rows ``(n,)`` that are not outliers."""
+    outlying, stated = found.state.scatter.outlying, found.priors.decision.stated
+    if outlying is None or found.answer.probability_of_scatter(OUTLYING) < stated:
+        return np.ones(len(found.rows.data), bool)
+    off = np.array(np.split(outlying, len(found.rows.sigma))) > SURE_OUTLIER
+    return np.asarray(~off.any(axis=0))
+
+
+def _grown(found: Searched, scatter: MapScatter) -> MapScatter:
+    grows = found.answer.probability_of_scatter("growth") >= found.priors.decision.stated
+    return replace(scatter, grows=grows and found.state.scatter.growth is not None)
+
+
+def _by_row(found: Searched, scatter: MapScatter) -> list[Array]:
+    """Standard deviation of every ordinary row of each quantity: the mean over repeats, else that of the model."""
+    state = found.state
+    relative = np.sqrt(found.search.scatters.variance(state.scatter) * state.scatter.weight)
+    found_by = [part * s for part, s in zip(np.split(relative, len(found.rows.sigma)), found.rows.sigma, strict=True)]
+    if not scatter.repeats:
+        return [one * state.sigma_um for one in found_by]
+    return [one * s / float(np.sqrt(np.mean(one**2))) for one, s in zip(found_by, scatter.sigma, strict=True)]
+
+
+# -- what has a name ---------------------------------------------------------------------------------------------------
+
+
+def _findings(found: Searched, by_row: Sequence[Array]) -> Iterator[MapFinding]:
+    several = found.answer.alternatives(LEAST_ODDS)
+    known = estimates(found.rows.model.table, found.fitted)
+    for place, parameters in enumerate(known):
+        label, least = found.laws[place].lead.candidate.label, found.priors.decision.in_set
+        spread = spread_factor(found.answer, found.state, label, least)
+        factor = max(spread, float(found.moved_by_slight[place])) * found.wider
+        others = together(several, label, least)
+        yield _finding(found, place, widened(parameters, factor), others, by_row)
+
+
+def _finding(
+    found: Searched, place: int, parameters: dict[str, Estimate], others: Sequence[str], by_row: Sequence[Array]
+) -> MapFinding:
+    said, term = found.laws[place], found.fitted.terms[place]
+    candidate, rivals = term.candidate, rival_laws(said, found.priors.decision.in_set)
+    same = [one for one in rivals if one.candidate.kind == candidate.kind]
+    fitted = {one.candidate.kind: found.instead(place, one) for one in rivals[::-1] if one not in same}
+    kinds = [kind for kind in dict.fromkeys(one.candidate.kind for one in rivals) if kind in fitted]
+    words, commands = separate(found.rows.model, by_row, [found.fitted, *(fitted[kind] for kind in kinds)])
+    share = _moved(found, term)
+    return MapFinding(
+        candidate.kind,
+        candidate.label,
+        None,
+        {},
+        parameters,
+        min(sum(one.share for one in rivals), 1.0),
+        found.rows.stacked(list(share.values())),
+        own=found.answer.probability([said.lead.candidate.label]),
+        confounded_with=(*kinds, *others),
+        alternatives=tuple(one.candidate.label for one in same if one is not said.lead),
+        reason="; ".join(dict.fromkeys(reason(candidate.kind, kind) for kind in kinds)),
+        separate_by=words,
+        choice=candidate.choice,
+        share=share,
+        instead={kind: _values(fitted[kind].terms[place]) for kind in kinds},
+        commands=commands,
+    )
+
+
+def _values(term: Term) -> dict[str, float]:
+    return {knob.name: value for knob, value in zip(term.candidate.knobs, term.values, strict=True)}
+
+
+def _moved(found: Searched, term: Term) -> dict[str, Array]:
+    """Influence of a change on each quantity beside the other changes, (n,) by name."""
+    rows, without = found.rows, tuple(one for one in found.fitted.terms if one is not term)
+    share = rows.parts(rows.moved(found.fitted.terms) - rows.moved(without))
+    return {m.name: each for m, each in zip(rows.data.measured, share, strict=True)}
+
+
+def _outliers(found: Searched, kept: NDArray[np.bool_]) -> Iterator[MapFinding]:
+    rows = tuple(map(int, np.flatnonzero(~kept)))
+    if rows:
+        p = found.answer.probability_of_scatter(OUTLYING)
+        yield MapFinding(OUTLIERS, OUTLIERS, None, {}, {}, p, np.zeros(len(found.rows.um)), own=p, rows=rows)
+
+
+# -- what has none -----------------------------------------------------------------------------------------------------
+
+
+def _located(form: Form, shape: int, found: Searched, probability: float, share: float = 1.0) -> Located:
+    words = f"{quantity_words(found.rows.data.measured[form.quantity].name)}: {form.words[shape]}"
+    return Located(form.covariate, "both", form.name, words, round(share, 4), probability)
+
+
+def _unexplained(found: Searched) -> Iterator[Located]:
+    for said in found.forms:
+        same = [one.candidate.label for one in said.place.rivals if one.candidate.kind == said.lead.candidate.kind]
+        yield _located(*form_of(said), found, found.answer.probability(same))
+
+
+def _vague(found: Searched) -> Iterator[Located]:
+    """Places in which a law fits with a size that is not determined."""
+    for said in found.vague:
+        label = said.lead.candidate.label
+        words = f"similar to {label}, whose size this map does not determine"
+        yield Located(DIRECTION, "both", UNDETERMINED, words, 1.0, found.answer.probability([label]))
+
+
+def _where(found: Searched, left: Sequence[Located]) -> Iterator[Located]:
+    """Forms of the systematic residuals: those that remain, and those before any law is named."""
+    yield from left
+    known = [said.lead.candidate.kind for said in found.forms]
+    least = found.priors.decision.in_set
+    for look, probability, share in systematic(found.search, found.state, known, least):
+        yield _located(look.candidate.source, look.atom, found, probability, share)
+
+
+def _laws(found: Searched) -> tuple[list[tuple[Term, Law]], Array]:
+    """The forms as laws of the probe file, with the derivatives ``(k, m)`` by their coefficients."""
+    forms = [said for said in found.forms if form_of(said)[0].terms[form_of(said)[1]]]
+    if not forms:
+        return [], np.zeros((0, len(found.rows.um)))
+    columns = np.vstack([said.term.columns for said in forms])
+    sd = np.concatenate([np.full(len(said.term.columns), said.term.sd) for said in forms])
+    white = found.metric(columns)
+    covariance = np.linalg.inv(white @ white.T + np.diag(sd**-2.0))
+    left = found.metric(found.rows.um - found.rows.moved(found.fitted.terms))
+    amplitudes = covariance @ white @ left
+    laws, first = [], 0
+    for said in forms:
+        own = slice(first, first + len(said.term.columns))
+        laws.append(_law(found, said, amplitudes[own], np.sqrt(np.diag(covariance)[own])))
+        first = own.stop
+    return laws, columns
+
+
+def _law(found: Searched, said: Said, amplitudes: Array, u: Array) -> tuple[Term, Law]:
+    form, shape = form_of(said)
+    measured, sigma = found.rows.data.measured[form.quantity], found.rows.sigma[form.quantity]
+    weight = sigma * (np.array(form.weight) if form.weight else np.ones(len(amplitudes)))
+    candidate = empirical(measured.name, measured.unit, form.terms[shape], form.name)
+    term = Term(candidate, tuple(map(float, amplitudes * weight)))
+    share = found.rows.parts(amplitudes @ said.term.columns)[form.quantity]
+    table: dict[str, Any] = candidate.applied({}, term.values)[EMPIRICAL][-1]
+    coefficients = {
+        knob.name: Estimate(value, float(s), measured.unit)
+        for knob, value, s in zip(candidate.knobs, term.values, u * weight, strict=True)
+    }
+    located = _located(form, shape, found, said.lead.share)
+    return term, Law(located, measured.name, measured.unit, table["formula"], coefficients, share)
+
+
+def _remarks(found: Searched) -> Iterator[str]:
+    gauge = [t.candidate.label.replace("_", " ") for t in found.fitted.terms if t.candidate.kind in GAUGE_KINDS]
+    if gauge:
+        yield f"An error of the force gauge ({', '.join(gauge)}) is no property of the probe and not in its file."
+    if found.slight:
+        words = ", ".join(one.lead.candidate.label.replace("_", " ") for one in found.slight)
+        yield (
+            f"What explains less than {found.priors.maps.slight:g} of the squared residuals is not named, since no"
+            f" statics are exact ({words}); the uncertainties of the parameters allow for it."
+        )
+    if found.state.scatter.tails == "heavy":
+        yield "Single readings scatter with heavier tails than a normal distribution: they were weighted accordingly."

@@ -1,0 +1,135 @@
+"""Predictions of a probe file, with changes, for the directions of a map."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS, Candidate, Table
+from stepgauge.diagnosis.maps.data import MapData
+from stepgauge.errors import InputError
+from stepgauge.physics.wozniak import LobeModel
+from stepgauge.probes import Probe, probe_from_table
+from stepgauge.probes.base import head_frame
+from stepgauge.probes.empirical import EmpiricalTable, with_laws
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TriangularProbe(Probe):
+    """Pre-travel of three contacts that open, w = A g (Wozniak Eq 4), plus a constant."""
+
+    constant_um: float
+    added_um: float
+    lobe_azimuth_rad: float
+
+    def pretravel_um(self, approach: ArrayLike) -> Array:
+        law = LobeModel(lobe_azimuth_rad=self.lobe_azimuth_rad)
+        return law.pretravel_um(self.normals(approach), self.constant_um) + self.added_um
+
+
+@dataclass(frozen=True)
+class Term:
+    """A candidate in the model, with the values of its knobs."""
+
+    candidate: Candidate
+    values: tuple[float, ...]
+
+
+Terms = tuple[Term, ...]
+
+
+def changed_table(table: Mapping[str, Any], terms: Sequence[Term]) -> Table:
+    """The ``[probe]`` table with all terms in it."""
+    changed = dict(table)
+    for term in terms:
+        changed = term.candidate.applied(changed, term.values)
+    return changed
+
+
+def build_probe(table: Mapping[str, Any], where: str) -> Probe:
+    """The probe of a table, which may be of the model ``triangular`` that probe files do not have.
+
+    Raises :class:`InputError` for an impossible construction.
+    """
+    if table.get("model") != "triangular":
+        return probe_from_table(dict(table), where)
+    return with_laws(_triangular(table), [EmpiricalTable.model_validate(law) for law in table.get("empirical", [])])
+
+
+def _triangular(table: Mapping[str, Any]) -> TriangularProbe:
+    roll = float(np.radians(table.get("roll_deg", 0.0)))
+    return TriangularProbe(
+        name=table.get("name", ""),
+        tip_radius_mm=table["tip_radius_mm"],
+        frame=head_frame(table.get("stylus_direction", (0.0, 0.0, -1.0)), roll),
+        constant_um=table["constant_um"],
+        added_um=table.get("pretravel_um", 0.0) + table["more_um"],
+        lobe_azimuth_rad=float(np.radians(table["lobe_azimuth_deg"])),
+    )
+
+
+def read_gauge(terms: Sequence[Term], force_N: Array) -> Array:
+    """Indication of the force gauge for forces."""
+    for term in terms:
+        if term.candidate.kind == GAUGE_KINDS[0]:
+            force_N = force_N * term.values[0]
+        elif term.candidate.kind == GAUGE_KINDS[1]:
+            force_N = force_N + term.values[0]
+    return force_N
+
+
+class MapModel:
+    """The table of a probe file, evaluated for the quantities and directions of a map."""
+
+    def __init__(self, table: Table, where: str, data: MapData) -> None:
+        self.table, self.where, self.data = table, where, data
+        self._direction = data.direction
+        # repeats of a direction are computed once
+        self._normals = data.normals[np.unique(self._direction, return_index=True)[1]]
+        # sizes are tried anew when the others have changed
+        self._lately = lru_cache(maxsize=512)(self._predict)
+
+    def predict(self, terms: Sequence[Term]) -> list[Array]:
+        """Values (n,) of each quantity; :class:`InputError` for an impossible construction."""
+        return self._lately(tuple(terms))
+
+    def _predict(self, terms: Terms) -> list[Array]:
+        probe = build_probe(changed_table(self.table, terms), self.where)
+        values = predict(probe, terms, self._normals, [m.name for m in self.data.measured])
+        return [one[self._direction] for one in values]
+
+    def residuals(self, terms: Sequence[Term]) -> list[Array]:
+        """Recorded minus simulated, (n,) for each quantity, in its unit."""
+        predicted = self.predict(terms)
+        return [m.values - p for m, p in zip(self.data.measured, predicted, strict=True)]
+
+
+def predict(probe: Probe, terms: Sequence[Term], normals: Array, quantities: Sequence[str]) -> list[Array]:
+    """Values of quantities for contact normals (n, 3) in the probe's frame."""
+    approach = probe.approaches(normals)
+    asked = {
+        "trigger_force_N": lambda: read_gauge(terms, probe.trigger_force_N(approach)),
+        "deflection_um": lambda: probe.deflection_um(approach),
+        "pretravel_um": lambda: probe.pretravel_um(approach),
+    }
+    return [asked[name]() for name in quantities]
+
+
+def check_model(model: MapModel) -> None:
+    """:class:`InputError` if the probe file does not give a quantity of the map."""
+    for measured, values in zip(model.data.measured, model.predict(()), strict=True):
+        if np.isnan(values).all():
+            expected = "a probe file of the model kinematic or piezo"
+            raise InputError(model.where, f"this probe says nothing of {measured.name}", expected=expected)
+        never = np.flatnonzero(~np.isfinite(values))
+        if never.size:
+            row, data = int(never[0]), model.data
+            found = f"polar {data.polar_deg[row]:g}, azimuth {data.azimuth_deg[row]:g} deg"
+            raise InputError(data.path, "here this probe never triggers, yet the map has a value", found=found)

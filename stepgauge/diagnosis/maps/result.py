@@ -1,0 +1,107 @@
+"""The result of the diagnosis of a probe map."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.maps.data import MapData
+from stepgauge.diagnosis.maps.model import Terms
+from stepgauge.diagnosis.maps.scatter import MapScatter
+from stepgauge.diagnosis.posterior.search import Step
+from stepgauge.diagnosis.result import Check, Finding, Located, Verdict
+from stepgauge.diagnosis.solve import Estimate
+
+Array = NDArray[np.float64]
+OUTLIERS = "outliers"
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapFinding(Finding):
+    """A change of the construction, or the outliers.
+
+    ``choice``: which one of a kind; ``share``: its influence on each quantity, (n,) by name; ``instead``: other kinds
+    that this map cannot discriminate from it, with their values; ``rows``: indices of outliers.
+    """
+
+    choice: str = ""
+    share: dict[str, Array] = field(default_factory=dict)
+    instead: dict[str, dict[str, float]] = field(default_factory=dict)
+    commands: tuple[str, ...] = ()
+    rows: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Law:
+    """A form as an empirical law of the probe file; ``share (n,)`` in the unit of the quantity."""
+
+    located: Located
+    quantity: str
+    unit: str
+    formula: str
+    coefficients: dict[str, Estimate]
+    share: Array
+
+
+@dataclass(frozen=True)
+class QuantityFit:
+    """One quantity before and after: rms, largest relative residual, held-out rms.
+
+    ``noise``: rms of the scatter of the rows; ``quantum``: resolution of the printed values, 0 if none was seen;
+    ``holdout``: groups held out -> rms before and after. ``after`` is with the named changes, ``described`` also with
+    the empirical laws; no rms includes outliers.
+    """
+
+    name: str
+    unit: str
+    noise: float
+    quantum: float
+    rms_before: float
+    rms_after: float
+    rms_described: float
+    worst_before: float
+    worst_after: float
+    holdout: dict[str, tuple[float, float]]
+    holdout_described: dict[str, float]
+    before: Array
+    after: Array
+    described: Array
+
+
+@dataclass(frozen=True)
+class MapDiagnosis:
+    """The whole result.
+
+    ``data`` has all rows, ``kept (n,)`` marks those that are not outliers; ``terms`` are the changes found, with the
+    empirical laws, ``probe`` is the original ``[probe]`` table, ``table`` that with the changes.
+    """
+
+    verdict: Verdict
+    fits: tuple[QuantityFit, ...]
+    chi2_dof_before: float
+    chi2_dof_after: float
+    noise: MapScatter
+    data: MapData
+    kept: NDArray[np.bool_]
+    probe: dict[str, Any]
+    table: dict[str, Any]
+    terms: Terms = ()
+    findings: tuple[MapFinding, ...] = ()
+    located: tuple[Located, ...] = ()
+    unexplained: tuple[Located, ...] = ()
+    laws: tuple[Law, ...] = ()
+    trail: tuple[Step, ...] = ()
+    remarks: tuple[str, ...] = ()
+    refuted: tuple[str, ...] = ()
+    lacking: tuple[str, ...] = ()
+    odds: dict[str, Any] = field(default_factory=dict)
+    checks: tuple[Check, ...] = ()
+
+
+def rms(values: Sequence[float] | Array) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))

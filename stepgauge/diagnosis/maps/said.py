@@ -1,0 +1,193 @@
+"""The content of ``diagnosis.json`` of a probe map, with the keys of the diagnosis of a recording."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stepgauge import __version__
+from stepgauge.diagnosis.files import FORMAT, checksum, estimate_json, evidence_json, without_nan
+from stepgauge.diagnosis.maps.data import MapData
+from stepgauge.diagnosis.maps.practice import in_practice
+from stepgauge.diagnosis.maps.result import OUTLIERS, Law, MapDiagnosis, MapFinding, QuantityFit, rms
+
+_FLAT = ("noise", "rms_before", "rms_after", "holdout_rms_before", "holdout_rms_after")
+
+
+def as_json(found: MapDiagnosis, probe_path: str, folder: str | Path = ".") -> dict[str, Any]:
+    """The diagnosis of a map as JSON types; undefined numbers are None.
+
+    ``folder`` is the folder of the diagnosed probe file, for the commands that name it.
+    """
+    said = {
+        "format": FORMAT,
+        "stepgauge": __version__,
+        "verdict": found.verdict,
+        "effects": [_effect(each, found, Path(folder)) for each in found.findings],
+        "empirical": [_law(each) for each in found.laws],
+        "fit": _fit(found),
+        "noise": _noise(found),
+        "measured": _measured(found.data, found.kept),
+        **evidence_json(found),
+        "remarks": list(found.remarks),
+        "lacking": list(found.lacking),
+        "inputs": {
+            "map": {"path": found.data.path, "sha256": checksum(found.data.path)},
+            "probe": {"path": probe_path, "sha256": checksum(probe_path), **_probe(found.table)},
+        },
+    }
+    return dict(without_nan(said))
+
+
+def _effect(finding: MapFinding, found: MapDiagnosis, folder: Path) -> dict[str, Any]:
+    said: dict[str, Any] = {
+        "kind": finding.kind,
+        "label": finding.label,
+        **({"choice": finding.choice} if finding.choice else {}),
+        "parameters": {name: estimate_json(p) for name, p in finding.parameters.items()},
+        "probability": finding.probability,
+        "own_probability": finding.own,
+        "confounded_with": list(finding.confounded_with),
+        "instead": finding.instead,
+        "alternatives": list(finding.alternatives),
+        "reason": finding.reason,
+        "separate_by": finding.separate_by,
+        "commands": [_in_folder(command, folder) for command in finding.commands],
+        "in_practice": in_practice(finding),
+        "rms": {name: rms(share) for name, share in finding.share.items()},
+        "largest": {name: float(np.abs(share).max(initial=0.0)) for name, share in finding.share.items()},
+    }
+    if finding.kind == OUTLIERS:
+        said["rows"] = [_outlier(row, found) for row in finding.rows]
+    return said
+
+
+def _outlier(row: int, found: MapDiagnosis) -> dict[str, Any]:
+    data = found.data
+    return {
+        "row": int(data.row_numbers[row]),
+        "polar_deg": data.polar_deg[row],
+        "azimuth_deg": data.azimuth_deg[row],
+        "off": {fit.name: fit.described[row] for fit in found.fits},
+    }
+
+
+def _in_folder(command: str, folder: Path) -> str:
+    """The command for the folder in which the diagnosis was started."""
+    return command.replace(" probe.diagnosed.toml", f" {(folder / 'probe.diagnosed.toml').as_posix()}")
+
+
+def _law(law: Law) -> dict[str, Any]:
+    return {
+        "covariate": law.located.covariate,
+        "side": law.located.side,
+        "form": law.located.form,
+        "where": law.located.where,
+        "quantity": law.quantity,
+        "unit": law.unit,
+        "rms": rms(law.share),
+        "largest": float(np.abs(law.share).max(initial=0.0)),
+        "formulas": [law.formula],
+        "coefficients": {name: estimate_json(p) for name, p in law.coefficients.items()},
+        **_lobes(law),
+    }
+
+
+def _lobes(law: Law) -> dict[str, Any]:
+    """Amplitude of a harmonic, and the azimuth of its first maximum."""
+    if not law.located.form.startswith("harmonic"):
+        return {}
+    order = int(law.located.form.split()[1])
+    c, s = (law.coefficients[name].value for name in ("c1", "c2"))
+    return {"amplitude": math.hypot(c, s), "maximum_deg": _first_maximum_deg(c, s, order)}
+
+
+def _first_maximum_deg(c: float, s: float, order: int) -> float:
+    return math.degrees(math.atan2(s, c)) % 360.0 / order
+
+
+def _fit(found: MapDiagnosis) -> dict[str, Any]:
+    """Per quantity, and with the unit in the name for the first quantity of each unit."""
+    quantities = {fit.name: _quantity(fit) for fit in found.fits}
+    flat: dict[str, Any] = {}
+    for fit in found.fits:
+        for key in _FLAT:
+            flat.setdefault(f"{key}_{fit.unit}", quantities[fit.name][key])
+    said = {
+        **flat,
+        "chi2_dof_after": found.chi2_dof_after,
+        "chi2_dof_before": found.chi2_dof_before,
+        "quantities": quantities,
+    }
+    if found.laws:
+        said["with_empirical"] = {fit.name: _with_empirical(fit) for fit in found.fits}
+    return said
+
+
+def _quantity(fit: QuantityFit) -> dict[str, Any]:
+    held = list(fit.holdout.values())
+    return {
+        "unit": fit.unit,
+        "noise": fit.noise,
+        "printed_digit": fit.quantum if fit.quantum else None,
+        "rms_before": fit.rms_before,
+        "rms_after": fit.rms_after,
+        "worst_before_percent": 100.0 * fit.worst_before,
+        "worst_after_percent": 100.0 * fit.worst_after,
+        "holdout_rms_before": max((b for b, _ in held), default=math.nan),
+        "holdout_rms_after": max((a for _, a in held), default=math.nan),
+        "holdout": {by: {"rms_before": b, "rms_after": a} for by, (b, a) in fit.holdout.items()},
+    }
+
+
+def _with_empirical(fit: QuantityFit) -> dict[str, Any]:
+    return {
+        "unit": fit.unit,
+        "rms_after": fit.rms_described,
+        "holdout_rms_after": dict(fit.holdout_described),
+    }
+
+
+def _noise(found: MapDiagnosis) -> dict[str, Any]:
+    noise = found.noise
+    said: dict[str, Any] = {
+        "from_repeats": noise.repeats,
+        "copies": noise.copies,
+        "dof": noise.dof,
+        "scatter": "proportional" if noise.grows else "constant",
+        "quantities": {},
+    }
+    for fit in found.fits:
+        u = fit.noise / math.sqrt(2.0 * noise.dof) if noise.repeats else math.nan
+        said.setdefault(f"sigma_{fit.unit}", fit.noise)
+        said["quantities"][fit.name] = {
+            "sigma": fit.noise,
+            "u": u,
+            "unit": fit.unit,
+            "printed_digit": fit.quantum if fit.quantum else None,
+        }
+    return said
+
+
+def _measured(data: MapData, kept: Any) -> dict[str, Any]:
+    return {
+        "probings": len(data),
+        "outliers": int((~kept).sum()),
+        "rows_without_values": data.dropped,
+        "directions": int(data.direction.max()) + 1,
+        "polar_deg": _range(data.polar_deg, int(data.rings.max()) + 1),
+        "azimuth_deg": _range(data.azimuth_deg % 360.0, int(data.spokes.max()) + 1),
+        "quantities": [m.name for m in data.measured],
+    }
+
+
+def _range(angle: Any, different: int) -> dict[str, Any]:
+    return {"from": angle.min(), "to": angle.max(), "different": different}
+
+
+def _probe(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {"name": table.get("name", ""), "model": table.get("model", "constant")}

@@ -1,0 +1,355 @@
+"""The search of a map: hypotheses by additive signatures, then the named changes together by the statics of the probe.
+
+Changes of one construction do not add up exactly, and a signature is exact for one size only. So the joint influence of
+the changes found minus the sum of their single ones is subtracted, signatures of their exact sizes are added, and the
+search is repeated until nothing changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from stepgauge.diagnosis.checks import predictive_checks, widening
+from stepgauge.diagnosis.maps.candidates import Candidate
+from stepgauge.diagnosis.maps.fit import Fitted, fit
+from stepgauge.diagnosis.maps.forms import Form
+from stepgauge.diagnosis.maps.model import MapModel, Term
+from stepgauge.diagnosis.maps.problem import LOBES, MapRows, Point, make_problem, signature
+from stepgauge.diagnosis.maps.scatter import MapScatter
+from stepgauge.diagnosis.posterior.answer import Answer, Rival
+from stepgauge.diagnosis.posterior.evidence import State
+from stepgauge.diagnosis.posterior.looks import Look
+from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Law, Problem, Sizes
+from stepgauge.diagnosis.posterior.problem import Term as Chosen
+from stepgauge.diagnosis.posterior.search import Search
+from stepgauge.diagnosis.posterior.told import Said, told
+from stepgauge.diagnosis.posterior.told import sure as is_sure
+from stepgauge.diagnosis.result import Check
+
+Array = NDArray[np.float64]
+PASSES = 4
+SETTLED = 0.1
+"""Rms difference of signatures and statics, over the scatter of a reading, below which they count as equal."""
+SAME_SCATTER = 1.15
+ALIKE = 0.98
+"""Cosine between the signatures of two changes from which each is fitted in the place of the other."""
+ROUNDS, SAME_SIZE = 8, 0.01
+"""Rounds in which the size of a signature is set to its amplitude, and the relative agreement of the two."""
+
+
+@dataclass(frozen=True)
+class Searched:
+    """The hypothesis that is stated for a map.
+
+    ``laws`` with the terms of ``fitted``; ``forms``; ``vague``: laws whose size is not determined; ``slight``: terms
+    that explain so little of the residuals that inexact statics may cause them; ``moved_by_slight``: their influence on
+    the values of each law as a factor on uncertainties; ``wider``: factor on uncertainties from the predictive
+    ``checks``; ``metric``: of the scatter alone, ``beside``: with all terms that are not named.
+    """
+
+    rows: MapRows
+    search: Search
+    answer: Answer
+    state: State
+    laws: tuple[Said, ...]
+    forms: tuple[Said, ...]
+    vague: tuple[Said, ...]
+    slight: tuple[Said, ...]
+    fitted: Fitted
+    moved_by_slight: Array
+    metric: Metric
+    beside: Metric
+    priors: Priors
+    checks: tuple[Check, ...]
+    wider: float
+
+    def term_of(self, rival: Rival) -> Term:
+        """A rival of a law as a change, with its values from the search."""
+        if rival.state is None:
+            point = _point(rival.look.term())
+            return Term(point.candidate, point.values(np.full(len(point.step), point.size)))
+        place = next(i for i, t in enumerate(rival.state.terms) if t.candidate is rival.candidate)
+        return _term(rival.state, rival.state.terms[place])
+
+    def instead(self, place: int, rival: Rival) -> Fitted:
+        """All changes, fitted with a rival in the place of one."""
+        terms = (*self.fitted.terms[:place], self.term_of(rival), *self.fitted.terms[place + 1 :])
+        return fit(terms, self.rows, self.beside, self.priors)
+
+
+class SizedSearch(Search):
+    """A search that also begins with the result of an earlier one, and computes every law at its actual size.
+
+    Sizes are summed again after the exact computation. A look sums them with the scatter of the present residuals,
+    which is much too large while the law is not yet a term: two laws with the same signature would then differ by the
+    size at which they were rated.
+    """
+
+    def __init__(self, problem: Problem, priors: Priors, rows: MapRows, seed: Sequence[str] = ()) -> None:
+        super().__init__(problem, priors)
+        self.rows, self.seed = rows, seed
+
+    def run(self) -> State:
+        """The more probable of two hypotheses: from a search from nothing, and from one that began with ``seed``."""
+        best, seeded = super().run(), self.start
+        for label in self.seed:
+            for look in self.beside(seeded):
+                if look.candidate.label == label:
+                    seeded = self.added(seeded, _exact(look))
+        seeded = self.polished(self.reshaped(seeded))
+        return best if seeded.log_posterior <= best.log_posterior else self._exchanged(self._better(best, seeded))
+
+    def _shaped(self, state: State, look: Look) -> State:
+        """The hypothesis with one more term; intermediate sizes are not kept among the computed hypotheses."""
+        visited = self.evidence.visited
+        known = set(visited)
+        found = self._grown_to_size(super()._shaped(state, look), look)
+        for other in [one for one in visited if one not in known and visited[one] is not found]:
+            del visited[other]
+        return found
+
+    def _grown_to_size(self, found: State, look: Look) -> State:
+        law = look.candidate
+        if not isinstance(law, Law) or look.by_atom is None or len(law.sizes.sd) < 2:
+            return found
+        for _ in range(ROUNDS):
+            sized = self._sized(found, self._of_its_size(found, law), look)
+            if sized is found:
+                break
+            found = sized
+        return found
+
+    def _of_its_size(self, found: State, law: Law) -> Chosen:
+        """The term of a law with the signature at the size of its amplitude."""
+        place = next(i for i, term in enumerate(found.terms) if term.candidate is law)
+        term = found.terms[place]
+        if not law.named or (point := _point(term)).candidate.shape not in ("line", "plane"):
+            return term
+        size = float(f"{found.amplitudes(place)[0][0]:.3g}")
+        if size == 0.0 or abs(size / point.size - 1.0) < SAME_SIZE:
+            return term
+        for exact, columns in signature(self.rows, replace(point, size=size)):
+            return replace(term, columns=columns, shape=exact)
+        return term
+
+    def _sized(self, found: State, term: Chosen, look: Look) -> State:
+        """The hypothesis with another term of the same law, its sizes summed."""
+        law = look.candidate
+        assert isinstance(law, Law)
+        assert look.by_atom is not None
+        place = next(i for i, one in enumerate(found.terms) if one.candidate is law)
+        others = tuple(one for one in found.terms if one.candidate is not law)
+        evidence = _by_size(*found.amplitudes(place), found.terms[place].sd, law.sizes) + law.sizes.log_weight
+        best = int(evidence.argmax())
+        summed = float(np.logaddexp.reduce(evidence) - evidence[best] + law.sizes.log_weight[best])
+        log_prior = law.log_odds + summed
+        if not law.named or _point(term).candidate.shape != "line":
+            log_prior += look.gain - law.log_odds - float(look.by_atom[look.atom] - law.log_weight[look.atom])
+        sized = replace(term, sd=float(law.sizes.sd[best]), log_prior=log_prior)
+        if sized.key == found.terms[place].key:
+            return found
+        return self.evidence((*others, sized), found.scatter, found.sigma_um)
+
+
+def _exact(look: Look) -> Look:
+    """The look of a law at the size that was fitted before: the last one of its shapes."""
+    law = look.candidate
+    if not isinstance(law, Law) or not law.named or law.source[-1].candidate.shape not in ("plane", "lobes"):
+        return look
+    return replace(look, atom=law.atoms - 1, volume=look.volume_of(law.atoms - 1))
+
+
+def _by_size(mean: Array, covariance: Array, sd: float, sizes: Sizes) -> Array:
+    """Log evidence of prior standard deviations of amplitudes, from the posterior under one of them, up to a constant.
+
+    The likelihood is normal with precision P and product b; the evidence follows with a normal prior.
+    """
+    precision, s2 = np.linalg.inv(covariance), sizes.sd[:, None] ** 2
+    value, turn = np.linalg.eigh(precision - np.eye(len(mean)) / sd**2)
+    value, product = np.maximum(value, 0.0), turn.T @ precision @ mean
+    return 0.5 * np.asarray((product**2 / (value + 1.0 / s2) - np.log1p(value * s2)).sum(axis=1))
+
+
+@threadpool_limits.wrap(limits=1, user_api="blas")
+def searched(model: MapModel, candidates: Sequence[Candidate], scatter: MapScatter, priors: Priors) -> Searched:
+    """The result of the search of a map, with signatures that agree with the statics of the probe."""
+    wide = priors.scatter.model_copy(update={"outlier_sizes": priors.maps.outlier_sizes})
+    priors = priors.model_copy(update={"scatter": wide})
+    rows = MapRows(model, scatter.sigma)
+    remainder, before = np.zeros(len(rows.um)), np.full(len(rows.um), np.inf)
+    fitted: dict[str, list[Point]] = {}
+    seed: tuple[str, ...] = ()
+    for _ in range(PASSES):
+        problem = make_problem(rows, candidates, priors, remainder, fitted)
+        found = _search(rows, SizedSearch(problem, priors, rows, seed), priors)
+        exact = rows.moved(found.fitted.terms)
+        settled = min(_rms(exact - before), _rms(_signatures(found) + remainder - exact)) < SETTLED
+        if settled and _same(rows, found, scatter):
+            break
+        remainder = exact - sum((rows.moved((term,)) for term in found.fitted.terms), np.zeros(len(exact)))
+        before, fitted = exact, _exactly(found)
+        seed = tuple(one.lead.candidate.label for one in (*found.laws, *found.forms))
+        rows = MapRows(model, _sigma(rows, found, scatter))
+    return found
+
+
+def _search(rows: MapRows, search: Search, priors: Priors) -> Searched:
+    answer = Answer(search, search.run())
+    state, said = told(search, answer, priors.decision.stated)
+    forms, slight = [one for one in said if not one.named], list[Said]()
+    scatter = (search.problem, state.scatter, search.scatters, state.sigma_um)
+    metric = Metric(*scatter)
+    checks = predictive_checks(search.problem, state, metric)
+    wider = widening(checks, search.problem, state, metric)
+    sure = [one for one in said if one.named and is_sure(one, state, answer, priors.decision, wider)]
+    vague = [one for one in said if one.named and one not in sure]
+    while True:
+        beside = Metric(*scatter, tuple(one.term for one in (*forms, *vague)))
+        fitted = fit([_term(state, one.term) for one in sure], rows, beside, priors)
+        if (least := _least_determined(fitted, priors.decision.determined)) is not None:
+            vague.append(sure.pop(least))
+        elif (least := _slightest(fitted, rows, beside, priors)) is not None:
+            slight.append(sure.pop(least))
+        else:
+            break
+    moved = np.ones(len(fitted.terms))
+    if slight:
+        moved = _moved_by(fitted, rows, Metric(*scatter, tuple(o.term for o in (*forms, *vague, *slight))), priors)
+    slight += [one for one in forms if _share_of(one, state, metric, rows) < priors.maps.slight]
+    forms = [one for one in forms if one not in slight]
+    told_of = (tuple(sure), tuple(forms), tuple(vague), tuple(slight))
+    return Searched(rows, search, answer, state, *told_of, fitted, moved, metric, beside, priors, checks, wider)
+
+
+def _least_determined(fitted: Fitted, least: float) -> int | None:
+    """The change of the smallest size in standard uncertainties, if it is not determined beside the others."""
+    sizes = []
+    for place, term in enumerate(fitted.terms):
+        off = np.array(term.values) - np.array(term.candidate.none)
+        sizes.append(float(off @ np.linalg.pinv(fitted.covariance_of(place)) @ off))
+    return int(np.argmin(sizes)) if sizes and min(sizes) < least**2 else None
+
+
+def _slightest(fitted: Fitted, rows: MapRows, metric: Metric, priors: Priors) -> int | None:
+    """The change that explains least of the residuals, if this is within the inexactness of the statics."""
+    if len(fitted.terms) < 2:
+        return None
+    total, left = _square(metric(rows.um)), _square(metric(rows.um - rows.moved(fitted.terms)))
+    shares = []
+    for place in range(len(fitted.terms)):
+        others = fit((*fitted.terms[:place], *fitted.terms[place + 1 :]), rows, metric, priors)
+        shares.append((_square(metric(rows.um - rows.moved(others.terms))) - left) / total)
+    return int(np.argmin(shares)) if min(shares) < priors.maps.slight else None
+
+
+def _moved_by(fitted: Fitted, rows: MapRows, beside: Metric, priors: Priors) -> Array:
+    """Factors on uncertainties for the shift of the values if slight terms are included, one to a term."""
+    other = fit(fitted.terms, rows, beside, priors)
+    found = []
+    for place, (one, two) in enumerate(zip(fitted.terms, other.terms, strict=True)):
+        variance = np.maximum(np.diag(fitted.covariance_of(place)), 1e-300)
+        found.append(float(np.sqrt(1.0 + (np.subtract(one.values, two.values) ** 2 / variance).max())))
+    return np.array(found)
+
+
+def _share_of(form: Said, state: State, metric: Metric, rows: MapRows) -> float:
+    """Share of the squared residuals that a form explains."""
+    place = next(i for i, term in enumerate(state.terms) if term is form.term)
+    return _square(metric(state.amplitudes(place)[0] @ form.term.columns)) / _square(metric(rows.um))
+
+
+def _square(values: Array) -> float:
+    return float(values @ values)
+
+
+def _point(chosen: Chosen) -> Point:
+    point: Point = chosen.shape if isinstance(chosen.shape, Point) else chosen.candidate.source[chosen.atom]
+    return point
+
+
+def _term(state: State, chosen: Chosen) -> Term:
+    """A law of a hypothesis as a change of the probe, with its amplitudes in the hypothesis."""
+    point = _point(chosen)
+    place = next(i for i, t in enumerate(state.terms) if t is chosen)
+    return Term(point.candidate, point.values(state.amplitudes(place)[0][: len(point.step)]))
+
+
+def _signatures(found: Searched) -> Array:
+    """Sum of the signatures of the laws, ``(m,)``."""
+    moved = np.zeros(len(found.rows.um))
+    for said in found.laws:
+        place = next(i for i, t in enumerate(found.state.terms) if t is said.term)
+        moved += found.state.amplitudes(place)[0] @ said.term.columns
+    return moved
+
+
+def _exactly(found: Searched) -> dict[str, list[Point]]:
+    """The fitted sizes of the laws and of similar ones, to be tried exactly."""
+    points: dict[str, list[Point]] = {}
+    alike = [fitted.terms[place] for place in range(len(found.laws)) for fitted in _alike(found, place)]
+    for term in (*alike, *found.fitted.terms):
+        candidate = term.candidate
+        point = _point_of(term)
+        if point.size and candidate.shape != "linear":
+            points.setdefault(candidate.prior or candidate.kind, []).append(point)
+    return points
+
+
+def _point_of(term: Term) -> Point:
+    candidate, moved = term.candidate, np.array(term.values) - np.array(term.candidate.none)
+    if candidate.shape == "lobes":
+        return Point(candidate, (0.0, term.values[1], 0.0), LOBES)
+    size = float(np.linalg.norm(moved)) * (1.0 if len(moved) > 1 else float(np.sign(moved[0])))
+    return Point(candidate, candidate.none, (tuple(map(float, moved / (size or 1.0))),), size)
+
+
+def _alike(found: Searched, place: int) -> Iterator[Fitted]:
+    """Fits with another change of one knob in the place of one, if their signatures are similar."""
+    terms = found.fitted.terms
+    moved = _unit(found.metric(found.rows.moved((terms[place],))))
+    there = {said.lead.candidate.label for said in found.laws}
+    for law in found.search.problem.candidates:
+        if not isinstance(law, Law) or not law.named or law.dimension > 1 or law.label in there:
+            continue
+        near = [abs(float(_unit(found.metric(law.columns(i)[0])) @ moved)) for i in range(law.atoms)]
+        point = law.source[int(np.argmax(near))]
+        if max(near) > ALIKE and point.candidate.shape == "line":
+            other = Term(point.candidate, point.values(np.array([point.size])))
+            yield fit((*terms[:place], other, *terms[place + 1 :]), found.rows, found.beside, found.priors)
+
+
+def _unit(values: Array) -> Array:
+    return values / max(float(np.linalg.norm(values)), 1e-300)
+
+
+def _sigma(rows: MapRows, found: Searched, scatter: MapScatter) -> tuple[float, ...]:
+    """Scatter of each quantity: that of its repeats, or that of the residuals of the hypothesis."""
+    if scatter.repeats or len(rows.sigma) == 1:
+        return rows.sigma
+    weight = found.state.scatter.weight
+    left = np.split(weight * found.state.left_um**2, len(rows.sigma))
+    least = [m.rounding for m in rows.data.measured]
+    return tuple(max(s * float(np.sqrt(one.mean())), m) for s, one, m in zip(rows.sigma, left, least, strict=True))
+
+
+def _same(rows: MapRows, found: Searched, scatter: MapScatter) -> bool:
+    """Whether the ratio of the scatters of the quantities agrees with the one used."""
+    change = np.array(_sigma(rows, found, scatter)) / np.array(rows.sigma)
+    return float(change.max() / change.min()) < SAME_SCATTER
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def form_of(said: Said) -> tuple[Form, int]:
+    """The form that is stated, and the index of its shape."""
+    form: Form = said.source
+    return form, said.term.atom

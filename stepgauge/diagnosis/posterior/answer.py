@@ -1,0 +1,230 @@
+"""Probabilities of statements, averaged over the hypotheses that were computed.
+
+Hypotheses differ by the labels of their terms and the kind of scatter, not by shapes and sizes, whose volume is part of
+each log posterior: of those with the same labels the most probable counts. Rivals of a term of the best hypothesis that
+were only rated (:mod:`looks`), not computed, count with this rating on the scale of the exact log posteriors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from stepgauge.diagnosis.posterior.evidence import State
+from stepgauge.diagnosis.posterior.looks import Look
+from stepgauge.diagnosis.posterior.problem import Candidate, Term
+from stepgauge.diagnosis.posterior.scatter import Scatter
+from stepgauge.diagnosis.posterior.search import Search
+
+Array = NDArray[np.float64]
+NEAR = 9.0
+"""Rivals of a term that are less probable by more than this are not computed, nats."""
+COMPUTED = 6
+"""Rivals of a term that are computed exactly."""
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """The labels of a hypothesis, and its log posterior."""
+
+    candidates: tuple[Candidate, ...]
+    scatter: Scatter
+    log_posterior: float
+
+    @property
+    def labels(self) -> frozenset[str]:
+        """Labels of the candidates."""
+        return frozenset(one.label for one in self.candidates)
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A candidate that may replace a term: its share of the probability of this place, and its state or look."""
+
+    candidate: Candidate
+    share: float
+    look: Look
+    state: State | None = None
+
+
+@dataclass(frozen=True)
+class Place:
+    """One term of the best hypothesis with its rivals.
+
+    ``rivals``: the term's own candidate first; ``nothing``: share of the hypothesis without any of them.
+    """
+
+    term: int
+    rivals: tuple[Rival, ...]
+    nothing: float
+
+    @property
+    def named(self) -> float:
+        """Share of all laws."""
+        return sum(one.share for one in self.rivals if one.candidate.named)
+
+    @property
+    def nameless(self) -> float:
+        """Share of all forms."""
+        return sum(one.share for one in self.rivals if not one.candidate.named)
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """A hypothesis with other terms than the best: terms that go, terms that come, and its odds against the best."""
+
+    gone: tuple[str, ...]
+    come: tuple[Candidate, ...]
+    odds: float
+    state: State
+
+
+class Answer:
+    """Probabilities over all hypotheses that a search has computed."""
+
+    def __init__(self, search: Search, best: State) -> None:
+        self.search, self.best = search, best
+        self.places = tuple(self._place(place) for place in range(len(best.terms)))
+
+    @cached_property
+    def hypotheses(self) -> list[Hypothesis]:
+        """All hypotheses computed, one for each set of labels."""
+        found: dict[tuple[object, ...], Hypothesis] = {}
+        for state in self.search.evidence.visited.values():
+            candidates = tuple(term.candidate for term in state.terms)
+            one = Hypothesis(candidates, state.scatter, state.log_posterior)
+            key = (one.labels, state.scatter.kind)
+            if key not in found or found[key].log_posterior < one.log_posterior:
+                found[key] = one
+        return [*found.values(), *self._seen()]
+
+    def _seen(self) -> list[Hypothesis]:
+        """Rivals that were rated by a look and not computed."""
+        seen = []
+        for place in self.places:
+            others = tuple(term.candidate for i, term in enumerate(self.best.terms) if i != place.term)
+            own = place.rivals[0].share
+            for rival in place.rivals:
+                if rival.state is None and rival.share > 0.0:
+                    worth = self.best.log_posterior + float(np.log(rival.share / own))
+                    seen.append(Hypothesis((*others, rival.candidate), self.best.scatter, worth))
+        return seen
+
+    @cached_property
+    def weights(self) -> Array:
+        """Posterior probability of each hypothesis, normalised over those computed."""
+        return np.asarray(special.softmax([one.log_posterior for one in self.hypotheses]))
+
+    def probability(self, labels: Sequence[str]) -> float:
+        """Probability that any candidate with one of these labels is a term."""
+        wanted = set(labels)
+        return float(sum(w for w, one in zip(self.weights, self.hypotheses, strict=True) if wanted & one.labels))
+
+    def probability_of_scatter(self, has: str) -> float:
+        """Of a property of the scatter: ``growth``, ``correlation``, ``certificate``, ``outlying`` or ``heavy``."""
+        found = [_has(one.scatter, has) for one in self.hypotheses]
+        return float(self.weights[found].sum())
+
+    @cached_property
+    def adequate(self) -> float:
+        """Probability that there is nothing beyond independent, normal scatter."""
+        found = [not one.candidates and one.scatter.plain for one in self.hypotheses]
+        return float(self.weights[found].sum())
+
+    def _place(self, place: int) -> Place:
+        search, best = self.search, self.best
+        base = search.without(best, place)
+        looks = search.beside(base)
+        own = next(look for look in looks if look.candidate is best.terms[place].candidate)
+        exact = best.log_posterior - base.log_posterior
+        worth: list[tuple[Look, float, State | None]] = [(own, exact, best)]
+        computed = 0
+        for look in looks:
+            if look is own or look.gain < own.gain - NEAR:
+                continue
+            if computed < COMPUTED:
+                state = search.added(base, look)
+                worth.append((look, state.log_posterior - base.log_posterior, state))
+                computed += 1
+            else:
+                worth.append((look, look.gain + exact - own.gain, None))
+        share = special.softmax([0.0, *(value for _, value, _ in worth)])
+        rivals = [
+            Rival(look.candidate, float(s), look, state) for (look, _, state), s in zip(worth, share[1:], strict=True)
+        ]
+        return Place(place, (rivals[0], *sorted(rivals[1:], key=lambda one: -one.share)), float(share[0]))
+
+    def alternatives(self, least_odds: float) -> list[Alternative]:
+        """Hypotheses with several terms in place of terms of the best, with odds of at least ``least_odds``.
+
+        Each of these terms must be needed: if the hypothesis is as probable without one, that is the alternative.
+        """
+        likeliest = self._likeliest
+        mine = {term.candidate.label: term.candidate for term in self.best.terms}
+        found = []
+        for labels, state in likeliest.items():
+            theirs = {term.candidate.label: term.candidate for term in state.terms}
+            gone = tuple(label for label in mine if label not in theirs)
+            come = tuple(c for label, c in theirs.items() if label not in mine)
+            odds = float(np.exp(state.log_posterior - self.best.log_posterior))
+            if odds < least_odds or not come or not gone or len(gone) == len(come) == 1:
+                continue
+            fewer = [likeliest[labels - {one.label}] for one in come if labels - {one.label} in likeliest]
+            if all(one.log_posterior < state.log_posterior for one in fewer):
+                found.append(Alternative(gone, come, odds, state))
+        return sorted(found, key=lambda one: -one.odds)
+
+    def _shown(self, term: Term) -> float:
+        """Size of a term's signature beside what nothing is known of."""
+        free = self.search.problem.free
+        return float(np.linalg.norm(term.columns - (term.columns @ np.linalg.pinv(free)) @ free))
+
+    @cached_property
+    def _likeliest(self) -> dict[frozenset[str], State]:
+        """The most probable state that was computed for each set of terms."""
+        found: dict[frozenset[str], State] = {}
+        for state in self.search.evidence.visited.values():
+            if state.labels not in found or found[state.labels].log_posterior < state.log_posterior:
+                found[state.labels] = state
+        return found
+
+    def spread(self, label: str, least: float) -> tuple[Array, Array] | None:
+        """Posterior mean ``(d,)`` and covariance of the amplitudes of a term over the hypotheses that contain it.
+
+        Only those with odds of at least ``least`` against the best one count, since less probable ones do not change
+        the coverage interval. None if the best hypothesis does not contain the term, or if the signatures differ in
+        dimension.
+        """
+        held = []
+        near = self.best.log_posterior + float(np.log(least))
+        for state in (one for one in self.search.evidence.visited.values() if one.log_posterior >= near):
+            for place, term in enumerate(state.terms):
+                if term.candidate.label == label:
+                    held.append((state, place))
+        own = next((t for t in self.best.terms if t.candidate.label == label), None)
+        held = [(s, i) for s, i in held if own is not None and s.terms[i].key[:2] == own.key[:2]]
+        if not held or own is None:
+            return None
+        weight = special.softmax([state.log_posterior for state, _ in held])
+        # a shape fitted between the grid's may be so much larger that the amplitude is that much smaller
+        as_own = np.array([self._shown(state.terms[place]) for state, place in held]) / self._shown(own)
+        means, covariances = zip(*(state.amplitudes(place) for state, place in held), strict=True)
+        means, covariances = as_own[:, None] * means, as_own[:, None, None] ** 2 * covariances
+        mean = np.einsum("h,hd->d", weight, means)
+        off = means - mean
+        return mean, np.einsum("h,hde->de", weight, covariances) + np.einsum("h,hd,he->de", weight, off, off)
+
+
+def _has(scatter: Scatter, has: str) -> bool:
+    return {
+        "growth": scatter.growth is not None,
+        "correlation": scatter.correlation > 0.0,
+        "certificate": scatter.certificate > 1.0,
+        "outlying": scatter.tails == "outlying",
+        "heavy": scatter.tails == "heavy",
+    }[has]

@@ -1,0 +1,236 @@
+"""The log posterior of one hypothesis: log prior plus log marginal likelihood.
+
+Amplitudes and nuisance parameters are integrated exactly (they are linear with normal priors), the scatter sigma by
+Laplace's approximation in its logarithm (MacKay, Neural Computation 4, 1992: 415).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+from scipy.linalg import get_lapack_funcs
+
+from stepgauge.diagnosis.posterior.metric import Rows, nuisances
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Law, Problem, Term
+from stepgauge.diagnosis.posterior.scatter import Scatter, Scatters
+
+Array = NDArray[np.float64]
+POTRF, POTRI, POTRS = get_lapack_funcs(("potrf", "potri", "potrs"), dtype=np.float64)
+ROUNDS = 12
+FIRST_STEP = 0.05
+"""Half the width of the parabolas that find the most probable log sigma."""
+LOG_2 = float(np.log(2.0))
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A hypothesis: its terms and scatter, and the quantities that follow from them.
+
+    ``log_posterior``: up to a constant of the problem; ``sigma_um``: standard deviation of an ordinary row; ``left_um
+    (n,)``: residuals after terms and nuisance parameters; ``mean (k,)``: posterior mean of the amplitudes of ``count``
+    nuisance parameters and of the terms, ``prior_sd`` their prior standard deviations, ``factor`` that of their
+    precision in units of these.
+    """
+
+    terms: tuple[Term, ...]
+    scatter: Scatter
+    log_posterior: float
+    sigma_um: float
+    left_um: Array
+    factor: Array
+    prior_sd: Array
+    mean: Array
+    count: int
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Posterior covariance of nuisance parameters and amplitudes at the most probable sigma."""
+        return np.asarray(self.prior_sd[:, None] * _inverse(self.factor) * self.prior_sd)
+
+    @property
+    def labels(self) -> frozenset[str]:
+        """Labels of the terms, without their shapes."""
+        return frozenset(term.candidate.label for term in self.terms)
+
+    @property
+    def named(self) -> bool:
+        """Whether all terms are laws."""
+        return all(term.candidate.named for term in self.terms)
+
+    def amplitudes(self, place: int) -> tuple[Array, Array]:
+        """Posterior mean ``(d,)`` and covariance ``(d, d)`` of one term's amplitudes."""
+        first = self.count + sum(len(term.columns) for term in self.terms[:place])
+        own = slice(first, first + len(self.terms[place].columns))
+        return self.mean[own], self.covariance[own, own]
+
+
+def _parts(values: Array, columns: Sequence[Array]) -> Iterator[tuple[Array, Array]]:
+    """Values part by part, as many as there are columns in each of some sets."""
+    yield from zip(np.split(values, np.cumsum([len(one) for one in columns])[:-1]), columns, strict=True)
+
+
+@dataclass(frozen=True)
+class _Base:
+    """Common to all hypotheses with one scatter: rows, mapped residual and nuisance columns, and their products."""
+
+    rows: Rows
+    raw: Array
+    mapped: Array
+    gram: Array
+    sd: Array
+
+
+class Evidence:
+    """Log posteriors of hypotheses, each computed once."""
+
+    def __init__(self, problem: Problem, priors: Priors) -> None:
+        self.problem, self.scatters = problem, Scatters(problem, priors)
+        self.log_scale, self.log_spread = float(np.log(problem.scale_um)), float(np.log(priors.scatter.sigma_factor))
+        self.visited: dict[tuple[object, ...], State] = {}
+        self._bases: dict[tuple[object, ...], _Base] = {}
+        self._columns: dict[tuple[object, ...], Array] = {}
+        self._products: dict[tuple[object, ...], Array] = {}
+        self._squares: dict[int, Array] = {}
+
+    def __call__(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float | None = None) -> State:
+        """The hypothesis of some terms and a scatter; ``near_um``: a first guess of the scatter."""
+        key = (frozenset(term.key for term in terms), scatter.key)
+        if key not in self.visited:
+            self.visited[key] = self._state(terms, scatter, near_um or self.problem.within_um)
+        return self.visited[key]
+
+    def _base(self, scatter: Scatter) -> _Base:
+        if scatter.key not in self._bases:
+            rows = Rows(self.problem, scatter, self.scatters)
+            columns, sd = nuisances(self.problem, scatter)
+            raw = np.vstack([self.problem.um, columns])
+            mapped = rows(raw)
+            self._bases[scatter.key] = _Base(rows, columns, mapped, mapped @ mapped.T, sd)
+        return self._bases[scatter.key]
+
+    def _mapped(self, term: Term, scatter: Scatter, base: _Base) -> Array:
+        key = (term.key, scatter.key)
+        if key not in self._columns:
+            self._columns[key] = base.rows(term.columns)
+        return self._columns[key]
+
+    def _gram(self, terms: tuple[Term, ...], scatter: Scatter, base: _Base) -> Array:
+        """Products of the residual and all columns; those of two terms are computed once."""
+        ends = np.cumsum([len(base.gram), *(len(term.columns) for term in terms)])
+        gram = np.empty((ends[-1], ends[-1]))
+        gram[: ends[0], : ends[0]] = base.gram
+        own = [slice(a, b) for a, b in pairwise(ends)]
+        for i, (one, term) in enumerate(zip(own, terms, strict=True)):
+            beside = self._product(term, None, scatter, base)
+            gram[: ends[0], one], gram[one, : ends[0]] = beside, beside.T
+            for other, another in zip(own[: i + 1], terms, strict=False):
+                product = self._product(term, another, scatter, base)
+                gram[one, other], gram[other, one] = product, product.T
+        return gram
+
+    def _product(self, term: Term, other: Term | None, scatter: Scatter, base: _Base) -> Array:
+        """Products ``(d, e)`` of a term's columns with another's; ``(k, d)`` with residual and nuisance columns."""
+        key = (term.key, None if other is None else other.key, scatter.key)
+        if key not in self._products:
+            mapped = self._mapped(term, scatter, base)
+            beside = base.mapped @ mapped.T if other is None else mapped @ self._mapped(other, scatter, base).T
+            self._products[key] = beside
+        return self._products[key]
+
+    def _state(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
+        base = self._base(scatter)
+        gram = self._gram(terms, scatter, base)
+        sd = np.concatenate([base.sd, *(np.full(len(term.columns), term.sd) for term in terms)])
+        likelihood = _Likelihood(gram, sd, len(self.problem), self.log_scale, self.log_spread)
+        log_evidence, log_sigma = likelihood.integrated(near_um)
+        factor, amplitudes, _ = likelihood.solved(log_sigma)
+        mean, left_um = sd * amplitudes, self.problem.um.copy()
+        for part, columns in _parts(mean, [base.raw, *(term.columns for term in terms)]):
+            left_um -= part @ columns
+        log_posterior = log_evidence + base.rows.log_determinant + scatter.log_prior
+        log_posterior += sum(term.log_prior for term in terms)
+        state = State(terms, scatter, log_posterior, float(np.exp(log_sigma)), left_um, factor, sd, mean, len(base.sd))
+        return self._with_signs(state)
+
+    def _with_signs(self, state: State) -> State:
+        """The state with half-normal priors of amplitudes that cannot be negative: twice the part above zero."""
+        gain = 0.0
+        for place, term in enumerate(state.terms):
+            if isinstance(term.candidate, Law) and term.candidate.positive:
+                mean, covariance = state.amplitudes(place)
+                gain += LOG_2 + float(special.log_ndtr(mean[0] / np.sqrt(covariance[0, 0])))
+        return replace(state, log_posterior=state.log_posterior + gain) if gain else state
+
+    def squares(self, state: State) -> Array:
+        """Expected squared residual of each row over its variance, given the other rows, ``(n,)``; computed once."""
+        if id(state) not in self._squares:
+            self._squares[id(state)] = self._expected_squares(state)
+        return self._squares[id(state)]
+
+    def _expected_squares(self, state: State) -> Array:
+        base = self._base(state.scatter)
+        columns = np.vstack([base.raw, *(term.columns for term in state.terms)])
+        own = np.einsum("kn,kn->n", columns, state.covariance @ columns)
+        rows = base.rows
+        if not rows.correlated:
+            return cast(Array, (state.left_um**2 + own) / state.sigma_um**2)
+        conditional = rows.adjoint(rows(state.left_um)[:, None])[:, 0] / rows.precision
+        return cast(Array, (conditional**2 + own) * rows.precision / rows.scale**2 / state.sigma_um**2)
+
+
+class _Likelihood:
+    """Log marginal likelihood over the logarithm of sigma, from products of the residual and all columns.
+
+    For a given sigma: -n log sigma - log det(A) / 2 - quad / 2 with A = I + G / sigma2, G the columns' products in
+    units of their prior sd.
+    """
+
+    def __init__(self, gram: Array, sd: Array, n: int, log_scale: float, log_spread: float) -> None:
+        self.yy, self.b, self.g = float(gram[0, 0]), sd * gram[1:, 0], sd[:, None] * gram[1:, 1:] * sd
+        self.n, self.log_scale, self.log_spread, self.sd = n, log_scale, log_spread, sd
+
+    def __call__(self, log_sigma: float) -> float:
+        """Logarithm of the likelihood times the prior of sigma, amplitudes integrated."""
+        factor, mean, s2 = self.solved(log_sigma)
+        log_det = 2.0 * float(np.log(np.diag(factor)).sum())
+        quad = max((self.yy - float(self.b @ mean)) / s2, 0.0)
+        prior = -0.5 * ((log_sigma - self.log_scale) / self.log_spread) ** 2
+        return -self.n * log_sigma - 0.5 * log_det - 0.5 * quad + prior
+
+    def solved(self, log_sigma: float) -> tuple[Array, Array, float]:
+        """Cholesky factor of A, amplitudes in units of their prior sd, and sigma squared."""
+        s2 = float(np.exp(2.0 * log_sigma))
+        a = self.g / s2
+        a.flat[:: len(a) + 1] += 1.0
+        factor, failed = POTRF(a, lower=1, overwrite_a=1)
+        if failed:
+            raise np.linalg.LinAlgError("the columns' products are not positive")
+        return factor, POTRS(factor, self.b / s2, lower=1)[0], s2
+
+    def integrated(self, near_um: float) -> tuple[float, float]:
+        """Logarithm of the integral over log sigma, and the most probable value, by repeated parabolas."""
+        at, step = float(np.log(near_um)), FIRST_STEP
+        for _ in range(ROUNDS):
+            low, here, high = self(at - step), self(at), self(at + step)
+            bend = low - 2.0 * here + high
+            move = 0.5 * step * (low - high) / bend if bend < 0.0 else float(np.sign(high - low))
+            curvature = max(-bend / step**2, 1.0)
+            if bend < 0.0 and abs(move) < step:
+                at += move
+                return self(at) - 0.5 * float(np.log(curvature)), at
+            at += float(np.clip(move, -2.0, 2.0))
+        return here - 0.5 * float(np.log(curvature)), at
+
+
+def _inverse(factor: Array) -> Array:
+    """The inverse of a matrix from its lower Cholesky factor."""
+    lower = POTRI(factor, lower=1)[0]
+    return np.tril(lower) + np.tril(lower, -1).T

@@ -1,0 +1,396 @@
+"""Rating of all candidates for addition to a hypothesis in one pass: the approximate gain in the log posterior.
+
+The scatter is integrated as in a Student distribution with the remaining degrees of freedom, shapes are summed over
+their grids and sizes over their mixtures. A look proposes candidates; :mod:`evidence` computes those proposed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+from scipy.linalg import cholesky, solve_triangular
+
+from stepgauge.diagnosis.posterior.evidence import State
+from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.patterns import Patterns, grouped, mixed
+from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Smooth, Term
+from stepgauge.diagnosis.posterior.scatter import Scatters
+
+Array = NDArray[np.float64]
+UNSEEN = 3e-6
+"""Share of a signature that single precision cannot distinguish from zero."""
+WORTH_A_SIZE = 15.0
+"""Shapes whose evidence is lower than the best by more than this are not tried with further sizes, nats."""
+MOST_FEATURES, SEEN_FEATURES = 90, 0.99
+"""Largest number of features of a random function in a look, and the share of its variance that is sufficient."""
+FULL = 0.9999
+MOST_EXACT = 16
+"""Kernels that are rated with the terms of the hypothesis; the others are taken to be independent of these."""
+LIKE_SIGMA = 0.5
+"""Difference of log sigma within which looks use the same metric."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """A candidate rated for addition to a hypothesis.
+
+    ``gain``: increase of the log posterior, prior included; ``volume``: log evidence of all shapes and sizes together
+    minus that of the best one, their prior included (negative as a rule); ``atom``, ``sd``: that shape and size;
+    ``by_atom``: log evidence of each shape, of laws.
+    """
+
+    candidate: Candidate
+    gain: float
+    volume: float
+    atom: int
+    sd: float
+    by_atom: Array | None = None
+
+    def term(self) -> Term:
+        """The candidate with its best shape and size."""
+        columns = self.candidate.columns(self.atom)
+        return Term(self.candidate, self.atom, columns, self.sd, self.candidate.log_odds + self.volume)
+
+    def peaks(self, most: int) -> list[int]:
+        """Other local maxima on the grid of shapes, the best first: aliases of a period."""
+        if self.by_atom is None or not isinstance(self.candidate, Law) or len(self.by_atom) < 3:
+            return []
+        inside = self.by_atom[1:-1]
+        tops = 1 + np.flatnonzero((inside > self.by_atom[:-2]) & (inside > self.by_atom[2:]))
+        ranked = tops[np.argsort(-self.by_atom[tops])]
+        return [int(atom) for atom in ranked if atom != self.atom][:most]
+
+    def volume_of(self, atom: int) -> float:
+        """The volume with another shape in place of the best one."""
+        assert isinstance(self.candidate, Law)
+        weight = self.candidate.log_weight
+        return self.volume + float(weight[atom] - weight[self.atom])
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """Residual of a hypothesis: mapped, with the columns of its terms as a low-rank loss, and their products."""
+
+    left: Array
+    lost: Array
+    total: float
+    dof: float
+
+    @property
+    def scatter(self) -> float:
+        return self.total / self.dof
+
+    def student(self, gain: Array) -> Array:
+        """Log evidence of reductions of the sum of squares, the scatter integrated."""
+        return np.asarray(-0.5 * self.dof * np.log1p(-np.clip(gain, 0.0, FULL * self.total) / self.total))
+
+
+class Looker:
+    """Looks with one metric."""
+
+    def __init__(self, problem: Problem, metric: Metric, patterns: Sequence[Patterns]) -> None:
+        self.metric, self.patterns = metric, patterns
+        self.white = metric(problem.um)
+        self.tables = _tables(patterns, metric)
+        self.smooth = _Features([one for one in problem.candidates if isinstance(one, Smooth)], metric)
+
+    def looks(self, state: State) -> list[Look]:
+        """All candidates for addition to a hypothesis, the best first."""
+        beside = self._beside(state)
+        vectors = self.metric.adjoint(np.column_stack([beside.left, beside.lost]))
+        dots = [one.dots(vectors) for one in self.patterns]
+        found = [look for table in self.tables for look in table.looks(dots, beside)]
+        return sorted([*found, *self.smooth.looks(beside)], key=lambda look: -look.gain)
+
+    def pairs(self, state: State, most: int, without: frozenset[str]) -> list[tuple[Look, Look]]:
+        """The most probable pairs of laws of one shape and one amplitude each.
+
+        Two laws may explain together what neither does alone; all pairs are rated, at each step of the sizes.
+        """
+        keep = [i for i, law in enumerate(self.plain[0]) if law.label not in without]
+        if len(keep) < 2:
+            return []
+        beside, laws, white = self._beside(state), [self.plain[0][i] for i in keep], self.plain[1][keep]
+        dot, lost = white @ beside.left, white @ beside.lost
+        gram = white @ white.T - lost @ lost.T
+        first, second = np.triu_indices(len(laws), 1)
+        odds = np.array([law.log_odds for law in laws])
+        found: list[tuple[float, int, int, int]] = []
+        for k in range(min(len(law.sizes.sd) for law in laws)):
+            sd = np.array([law.sizes.sd[k] for law in laws])
+            weight = odds + np.array([law.sizes.log_weight[k] for law in laws])
+            ridge = beside.scatter / sd**2
+            a, b, c = gram[first, first] + ridge[first], gram[first, second], gram[second, second] + ridge[second]
+            det = np.maximum(a * c - b**2, ridge[first] * ridge[second])
+            square = (c * dot[first] ** 2 - 2.0 * b * dot[first] * dot[second] + a * dot[second] ** 2) / det
+            price = 0.5 * (np.log(det) - np.log(ridge[first] * ridge[second]))
+            gain = beside.student(square) - price + weight[first] + weight[second]
+            found += [(float(gain[i]), int(first[i]), int(second[i]), k) for i in np.argsort(-gain)[:most]]
+        return [
+            (_alone(laws[i], k, gain), _alone(laws[j], k, gain)) for gain, i, j, k in sorted(found, reverse=True)[:most]
+        ]
+
+    @cached_property
+    def plain(self) -> tuple[list[Law], Array]:
+        """Laws of one shape and one amplitude, and their mapped signatures ``(m, n)``."""
+        laws = [law for table in self.tables for law in table.laws if law.atoms == law.dimension == 1]
+        laws = [law for law in laws if law.named and not law.positive and len(law.sizes.sd) > 1]
+        columns = np.array([law.columns(0)[0] for law in laws]).reshape(len(laws), len(self.white))
+        return laws, self.metric(columns)
+
+    def _beside(self, state: State) -> _Beside:
+        left, lost = self.white, np.zeros((len(self.white), 0))
+        if state.terms:
+            white = self.metric(np.vstack([term.columns for term in state.terms]))
+            sd = np.concatenate([np.full(len(term.columns), term.sd) for term in state.terms])
+            factor = cholesky(white @ white.T + np.diag(sd**-2.0), lower=True)
+            lost = solve_triangular(factor, white, lower=True).T
+            left = left - lost @ (lost.T @ left)
+        return _Beside(left, lost, float(self.white @ left), float(self.metric.dof))
+
+
+def _alone(law: Law, size: int, gain: float) -> Look:
+    """The look of a law of one shape with one of its sizes."""
+    return Look(law, gain, float(law.sizes.log_weight[size]), 0, float(law.sizes.sd[size]))
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Laws with the same number of amplitudes, all shapes of all of them in one row after the other.
+
+    ``sets``: which pattern and which mixture of shares the rows come from; ``gram (rows, d, d)``; ``unseen (rows, d)``:
+    limits of rounding; ``sizes (t, rows)`` and ``weight (t, rows)``: priors of size and shape together;
+    ``first``: where each law begins; ``owner``: the law of each row.
+    """
+
+    sets: list[tuple[int, Array]]
+    laws: list[Law]
+    gram: Array
+    unseen: Array
+    sizes: Array
+    weight: Array
+    positive: NDArray[np.bool_]
+    first: NDArray[np.intp]
+    owner: NDArray[np.intp]
+
+    def looks(self, dots: Sequence[Array], beside: _Beside) -> Iterator[Look]:
+        """Evidence of every shape and size; a shape rejected with the largest size is not tried with smaller ones."""
+        d = self.gram.shape[1]
+        products = [_mixed_dots(dots[place], mix, d) for place, mix in self.sets]
+        product = np.concatenate(products)
+        dot, lost = product[..., 0], product[..., 1:]
+        own = self.gram - lost @ np.swapaxes(lost, 1, 2) if lost.shape[2] else self.gram.copy()
+        diagonal = np.arange(d)
+        own[:, diagonal, diagonal] = np.maximum(own[:, diagonal, diagonal], 0.0) + self.unseen
+        found = np.full(self.sizes.shape, -np.inf)
+        keep = np.arange(len(own))
+        for k in range(len(self.sizes) - 1, -1, -1):
+            found[k, keep], most = _sized(own[keep], dot[keep], self.sizes[k, keep], self.positive[keep], beside)
+            if len(keep) == len(own):
+                best = np.maximum.reduceat(most, self.first)
+                keep = np.flatnonzero(most > best[self.owner] - WORTH_A_SIZE)
+        yield from self._summed(found + self.weight)
+
+    def _summed(self, evidence: Array) -> Iterator[Look]:
+        """The looks of all laws from log evidences ``(t, rows)``, priors included."""
+        by_row = np.logaddexp.reduce(evidence, axis=0)
+        highest = np.maximum.reduceat(by_row, self.first)
+        total = highest + np.log(np.add.reduceat(np.exp(by_row - highest[self.owner]), self.first))
+        ends = np.r_[self.first[1:], len(by_row)]
+        for law, first, end, sum_ in zip(self.laws, self.first, ends, total, strict=True):
+            k, atom = np.unravel_index(evidence[:, first:end].argmax(), (len(evidence), end - first))
+            row = first + atom
+            volume = float(sum_ - evidence[k, row] + self.weight[k, row])
+            sd, own = float(self.sizes[k, row]), by_row[first:end]
+            yield Look(law, float(sum_) + law.log_odds, volume, int(atom), sd, own)
+
+
+def _tables(patterns: Sequence[Patterns], metric: Metric) -> list[_Table]:
+    rows: dict[int, list[tuple[int, Array, list[Law], Array, Array]]] = {}
+    for place, one in enumerate(patterns):
+        raw, white = one.grams(metric)
+        for laws, mix in one.sets:
+            gram = mixed(white, mix)
+            unseen = UNSEEN * np.maximum(np.einsum("aii->ai", mixed(raw, mix)), 0.0)
+            rows.setdefault(gram.shape[1], []).append((place, mix, laws, gram, unseen))
+    return [_table(parts) for parts in rows.values()]
+
+
+def _table(parts: Sequence[tuple[int, Array, list[Law], Array, Array]]) -> _Table:
+    laws = [law for _, _, own, _, _ in parts for law in own]
+    most = max(len(law.sizes.sd) for law in laws)
+    count = np.array([law.atoms for law in laws])
+    sizes = np.concatenate([np.tile(_padded(law.sizes.sd, most)[:, None], law.atoms) for law in laws], axis=1)
+    weight = np.concatenate(
+        [_padded(law.sizes.log_weight, most, -np.inf)[:, None] + law.log_weight for law in laws], axis=1
+    )
+    return _Table(
+        [(place, mix) for place, mix, _, _, _ in parts],
+        laws,
+        np.concatenate([gram for _, _, _, gram, _ in parts]),
+        np.concatenate([unseen for _, _, _, _, unseen in parts]),
+        sizes,
+        weight,
+        np.repeat([law.positive for law in laws], count),
+        np.r_[0, np.cumsum(count)[:-1]],
+        np.repeat(np.arange(len(laws)), count),
+    )
+
+
+def _padded(values: Array, most: int, filler: float | None = None) -> Array:
+    """Values padded at the front, so that the largest sizes stay last."""
+    before = np.full(most - len(values), values[0] if filler is None else filler)
+    return np.concatenate([before, values])
+
+
+def _mixed_dots(dots: Array, mix: Array, d: int) -> Array:
+    """Products ``(rows, d, q)`` of signatures from those of basis rows ``(r, rows, depth, q)``."""
+    if len(mix) == 1 and mix.shape[1] == 1 and mix[0, 0] == 1.0:
+        return dots[0]
+    products = np.tensordot(mix, dots, 1).transpose(1, 0, 2, 3)
+    return np.asarray(products.reshape(products.shape[0], d, -1))
+
+
+def _sized(gram: Array, dot: Array, sd: Array, positive: NDArray[np.bool_], beside: _Beside) -> tuple[Array, Array]:
+    """Log evidence ``(rows,)`` for one size of each, with and without its Occam factor."""
+    d, s2 = gram.shape[1], beside.scatter
+    ridge = s2 / sd**2
+    solved, log_det = _solve(gram, ridge, dot)
+    most = beside.student((dot * solved).sum(axis=1))
+    price = 0.5 * (np.maximum(log_det, d * np.log(ridge)) - d * np.log(ridge))
+    if positive.any():
+        z = dot[:, 0] / np.sqrt((gram[:, 0, 0] + ridge) * s2)
+        most = np.where(positive, most + special.log_ndtr(z) + np.log(2.0), most)
+    return most - price, most
+
+
+def _solve(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
+    """Solutions ``(rows, d)`` and log determinants with a ridge; written out for one and two amplitudes."""
+    if gram.shape[1] == 1:
+        a = gram[:, 0, 0] + ridge
+        return dot / a[:, None], np.log(a)
+    if gram.shape[1] == 2:
+        a, b, c = gram[:, 0, 0] + ridge, gram[:, 0, 1], gram[:, 1, 1] + ridge
+        det = np.maximum(a * c - b**2, ridge**2)
+        x, y = (c * dot[:, 0] - b * dot[:, 1]) / det, (a * dot[:, 1] - b * dot[:, 0]) / det
+        return np.stack([x, y], axis=1), np.log(det)
+    return _cholesky(gram, ridge, dot)
+
+
+def _cholesky(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
+    """The same by one factorisation of all rows: there are thousands of small matrices."""
+    d = gram.shape[1]
+    a = np.ascontiguousarray(gram.transpose(1, 2, 0))
+    x = np.ascontiguousarray(dot.T)
+    log_det = np.zeros(len(gram))
+    for j in range(d):
+        pivot = np.sqrt(np.maximum(a[j, j] + ridge - (a[j, :j] ** 2).sum(axis=0), ridge))
+        log_det += 2.0 * np.log(pivot)
+        a[j, j] = pivot
+        x[j] = (x[j] - (a[j, :j] * x[:j]).sum(axis=0)) / pivot
+        for i in range(j + 1, d):
+            a[i, j] = (a[i, j] - (a[i, :j] * a[j, :j]).sum(axis=0)) / pivot
+    for j in range(d - 1, -1, -1):
+        x[j] = (x[j] - (a[j + 1 :, j] * x[j + 1 :]).sum(axis=0)) / a[j, j]
+    return x.T, log_det
+
+
+class _Features:
+    """All random functions' features with one metric, those of a kernel rotated to be orthogonal.
+
+    ``value``, ``white (m, n)``: squared lengths and mapped features, kernel after kernel; ``first``: where each kernel
+    begins; ``owner``: the kernel of each feature.
+    """
+
+    def __init__(self, smooth: Sequence[Smooth], metric: Metric) -> None:
+        self.smooth = smooth
+        turned = [_turned(features, metric) for one in smooth for features in one.features]
+        self.value = np.concatenate([value for value, _ in turned]) if turned else np.zeros(0)
+        self.white = np.concatenate([white for _, white in turned]) if turned else np.zeros((0, 0))
+        count = np.array([len(value) for value, _ in turned], dtype=np.intp)
+        self.first = np.r_[0, np.cumsum(count)[:-1]].astype(np.intp)
+        self.slices = [slice(a, a + c) for a, c in zip(self.first, count, strict=False)]
+
+    def looks(self, beside: _Beside) -> Iterator[Look]:
+        """Looks of the random functions, over all kernels and sizes."""
+        if not self.smooth:
+            return
+        sizes, weight = self.smooth[0].sizes.sd, self.smooth[0].sizes.log_weight
+        variance = sizes[:, None] ** 2 / beside.scatter
+        dot, lost = self.white @ beside.left, self.white @ beside.lost
+        shrunk = variance / (1.0 + variance * self.value)
+        price = 0.5 * np.add.reduceat(np.log1p(variance * self.value), self.first, axis=1)
+        gain = np.add.reduceat(shrunk * dot**2, self.first, axis=1)
+        evidence = beside.student(gain) - price
+        if lost.shape[1]:
+            for kernel in np.argsort(-evidence.max(axis=0))[:MOST_EXACT]:
+                own = self.slices[kernel]
+                more, dearer = _beside_terms(shrunk[:, own], dot[own], lost[own])
+                evidence[:, kernel] = beside.student(gain[:, kernel] + more) - price[:, kernel] - dearer
+        yield from self._summed(evidence.T + weight, sizes)
+
+    def _summed(self, evidence: Array, sizes: Array) -> Iterator[Look]:
+        first = 0
+        for one in self.smooth:
+            own = evidence[first : first + one.atoms] - np.log(one.atoms)
+            total = float(np.logaddexp.reduce(own, axis=None))
+            atom, k = np.unravel_index(own.argmax(), own.shape)
+            volume = total - float(own[atom, k]) + float(one.sizes.log_weight[k]) - float(np.log(one.atoms))
+            yield Look(one, total + one.log_odds, volume, int(atom), float(sizes[k]))
+            first += one.atoms
+
+
+def _turned(features: Array, metric: Metric) -> tuple[Array, Array]:
+    """Squared lengths ``(m,)`` and mapped features ``(m, n)`` rotated to be orthogonal; only those that matter."""
+    size = (features**2).sum(axis=1)
+    most = np.argsort(-size)
+    seen = np.searchsorted(np.cumsum(size[most]) / size.sum(), SEEN_FEATURES)
+    if size.min() < 0.1 * size.max():
+        most = most[: min(MOST_FEATURES, 1 + int(seen))]
+    white = metric(features[most])
+    value, vector = np.linalg.eigh(white @ white.T)
+    keep = value > max(1e-4 * value[-1], 1e-12)
+    keep[-1] = True
+    return np.maximum(value[keep], 0.0), vector[:, keep].T @ white
+
+
+def _beside_terms(shrunk: Array, dot: Array, lost: Array) -> tuple[Array, Array]:
+    """Change of gain and Occam factor of a kernel by the terms of a hypothesis, ``(t,)`` each."""
+    together = shrunk @ (lost * dot[:, None])
+    middle = np.eye(lost.shape[1]) - (shrunk[:, None, :] * lost.T) @ lost
+    more = (together * np.linalg.solve(middle, together[:, :, None])[:, :, 0]).sum(axis=1)
+    return more, 0.5 * np.linalg.slogdet(middle)[1]
+
+
+class Looks:
+    """Looks of all candidates, with a metric for every model of the scatter that hypotheses have."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self.patterns = list(grouped([one for one in problem.candidates if isinstance(one, Law)]))
+        self._lookers: dict[tuple[object, ...], Looker] = {}
+        self._looks: dict[tuple[object, ...], list[Look]] = {}
+
+    def __call__(self, state: State, scatters: Scatters) -> list[Look]:
+        """All candidates for addition to a hypothesis, the best first; computed once."""
+        key = (frozenset(term.key for term in state.terms), state.scatter.key)
+        if key not in self._looks:
+            self._looks[key] = self._looker(state, scatters).looks(state)
+        return self._looks[key]
+
+    def pairs(self, state: State, scatters: Scatters, most: int, without: frozenset[str]) -> list[tuple[Look, Look]]:
+        """The most probable pairs of laws of one shape and one amplitude, without those of the given labels."""
+        return self._looker(state, scatters).pairs(state, most, without)
+
+    def _looker(self, state: State, scatters: Scatters) -> Looker:
+        sigma_um = state.sigma_um if state.scatter.correlation else min(state.sigma_um, self.problem.within_um)
+        key = (*state.scatter.alike, round(float(np.log(sigma_um)) / LIKE_SIGMA))
+        if key not in self._lookers:
+            metric = Metric(self.problem, state.scatter, scatters, sigma_um)
+            self._lookers[key] = Looker(self.problem, metric, self.patterns)
+        return self._lookers[key]

@@ -1,0 +1,113 @@
+"""Residuals as independent variables of variance one without nuisances: a linear map for one model of scatter."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, TypeVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.posterior.problem import Problem, Term
+from stepgauge.diagnosis.posterior.scatter import Scatter, Scatters
+
+Array = NDArray[np.float64]
+Columns = TypeVar("Columns", bound=NDArray[Any])
+ROUNDING = 1e-14
+"""Share of the largest variance of a nuisance column below which another is rounding; a free origin has the largest."""
+FREE_UM = 1e3
+"""Prior standard deviation of a nuisance parameter without prior knowledge: far larger than any remaining origin."""
+
+
+class Rows:
+    """Rows made independent: scaled and, where they are correlated, minus the prediction from the previous row."""
+
+    def __init__(self, problem: Problem, scatter: Scatter, scatters: Scatters) -> None:
+        self.scale = 1.0 / np.sqrt(scatters.variance(scatter))
+        self.order, self.correlated = problem.order, scatter.correlation > 0.0
+        if self.correlated:
+            self.told = np.r_[0.0, scatter.correlation**problem.gap]
+            self.left = np.sqrt(1.0 - self.told**2)
+            self.back = np.argsort(problem.order)
+            self.turned = bool((np.diff(problem.order) < 0).any())
+
+    def __call__(self, columns: Columns) -> Columns:
+        """Columns ``(..., n)`` with independent rows of equal variance, in their own precision."""
+        scaled = columns * self.scale.astype(columns.dtype)
+        if not self.correlated:
+            return cast(Columns, scaled)
+        told, left = self.told.astype(columns.dtype), self.left.astype(columns.dtype)
+        turn = scaled[..., self.order] if self.turned else scaled
+        turn[..., 1:] -= told[1:] * turn[..., :-1]
+        turn /= left
+        return cast(Columns, turn)
+
+    def adjoint(self, columns: Array) -> Array:
+        """The transposed map of columns ``(n, q)``."""
+        if not self.correlated:
+            return columns * self.scale[:, None]
+        turn = columns / self.left[:, None]
+        turn[:-1] -= self.told[1:, None] * turn[1:]
+        return (turn[self.back] if self.turned else turn) * self.scale[:, None]
+
+    @cached_property
+    def log_determinant(self) -> float:
+        """Logarithm of the map's determinant."""
+        return float(np.log(self.scale).sum() - (np.log(self.left).sum() if self.correlated else 0.0))
+
+    @cached_property
+    def precision(self) -> Array:
+        """Precision of each row given the others, ``(n,)``, in units of that of all rows."""
+        if not self.correlated:
+            return self.scale**2
+        square = 1.0 / self.left**2
+        square[:-1] += (self.told[1:] / self.left[1:]) ** 2
+        return np.asarray(square[self.back] * self.scale**2)
+
+
+def nuisances(problem: Problem, scatter: Scatter) -> tuple[Array, Array]:
+    """Nuisance columns ``(k, n)`` for a model of the scatter and their prior standard deviations ``(k,)``, um."""
+    columns = [problem.certified, problem.free]
+    sd = [problem.certified_u * scatter.certificate, np.full(len(problem.free), FREE_UM)]
+    if scatter.rounded:
+        columns.append(problem.grouped)
+        sd.append(np.full(len(problem.grouped), problem.step_um / np.sqrt(12.0)))
+    return np.vstack(columns), np.concatenate(sd)
+
+
+class Metric:
+    """The map for a given scatter ``sigma_um``: products of mapped columns are those of the likelihood.
+
+    With N the nuisances and V their variances, (I + N V N')^-1 = (I - F (1 - h) F')^2 by the eigenvectors F of N V N'.
+    Terms ``beside`` count as nuisances, too.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        scatter: Scatter,
+        scatters: Scatters,
+        sigma_um: float,
+        beside: tuple[Term, ...] = (),
+    ) -> None:
+        self.rows, self.sigma_um = Rows(problem, scatter, scatters), sigma_um
+        columns, sd = nuisances(problem, scatter)
+        columns = np.vstack([columns, *(term.columns for term in beside)])
+        sd = np.concatenate([sd, *(np.full(len(term.columns), term.sd) for term in beside)])
+        wide = self.rows(columns / sigma_um) * sd[:, None]
+        value, vector = np.linalg.eigh(wide @ wide.T)
+        keep = value > ROUNDING * value[-1]
+        value, vector = value[keep], vector[:, keep]
+        self.basis = wide.T @ (vector / np.sqrt(value))
+        self.kept = 1.0 / np.sqrt(1.0 + value)
+        self.dof = max(len(problem) - len(problem.free), 2)
+
+    def __call__(self, columns: Array) -> Array:
+        """Mapped columns ``(..., n)``."""
+        x = self.rows(columns / self.sigma_um)
+        return x - ((x @ self.basis) * (1.0 - self.kept)) @ self.basis.T
+
+    def adjoint(self, columns: Array) -> Array:
+        """The transposed map of columns ``(n, q)``."""
+        x = columns - self.basis @ ((1.0 - self.kept)[:, None] * (self.basis.T @ columns))
+        return self.rows.adjoint(x) / self.sigma_um

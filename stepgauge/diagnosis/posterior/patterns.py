@@ -1,0 +1,109 @@
+"""Signatures of many laws at once: patterns over the rows, and their shares on each row.
+
+Laws often differ only in the share of each row: a motion along x, along y or anywhere between. A pattern is kept once,
+and all its products that a search needs (with a residual, with a model, with itself) are computed for a basis of the
+shares; all others are linear combinations of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.problem import Law
+
+Array = NDArray[np.float64]
+CHUNK = 200_000
+"""Numbers processed at a time: they stay in the cache of a processor."""
+DEPENDENT = 1e-9
+
+
+class Patterns:
+    """Patterns of the same depth with the same sets of shares.
+
+    ``values (atoms, depth, n)``, in single precision: candidates chosen by the search are computed again in double.
+    ``sets``: the laws by their shares, each with the shares as mixtures ``(k, r)`` of the rows of ``basis (r, n)``.
+    """
+
+    def __init__(self, laws: Sequence[Law]) -> None:
+        patterns = {id(law.pattern): law.pattern for law in laws}
+        shares = {id(law.shares): law.shares for law in laws}
+        self.values = _single(list(patterns.values()))
+        self.atoms, self.depth, self.n = self.values.shape
+        self.basis = _basis(np.concatenate(list(shares.values())))
+        place = {key: i for i, key in enumerate(patterns)}
+        members = sorted(laws, key=lambda law: place[id(law.pattern)])
+        self.sets = [
+            ([law for law in members if id(law.shares) == key], _mixture(rows, self.basis))
+            for key, rows in shares.items()
+        ]
+
+    def dots(self, vectors: Array) -> Array:
+        """Products of all atoms with vectors ``(n, q)`` for every row of the basis, ``(r, atoms, depth, q)``."""
+        r, q = len(self.basis), vectors.shape[1]
+        weighted = (self.basis.T[:, :, None] * vectors[:, None]).reshape(self.n, r * q).astype(np.float32)
+        products = self.values.reshape(-1, self.n) @ weighted
+        return products.reshape(-1, self.depth, r, q).transpose(2, 0, 1, 3).astype(float)
+
+    def grams(self, metric: Metric) -> tuple[Array, Array]:
+        """Products of each atom with itself by rows alone, and by the metric: ``(atoms, r, depth, r, depth)`` each."""
+        take = metric.basis.astype(np.float32)
+        lost = (1.0 - metric.kept**2).astype(np.float32)
+        size = max(1, CHUNK // (len(self.basis) * self.depth * self.n))
+        parts = [self._grams(slice(i, i + size), metric, take, lost) for i in range(0, self.atoms, size)]
+        shape = (-1, len(self.basis), self.depth, len(self.basis), self.depth)
+        raw, white = (np.concatenate(part).astype(float).reshape(shape) for part in zip(*parts, strict=True))
+        return raw, white
+
+    def _grams(
+        self, atoms: slice, metric: Metric, take: NDArray[np.float32], lost: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        basis = (self.basis / metric.sigma_um).astype(np.float32)
+        y = (self.values[atoms, None] * basis[:, None]).reshape(-1, len(basis) * self.depth, self.n)
+        rows = metric.rows(y).astype(np.float32)
+        taken = (rows.reshape(-1, self.n) @ take).reshape(*rows.shape[:2], -1)
+        raw = rows @ np.swapaxes(rows, 1, 2)
+        return raw, raw - (taken * lost) @ np.swapaxes(taken, 1, 2)
+
+
+def grouped(laws: Sequence[Law]) -> Iterator[Patterns]:
+    """Laws sorted by the depth of their patterns and by their sets of shares."""
+    shares: dict[int, tuple[int, ...]] = {}
+    for law in laws:
+        shares[id(law.pattern)] = (*shares.get(id(law.pattern), ()), id(law.shares))
+    keys = [(law.pattern.shape[1], shares[id(law.pattern)]) for law in laws]
+    for key in dict.fromkeys(keys):
+        yield Patterns([law for law, own in zip(laws, keys, strict=True) if own == key])
+
+
+def mixed(gram: Array, mix: Array) -> Array:
+    """Products ``(atoms, d, d)`` of signatures from those of basis rows ``(atoms, r, depth, r, depth)``."""
+    products = np.einsum("ka,iajbm,lb->ikjlm", mix, gram, mix, optimize=True)
+    d = products.shape[1] * products.shape[2]
+    return products.reshape(-1, d, d)
+
+
+def _basis(shares: Array) -> Array:
+    """A basis of the shares ``(k, n)``, each the farthest from those before it: coefficients stay of order one."""
+    unit = shares / np.maximum(np.linalg.norm(shares, axis=1, keepdims=True), 1e-300)
+    chosen: list[int] = []
+    left = unit
+    while (far := np.linalg.norm(left, axis=1)).max() > DEPENDENT:
+        chosen.append(int(np.flatnonzero(far > 0.999 * far.max())[0]))
+        left = unit - _mixture(unit, unit[chosen]) @ unit[chosen]
+    return np.asarray(shares[chosen])
+
+
+def _mixture(shares: Array, basis: Array) -> Array:
+    """Coefficients ``(k, r)`` of shares in a basis ``(r, n)``."""
+    mix = np.linalg.lstsq(basis.T, shares.T, rcond=None)[0].T
+    return np.where(np.abs(mix) < DEPENDENT, 0.0, mix)
+
+
+def _single(patterns: Sequence[Array]) -> NDArray[np.float32]:
+    values = np.empty((sum(map(len, patterns)), *patterns[0].shape[1:]), np.float32)
+    np.concatenate(patterns, out=values, casting="same_kind")
+    return values

@@ -1,0 +1,172 @@
+"""The priors of a diagnosis: one table, with reasons, that a user may print and replace."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Sequence
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from stepgauge.diagnosis.posterior.problem import Sizes
+from stepgauge.errors import InputError
+from stepgauge.files.config import Table, check_table, read_toml
+
+Array = NDArray[np.float64]
+FILE = "priors.toml"
+
+
+class Decision(Table):
+    """Probabilities from which results are stated."""
+
+    stated: float = Field(ge=0.5, lt=1.0)
+    in_set: float = Field(gt=0.0, lt=0.5)
+    determined: float = Field(gt=0.0)
+
+
+class SizePriors(Table):
+    """Distribution of amplitudes about the usual size."""
+
+    spread: float = Field(gt=1.0)
+    shortest_mm: float = Field(ge=0.0)
+    steps: list[float] = Field(min_length=1)
+
+    def about(self, usual: float) -> Sizes:
+        """The mixture about a usual size."""
+        steps = np.array(self.steps)
+        weight = -0.5 * (np.log(steps) / np.log(self.spread)) ** 2
+        return Sizes(usual * steps, weight - np.logaddexp.reduce(weight))
+
+
+class ScatterPriors(Table):
+    """Models of the scatter."""
+
+    sigma_factor: float = Field(gt=1.0)
+    outliers: float = Field(gt=0.0)
+    outlier_share: float = Field(gt=0.0, lt=0.5)
+    outlier_sizes: list[float] = Field(min_length=1)
+    heavy: float = Field(gt=0.0)
+    heavy_freedoms: list[float] = Field(min_length=1)
+    growth: float = Field(gt=0.0)
+    growth_rates: list[float] = Field(min_length=1)
+    correlation: float = Field(gt=0.0)
+    correlations: list[float] = Field(min_length=1)
+    certificate: float = Field(gt=0.0)
+    certificate_factors: list[float] = Field(min_length=1)
+    rounded: float = Field(gt=0.0)
+
+
+class FormPriors(Table):
+    """Forms: structure without a known law."""
+
+    odds: float = Field(gt=0.0)
+    lag: float = Field(gt=0.0)
+    own_column: float = Field(gt=0.0)
+    product: float = Field(gt=0.0)
+    wave: float = Field(gt=0.0)
+    sizes: list[float] = Field(min_length=1)
+    size_weights: list[float] = Field(min_length=1)
+    lengths: list[float] = Field(min_length=1)
+    lags: list[float] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _paired(self) -> FormPriors:
+        if len(self.sizes) != len(self.size_weights):
+            raise ValueError("as many size_weights as sizes")
+        return self
+
+    def about(self, scale_um: float) -> Sizes:
+        """The mixture over the stated repeatability."""
+        return Sizes(np.array(self.sizes) * scale_um, np.log(np.array(self.size_weights) / sum(self.size_weights)))
+
+
+class KindPrior(Table):
+    """Prior odds and usual size of one kind of law."""
+
+    odds: float = Field(gt=0.0)
+    usual: float = Field(gt=0.0)
+    power: float = 0.0
+
+
+class LawPriors(Table):
+    """All kinds of laws."""
+
+    odds: float = Field(gt=0.0)
+    kinds: dict[str, KindPrior]
+
+    def of(self, kind: str) -> KindPrior:
+        """Those of one kind; for a kind that is not in the file, common odds and a usual size of one unit."""
+        return self.kinds.get(kind, KindPrior(odds=1.0, usual=1.0))
+
+
+class MapPriors(Table):
+    """Further priors of probe maps and of their laws."""
+
+    gauge_share: float = Field(gt=0.0, lt=0.1)
+    slight: float = Field(ge=0.0, lt=0.1)
+    outlier_sizes: list[float] = Field(min_length=1)
+    laws: LawPriors
+
+
+class Priors(Table):
+    """All values that are set by hand, see ``priors.toml``."""
+
+    decision: Decision
+    sizes: SizePriors
+    scatter: ScatterPriors
+    forms: FormPriors
+    shapes: dict[str, list[float]]
+    laws: LawPriors
+    maps: MapPriors
+
+    @model_validator(mode="after")
+    def _ranges(self) -> Priors:
+        for name, ends in self.shapes.items():
+            if len(ends) != 2 or not 0.0 < ends[0] < ends[1]:
+                raise ValueError(f"for {name} two positive numbers, the smaller one first")
+        return self
+
+
+def priors_text() -> str:
+    """The shipped file with its reasons."""
+    return (files("stepgauge.diagnosis") / FILE).read_text("utf-8")
+
+
+@cache
+def shipped_priors() -> Priors:
+    """The priors of the shipped file."""
+    return check_table(Priors, tomllib.loads(priors_text()), FILE)
+
+
+def read_priors(path: str | Path) -> Priors:
+    """The shipped priors, replaced by those of a file (:class:`InputError` for a file that is not valid)."""
+    own, shipped = read_toml(path), shipped_priors()
+    _check_kinds(path, own, ("laws", "kinds"), shipped.laws)
+    _check_kinds(path, own, ("maps", "laws", "kinds"), shipped.maps.laws)
+    return check_table(Priors, _over(tomllib.loads(priors_text()), own), path)
+
+
+def _check_kinds(path: str | Path, own: Any, keys: Sequence[str], laws: LawPriors) -> None:
+    """Kinds of laws in a file must be known; values that are no tables are reported elsewhere."""
+    for key in keys:
+        own = own.get(key) if isinstance(own, dict) else None
+    for kind in own if isinstance(own, dict) else ():
+        if kind not in laws.kinds:
+            near = difflib.get_close_matches(kind, laws.kinds, 1)
+            expected = f"{near[0]}?" if near else ", ".join(laws.kinds)
+            raise InputError(path, f"key {'.'.join(keys)}.{kind} is no kind of law", expected=expected)
+
+
+def _over(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
+    """Nested tables with some keys replaced."""
+    merged = dict(base)
+    for key, value in own.items():
+        old = base.get(key)
+        merged[key] = _over(old, value) if isinstance(old, dict) and isinstance(value, dict) else value
+    return merged

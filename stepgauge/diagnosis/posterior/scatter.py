@@ -1,0 +1,139 @@
+"""Models of the scatter: its size in every row, its correlation, and the prior of each model.
+
+Outlying rows and heavy tails are scale mixtures: the precision of a row is a latent variable, and the marginal
+likelihood is replaced by its variational bound, exact in the latent variables for given residuals (Bishop, Pattern
+Recognition and Machine Learning, 2006, section 10.2). The bound is a Gaussian likelihood with fixed weights times a
+constant, so that hypotheses with different scatter can be compared.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Problem
+
+Array = NDArray[np.float64]
+NORMAL, OUTLYING, HEAVY = "normal", "outlying", "heavy"
+
+
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """A model of the scatter.
+
+    ``weight (n,)``: expected precision of a row over that of an ordinary one; ``growth``: covariate and rate of growing
+    scatter; ``correlation``: from one reading to the next; ``certificate``: factor on the stated uncertainties;
+    ``rounded``: whether the resolution shows in addition to the scatter; ``tails``: see the module; ``outlying (n,)``:
+    probability of a row being an outlier; ``log_prior``: logarithm of the prior with the constants of the bound.
+    """
+
+    weight: Array
+    log_prior: float
+    growth: tuple[str, float] | None = None
+    correlation: float = 0.0
+    certificate: float = 1.0
+    rounded: bool = False
+    tails: str = NORMAL
+    freedom: float = np.inf
+    outlying: Array | None = None
+    bound: float = 0.0
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Identity of a model."""
+        tails = (self.tails, self.freedom, round(self.bound, 6), round(float(self.weight.sum()), 6))
+        return self.growth, self.correlation, self.certificate, self.rounded, tails
+
+    @property
+    def alike(self) -> tuple[object, ...]:
+        """Approximate identity of a model: the weights of the rows by their mean."""
+        mean = round(float(self.weight.mean()) * 50.0)
+        return self.growth, self.correlation, self.certificate, self.rounded, self.tails, self.freedom, mean
+
+    @property
+    def kind(self) -> tuple[object, ...]:
+        """Kind of the model, without its numbers."""
+        growth = None if self.growth is None else self.growth[0]
+        return growth, self.correlation > 0.0, self.certificate > 1.0, self.rounded, self.tails
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is the simplest model: the same for all rows, independent, no outliers."""
+        return self.growth is None and not self.correlation and self.tails != OUTLYING
+
+
+class Scatters:
+    """All models of the scatter that a problem may have, with their priors."""
+
+    def __init__(self, problem: Problem, priors: Priors) -> None:
+        self.problem, self.priors = problem, priors.scatter
+        self.ones = np.ones(len(problem))
+
+    def plain(self) -> Scatter:
+        """The same for every row, independent."""
+        return self._priced(Scatter(self.ones, 0.0))
+
+    def variance(self, scatter: Scatter) -> Array:
+        """Variance of every row over that of an ordinary one, ``(n,)``."""
+        grown = self.ones
+        if scatter.growth is not None:
+            name, rate = scatter.growth
+            grown = 1.0 + (rate * self.problem.growing[name]) ** 2
+        return grown / scatter.weight
+
+    def changed(self, scatter: Scatter, **facets: object) -> Scatter:
+        """A model with some properties changed, and its new prior."""
+        return self._priced(replace(scatter, **facets))  # type: ignore[arg-type]
+
+    def without_tails(self, scatter: Scatter) -> Scatter:
+        """The same with normal tails."""
+        return self.changed(scatter, weight=self.ones, tails=NORMAL, freedom=np.inf, outlying=None, bound=0.0)
+
+    def outlying(self, scatter: Scatter, square: Array) -> Scatter:
+        """The same where each row may be an outlier; ``square (n,)``: expected squared residuals over the variance."""
+        prior, n = self.priors, len(self.problem)
+        wide = np.array([1.0, *prior.outlier_sizes])
+        share = np.log(np.r_[1.0, np.full(len(wide) - 1, 1.0 / (len(wide) - 1))])
+        rate = 1.0 / prior.outlier_share
+        chance = np.full(n, 1.0 / rate)
+        for _ in range(3):
+            some = float(chance.sum())
+            odds = special.digamma([rate + n - some, *[1.0 + some] * (len(wide) - 1)]) - special.digamma(1 + rate + n)
+            log = odds + share - np.log(wide) - 0.5 * square[:, None] / wide**2
+            p = special.softmax(log, axis=1)
+            chance = 1.0 - p[:, 0]
+        some = float(chance.sum())
+        weight = p @ (1.0 / wide**2)
+        bound = float((p * (share - np.log(wide))).sum() + special.entr(p).sum() - 0.5 * np.log(weight).sum())
+        bound += float(special.betaln(1.0 + some, rate + n - some) - special.betaln(1.0, rate))
+        return self.changed(scatter, weight=weight, tails=OUTLYING, freedom=np.inf, outlying=chance, bound=bound)
+
+    def heavy(self, scatter: Scatter, freedom: float, square: Array) -> Scatter:
+        """The same with tails of Student's distribution with ``freedom`` degrees of freedom."""
+        a0 = b0 = freedom / 2.0
+        a, b = a0 + 0.5, b0 + 0.5 * square
+        weight, log = a / b, special.digamma(a) - np.log(b)
+        divergence = (a - a0) * special.digamma(a) - special.gammaln(a) + special.gammaln(a0)
+        divergence = divergence + a0 * (np.log(b) - np.log(b0)) + a * (b0 - b) / b
+        bound = float((0.5 * log - 0.5 * np.log(weight) - divergence).sum())
+        return self.changed(scatter, weight=weight, tails=HEAVY, freedom=freedom, outlying=None, bound=bound)
+
+    def _priced(self, scatter: Scatter) -> Scatter:
+        prior, log_prior = self.priors, scatter.bound
+        if scatter.growth is not None:
+            log_prior += np.log(prior.growth / len(self.problem.growing) / len(prior.growth_rates))
+        if scatter.correlation:
+            log_prior += np.log(prior.correlation / len(prior.correlations))
+        if scatter.certificate > 1.0:
+            log_prior += np.log(prior.certificate / len(prior.certificate_factors))
+        if scatter.rounded:
+            log_prior += np.log(prior.rounded)
+        if scatter.tails == OUTLYING:
+            log_prior += np.log(prior.outliers)
+        if scatter.tails == HEAVY:
+            log_prior += np.log(prior.heavy / len(prior.heavy_freedoms))
+        return replace(scatter, log_prior=float(log_prior))

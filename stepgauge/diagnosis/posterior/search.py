@@ -1,0 +1,314 @@
+"""The search: forward with a beam, models of the scatter, exchanges until no hypothesis is more probable."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import combinations, islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.posterior.evidence import Evidence, State
+from stepgauge.diagnosis.posterior.looks import Look, Looks
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Law, Problem, Term
+from stepgauge.diagnosis.posterior.scatter import HEAVY, NORMAL, OUTLYING, Scatter
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of the search: the change, its term, and the gain in the log posterior."""
+
+    action: str
+    label: str
+    gain: float
+
+
+BEAM = 2
+MOST_TERMS = 6
+PROPOSED, PROPOSED_FORMS = 4, 2
+"""Laws and forms that are tried for addition to a hypothesis."""
+PROPOSED_PAIRS = 3
+"""Pairs of laws of one shape and one amplitude that are."""
+COARSE, PEAKS = 5.0, 4
+"""Gain of a fitted shape over that of the grid from which the grid is too coarse, nats; peaks that are tried then."""
+HOPELESS = -6.0
+"""Gain of a look below which a candidate is not tried, nats."""
+FARTHER = 4.0
+"""Difference to the best hypothesis up to which a hypothesis stays in the beam, nats."""
+ROUNDS = 4
+SETTLED = 0.5
+WEIGHING = 3
+"""Rounds in which rows are weighted anew by their residuals."""
+
+
+class Search:
+    """The search of one problem; ``evidence.visited`` holds every hypothesis that it computed."""
+
+    def __init__(self, problem: Problem, priors: Priors) -> None:
+        self.problem, self.priors = problem, priors
+        self.evidence, self.looks = Evidence(problem, priors), Looks(problem)
+        self.scatters = self.evidence.scatters
+        self.start = self.evidence((), self.scatters.plain())
+        self.trail: list[Step] = []
+        self._added: dict[tuple[object, ...], State] = {}
+
+    def run(self) -> State:
+        """The best hypothesis found."""
+        best = beam = self.reshaped(self.start)
+        heads = [self.start] if beam is self.start else [self.start, beam]
+        for depth in range(MOST_TERMS):
+            heads = self._forward(heads)
+            if not heads or heads[0].log_posterior < best.log_posterior - (FARTHER if depth < 2 else 0.0):
+                break
+            best = self._better(best, heads[0])
+        return self._exchanged(best)
+
+    def _better(self, best: State, other: State) -> State:
+        """The more probable one; the change is recorded."""
+        if other.log_posterior <= best.log_posterior:
+            return best
+        gain = other.log_posterior - best.log_posterior
+        come, gone = other.labels - best.labels, best.labels - other.labels
+        words = "exchanged" if come and gone else "added" if come else "dropped" if gone else "scatter"
+        what = ", ".join(sorted(come)) or ", ".join(sorted(gone)) or "model of the scatter or shapes"
+        self.trail.append(Step(words, f"{', '.join(sorted(gone))} for {what}" if come and gone else what, gain))
+        return other
+
+    def beside(self, state: State) -> list[Look]:
+        """Looks of all candidates that are not in a hypothesis, the best first."""
+        return [look for look in self.looks(state, self.scatters) if look.candidate.label not in state.labels]
+
+    def added(self, state: State, look: Look) -> State:
+        """The hypothesis with one term more; with a shape on the grid or near it, whichever is more probable."""
+        key = (id(state), look.candidate.label, look.atom, look.sd)
+        if key not in self._added:
+            self._added[key] = self._shaped(state, look)
+        return self._added[key]
+
+    def _shaped(self, state: State, look: Look) -> State:
+        grid = self._with(state, look.term())
+        best = max(grid, self._between(state, look, look.atom, grid), key=_worth)
+        if best.log_posterior > grid.log_posterior + COARSE:
+            others = (self._between(state, look, atom, grid) for atom in look.peaks(PEAKS))
+            best = max((best, *others), key=_worth)
+        return best
+
+    def _between(self, state: State, look: Look, atom: int, grid: State) -> State:
+        """The hypothesis with a shape fitted near a point of the grid; that of the grid if the fit fails."""
+        law = look.candidate
+        refined = law.refine(atom, state.left_um) if isinstance(law, Law) and law.refine is not None else None
+        if refined is None:
+            return grid
+        log_prior = law.log_odds + look.volume_of(atom)
+        return self._narrowed(state, Term(law, atom, refined.columns, look.sd, log_prior, refined.shape), grid)
+
+    def _narrowed(self, state: State, term: Term, grid: State) -> State:
+        """The hypothesis with a fitted shape, whose peak may be narrower than the step of the grid.
+
+        For a peak that is higher by d at a distance x from the nearest point, the standard deviation is x / sqrt(2 d);
+        on average x is a quarter of a step.
+        """
+        found = self._with(state, term)
+        higher = found.log_posterior - grid.log_posterior
+        narrow = 0.5 * float(np.log(2.0 * max(higher, 1e-9))) - float(np.log(0.25 * np.sqrt(2.0 * np.pi)))
+        return self._with(state, replace(term, log_prior=term.log_prior - narrow)) if narrow > 0.0 else found
+
+    def _with(self, state: State, term: Term) -> State:
+        return self.evidence((*state.terms, term), state.scatter, state.sigma_um)
+
+    def _forward(self, heads: list[State]) -> list[State]:
+        """The most probable hypotheses with one term more: of laws alone, and of all."""
+        found: dict[int, State] = {}
+        for head in heads:
+            for state in (*(self.added(head, look) for look in self._proposed(head)), *self._paired(head)):
+                state = self._weeded(state)
+                found[id(state)] = state
+        ranked = sorted(found.values(), key=_worth, reverse=True)
+        laws = [state for state in ranked if state.named][:BEAM]
+        chosen = laws + [state for state in ranked[:1] if state not in laws]
+        shaped = {id(state): state for state in map(self.reshaped, chosen)}
+        return sorted(shaped.values(), key=_worth, reverse=True)
+
+    def _proposed(self, state: State, most: int = PROPOSED, without: frozenset[str] = frozenset()) -> Iterator[Look]:
+        """Looks worth trying: the best laws, at most two of a kind, and the best forms."""
+        looks = [one for one in self.beside(state) if one.gain > HOPELESS and one.candidate.label not in without]
+        yield from islice(_two_of_a_kind(look for look in looks if look.candidate.named), most)
+        yield from islice(_two_of_a_kind(look for look in looks if not look.candidate.named), PROPOSED_FORMS)
+
+    def _paired(self, state: State, without: frozenset[str] = frozenset()) -> Iterator[State]:
+        """The hypothesis with two more laws that explain together what neither does alone."""
+        for one, other in self.looks.pairs(state, self.scatters, PROPOSED_PAIRS, without | state.labels):
+            yield self._with(self._with(state, one.term()), other.term())
+
+    def _weeded(self, state: State) -> State:
+        """The hypothesis without terms whose removal makes it more probable; the newest stays."""
+        for place in range(len(state.terms) - 1):
+            fewer = self.without(state, place)
+            if fewer.log_posterior > state.log_posterior:
+                return self._weeded(fewer)
+        return state
+
+    def without(self, state: State, *places: int) -> State:
+        """The hypothesis without some of its terms, by index."""
+        terms = tuple(term for i, term in enumerate(state.terms) if i not in places)
+        return self.evidence(terms, state.scatter, state.sigma_um)
+
+    # -- the scatter ---------------------------------------------------------------------------------------------
+
+    def reshaped(self, state: State) -> State:
+        """The most probable model of the scatter for the same terms, changing one property after the other."""
+        for _ in range(ROUNDS):
+            best = max(self._facets(state), key=_worth, default=state)
+            if best.log_posterior <= state.log_posterior + SETTLED:
+                return max(state, best, key=_worth)
+            state = best
+        return state
+
+    def _facets(self, state: State) -> Iterator[State]:
+        prior, scatter, change = self.priors.scatter, state.scatter, self.scatters.changed
+
+        def tried(other: Scatter) -> State:
+            return self.evidence(state.terms, other, state.sigma_um)
+
+        if scatter.growth is not None:
+            yield tried(change(scatter, growth=None))
+        else:
+            yield tried(change(scatter, growth=self._likeliest_growth(state)))
+        yield from self._correlated(state, tried)
+        yield from (tried(change(scatter, certificate=f)) for f in (1.0, *prior.certificate_factors))
+        if self.problem.step_um > 0.0:
+            yield tried(change(scatter, rounded=not scatter.rounded))
+        yield from self._tails(state, tried)
+
+    def _likeliest_growth(self, state: State) -> tuple[str, float]:
+        """The covariate and rate with which the squared residuals grow, by their likelihood."""
+        square = self.evidence.squares(state)
+        n = len(square)
+
+        def gain(name: str, rate: float) -> float:
+            grown = 1.0 + (rate * self.problem.growing[name]) ** 2
+            return -0.5 * float(np.log(grown).sum() + n * np.log((square / grown).mean()))
+
+        every = [(name, rate) for name in self.problem.growing for rate in self.priors.scatter.growth_rates]
+        return max(every, key=lambda one: gain(*one))
+
+    def _correlated(self, state: State, tried: Callable[[Scatter], State]) -> Iterator[State]:
+        """Correlations about the present one, farther as long as they are more probable."""
+        every = [0.0, *self.priors.scatter.correlations]
+        here = every.index(state.scatter.correlation)
+        for step in (1, -1):
+            last, place = state, here + step
+            while 0 <= place < len(every):
+                found = tried(self.scatters.changed(state.scatter, correlation=every[place]))
+                yield found
+                if found.log_posterior < last.log_posterior - (FARTHER if last is state else 0.0):
+                    break
+                last, place = found, place + step
+        if here > 1:
+            yield tried(self.scatters.changed(state.scatter, correlation=0.0))
+
+    def _tails(self, state: State, tried: Callable[[Scatter], State]) -> Iterator[State]:
+        """Outliers and heavy tails, weighted by the residuals of the state; normal tails if these are more probable."""
+        normal = self.scatters.without_tails(state.scatter)
+        if state.scatter.tails != NORMAL:
+            yield tried(normal)
+        first = self._robust(state)
+        if state.scatter.tails == OUTLYING or (first.max() > NEAR_OUTLYING and first.max() > 0.0):
+            yield self._weighed(tried, first, partial(self.scatters.outlying, normal))
+        if state.scatter.tails == HEAVY or _kurtosis(first) > 0.0:
+            for freedom in self.priors.scatter.heavy_freedoms:
+                yield self._weighed(tried, first, partial(self.scatters.heavy, normal, freedom))
+
+    def _robust(self, state: State) -> Array:
+        """Squared residuals over the variance of the middle half of the rows: outliers do not mask one another."""
+        square = self.evidence.squares(state)
+        return square / min(float(np.median(square)) / MEDIAN_SQUARE, 1.0)
+
+    def _weighed(self, tried: Callable[[Scatter], State], square: Array, weigh: Callable[[Array], Scatter]) -> State:
+        best = None
+        for _ in range(WEIGHING):
+            state = tried(weigh(square))
+            best = state if best is None else max(best, state, key=_worth)
+            square = self.evidence.squares(state)
+        assert best is not None
+        return best
+
+    # -- exchanges -----------------------------------------------------------------------------------------------
+
+    def _exchanged(self, best: State) -> State:
+        """Exchanges of one term for one, one for two, two for one, until nothing improves; two at once if one fails."""
+        for _ in range(ROUNDS):
+            old = best
+            for state in self._unweighed(old):
+                best = max((best, *(self._instead(state, place) for place in range(len(old.terms)))), key=_worth)
+            if len(old.terms) < MOST_TERMS:
+                best = max(best, *(self.added(old, look) for look in self._proposed(old, 2)), old, key=_worth)
+            if best.log_posterior <= old.log_posterior + SETTLED:
+                pairs = combinations(range(len(old.terms)), 2)
+                best = max((best, *(one for places in pairs for one in self._ones(old, *places))), key=_worth)
+            best = self._better(old, self.polished(self.reshaped(best)))
+            if best.log_posterior <= old.log_posterior + SETTLED:
+                break
+        return best
+
+    def _unweighed(self, state: State) -> Iterator[State]:
+        """The hypothesis, and the same with normal tails: rows are weighted by the residuals of its own terms."""
+        yield state
+        if state.scatter.tails != NORMAL:
+            yield self.evidence(state.terms, self.scatters.without_tails(state.scatter), state.sigma_um)
+
+    def _ones(self, state: State, *places: int) -> list[State]:
+        """The hypothesis with one other term, or a pair of laws, in place of some; first without these."""
+        base = self.without(state, *places)
+        looks = self._proposed(base, 3)
+        return [base, *(self.added(base, look) for look in looks), *self._paired(base, state.labels)]
+
+    def _instead(self, state: State, place: int) -> State:
+        """The best with one or two other terms in place of one; terms that become superfluous are dropped."""
+        base, *ones = self._ones(state, place)
+        others = sorted((one for one in ones if one.labels != state.labels), key=_worth, reverse=True)
+        # what is nearly as likely stands there by itself; beside what is not, something else may be missing
+        rivals = [one for one in others if one.log_posterior > state.log_posterior - FARTHER]
+        alone = state.labels.union(*(one.labels for one in rivals)) - base.labels
+        lesser = [one for one in others if not one.labels & alone]
+        near = {id(one): one for one in (*others[:1], *lesser[:1])}.values()
+        twos = [self.added(one, look) for one in near for look in self._proposed(one, 1, alone)]
+        return max((base, *ones, *map(self._weeded, [*others, *twos])), key=_worth)
+
+    def polished(self, state: State) -> State:
+        """Shape and size of each term fitted again with the others."""
+        for candidate in [term.candidate for term in state.terms]:
+            base = self.without(state, next(i for i, t in enumerate(state.terms) if t.candidate is candidate))
+            own = next(look for look in self.beside(base) if look.candidate is candidate)
+            state = max(state, self.added(base, own), key=_worth)
+        return state
+
+
+NEAR_OUTLYING = 9.0
+"""Squared residual over the variance from which a row may be an outlier."""
+MEDIAN_SQUARE = 0.4549
+"""Median of chi-square with one degree of freedom."""
+
+
+def _worth(state: State) -> float:
+    return state.log_posterior
+
+
+def _two_of_a_kind(looks: Iterator[Look]) -> Iterator[Look]:
+    count: dict[str, int] = {}
+    for look in looks:
+        kind = look.candidate.kind
+        count[kind] = count.get(kind, 0) + 1
+        if count[kind] <= 2:
+            yield look
+
+
+def _kurtosis(square: Array) -> float:
+    """Excess of the fourth moment, in its standard deviations for normal scatter."""
+    excess = float((square**2).mean() / square.mean() ** 2) - 3.0
+    return excess / float(np.sqrt(24.0 / len(square)))

@@ -1,0 +1,161 @@
+"""The rules by which results are stated; they use probabilities and sizes only.
+
+Each term of the best hypothesis is a place: it explains one structure of the residuals, and other candidates are its
+rivals.
+
+1. In a place nothing is stated if the probability that there is no structure is larger than ``1 - stated``.
+2. A law is stated if the laws of the place together are more probable than its forms: the most probable kind, with all
+   other laws that have more than ``in_set`` of the probability of the place as its set. Otherwise the most probable
+   form is stated.
+3. A law whose size is less than ``determined`` standard uncertainties is not named, however likely. Nor is a law beside
+   a form over the covariate that the law depends on, for the form may contain the law.
+4. Outliers, growing and correlated scatter are stated if their probability is at least ``stated``. Correlated scatter
+   makes the verdict ``unknown``, as forms do: laws that are named beside it stay.
+
+These are the rules of docs/diagnosis.md. What rules 3 and 4 need of covariates and rows is in the two modules that use
+this one, for recordings and for probe maps.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Place, Rival
+from stepgauge.diagnosis.posterior.evidence import State
+from stepgauge.diagnosis.posterior.looks import Look
+from stepgauge.diagnosis.posterior.priors import Decision
+from stepgauge.diagnosis.posterior.problem import Term
+from stepgauge.diagnosis.posterior.search import Search
+
+SURE_OUTLIER = 0.5
+"""Probability from which a row is listed as an outlier."""
+LEAST_ODDS = 1e-4
+"""Least odds against the best hypothesis at which several laws in place of one are listed."""
+MOST_LOCATED = 4
+"""Largest number of covariates that are listed for systematic residuals."""
+
+
+@dataclass(frozen=True)
+class Said:
+    """The statement for one place: its rivals, the most probable first, and the term of the one that is stated."""
+
+    place: Place
+    lead: Rival
+    term: Term
+
+    @property
+    def source(self) -> Any:
+        """The object behind the candidate: the law with its choices, or the form."""
+        return self.lead.candidate.source
+
+    @property
+    def named(self) -> bool:
+        """Whether a law is stated."""
+        return self.lead.candidate.named
+
+
+def told(search: Search, answer: Answer, stated: float) -> tuple[State, list[Said]]:
+    """The hypothesis that is stated, and its statements, by rules 1 and 2."""
+    places = [place for place in answer.places if place.nothing <= 1.0 - stated]
+    leads = [(place, _lead(place)) for place in places]
+    state = _told_state(search, answer.best, leads)
+    terms = {term.candidate.label: term for term in state.terms}
+    known = [(place, lead) for place, lead in leads if lead.candidate.label in terms]
+    return state, [Said(place, lead, terms[lead.candidate.label]) for place, lead in known]
+
+
+def _lead(place: Place) -> Rival:
+    """The rival that is stated: the most probable one of the most probable kind, of laws or of forms."""
+    named = place.named >= place.nameless
+    rivals = [one for one in place.rivals if one.candidate.named is named]
+    share: dict[str, float] = defaultdict(float)
+    for one in rivals:
+        share[one.candidate.kind] += one.share
+    kind = max(share, key=lambda k: share[k])
+    return max((one for one in rivals if one.candidate.kind == kind), key=lambda one: one.share)
+
+
+def _told_state(search: Search, best: State, said: list[tuple[Place, Rival]]) -> State:
+    """The best hypothesis with the rivals that are stated as its terms, without places of which nothing is stated."""
+    terms = [best.terms[place.term] for place, _ in said]
+    state = search.evidence(tuple(terms), best.scatter, best.sigma_um)
+    for place, lead in said:
+        own = best.terms[place.term]
+        if lead.candidate is own.candidate or lead.candidate.label in state.labels:
+            continue
+        base = search.without(state, next(i for i, t in enumerate(state.terms) if t.candidate is own.candidate))
+        state = search.added(base, lead.look)
+    return state
+
+
+def determined(state: State, term: Term, least: float) -> bool:
+    """Whether the size of a term is more than ``least`` standard uncertainties (rule 3), for a fixed shape."""
+    place = next((i for i, other in enumerate(state.terms) if other is term), None)
+    if place is None:
+        return True
+    mean, covariance = state.amplitudes(place)
+    return float(mean @ np.linalg.pinv(covariance) @ mean) >= least**2
+
+
+def sure(said: Said, state: State, answer: Answer, decision: Decision, wider: float) -> bool:
+    """Whether a law is determined with its uncertainty over all hypotheses, times ``wider``."""
+    factor = spread_factor(answer, state, said.lead.candidate.label, decision.in_set) * wider
+    return determined(state, said.term, decision.determined * factor)
+
+
+def rival_laws(said: Said, least: float) -> list[Rival]:
+    """The laws among the rivals of a place, the one that is stated first."""
+    others = [one for one in said.place.rivals if one.candidate.named and one.share > least and one is not said.lead]
+    return [said.lead, *others]
+
+
+def together(several: Sequence[Alternative], label: str, least: float) -> tuple[str, ...]:
+    """Combinations of laws that may replace one law, as their kinds: ``scale_error + squareness``."""
+    near = [one for one in several if one.gone == (label,) and one.odds >= least]
+    instead = [one.come for one in near if all(c.named for c in one.come)]
+    return tuple(dict.fromkeys(" + ".join(sorted(c.kind for c in come)) for come in instead))
+
+
+def spread_factor(answer: Answer, state: State, label: str, least: float) -> float:
+    """Factor on the uncertainty of a size: over all hypotheses that contain it, over that in the stated one."""
+    spread = answer.spread(label, least)
+    place = next((i for i, term in enumerate(state.terms) if term.candidate.label == label), None)
+    if spread is None or place is None:
+        return 1.0
+    own = float(np.trace(state.amplitudes(place)[1]))
+    return max(float(np.sqrt(np.trace(spread[1]) / max(own, 1e-300))), 1.0)
+
+
+def one_of_each_kind(place: Place, named: bool) -> Iterator[Rival]:
+    """The most probable law or form of each kind in a place, the most probable first."""
+    first: dict[str, Rival] = {}
+    for one in sorted(place.rivals, key=lambda one: -one.share):
+        if one.candidate.named is named:
+            first.setdefault(one.candidate.kind, one)
+    yield from first.values()
+
+
+def systematic(
+    search: Search, state: State, known: Collection[str], least: float
+) -> Iterator[tuple[Look, float, float]]:
+    """Forms of the residuals before any law is named, one to a kind, with their probability alone and their share.
+
+    They are rivals for one structure: those with odds below ``least`` against the most probable one are left out.
+    ``state``: the scatter to judge by; ``known``: kinds that are stated already.
+    """
+    start, told_kinds = search.evidence((), state.scatter, state.sigma_um), set(known)
+    total = max(float(np.var(search.problem.um)) - start.sigma_um**2, 1e-300)
+    looks = [look for look in search.beside(start) if not look.candidate.named and look.gain > 0.0]
+    near = max((look.gain for look in looks), default=0.0) + float(np.log(least))
+    for look in looks:
+        if look.gain < near or look.candidate.kind in told_kinds or len(told_kinds) >= MOST_LOCATED:
+            continue
+        told_kinds.add(look.candidate.kind)
+        beside = search.added(start, look)
+        share = float(np.clip((start.sigma_um**2 - beside.sigma_um**2) / total, 0.0, 1.0))
+        yield look, float(1.0 / (1.0 + np.exp(-look.gain))), share

@@ -1,0 +1,79 @@
+"""The residuals of a recording as a problem: nuisances, order of probing, and all laws and forms as candidates."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.covariates import AXES, covariates
+from stepgauge.diagnosis.forms import form_candidates
+from stepgauge.diagnosis.laws import law_candidates
+from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Problem
+from stepgauge.diagnosis.posterior.scatter import Scatters
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.recording import POSITION
+
+Array = NDArray[np.float64]
+LEAST_GAP = 0.2
+"""Least time between neighbours over the typical one: readings with equal times are not one reading."""
+STEP_GRAIN_UM = 0.01
+"""A resolution finer than this counts as none."""
+GROWING = ("position", "time", "speed", *(f"machine {axis}" for axis in AXES))
+"""Covariates with which the scatter may grow."""
+
+
+def make_problem(data: Residuals, priors: Priors, without: Collection[str] = ()) -> Problem:
+    """The problem of a recording, with all its candidates; without the kinds in ``without``."""
+    bare = bare_problem(data)
+    scatters = Scatters(bare, priors)
+    metric = Metric(bare, scatters.plain(), scatters, bare.within_um)
+    laws = law_candidates(data, priors, metric, without)
+    return replace(bare, candidates=(*laws, *form_candidates(data, priors, bare.scale_um)))
+
+
+def bare_problem(data: Residuals) -> Problem:
+    """The problem of a recording without candidates."""
+    face = data.face - data.face.min()
+    certified = (face == np.arange(face.max() + 1)[:, None]) * data.side
+    shown = certified.any(axis=1)
+    u_um = np.asarray(data.gauge.u_um)[data.face.min() - 1 :][: len(certified)]
+    stated_um = float(data.machine.table.repeatability_um)
+    problem = Problem(
+        um=data.um,
+        scale_um=stated_um,
+        certified=certified[shown],
+        certified_u=np.maximum(u_um[shown], 1e-4),
+        free=data.origins.astype(float),
+        order=data.order,
+        gap=_gaps(data),
+        growing={c.name: (c.values - c.values.min()) / np.ptp(c.values) for c in covariates(data) if c.name in GROWING},
+        step_um=display_step_um(data),
+        group=data.group,
+        candidates=(),
+    )
+    # a machine file may say that readings repeat perfectly, and means that it does not know
+    return problem if stated_um > 0.0 else replace(problem, scale_um=problem.within_um)
+
+
+def _gaps(data: Residuals) -> Array:
+    """Time between neighbours over the typical one, infinite between placements of the gauge."""
+    time = data.frame["time_s"].to_numpy(float)[data.order] if data.has_time else np.arange(float(len(data)))
+    gap = np.diff(time)
+    gap = np.maximum(gap / max(float(np.median(gap)), 1e-9), LEAST_GAP)
+    return np.where(np.diff(data.placement[data.order]) != 0, np.inf, gap)
+
+
+def display_step_um(data: Residuals) -> float:
+    """The resolution of the readings along the gauge, um; 0 if none is seen."""
+    axis = int(np.abs(np.mean(list(data.probings.setting.axis.values()), axis=0)).argmax())
+    grains = data.frame[POSITION[axis]].to_numpy(float) * 1e3 / STEP_GRAIN_UM
+    whole = np.rint(grains)
+    if np.abs(grains - whole).max() > 1e-3 * max(1.0, float(np.abs(grains).max()) * 1e-9):
+        return 0.0
+    step = int(np.gcd.reduce((whole - whole[0]).astype(np.int64)))
+    return step * STEP_GRAIN_UM if step > 1 else 0.0

@@ -1,0 +1,242 @@
+"""``diagnosis.md``, the report of a ``diagnosis.json``: actions on the first page, then the evidence.
+
+The template ``templates/reports/diagnosis.md.j2`` sees ``d``, the content of the JSON; ``figures``, the names of the
+figures beside it; ``limits``, what this recording cannot show; and the words of this module.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+from stepgauge.diagnosis.located import SCATTER
+from stepgauge.diagnosis.practice import counted, name_of
+from stepgauge.diagnosis.words import line
+from stepgauge.files.notation import clean
+from stepgauge.files.resources import folder
+from stepgauge.files.text import read_text
+
+COVERAGE = 2.0
+"""Coverage factor of the expanded uncertainty after a plus-minus sign."""
+VERDICTS = {
+    "adequate": "The recording agrees with the simulation within the noise. Nothing needs to be added to the model.",
+    "effects": "The recording disagrees with the simulation, and known physics explains it:",
+    "unknown": "The recording disagrees with the simulation in a way that no known effect explains.",
+    "insufficient": "The recording cannot tell whether the simulation is right.",
+}
+FEW_DOF = 20
+SURE = 0.99
+"""Probability above which no digits are stated: the priors are not known so well."""
+SCATTER_WORDS = {
+    "growth": "scatter that grows",
+    "correlation": "scatter correlated from touch to touch",
+    "certificate": "certificate with uncertainties that are too small",
+    "outlying": "single outliers",
+    "heavy": "tails heavier than normal",
+}
+NO_CHOICE = ("start_s", "pause_s", "about_mm")
+"""Parameters of the computation that are not part of the name of a law."""
+
+
+def report_text(said: Mapping[str, Any], figures: Sequence[str] = (), template: str | Path | None = None) -> str:
+    """The report of a diagnosis.
+
+    Parameters
+    ----------
+    said : content of a ``diagnosis.json``
+    figures : names of the figures beside it
+    template : Jinja file to use instead of the shipped one
+    """
+    source = Path(template) if template else folder("templates") / "reports" / "diagnosis.md.j2"
+    context = {
+        "d": said,
+        "figures": list(figures),
+        "summary": summary(said),
+        "limits": limits(said),
+        "lacking": lacking(said),
+        "remaining": remaining(said["unexplained"]),
+        "scatter": SCATTER,
+        "scatter_words": SCATTER_WORDS,
+        "coverage": COVERAGE,
+    }
+    return environment().from_string(read_text(source)).render(context)
+
+
+def environment() -> ImmutableSandboxedEnvironment:
+    """The environment of the templates of diagnoses, with the words and numbers of this module as filters."""
+    found = ImmutableSandboxedEnvironment(
+        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
+    )
+    found.filters.update(
+        um=um, sig=significant, plus_minus=plus_minus, words=name_of, cell=cell, percent=percent, line=line
+    )
+    found.filters["wrapped"] = wrapped_sum
+    found.filters["without"] = without
+    found.filters["chosen"] = chosen
+    found.filters["probability"] = probability
+    return found
+
+
+def summary(said: Mapping[str, Any]) -> str:
+    """The verdict in a sentence or two."""
+    text = VERDICTS[said["verdict"]]
+    named = counted(_named(effect) for effect in said["effects"])
+    if said["verdict"] == "effects":
+        return f"{text} {listed(named)}."
+    if said["verdict"] == "unknown":
+        where = said["unexplained"][0]["where"] if said["unexplained"] else "somewhere"
+        return f"{text} Its form: {where}.{f' A part is explained: {listed(named)}.' if named else ''}"
+    return text
+
+
+def _named(effect: Mapping[str, Any]) -> str:
+    """An effect with its choices, and its alternatives."""
+    choices = [str(value) for value in chosen(effect) if not isinstance(value, list)]
+    name = " ".join([name_of(effect["kind"]), *(choices and [f"({', '.join(choices)})"])])
+    others = [name_of(kind) for kind in effect["confounded_with"]] + [
+        name_of(label) for label in effect["alternatives"]
+    ]
+    return f"{name}, or in its place {listed(others, 'or')}" if others else name
+
+
+def chosen(effect: Mapping[str, Any]) -> list[Any]:
+    """Choices that distinguish an effect from others of its kind: axis, plane, face, direction; no times."""
+    parameters = effect["parameters"].items()
+    return [p["value"] for name, p in parameters if "unit" not in p and name not in ("rows", *NO_CHOICE)]
+
+
+def listed(words: Sequence[str], last: str = "and") -> str:
+    """``a, b and c``."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} {last} {words[-1]}"
+
+
+def limits(said: Mapping[str, Any]) -> list[str]:
+    """What this recording cannot show, whatever the verdict."""
+    measured, found = said["measured"], []
+    if not said["noise"]["from_repeats"]:
+        found.append(
+            "No face was probed twice under the same conditions. The noise is estimated from the repeatability in the"
+            " machine file and from the residuals of the model: structure from face to face may count as noise."
+        )
+    elif said["noise"]["dof"] < FEW_DOF:
+        found.append(f"The noise has only {said['noise']['dof']} degrees of freedom; measure more cycles.")
+    if len(measured["placements"]) == 1:
+        found.append(
+            "The gauge lay in one place. Errors of the machine (scales, guideways) and of the gauge (certificate,"
+            " temperature, bending) can be separated only by further placements."
+        )
+    if len(measured["speeds_mm_s"]) < 2:
+        found.append("There was one measuring speed: a trigger delay cannot be separated from a larger pre-travel.")
+    if not measured["time_recorded"]:
+        found.append("No times were recorded: drift, cycles, steps and vibration could not be tested.")
+    if not measured["gauge_temperature_recorded"]:
+        found.append("The temperature of the gauge was not recorded; that of the certificate was assumed.")
+    if said["inputs"]["gauge"]["example"]:
+        found.append("The certificate is an example, not that of a real gauge.")
+    return found
+
+
+def lacking(said: Mapping[str, Any]) -> list[str]:
+    """What an insufficient recording lacks."""
+    if said["verdict"] != "insufficient":
+        return []
+    found = []
+    if not said["noise"]["from_repeats"]:
+        found.append("every face probed at least twice, better five times, in the same placement and at the same speed")
+    if (said["noise"]["sigma_um"] or 0.0) <= 0.0:
+        found.append("readings that differ between repeats: these are identical to the last digit, so they are rounded,"
+                     " copied or simulated without noise")  # fmt: skip
+    return found or ["more cycles: too few repeats to separate noise from structure"]
+
+
+def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """The forms by covariate: each covariate once, with the faces, its forms, and the largest probability."""
+    found: dict[str, dict[str, Any]] = {}
+    for one in unexplained:
+        row = found.setdefault(one["covariate"], {"covariate": one["covariate"], "sides": [], "where": [], "p": []})
+        row["sides"].append(one["side"])
+        row["where"].append(one["where"])
+        row["p"].append(one["probability"])
+    return [
+        {
+            "covariate": row["covariate"],
+            "side": ", ".join(dict.fromkeys(row["sides"])),
+            "where": "; ".join(dict.fromkeys(row["where"])),
+            "probability": max(row["p"]),
+        }
+        for row in found.values()
+    ]
+
+
+def wrapped_sum(formulas: Sequence[str], width: int = 96) -> list[str]:
+    """The sum of some formulas in lines that break between terms, of ``width`` characters where a term allows it."""
+    lines = [""]
+    for number, term in enumerate(re.split(r" \+ (?=c\d+ \*)", " + ".join(formulas))):
+        added = f"+ {term}" if number else term
+        if lines[-1] and len(lines[-1]) + 1 + len(added) > width:
+            lines.append(added)
+        else:
+            lines[-1] = f"{lines[-1]} {added}".lstrip()
+    return lines
+
+
+def um(value: float | None) -> str:
+    """A length in um with a suitable number of digits."""
+    return "undefined" if value is None else f"{significant(value, 3)} um"
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """A number to some significant digits, without an exponent where it is not usual."""
+    if value is None:
+        return "undefined"
+    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
+        decimals = 0 if value == 0.0 else max(digits - 1 - math.floor(math.log10(abs(value))), 0)
+        return f"{value:.{decimals}f}"
+    return f"{value:.{digits - 1}e}"
+
+
+def plus_minus(parameter: Mapping[str, Any]) -> str:
+    """A parameter as a report prints it: ``2.27 +- 0.47 um/m``, to two digits of the uncertainty."""
+    value, unit = parameter["value"], parameter.get("unit", "")
+    if isinstance(value, list):
+        return ", ".join(str(one) for one in value) + (f" {unit}" if unit else "")
+    if not isinstance(value, float):
+        return f"{value} {unit}".strip()
+    u = parameter.get("u")
+    if not u:
+        return f"{significant(value, 4)} {unit}".strip()
+    expanded = COVERAGE * u
+    decimals = max(1 - math.floor(math.log10(expanded)), 0)
+    return f"{value:.{decimals}f} ± {expanded:.{decimals}f} {unit}".strip()
+
+
+def probability(value: float) -> str:
+    """A probability to two digits; above ``SURE`` only that it is above."""
+    if value > SURE:
+        return f"above {SURE:g}"
+    return f"below {1.0 - SURE:.2g}" if value < 1.0 - SURE else f"{value:.2f}"
+
+
+def percent(share: float | None) -> str:
+    """A share as a percentage."""
+    return "undefined" if share is None else f"{100.0 * share:.3g} %"
+
+
+def cell(text: object) -> str:
+    """Text escaped for a cell of a table."""
+    return clean(text).replace("\n", " ").replace("|", "\\|").replace("`", "'")
+
+
+def without(text: str, commands: Sequence[str]) -> str:
+    """A sentence without the commands that are printed below it."""
+    for command in commands:
+        text = text.replace(f": {command}", " (the command below)")
+    return text

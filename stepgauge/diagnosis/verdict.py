@@ -1,0 +1,219 @@
+"""From probabilities to the statements on a recording, by rules 1 to 3 of :mod:`.posterior.told`.
+
+The part of rule 3 that needs covariates is here: a free function of time may contain a step or a drift.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.covariates import covariates, mask
+from stepgauge.diagnosis.forms import SMOOTH, Form
+from stepgauge.diagnosis.library import Family
+from stepgauge.diagnosis.located import UNDETERMINED, located, regime
+from stepgauge.diagnosis.posterior.answer import Answer, Rival
+from stepgauge.diagnosis.posterior.evidence import State
+from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.search import Search
+from stepgauge.diagnosis.posterior.told import (
+    LEAST_ODDS,
+    Said,
+    determined,
+    one_of_each_kind,
+    rival_laws,
+    spread_factor,
+    sure,
+    together,
+    told,
+)
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.result import Finding, Located, Member
+from stepgauge.diagnosis.solve import Estimate, Fitted, Solved, solve, widened
+
+Array = NDArray[np.float64]
+FAINT = 0.3
+"""Share of the largest weight below which a reading has too little information on a form."""
+MOST_FORMS = 3
+"""Largest number of covariates that are stated for a place without a law."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """The hypothesis that is stated: laws, forms, and the fit of the laws beside the forms."""
+
+    state: State
+    laws: tuple[Said, ...]
+    forms: tuple[Said, ...]
+    fitted: Fitted
+    metric: Metric
+
+
+def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) -> Model:
+    """The hypothesis that is stated, by rules 1 to 3."""
+    state, every = told(search, answer, priors.decision.stated)
+    laws, forms = ([one for one in every if one.named is named] for named in (True, False))
+    model = _fitted(search, state, laws, forms, data)
+    vague = [one for one in laws if not determined(state, one.term, priors.decision.determined)]
+    vague += _within_forms(laws, forms)
+    if vague:
+        kept = [one for one in laws if one not in vague]
+        model = _fitted(search, state, kept, [*forms, *vague], data)
+    return model
+
+
+def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], data: Residuals) -> Model:
+    beside = tuple(one.term for one in forms)
+    metric = Metric(search.problem, state.scatter, search.scatters, state.sigma_um, beside)
+    fitted = solve([one.source for one in laws], [one.term.atom for one in laws], data, metric)
+    return Model(state, tuple(laws), tuple(forms), fitted, metric)
+
+
+def with_doubts(model: Model, search: Search, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Model:
+    """The model without laws that are not determined (rule 3) with uncertainties times ``wider``."""
+    vague = [one for one in model.laws if not sure(one, model.state, answer, priors.decision, wider)]
+    if not vague:
+        return model
+    kept = [one for one in model.laws if one not in vague]
+    return _fitted(search, model.state, kept, [*model.forms, *vague], data)
+
+
+def _within_forms(laws: list[Said], forms: list[Said]) -> list[Said]:
+    """The laws that a form over their own covariate may contain (rule 3)."""
+    told = {one.lead.candidate.kind for one in forms}
+    return [one for one in laws if told & _lives_in(one.source) and not _oscillates(one.source)]
+
+
+def _oscillates(family: Family) -> bool:
+    return family.law is not None and "phase_deg" in family.law.model_fields
+
+
+def _lives_in(family: Family) -> set[str]:
+    """The covariates whose free function may contain a law."""
+    assert family.law is not None
+    first = family.law.covariates[0]
+    if first == "time":
+        return {"time", "order"}
+    if first == "coordinate":
+        axes = [value for value in family.choices.values() if value in ("x", "y", "z")]
+        return {"position", *(f"machine {axis}" for axis in axes)}
+    return {first}
+
+
+def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Iterator[Finding]:
+    """The laws that are stated; ``wider``: factor on uncertainties from the predictive check."""
+    several = answer.alternatives(LEAST_ODDS)
+    for said, solved in zip(model.laws, model.fitted.solved, strict=True):
+        rivals = rival_laws(said, priors.decision.in_set)
+        label = said.lead.candidate.label
+        kinds = tuple(dict.fromkeys(one.candidate.kind for one in rivals if one.candidate.kind != solved.family.kind))
+        same = tuple(
+            dict.fromkeys(
+                one.candidate.source.label
+                for one in rivals
+                if one.candidate.kind == solved.family.kind and one.candidate.source.label != solved.family.label
+            )
+        )
+        wide = widened(solved.parameters, spread_factor(answer, model.state, label, priors.decision.in_set) * wider)
+        yield Finding(
+            solved.family.kind,
+            solved.family.label,
+            solved.effect,
+            choices_of(solved),
+            wide,
+            min(sum(one.share for one in rivals), 1.0),
+            solved.displacement_um(data),
+            own=answer.probability([label]),
+            confounded_with=(*kinds, *together(several, label, priors.decision.in_set)),
+            alternatives=same,
+            members=tuple(_members(said, rivals, wide, model, data)),
+            several=tuple(
+                (tuple(c.source.label for c in one.come if c.named), one.odds)
+                for one in several
+                if label in one.gone and all(c.named for c in one.come)
+            ),
+        )
+
+
+def _members(
+    said: Said, rivals: list[Rival], own: dict[str, Estimate], model: Model, data: Residuals
+) -> Iterator[Member]:
+    """All laws of a set, each with its own values from a fit in its place; none for a set of one."""
+    if len(rivals) < 2:
+        return
+    total = sum(one.share for one in rivals)
+    place = model.laws.index(said)
+    for one in rivals:
+        solved = model.fitted.solved[place] if one is said.lead else _in_place(one, place, model, data)
+        parameters = own if one is said.lead else solved.parameters
+        chosen = choices_of(solved)
+        yield Member(solved.family.kind, solved.family.label, one.share / total, solved.effect, chosen, parameters)
+
+
+def _in_place(rival: Rival, place: int, model: Model, data: Residuals) -> Solved:
+    families = [one.source for one in model.laws]
+    atoms = [one.term.atom for one in model.laws]
+    families[place], atoms[place] = rival.candidate.source, rival.look.atom
+    return solve(families, atoms, data, model.metric).solved[place]
+
+
+def choices_of(solved: Solved) -> dict[str, object]:
+    """Axis, face, ... of an effect, and its fitted direction."""
+    if solved.family.directions is None:
+        return dict(solved.family.choices)
+    return {**solved.family.choices, "direction": getattr(solved.effect, "direction", None)}
+
+
+def _vague(said: Said, answer: Answer) -> Located:
+    """A place in which a law fits with a size that is not determined: structure without a name."""
+    where = sorted(_lives_in(said.source))[0]
+    words = f"similar to {said.source.label}, whose size this recording does not determine"
+    return Located(where, "both", UNDETERMINED, words, 1.0, answer.probability([said.lead.candidate.label]))
+
+
+def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Iterator[Located]:
+    """The forms that are stated, one to a covariate, the most probable first; ``wider``: see :func:`findings`."""
+    for said in model.forms:
+        if said.named:
+            if not sure(said, model.state, answer, priors.decision, wider):
+                yield _vague(said, answer)
+            continue
+        for one in islice(one_of_each_kind(said.place, False), MOST_FORMS):
+            labels = [r.candidate.label for r in said.place.rivals if r.candidate.kind == one.candidate.kind]
+            form = located(one.candidate, one.look.atom, answer.probability(labels))
+            part = _regime(said, model, data) if one is said.lead else ""
+            yield replace(form, where=f"{form.where}, {part}") if part else form
+
+
+def _regime(said: Said, model: Model, data: Residuals) -> str:
+    """The part of the record in which a smooth form differs from the rest, in words; empty for all of it."""
+    form: Form = said.lead.candidate.source
+    place = next((i for i, term in enumerate(model.state.terms) if term is said.term), None)
+    x = next((one.values for one in covariates(data) if one.name == form.covariate), None)
+    if form.shape != SMOOTH or form.beside or place is None or x is None:
+        return ""
+    mean, covariance = model.state.amplitudes(place)
+    share = mask(data, form.side)
+    seen = np.abs(share) > FAINT * np.abs(share).max()
+    columns = said.term.columns[:, seen] / share[seen]
+    return regime(x[seen], columns, mean, covariance, f" {form.unit}".rstrip())
+
+
+def nearest_laws(model: Model) -> Iterator[str]:
+    """The odds against the law nearest to a stated form, in words."""
+    for said in model.forms:
+        named = [one for one in said.place.rivals if one.candidate.named]
+        if said.named or not named:
+            continue
+        law = max(named, key=lambda one: one.share)
+        odds = said.lead.share / max(law.share, 1e-300)
+        yield f"{law.candidate.source.label} is the nearest law and {_times(odds)} times less probable than the form"
+
+
+def _times(odds: float) -> str:
+    return f"{odds:.2g}" if odds < 1e4 else f"10^{np.log10(odds):.0f}"

@@ -1,0 +1,47 @@
+"""Sizes, lengths and directions as a technician reads them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from stepgauge.diagnosis.residuals import Residuals
+
+
+def span_mm(axis: str, data: Residuals) -> float:
+    return float(np.ptp(data.probings.coordinate_mm(axis)))
+
+
+def length_mm(data: Residuals) -> float:
+    return float(np.ptp(data.probings.certified_mm()))
+
+
+def size(value: float) -> str:
+    """The magnitude in two significant digits, without an exponent where a number has few."""
+    return f"{float(f'{abs(value):.2g}'):g}"
+
+
+def in_um(value: float, digits: int = 2) -> str:
+    """A length of some um: two significant digits, never an exponent."""
+    large = abs(value)
+    decimals = int(np.clip(digits - 1 - np.floor(np.log10(large)), 0, 4)) if large > 1e-9 else 1
+    return f"{large:.{decimals}f} um"
+
+
+def long(value: float) -> str:
+    return "long" if value > 0 else "short"
+
+
+def towards(direction: Any, um: float) -> str:
+    """A displacement along a machine axis, in words."""
+    if isinstance(direction, str):
+        return f"{'+' if um > 0 else '-'}{direction}"
+    return f"{'' if um > 0 else '-'}{line(direction)}"
+
+
+def line(direction: Any) -> str:
+    """A machine axis by name, or a direction by its components."""
+    if isinstance(direction, str):
+        return direction
+    return f"({', '.join(f'{d + 0.0:.3f}' for d in np.round(direction, 3))})"

@@ -1,0 +1,155 @@
+"""Statements of a laboratory on a calibration (ISO/IEC 17025:2017, 7.8.2.1 and 7.8.4.1), and those missing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from stepgauge.files.notation import clean, number
+from stepgauge.gauge.certified import Gauge
+from stepgauge.reports.certificate_file import Contact, Laboratory, Person
+from stepgauge.reports.sections import Section
+from stepgauge.reports.statements import ONLY_ITEMS, traceability, uncertainty_text
+from stepgauge.standards.budget_files import StoredBudget
+
+PLACES = {
+    "laboratory": "in the laboratory",
+    "customer": "at the customer's",
+    "laboratoryBranch": "in a branch of the laboratory",
+    "customerBranch": "at a branch of the customer",
+    "other": "elsewhere",
+}
+Row = tuple[str, str | None]
+
+
+def end_mark(said: Laboratory, title: str) -> str:
+    """The end of the last page."""
+    number_text = said.certificate.number
+    return f"End of {title.lower()} {number_text}" if number_text else f"End of the {title.lower()}"
+
+
+def not_stated(said: Laboratory) -> list[str]:
+    """What ISO/IEC 17025 asks for and ``certificate.toml`` does not state."""
+    head, item = said.certificate, said.item
+    asked = (
+        ("number of the certificate", head.number),
+        ("date of issue", head.issued),
+        ("dates of the calibration", head.performed_from and head.performed_to),
+        ("place of the calibration", head.place or head.place_text),
+        ("name of the laboratory", said.laboratory.name),
+        ("address of the laboratory", said.laboratory.address),
+        ("name of the customer", said.customer.name),
+        ("contact of the customer", said.customer.address or said.customer.email or said.customer.phone),
+        ("manufacturer of the item", item.manufacturer),
+        ("serial or inventory number of the item", item.serial or item.owner_number),
+        ("condition of the item", item.condition),
+        ("procedure of the laboratory", said.method.name),
+        ("air temperature", said.conditions.temperature_C),
+        ("adjustment or repair", said.statements.adjustment),
+        ("additions to, deviations from and exclusions from the method", said.method.deviations),
+        ("person who authorises the certificate", [one for one in said.persons if one.signs]),
+    )
+    return [what for what, value in asked if not value]
+
+
+def _text(value: object) -> str | None:
+    return clean(value) or None if value is not None else None
+
+
+def _section(title: str, rows: Sequence[Row]) -> Section:
+    return Section(title, [(label, _text(value)) for label, value in rows])
+
+
+def identity_sections(evaluation: dict[str, Any], said: Laboratory) -> list[Section]:
+    """Identification of laboratory, customer, item, dates, place and method: the head of page 1."""
+    head, item = said.certificate, said.item
+    place = ", ".join(part for part in (PLACES.get(head.place or ""), head.place_text) if part)
+    days = [day.isoformat() if day else None for day in (head.performed_from, head.performed_to)]
+    performed = " to ".join(dict.fromkeys(day for day in days if day)) or None
+    identity: list[Row] = [("Number", head.number)]
+    if head.replaces:
+        identity.append(("Replaces", head.replaces))
+    identity += [
+        ("Item received", head.received.isoformat() if head.received else None),
+        ("Calibrated", performed),
+        ("Issued", head.issued.isoformat() if head.issued else None),
+        ("Place", place or None),
+        ("Procedure", said.method.name or None),
+    ]
+    if said.method.standards:
+        identity.append(("Standards", ", ".join(said.method.standards)))
+    machine = evaluation["comments"].get("machine")
+    described: list[Row] = [
+        ("Item", item.name or machine),
+        ("Manufacturer", item.manufacturer),
+        ("Model", item.model),
+        ("Serial number", item.serial),
+        ("Inventory number", item.owner_number),
+        ("Condition", item.condition),
+    ]
+    if item.software:
+        described.append(("Software", item.software))
+    return [
+        _section("Laboratory", _contact(said.laboratory, laboratory=True)),
+        _section("Customer", _contact(said.customer)),
+        _section("Item calibrated", described),
+        _section("Calibration", identity),
+    ]
+
+
+def _contact(contact: Contact, laboratory: bool = False) -> list[Row]:
+    rows: list[Row] = [("Name", contact.name), ("Address", contact.address)]
+    rows += [(label, value) for label, value in (("E-mail", contact.email), ("Telephone", contact.phone)) if value]
+    return [*rows, ("Accreditation", contact.accreditation)] if laboratory else rows
+
+
+def closing_sections(
+    evaluation: dict[str, Any], said: Laboratory, gauge: Gauge | None, budget: StoredBudget | None
+) -> list[Section]:
+    """Uncertainty, conditions, traceability, adjustment, conformity, scope and persons: after the results."""
+    told, own = said.statements, evaluation["gauge"]
+    traced = None if gauge is None else traceability(said, gauge)
+    if traced is None:
+        known = f"Step gauge serial number {own['serial']}, certificate {own['certificate']} of {own['laboratory']}."
+        traced = f"{known} {told.traceability}" if told.traceability else known
+    uncertainty = None if budget is None else uncertainty_text(budget, assumptions=False)
+    conformity = "No statement of conformity is made."
+    sections = [
+        _section("Measurement uncertainty", [("Expanded", uncertainty)]),
+        _section("Conditions", _conditions(evaluation, said)),
+        _section("Metrological traceability", [("Traceable", traced)]),
+        _section("Adjustment or repair", [("Before and after", told.adjustment)]),
+        _section(
+            "Conformity",
+            [("Statement", told.conformity), ("Decision rule", told.decision_rule)]
+            if told.conformity
+            else [("Statement", conformity)],
+        ),
+        _section("Additions, deviations, exclusions", [("Of the method", said.method.deviations)]),
+        _section("Scope", [("Validity", ONLY_ITEMS)]),
+        _section("Persons", [_person(one) for one in said.persons] or [("Authorised by", None)]),
+    ]
+    if told.external:
+        sections.insert(-1, _section("External providers", [("Provided", told.external)]))
+    if told.remarks:
+        sections.insert(-1, _section("Remarks", [("Remarks", told.remarks)]))
+    return sections
+
+
+def _person(one: Person) -> Row:
+    name = f"{one.name}, {one.role}" if one.role else one.name
+    return ("Authorised by" if one.signs else "Took part", name)
+
+
+def _conditions(evaluation: dict[str, Any], said: Laboratory) -> list[Row]:
+    rows: list[Row] = []
+    for label, pair, unit in (
+        ("Air temperature", said.conditions.temperature_C, "°C"),
+        ("Relative humidity", said.conditions.humidity_percent, "%"),
+    ):
+        rows.append((label, None if pair is None else f"{number(pair[0], 1)} to {number(pair[1], 1)} {unit}"))
+    for result in evaluation["placements"]:
+        warm = result["gauge_temperature_C"]
+        label = f"Gauge, placement {result['placement']}"
+        rows.append((label, None if warm is None else f"{number(warm, 2)} °C (mean)"))
+    return rows

@@ -1,0 +1,199 @@
+"""Content of the report of an evaluation, as plain text in plain containers.
+
+Everything comes from the evaluation, from the files given with it, or from the person who orders the report; what is
+missing is listed as not stated, never filled in. It is a calibration certificate only where a laboratory stated who,
+what and when and no contribution of the uncertainty budget is missing; else it is a report of measurement.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from stepgauge.figures.evaluation import describe, evaluation_figure
+from stepgauge.figures.style import figure_style
+from stepgauge.files.notation import UNDEFINED, clean, quantity, uncertain
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.machine.file import Machine
+from stepgauge.reports.budget import budget_tables
+from stepgauge.reports.certificate import closing_sections, end_mark, identity_sections, not_stated
+from stepgauge.reports.certificate_file import Laboratory
+from stepgauge.reports.face_table import faces_table
+from stepgauge.reports.page import Page, Stated, identity_section, measured_and_approved, unsaid
+from stepgauge.reports.result import result_table, warnings
+from stepgauge.reports.sections import (
+    DATE_MISSING,
+    Section,
+    certificate_section,
+    conditions_section,
+    machine_section,
+    placement_section,
+    radius_section,
+    recording_section,
+)
+from stepgauge.reports.statements import METHOD, measurand_text, reference_text
+from stepgauge.standards.budget_files import StoredBudget
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TITLE, CERTIFICATE_TITLE = "Report of measurement", "Calibration certificate"
+SUBTITLE = "Linear displacement errors measured with a step gauge"
+BUDGET_MISSING = "measurement uncertainty of XF, XB, XM, XR (2s is the repeatability of the cycles, not an uncertainty)"
+
+
+@dataclass(frozen=True)
+class Sources:
+    """Files given with the evaluation; placements in its order, or none.
+
+    ``laboratory`` makes the report a calibration certificate, if the ``budget`` is complete.
+    """
+
+    gauge: Gauge | None = None
+    machine: Machine | None = None
+    placements: Sequence[Placement] = ()
+    budget: StoredBudget | None = None
+    laboratory: Laboratory | None = None
+
+    @property
+    def certifies(self) -> bool:
+        """Whether this may be called a calibration certificate."""
+        return self.laboratory is not None and self.budget is not None and not self.budget.not_included
+
+
+def make_content(evaluation: dict[str, Any], stated: Stated, sources: Sources) -> dict[str, Any]:
+    """The content of a report.
+
+    Parameters
+    ----------
+    evaluation : as :func:`stepgauge.reports.reading.read_checked_evaluation` gives it
+    stated : statements of the user
+    sources : further files, checked to belong to the evaluation
+
+    Returns
+    -------
+    Dictionaries and lists of text (:class:`stepgauge.reports.page.Page` shows every key); numbers are formatted,
+    figures are SVG. The same input gives the same content.
+    """
+    laboratory, budget, placed = sources.laboratory, sources.budget, evaluation["placements"]
+    sections = _sections(evaluation, sources)
+    title = CERTIFICATE_TITLE if sources.certifies else TITLE
+    page = Page(
+        title,
+        SUBTITLE,
+        _identity(evaluation, stated, sources),
+        result_table(evaluation, budget),
+        ("evaluation.json", evaluation),
+        warnings=warnings(budget, laboratory is not None),
+        statements=[measurand_text(evaluation), reference_text(evaluation)],
+        figures=[
+            (figure_svg(evaluation_figure(result)), f"Placement {result['placement']}: {describe(result)}")
+            for result in placed
+        ],
+        sections=sections,
+        tables=[*(faces_table(result, budget) for result in placed), *budget_tables(budget)],
+        lists=[("Notes", _notes(evaluation, sources)), ("Assumptions of the budget", _assumptions(budget))],
+        closing=[] if laboratory is None else closing_sections(evaluation, laboratory, sources.gauge, budget),
+        method=METHOD,
+        not_stated=_not_stated(stated, sources, sections),
+        signatures=measured_and_approved(stated) if laboratory is None else _authorised(laboratory),
+        end=None if laboratory is None else end_mark(laboratory, title),
+        issued=None if laboratory is None else _issued(laboratory),
+        example=bool(evaluation["gauge"]["example"]),
+        more={"summary": [_summary(result, budget) for result in placed]},
+    )
+    number = stated.number if laboratory is None else laboratory.certificate.number
+    return page.as_dict(replace(stated, number=number))
+
+
+def _authorised(laboratory: Laboratory) -> list[tuple[str, str | None]]:
+    """Places to sign for those who authorise a certificate."""
+    signing = [f"{one.name}, {one.role}" if one.role else one.name for one in laboratory.persons if one.signs]
+    return [("Authorised by", name) for name in signing] or [("Authorised by", None)]
+
+
+def _issued(laboratory: Laboratory) -> str:
+    issued = laboratory.certificate.issued
+    return issued.isoformat() if issued else "no date of issue stated"
+
+
+def _identity(evaluation: dict[str, Any], stated: Stated, sources: Sources) -> list[Section]:
+    if sources.laboratory is not None:
+        return identity_sections(evaluation, sources.laboratory)
+    machine = sources.machine.table.name if sources.machine else evaluation["comments"].get("machine")
+    return [identity_section(stated, machine)]
+
+
+def _assumptions(budget: StoredBudget | None) -> list[str]:
+    return [] if budget is None else budget.assumptions
+
+
+def _summary(result: dict[str, Any], budget: StoredBudget | None) -> dict[str, str]:
+    """The result by name, for people's own templates; a dash where there is no budget."""
+    lines = [] if budget is None else [q for q in budget.quantities if q.placement == result["placement"]]
+    expanded = {
+        name: max((q.expanded_um for q in lines if q.quantity == name), default=None) for name in ("r_eff", "xm")
+    }
+    rows, (fewest, most) = result["faces"], result["cycles"]
+    return {
+        "placement": str(result["placement"]),
+        "blocks": f"{rows[0]['block']} to {rows[-1]['block']}",
+        "cycles": str(most) if fewest == most else f"{fewest} to {most}",
+        "span": quantity(result["span_mm"], 3, "mm"),
+        "band": quantity(result["band_um"], 2, "µm"),
+        "two_sigma": quantity(result["worst_two_sigma_um"], 2, "µm"),
+        "r_eff": quantity(result["r_eff_mm"], 5, "mm"),
+        "u_r_eff": quantity(result["u_r_eff_mm"] * 1e3, 2, "µm"),
+        "expanded_r_eff": _expanded(expanded["r_eff"]),
+        "expanded_xm": _expanded(expanded["xm"]),
+    }
+
+
+def _expanded(value_um: float | None) -> str:
+    """An expanded uncertainty to two significant digits; a dash without one."""
+    return UNDEFINED if value_um is None else f"{uncertain(None, value_um)[1]} µm"
+
+
+def _sections(evaluation: dict[str, Any], sources: Sources) -> list[Section]:
+    placements: list[Placement | None] = [*sources.placements] or [None] * len(evaluation["placements"])
+    return [
+        certificate_section(evaluation, sources.gauge),
+        machine_section(evaluation, sources.machine),
+        *(
+            placement_section(result, placement)
+            for result, placement in zip(evaluation["placements"], placements, strict=True)
+        ),
+        conditions_section(evaluation, sources.machine),
+        radius_section(evaluation, sources.machine, sources.budget),
+        recording_section(evaluation),
+    ]
+
+
+def _notes(evaluation: dict[str, Any], sources: Sources) -> list[str]:
+    """Remarks of evaluation and placement, each once."""
+    several = len(evaluation["placements"]) > 1
+    notes = []
+    for index, result in enumerate(evaluation["placements"]):
+        located = sources.placements[index].details.get("notes", []) if sources.placements else []
+        prefix = f"Placement {result['placement']}: " if several else ""
+        notes += [clean(prefix + note) for note in (*result["notes"], *located)]
+    return notes
+
+
+def _not_stated(stated: Stated, sources: Sources, sections: Sequence[Section]) -> list[str]:
+    missing = unsaid(stated) if sources.laboratory is None else not_stated(sources.laboratory)
+    missing += [what for section in sections for what in section.missing]
+    if sources.laboratory is not None and sources.laboratory.certificate.performed_to is not None:
+        missing = [what for what in missing if what != DATE_MISSING]
+    return [*missing, BUDGET_MISSING] if sources.budget is None else missing
+
+
+def figure_svg(figure: Figure) -> str:
+    """A figure as SVG, letters as outlines: no font is needed to show it, and the same data give the same text."""
+    buffer = io.StringIO()
+    with figure_style():
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    return buffer.getvalue()

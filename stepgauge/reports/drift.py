@@ -1,0 +1,109 @@
+"""The report of a drift test by ISO 230-3."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from stepgauge.figures.drift import drift_figure
+from stepgauge.files.notation import number, quantity
+from stepgauge.reports.content import figure_svg
+from stepgauge.reports.page import Column, Page, PrintedTable, Stated
+from stepgauge.reports.sections import Section
+from stepgauge.reports.standards import recording_lines, rules_table, test_content, unmet, write_test
+from stepgauge.standards.drift import DriftTest
+from stepgauge.standards.drift_files import drift_to_dict, write_drift
+from stepgauge.standards.iso230_decision import Requirement
+
+METHODS = {
+    "etve": (
+        "The ETVE of a channel is the range (largest minus smallest value) of its displacement over the whole test, the"
+        " machine standing still; it is stated for the temperatures of this test only."
+    ),
+    "axis": (
+        "Displacements are counted from the first reading. d_60 is their range in the first 60 min, d_t their"
+        " range over the"
+        " whole time in which the axis moved. P1 and P2 are the targets at the ends, + and − the directions of"
+        " approach,"
+        " P2 − P1 the change of their distance (mean of both directions)."
+    ),
+}
+
+
+def drift_content(test: DriftTest, requirement: Requirement, stated: Stated) -> dict[str, Any]:
+    """The content of the report (see :class:`stepgauge.reports.page.Page`)."""
+    data = drift_to_dict(test, requirement)
+    page = Page(
+        "Drift test",
+        f"{data['name'][0].upper()}{data['name'][1:]} by {data['standard']}",
+        (),
+        _summary(data, requirement),
+        ("iso230-3.json", data),
+        overall=data["overall"],
+        statements=unmet(data["rules"]),
+        figures=[
+            (figure_svg(drift_figure(test)), f"Displacements and temperatures over {test.duration_s / 3600.0:.1f} h.")
+        ],
+        sections=[_temperatures(data), _recording(data)],
+        tables=[rules_table(data["rules"])],
+        lists=[("Unconfirmed readings of the standard", data["unconfirmed"])],
+        method=METHODS[test.kind],
+        not_stated=[] if requirement.expanded_um is not None else ["measurement uncertainty of the displacements"],
+    )
+    return test_content(page, stated, None, test.drift.comments.get("machine"))
+
+
+def report_drift(
+    folder: str | Path,
+    test: DriftTest,
+    requirement: Requirement,
+    stated: Stated,
+    template: str | Path | None = None,
+    suffix: str = "png",
+) -> tuple[list[Path], tuple[str, ...]]:
+    """Write all files of a test into a folder (made if missing): JSON, CSV, figure and report; paths, and notes."""
+    content = drift_content(test, requirement, stated)
+    files = [lambda into: write_drift(into, test, requirement)]
+    return write_test(folder, "iso230-3", content, files, [(f"iso230-3-figure.{suffix}", drift_figure(test))], template)
+
+
+def _summary(data: dict[str, Any], requirement: Requirement) -> PrintedTable:
+    heads = ("ETVE", "First 60 min") if data["test"] == "etve" else ("d_t", "d_60")
+    columns = [
+        Column("Displacement", words=True),
+        *(Column(head) for head in heads),
+        Column("At the end"),
+        Column("Tolerance"),
+        Column("Decision", words=True),
+    ]
+    rows = [
+        (
+            one["channel"].replace("_", " "),
+            quantity(one["range_um"], 2, "µm"),
+            quantity(one["first_hour_um"], 2, "µm"),
+            quantity(one["end_um"], 2, "µm"),
+            quantity(requirement.tolerance_um.get(one["channel"]), 2, "µm"),
+            data["outcomes"].get(one["channel"], "none"),
+        )
+        for one in data["channels"]
+    ]
+    title = "Result" if data["complete"] else "Result; not every rule of the standard is met"
+    return PrintedTable(title, columns, rows, stripe=0)
+
+
+def _temperatures(data: dict[str, Any]) -> Section:
+    section = Section("Temperatures")
+    for name, kelvin in data["temperature_ranges_K"].items():
+        section.add(f"Range of {name.replace('_', ' ')}", quantity(kelvin, 2, "K"))
+    if not data["temperature_ranges_K"]:
+        section.add("Recorded", "none")
+    return section
+
+
+def _recording(data: dict[str, Any]) -> Section:
+    section = Section("Recording")
+    section.add("Readings", f"{data['readings']} over {number(data['duration_s'] / 3600.0, 2)} h")
+    if data["span_mm"] is not None:
+        section.add("Distance of P1 and P2", quantity(data["span_mm"], 1, "mm"))
+    recording_lines(section, data)
+    return section

@@ -1,0 +1,260 @@
+"""The report of a length test by ISO 10360-2."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from stepgauge.figures.iso10360 import length_test_figure
+from stepgauge.files.notation import number, quantity
+from stepgauge.machine.file import Machine
+from stepgauge.reports.content import figure_svg
+from stepgauge.reports.page import Column, Page, PrintedTable, Stated
+from stepgauge.reports.sections import Section, certificate_section
+from stepgauge.reports.standards import machine_lines, recording_lines, rules_table, test_content, write_test
+from stepgauge.standards.iso10360 import KINDS, LengthTest
+from stepgauge.standards.iso10360_files import length_test_to_dict, write_length_test
+from stepgauge.standards.iso10360_statements import verdicts
+
+CONTRIBUTIONS = ("certificate", "expansion", "temperature", "alignment", "fixture", "tip diameter")
+INFORMATION = "unidirectional, for information"
+METHOD = (
+    "The error is the indicated length minus the certified one at the gauge's recorded temperature. A bidirectional "
+    "length lies between the front of a block and the back of a later one, and the effective tip diameter is"
+    " subtracted; "
+    "a unidirectional one lies between faces of one side. Conformity is proven where |E| ≤ MPE − U, nonconformity"
+    " where "
+    "|E| > MPE + U; between these nothing is proven (ISO 14253-1). U covers the test procedure only, not the machine "
+    "(ISO/TS 23165). The repeatability range R_0 is the largest minus the smallest error of three repeats; what"
+    " makes the "
+    "test uncertain is the same in all three, so that nothing is subtracted from its limit."
+)
+
+
+def length_test_content(
+    test: LengthTest, stated: Stated, machine: Machine | None, further: Sequence[LengthTest] = ()
+) -> dict[str, Any]:
+    """The content of the report (see :class:`stepgauge.reports.page.Page`); ``further`` series beside E0."""
+    data = length_test_to_dict(test, further)
+    tests, every = [test, *further], [data, *data["further"]]
+    page = Page(
+        "Length measurement test",
+        "Errors of length measurement of a coordinate measuring machine by ISO 10360-2:2009, with a step gauge",
+        (),
+        _summary(every),
+        ("iso10360.json", data),
+        overall=data["overall"]["text"],
+        figures=[(figure_svg(length_test_figure(one)), caption(two)) for one, two in zip(tests, every, strict=True)],
+        sections=[
+            certificate_section(data, test.gauge),
+            _specification(data),
+            _conditions(data),
+            _recording(data, machine),
+        ],
+        tables=[
+            *(_rules(each) for each in every),
+            *(_positions(each) for each in every),
+            _uncertainties(data),
+            *(_errors(each, kind) for each in every for kind in KINDS if each["results"][kind]),
+        ],
+        lists=[("Statements", [text for one in (test, *further) for text in verdicts(one)])],
+        method=METHOD,
+        not_stated=[f"contribution to U: {what}" for what in test.missing],
+    )
+    return test_content(page, stated, test.gauge, machine.table.name if machine else test.comments.get("machine"))
+
+
+def report_length_test(
+    folder: str | Path,
+    test: LengthTest,
+    stated: Stated,
+    machine: Machine | None = None,
+    template: str | Path | None = None,
+    suffix: str = "png",
+    further: Sequence[LengthTest] = (),
+) -> tuple[list[Path], tuple[str, ...]]:
+    """Write all files of a test into a folder (made if missing): JSON, CSV, figures and report; paths, and notes.
+
+    ``template``: your own Typst template; ``suffix`` of the figures: png, svg or pdf. A template that fails
+    (:class:`InputError`) does so before anything is written.
+    """
+    tails = ["", *(f"-{one.series.key}" for one in further)]
+    figures = [
+        (f"iso10360-figure{tail}.{suffix}", length_test_figure(one))
+        for one, tail in zip((test, *further), tails, strict=True)
+    ]
+    content = length_test_content(test, stated, machine, further)
+    return write_test(
+        folder, "iso10360", content, [lambda into: write_length_test(into, test, further)], figures, template
+    )
+
+
+def caption(data: dict[str, Any]) -> str:
+    """What the figure shows, in a sentence."""
+    said = [
+        f"{kind}: {result['errors']} errors, the largest {number(result['largest_error_um'], 2)} µm"
+        for kind, result in data["results"].items()
+        if result
+    ]
+    symbol = data["series"]["symbol"]
+    return (
+        f"Errors {symbol} against nominal length, and ± MPE = ± {data['mpe']['text']}; the marks of positions are"
+        " set side"
+        " by side about the nominal length. " + "; ".join(said) + "."
+    )
+
+
+def _summary(every: Sequence[dict[str, Any]]) -> PrintedTable:
+    columns = [
+        Column("Characteristic", words=True),
+        Column("Test values"),
+        Column("Largest"),
+        Column("Limit", words=True),
+        Column("Largest share of the limit"),
+        Column("Decision", words=True),
+    ]
+    rows = [row for data in every for kind in KINDS if data["results"][kind] for row in _results(data, kind)]
+    title = "Result" if all(data["complete"] for data in every) else "Result of an incomplete test"
+    return PrintedTable(title, columns, rows, stripe=0)
+
+
+def _results(data: dict[str, Any], kind: str) -> list[list[str]]:
+    """The errors, and the range of the three repeats."""
+    result, limit, of_test = data["results"][kind], data["repeatability_limit_um"], kind == "bidirectional"
+    symbol = data["series"]["symbol"]
+    errors = [
+        symbol if of_test else INFORMATION,
+        str(result["errors"]),
+        quantity(result["largest_error_um"], 2, "µm"),
+        f"± {data['mpe']['text']}",
+        quantity(100.0 * result["largest_share_of_mpe"], 0, "%"),
+        result["outcome"],
+    ]
+    if data["series"]["key"] != "e0" or result["largest_range_um"] is None:
+        return [errors]
+    share = None if limit is None else 100.0 * result["largest_range_um"] / limit
+    ranges = [
+        "R_0" if of_test else "range of repeats, unidirectional",
+        str(result["errors"] // 3),
+        quantity(result["largest_range_um"], 2, "µm"),
+        "none stated" if limit is None else quantity(limit, 2, "µm"),
+        quantity(share, 0, "%"),
+        result["repeatability_outcome"] or "none",
+    ]
+    return [errors, ranges]
+
+
+def _rules(data: dict[str, Any]) -> PrintedTable:
+    table = rules_table(data["rules"], data["excluded"])
+    return table if data["series"]["key"] == "e0" else replace(table, title=f"Rules: {data['series']['name']}")
+
+
+def _specification(data: dict[str, Any]) -> Section:
+    section = Section("Specification and decision")
+    section.add("E_0,MPE", f"± {data['mpe']['text']}")
+    limit = data["repeatability_limit_um"]
+    section.add("R_0,MPL", quantity(limit, 2, "µm") if limit is not None else "not stated")
+    section.add("Decision rule", data["decision_rule"])
+    section.add("Coverage factor", f"k = {data['coverage_factor']:g}")
+    return section
+
+
+def _conditions(data: dict[str, Any]) -> Section:
+    section = Section("Tip diameter and temperature")
+    tip = data["tip_diameter"]
+    if tip is None:
+        section.add("Effective tip diameter", "none: unidirectional lengths only")
+    else:
+        u = "u not stated" if tip["u_um"] is None else f"u = {number(tip['u_um'], 2)} µm"
+        section.add("Effective tip diameter", f"{number(tip['diameter_mm'], 5)} mm ({u})")
+        section.add("Origin", tip["origin"])
+    section.add("Convention", data["temperature_convention"])
+    return section
+
+
+def _recording(data: dict[str, Any], machine: Machine | None) -> Section:
+    section = Section("Machine and recording")
+    machine_lines(section, machine)
+    recording_lines(section, data)
+    return section
+
+
+def _positions(data: dict[str, Any]) -> PrintedTable:
+    columns = [
+        Column("Position"),
+        Column("Along (x, y, z)", words=True),
+        Column("Nearest line", words=True),
+        Column("Chosen by", words=True),
+        Column("Off", "°"),
+        Column("Travel along it", "mm"),
+        Column("Longest", "mm"),
+        Column("Share", "%"),
+        Column("Gauge", "°C"),
+    ]
+    rows = [
+        (
+            str(one["position"]),
+            "(" + ", ".join(number(value, 4) for value in one["axis"]) + ")",
+            one["orientation"] or "–",
+            {True: "the standard", False: "the user", None: "–"}[one["mandatory"]],
+            number(one["orientation_off_deg"], 2),
+            number(one["line_mm"], 1),
+            number(one["longest_mm"], 1),
+            number(None if one["longest_share"] is None else 100.0 * one["longest_share"], 0),
+            number(one["gauge_temperature_C"], 2),
+        )
+        for one in data["positions"]
+    ]
+    tail = "" if data["series"]["key"] == "e0" else f": {data['series']['name']}"
+    note = "The standard demands the four body diagonals; the other positions are the user's choice."
+    return PrintedTable(f"Measuring positions{tail}", columns, rows, note if not tail else "")
+
+
+def _uncertainties(data: dict[str, Any]) -> PrintedTable:
+    """What U is made of, for the length of each kind that has the largest."""
+    kinds = [kind for kind in KINDS if data["results"][kind]]
+    worst = [
+        max((one for one in data["lengths"] if one["kind"] == kind), key=lambda one: one["expanded_uncertainty_um"])
+        for kind in kinds
+    ]
+    columns = [Column("Standard uncertainty by", words=True)]
+    columns += [Column(f"{one['kind']}, {number(one['nominal_mm'], 0)} mm", "µm") for one in worst]
+    rows = [(name, *(number(one["uncertainty_um"].get(name), 3) for one in worst)) for name in CONTRIBUTIONS]
+    rows.append(("combined", *(number(one["standard_uncertainty_um"], 3) for one in worst)))
+    factor = f"U, k = {data['coverage_factor']:g}"
+    rows.append((factor, *(number(one["expanded_uncertainty_um"], 2) for one in worst)))
+    note = "Of the lengths with the largest U. – not stated, or without influence on this length."
+    return PrintedTable("Uncertainty of the test", columns, rows, note)
+
+
+def _errors(data: dict[str, Any], kind: str) -> PrintedTable:
+    repeats = max(len(one["errors_um"]) for one in data["lengths"] if one["kind"] == kind)
+    columns = [Column("Position"), Column("Faces", words=True), Column("Nominal", "mm"), Column("Certified", "mm")]
+    columns += [Column(f"E{repeat + 1}", "µm") for repeat in range(repeats)]
+    columns += [Column("Range", "µm"), Column("MPE", "µm"), Column("U", "µm"), Column("Decision", words=True)]
+    rows = [_error_row(one, repeats) for one in data["lengths"] if one["kind"] == kind]
+    series = data["series"]
+    tail = f" ({series['name']})" if series["key"] != "e0" else ""
+    of_test = f"Errors {series['symbol']} of bidirectional lengths", "Errors of unidirectional lengths, for information"
+    title = of_test[kind != "bidirectional"] + tail
+    return PrintedTable(title, columns, rows, "E1, E2, E3: errors of the repeats. – not measured or not defined.")
+
+
+def _error_row(one: dict[str, Any], repeats: int) -> list[str]:
+    errors = [number(error, 2) for error in one["errors_um"]]
+    outcomes = one["outcomes"]
+    worst = next((word for word in ("does not conform", "not decidable") if word in outcomes), "conforms")
+    return [
+        str(one["position"]),
+        f"{one['faces'][0]} to {one['faces'][1]}",
+        number(one["nominal_mm"], 3),
+        number(one["certified_mm"], 5),
+        *errors,
+        *["–"] * (repeats - len(errors)),
+        number(one["range_um"], 2),
+        number(one["mpe_um"], 2),
+        number(one["expanded_uncertainty_um"], 2),
+        worst,
+    ]

@@ -1,0 +1,139 @@
+"""The report of a probing test by ISO 10360-5."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from stepgauge.figures.iso10360_5 import probing_figure
+from stepgauge.files.notation import number, quantity, vector
+from stepgauge.reports.content import figure_svg
+from stepgauge.reports.page import Column, Page, PrintedTable, Stated
+from stepgauge.reports.sections import Section, add_comments
+from stepgauge.reports.standards import rules_table, test_content, unmet, write_test
+from stepgauge.standards.iso10360_5 import ProbingTest
+from stepgauge.standards.iso10360_5_files import probing_to_dict, write_probing
+
+METHOD = (
+    "P_Form is the range of the radial distances of the points from the centre of the least-squares (Gaussian) sphere,"
+    " P_Size the diameter of that sphere minus the calibrated one; the qualified tip diameter is subtracted from the"
+    " recorded tip centres. With several styli both are those of one sphere through all surface points, and L_Dia"
+    " is the"
+    " diameter of the smallest sphere around the centres that the styli find. U covers the test sphere only, not the"
+    " machine: u(P_Form) = √((F/2)² + u²(F)) with the form error F of the sphere (ISO/TS 23165), u(P_Size) that of its"
+    " diameter."
+)
+
+
+def probing_content(test: ProbingTest, stated: Stated, machine: str | None = None) -> dict[str, Any]:
+    """The content of the report (see :class:`stepgauge.reports.page.Page`)."""
+    data = probing_to_dict(test)
+    recording = Section("Recording")
+    add_comments(recording, test.comments)
+    page = Page(
+        "Probing test",
+        f"Probing performance of a coordinate measuring machine by {data['standard']}, "
+        + ("five styli" if test.multiple else "one stylus"),
+        (),
+        _summary(data),
+        ("iso10360-5.json", data),
+        overall=data["overall"],
+        statements=unmet(data["rules"]),
+        figures=[(figure_svg(probing_figure(test)), _caption(test))],
+        sections=[_sphere(data), _decision(data), recording],
+        tables=[rules_table(data["rules"]), _styli(data)],
+        lists=[("Unconfirmed readings of the standard", data["unconfirmed"])],
+        method=METHOD,
+        not_stated=test.missing,
+    )
+    return test_content(page, stated, None, machine)
+
+
+def report_probing(
+    folder: str | Path,
+    test: ProbingTest,
+    stated: Stated,
+    machine: str | None = None,
+    template: str | Path | None = None,
+    suffix: str = "png",
+) -> tuple[list[Path], tuple[str, ...]]:
+    """Write all files of a test into a folder (made if missing): JSON, CSV, figure and report; paths, and notes."""
+    content = probing_content(test, stated, machine)
+    figures = [(f"iso10360-5-figure.{suffix}", probing_figure(test))]
+    return write_test(folder, "iso10360-5", content, [lambda into: write_probing(into, test)], figures, template)
+
+
+def _caption(test: ProbingTest) -> str:
+    points = sum(len(one.surface_mm) for one in test.styli)
+    return f"Radial deviations of {points} points from the least-squares sphere; the dashed lines are P_Form apart."
+
+
+def _summary(data: dict[str, Any]) -> PrintedTable:
+    columns = [
+        Column("Characteristic", words=True),
+        Column("Test value"),
+        Column("MPE"),
+        Column("U"),
+        Column("Decision", words=True),
+    ]
+    rows = [
+        (
+            one["symbol"],
+            quantity(one["value_um"], 2, "µm"),
+            quantity(one["limit_um"], 2, "µm"),
+            quantity(one["expanded_uncertainty_um"], 2, "µm"),
+            one["outcome"] or "none",
+        )
+        for one in data["values"]
+    ]
+    return PrintedTable(
+        "Result" if data["complete"] else "Result; not every rule is met or checked", columns, rows, stripe=0
+    )
+
+
+def _sphere(data: dict[str, Any]) -> Section:
+    sphere = data["sphere"]
+    section = Section("Test sphere")
+    section.add("Calibrated diameter", quantity(sphere["diameter_mm"], 5, "mm"))
+    section.add("u of the diameter", _stated(sphere["u_diameter_um"]))
+    section.add("Form error F", _stated(sphere["form_um"]))
+    section.add("u of the form error", _stated(sphere["u_form_um"]))
+    return section
+
+
+def _stated(value_um: float | None) -> str | None:
+    return None if value_um is None else quantity(value_um, 3, "µm")
+
+
+def _decision(data: dict[str, Any]) -> Section:
+    section = Section("Decision")
+    section.add("Rule", data["decision_rule"])
+    section.add("Coverage factor", f"k = {data['coverage_factor']:g}")
+    if data["centre_ranges_um"]:
+        section.add("Ranges of the centres", vector(data["centre_ranges_um"], 2, "µm") + " in x, y, z")
+    return section
+
+
+def _styli(data: dict[str, Any]) -> PrintedTable:
+    columns = [
+        Column("Stylus"),
+        Column("File", words=True),
+        Column("From the sphere (x, y, z)", words=True),
+        Column("Points"),
+        Column("Tip, as qualified", "mm"),
+        Column("Diameter", "mm"),
+        Column("Form", "µm"),
+    ]
+    rows = [
+        (
+            str(i),
+            one["file"],
+            vector(one["from_sphere"], 2),
+            str(one["points"]),
+            number(one["tip_diameter_mm"], 4),
+            number(one["diameter_mm"], 5),
+            number(one["form_um"], 2),
+        )
+        for i, one in enumerate(data["styli"], 1)
+    ]
+    return PrintedTable("Styli", columns, rows, "Diameter and form of the sphere that each stylus finds by itself.")

@@ -1,0 +1,139 @@
+"""The report of a positioning test by ISO 230-2."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from stepgauge.figures.iso230 import positioning_figure
+from stepgauge.files.notation import number
+from stepgauge.machine.file import Machine
+from stepgauge.reports.content import figure_svg
+from stepgauge.reports.page import Column, Page, PrintedTable, Stated
+from stepgauge.reports.sections import Section, certificate_section
+from stepgauge.reports.standards import machine_lines, recording_lines, rules_table, test_content, unmet, write_test
+from stepgauge.standards.iso230_decision import PARAMETERS
+from stepgauge.standards.iso230_files import assumptions, positioning_to_dict, write_positioning
+from stepgauge.standards.positioning import AxisTest, PositioningTest
+
+LABELS = {"A_up": "A↑", "A_down": "A↓", "E_up": "E↑", "E_down": "E↓", "R_up": "R↑", "R_down": "R↓", "mean_B": "mean B"}
+METHOD = (
+    "With the mean x̄ and the standard deviation s (n − 1) of the runs at each target in each direction (↑ up, ↓ down): "
+    "B at a target is x̄↑ − x̄↓, and B the largest of them without its sign; R↑ and R↓ are the largest 4 s; R is the "
+    "largest of 2 s↑ + 2 s↓ + |B|, 4 s↑ and 4 s↓; E is the range of x̄ (of one direction, or of both), M the range of "
+    "(x̄↑ + x̄↓) / 2; A is the largest x̄ + 2 s minus the smallest x̄ − 2 s. (ISO 230-2:2014, terms and definitions.)"
+)
+
+
+def positioning_content(test: PositioningTest, stated: Stated, machine: Machine | None) -> dict[str, Any]:
+    """The content of the report (see :class:`stepgauge.reports.page.Page`)."""
+    data = positioning_to_dict(test)
+    rules = [{**rule, "asks": _of(one, rule["asks"], data)} for one in data["axes"] for rule in one["rules"]]
+    excluded = [{**part, "what": _of(one, part["what"], data)} for one in data["axes"] for part in one["excluded"]]
+    page = Page(
+        "Positioning test",
+        "Accuracy and repeatability of positioning of numerically controlled axes by ISO 230-2:2014, with a step gauge",
+        (),
+        _summary(data),
+        ("iso230.json", data),
+        overall=data["overall"],
+        statements=unmet(rules),
+        figures=[(figure_svg(positioning_figure(one)), caption(one)) for one in test.axes],
+        sections=[certificate_section(data, test.gauge), _conditions(data), _recording(data, machine)],
+        tables=[rules_table(rules, excluded), *(_targets(one) for one in data["axes"])],
+        lists=[("What the results rest on", assumptions(test))],
+        method=METHOD,
+        not_stated=[] if test.requirement.expanded_um is not None else ["measurement uncertainty of A, E, M, R and B"],
+    )
+    return test_content(page, stated, test.gauge, machine.table.name if machine else test.comments.get("machine"))
+
+
+def _of(one: dict[str, Any], text: str, data: dict[str, Any]) -> str:
+    return f"placement {one['placement']}: {text}" if len(data["axes"]) > 1 else text
+
+
+def report_positioning(
+    folder: str | Path,
+    test: PositioningTest,
+    stated: Stated,
+    machine: Machine | None = None,
+    template: str | Path | None = None,
+    suffix: str = "png",
+) -> tuple[list[Path], tuple[str, ...]]:
+    """Write all files of a test into a folder (made if missing): JSON, CSV, figures and report; paths, and notes.
+
+    ``template``: your own Typst template; ``suffix`` of the figures: png, svg or pdf. A template that fails
+    (:class:`InputError`) does so before anything is written.
+    """
+    several = len(test.axes) > 1
+    figures = [
+        (f"iso230-figure{f'-placement-{one.placement}' if several else ''}.{suffix}", positioning_figure(one))
+        for one in test.axes
+    ]
+    content = positioning_content(test, stated, machine)
+    return write_test(folder, "iso230", content, [lambda into: write_positioning(into, test)], figures, template)
+
+
+def caption(one: AxisTest) -> str:
+    """What the figure shows, in a sentence."""
+    p, at = one.parameters, one.targets.machine_mm
+    return (
+        f"Placement {one.placement}, {one.name}: {len(at)} targets from {at.min():.1f} to {at.max():.1f} mm,"
+        f" {len(one.runs)} runs; A = {p.A_um:.2f} µm, R = {p.R_um:.2f} µm."
+    )
+
+
+def _summary(data: dict[str, Any]) -> PrintedTable:
+    columns = [Column("Axis", words=True), *(Column(LABELS.get(name, name), "µm") for name in PARAMETERS)]
+    rows = [
+        [one["name"] if one["axis"] else f"near {one['name'].split()[2]}"]
+        + [number(one["parameters_um"][name], 2) for name in PARAMETERS]
+        for one in data["axes"]
+    ]
+    return PrintedTable(
+        "Result" if data["complete"] else "Result; not every rule of the standard is met", columns, rows, stripe=0
+    )
+
+
+def _conditions(data: dict[str, Any]) -> Section:
+    section = Section("Conventions")
+    tip = data["tip_diameter"]
+    u = "" if tip["u_um"] is None else f" (u = {number(tip['u_um'], 2)} µm)"
+    section.add("Tip diameter", f"{number(tip['diameter_mm'], 5)} mm{u}, {tip['origin']}")
+    section.add("Deviation", data["sign_convention"])
+    section.add("Temperature", data["temperature_convention"])
+    return section
+
+
+def _recording(data: dict[str, Any], machine: Machine | None) -> Section:
+    section = Section("Machine and recording")
+    machine_lines(section, machine)
+    for one in data["axes"]:
+        low, high = one["measured_mm"]
+        travel = one["axis_travel_mm"]
+        share = f", {number(100.0 * (high - low) / travel, 0)} % of the travel" if travel else ""
+        section.add(f"Measured on {one['name']}", f"{number(low, 1)} to {number(high, 1)} mm{share}")
+    recording_lines(section, data)
+    return section
+
+
+def _targets(one: dict[str, Any]) -> PrintedTable:
+    named = (
+        ("Target", "mm", "target_mm", 3),
+        ("x̄↑", "µm", "mean_up_um", 2),
+        ("2 s↑", "µm", "s_up_um", 2),
+        ("x̄↓", "µm", "mean_down_um", 2),
+        ("2 s↓", "µm", "s_down_um", 2),
+        ("x̄", "µm", "mean_um", 2),
+        ("B", "µm", "b_um", 2),
+        ("R↑", "µm", "r_up_um", 2),
+        ("R↓", "µm", "r_down_um", 2),
+        ("R", "µm", "r_um", 2),
+    )
+    columns = [Column("Block"), *(Column(name, unit) for name, unit, _, _ in named)]
+    rows = [
+        [str(row["block"])]
+        + [number((2.0 if key.startswith("s_") else 1.0) * row[key], decimals) for _, _, key, decimals in named]
+        for row in one["targets"]
+    ]
+    return PrintedTable(f"Targets of placement {one['placement']}, {one['name']}", columns, rows)

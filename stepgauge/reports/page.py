@@ -1,0 +1,183 @@
+"""What every report is made of: one structure that ``report.typ`` and ``report.html.j2`` print, whatever was measured.
+
+Order on paper: identity and result with its statements on page 1, then figures, sections, tables, lists, what was not
+stated, and at the very end the signatures, so that whoever signs has everything before them.
+"""
+
+from __future__ import annotations
+
+import datetime
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from stepgauge import __version__
+from stepgauge.files.notation import clean
+from stepgauge.reports.sections import Section
+
+BETWEEN = "*"
+"""A cell that ends so is interpolated: printed in italics, its mark beside the digits."""
+
+
+@dataclass(frozen=True)
+class Stated:
+    """Statements that only the user can make; None if not stated."""
+
+    date: datetime.date
+    number: str | None = None
+    customer: str | None = None
+    location: str | None = None
+    operator: str | None = None
+    remarks: str | None = None
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table: name, unit, and whether its cells are numbers (set right) or words (set left).
+
+    ``place`` stands below the name; ``share`` gives a column of words a share of the width instead of its own.
+    """
+
+    name: str
+    unit: str = ""
+    words: bool = False
+    place: str = ""
+    share: float = 0.0
+
+
+@dataclass(frozen=True)
+class PrintedTable:
+    """A table of text; ``note`` and ``figure`` (SVG and caption) stand below it.
+
+    Rows of ``strong`` are bold, those of ``ruled`` have a line above; every ``stripe`` rows the ground changes (0:
+    never).
+    """
+
+    title: str
+    columns: Sequence[Column]
+    rows: Sequence[Sequence[str]]
+    note: str = ""
+    strong: Sequence[int] = ()
+    ruled: Sequence[int] = ()
+    stripe: int = 1
+    figure: tuple[str, str] | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain containers for a template; every row must have a cell for every column."""
+        if any(len(row) != len(self.columns) for row in self.rows):
+            raise ValueError(f"table {self.title!r}: a row has another number of cells than there are columns")
+        marked = [any(row[i].endswith(BETWEEN) for row in self.rows) for i in range(len(self.columns))]
+        return {
+            "title": self.title,
+            "columns": [
+                {"name": c.name, "unit": c.unit, "words": c.words, "place": c.place, "share": c.share, "marked": m}
+                for c, m in zip(self.columns, marked, strict=True)
+            ],
+            "rows": [[clean(cell) for cell in row] for row in self.rows],
+            "note": self.note,
+            "strong": list(self.strong),
+            "ruled": list(self.ruled),
+            "stripe": self.stripe,
+            "figure": None if self.figure is None else {"svg": self.figure[0], "caption": self.figure[1]},
+        }
+
+
+@dataclass
+class Page:
+    """The content of a report. ``overall`` is the one sentence that decides; ``warnings`` belong beside the result.
+
+    ``figures`` are pairs of SVG and caption, ``lists`` a title with its items, ``closing`` sections in the full width
+    after the tables, ``signatures`` a role and a name, ``end`` the mark of the last page, ``data`` a name and JSON.
+    """
+
+    title: str
+    subtitle: str
+    identity: Sequence[Section]
+    result: PrintedTable
+    data: tuple[str, dict[str, Any]]
+    overall: str = ""
+    warnings: Sequence[str] = ()
+    statements: Sequence[str] = ()
+    figures: Sequence[tuple[str, str]] = ()
+    sections: Sequence[Section] = ()
+    tables: Sequence[PrintedTable] = ()
+    lists: Sequence[tuple[str, Sequence[str]]] = ()
+    closing: Sequence[Section] = ()
+    method: str = ""
+    not_stated: Sequence[str] = ()
+    signatures: Sequence[tuple[str, str | None]] = ()
+    end: str | None = None
+    issued: str | None = None
+    example: bool = False
+    more: dict[str, Any] = field(default_factory=dict)
+
+    def as_dict(self, stated: Stated) -> dict[str, Any]:
+        """Plain containers of text for a template; ``more`` adds keys for people's own templates."""
+        name, data = self.data
+        return {
+            "title": self.title,
+            "subtitle": self.subtitle,
+            "number": said(stated.number),
+            "date": stated.date.isoformat(),
+            "date_parts": [stated.date.year, stated.date.month, stated.date.day],
+            "issued": self.issued or stated.date.isoformat(),
+            "example": self.example,
+            "simulated": "seed" in data["comments"],
+            "identity": [section.as_dict() for section in self.identity],
+            "result": self.result.as_dict(),
+            "overall": clean(self.overall),
+            "warnings": [clean(text) for text in self.warnings],
+            "statements": [clean(text) for text in self.statements],
+            "figures": [{"svg": svg, "caption": clean(caption)} for svg, caption in self.figures],
+            "sections": [section.as_dict() for section in self.sections],
+            "tables": [table.as_dict() for table in self.tables],
+            "lists": [
+                {"title": title, "items": [clean(item) for item in items]} for title, items in self.lists if items
+            ],
+            "closing": [section.as_dict() for section in self.closing],
+            "remarks": said(stated.remarks),
+            "method": self.method,
+            "not_stated": list(self.not_stated),
+            "signatures": [{"role": role, "name": said(name)} for role, name in self.signatures],
+            "end": self.end,
+            "data": {"name": name, "text": json.dumps(data, indent=1, ensure_ascii=False)},
+            "version": __version__,
+            **self.more,
+        }
+
+
+def said(text: str | None) -> str | None:
+    """Cleaned text; None for blanks."""
+    return clean(text) or None if text is not None else None
+
+
+def identity_section(stated: Stated, machine: str | None) -> Section:
+    """Who, what and when, as the options of a verb state it."""
+    section = Section("")
+    for label, value in (
+        ("Report number", stated.number),
+        ("Date of report", stated.date.isoformat()),
+        ("Customer", stated.customer),
+        ("Place of measurement", stated.location),
+        ("Machine", machine),
+        ("Operator", stated.operator),
+    ):
+        section.add(label, said(value))
+    return section
+
+
+def unsaid(stated: Stated) -> list[str]:
+    """Statements that a report should have and that were not made."""
+    asked = (
+        ("report number", stated.number),
+        ("customer", stated.customer),
+        ("place of measurement", stated.location),
+        ("operator", stated.operator),
+    )
+    return [what for what, value in asked if not said(value)]
+
+
+def measured_and_approved(stated: Stated) -> list[tuple[str, str | None]]:
+    """The two places to sign of a report."""
+    return [("Measured by", stated.operator), ("Approved by", None)]

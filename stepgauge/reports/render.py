@@ -1,0 +1,149 @@
+"""Content to pages: PDF through a Typst template, HTML through a Jinja one, shipped or the user's own.
+
+Typst gets the content as data, never as markup, so that no text in it can be taken for code. Jinja escapes every value
+for HTML and runs in its sandbox; a name that the content does not have is an error in both.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+from stepgauge.errors import InputError
+from stepgauge.files.resources import folder
+from stepgauge.files.text import read_text, replacing
+
+PDF_STANDARDS: tuple[Literal["a-3a", "1.7"], ...] = ("a-3a", "1.7")
+"""Standards tried in turn: archival and accessible; plain where a character is in no font at hand."""
+
+
+class Pages(NamedTuple):
+    """A rendered report, and what the person who asked for it should know of it."""
+
+    data: bytes
+    notes: tuple[str, ...] = ()
+
+
+def write_report(path: str | Path, content: dict[str, Any], template: str | Path | None = None) -> tuple[str, ...]:
+    """Write a report as ``.pdf`` or ``.html``; the file appears only when it is whole.
+
+    Parameters
+    ----------
+    path : where to; its suffix decides the kind
+    content : what :func:`stepgauge.reports.content.make_content` gives
+    template : Typst (for PDF) or Jinja (for HTML) file to use instead of the shipped one
+
+    Returns
+    -------
+    Notes on the file for the person who asked for it, mostly none.
+
+    Raises
+    ------
+    InputError
+        another suffix, or a template that fails, with its line where that is known
+    """
+    target = Path(path)
+    render = renderer(target)
+    pages = render(content, template)
+    with replacing(target) as beside:
+        beside.write_bytes(pages.data)
+    return pages.notes
+
+
+def renderer(path: str | Path) -> Callable[[dict[str, Any], str | Path | None], Pages]:
+    """The renderer for a file name; :class:`InputError` where its suffix is neither .pdf nor .html."""
+    kinds = {".pdf": render_pdf, ".html": render_html}
+    suffix = Path(path).suffix.lower()
+    if suffix not in kinds:
+        raise InputError(path, "not a kind of report", found=repr(suffix), expected=" or ".join(kinds))
+    return kinds[suffix]
+
+
+def render_pdf(content: dict[str, Any], template: str | Path | None = None) -> Pages:
+    """The report as PDF; fonts come with Typst, those of the system are asked only for characters it lacks.
+
+    Archival (PDF/A-3, tagged) where every character has a font; otherwise plain, with a note that says why.
+    """
+    source = Path(template) if template else folder("templates") / "reports" / "report.typ"
+    if re.search(r"@preview\b", read_text(source)):
+        raise InputError(source, "template: packages from the network are not loaded", found="@preview")
+    import typst
+
+    reasons: list[str] = []
+    for standard in PDF_STANDARDS:
+        try:
+            data = typst.compile(
+                source.resolve(),
+                root=source.resolve().parent,
+                format="pdf",
+                sys_inputs={"report": json.dumps(content)},
+                pdf_standards=[standard],
+            )
+            _check_use(source, r"sys\.inputs|#(import|include)\b", "a Typst file with sys.inputs.report")
+            return Pages(bytes(data), tuple(f"plain PDF, not for archives: {reason}" for reason in reasons))
+        except typst.TypstError as error:
+            reasons.append(getattr(error, "message", str(error)) + _typst_line(error))
+    raise InputError(source, f"template: {reasons[-1]}")
+
+
+def _check_use(source: Path, pattern: str, expected: str) -> None:
+    """Another file given for a template prints itself, whatever was measured."""
+    if not re.search(pattern, read_text(source)):
+        raise InputError(source, "template: it prints nothing of the report", expected=expected)
+
+
+def _typst_line(error: Exception) -> str:
+    """`` (line N)`` of a Typst error that says where."""
+    found = re.search(r":(\d+):\d+", getattr(error, "diagnostic", ""))
+    return f" (line {found[1]})" if found else ""
+
+
+def render_html(content: dict[str, Any], template: str | Path | None = None) -> Pages:
+    """The report as one HTML file without links to others."""
+    import jinja2
+    from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+    source = Path(template) if template else folder("templates") / "reports" / "report.html.j2"
+    environment = ImmutableSandboxedEnvironment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters["image"] = svg_address
+    environment.filters["symbols"] = with_indices
+    text = read_text(source)
+    try:
+        page = environment.from_string(text).render(report=content).encode("utf-8")
+    except jinja2.TemplateSyntaxError as error:
+        raise InputError(f"{source}:{error.lineno}", f"template: {error.message}") from None
+    except Exception as error:  # whatever a user's template does is the template's fault: name its line
+        raise InputError(f"{source}:{_jinja_line(error)}", f"template: {error}") from None
+    _check_use(source, r"\breport\b", "a Jinja file with {{ report }}")
+    return Pages(page)
+
+
+SYMBOLS = re.compile(r"\b(R_eff|[ER]_0,MP[EL]|E_150|[ER]_0|P_(?:Form|Size)|L_Dia|d_(?:60|t))\b")
+
+
+def with_indices(text: str) -> Any:
+    """Text for HTML, escaped, its symbols with an index (the same ones as in ``report.typ``)."""
+    from markupsafe import Markup, escape
+
+    parts = SYMBOLS.split(text)
+    shown = [
+        Markup("{}<sub>{}</sub>").format(*part.split("_", 1)) if i % 2 else escape(part) for i, part in enumerate(parts)
+    ]
+    return Markup("").join(shown)
+
+
+def svg_address(svg: str) -> str:
+    """A figure as an address that holds it: shown as an image, it cannot run anything."""
+    return "data:image/svg+xml;base64," + base64.b64encode(svg.encode("utf-8")).decode("ascii")
+
+
+def _jinja_line(error: Exception) -> int:
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == "<template>"]
+    return frames[-1].lineno or 0 if frames else 0

@@ -1,0 +1,77 @@
+"""Page 1 of the report of an evaluation: the largest errors with their U, and the contributions not in U."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from stepgauge.files.notation import UNDEFINED, quantity, uncertain
+from stepgauge.reports.page import Column, PrintedTable
+from stepgauge.standards.budget_files import StoredBudget, StoredLine
+
+NAMES = {"xm": "Largest mean error XM", "xr": "Largest reversal XR"}
+
+
+def result_table(evaluation: dict[str, Any], budget: StoredBudget | None) -> PrintedTable:
+    """One row per result of each placement: value, expanded uncertainty, coverage factor.
+
+    The range of XM and the largest 2s are observed values: no uncertainty is stated for them.
+    """
+    columns = [
+        Column("Result", words=True),
+        Column("At", words=True, share=1.0),
+        Column("Value"),
+        Column("Expanded uncertainty U"),
+        Column("k"),
+    ]
+    placed = evaluation["placements"]
+    rows = [row for result in placed for row in _rows(result, budget, len(placed) > 1)]
+    return PrintedTable("Result", columns, rows, stripe=0)
+
+
+def _rows(result: dict[str, Any], budget: StoredBudget | None, several: bool) -> list[list[str]]:
+    rows, head = result["faces"], f"Placement {result['placement']}: " if several else ""
+    fewest, most = result["cycles"]
+    cycles = f"{most} cycles" if fewest == most else f"{fewest} to {most} cycles"
+    lines = [_error(result, name, budget) for name in NAMES]
+    lines.append(_radius(result, budget))
+    span = f"faces {rows[0]['face']} to {rows[-1]['face']}, {quantity(result['span_mm'], 3, 'mm')}"
+    lines.append(["Range of the mean error XM", span, quantity(result["band_um"], 2, "µm"), UNDEFINED, UNDEFINED])
+    two_s = quantity(result["worst_two_sigma_um"], 2, "µm")
+    lines.append(["Largest 2s of a face", cycles, two_s, UNDEFINED, UNDEFINED])
+    return [[head + line[0], *line[1:]] for line in lines]
+
+
+def _error(result: dict[str, Any], name: str, budget: StoredBudget | None) -> list[str]:
+    """The largest error by size, among faces that have it."""
+    known = [row for row in result["faces"] if row[f"{name}_um"] is not None]
+    if not known:
+        return [NAMES[name], UNDEFINED, UNDEFINED, UNDEFINED, UNDEFINED]
+    row = max(known, key=lambda one: abs(one[f"{name}_um"]))
+    line = None if budget is None else budget.find(name, result["placement"], row["face"])
+    where = f"face {row['face']}, {quantity(row['position_mm'], 1, 'mm')}"
+    value, expanded = uncertain(row[f"{name}_um"], None if line is None else line.expanded_um)
+    return [NAMES[name], where, f"{value} µm", *_sure(line, expanded)]
+
+
+def _radius(result: dict[str, Any], budget: StoredBudget | None) -> list[str]:
+    line = None if budget is None else budget.find("r_eff", result["placement"], None)
+    expanded = UNDEFINED if line is None else uncertain(None, line.expanded_um)[1]
+    return ["Effective tip radius R_eff", "", quantity(result["r_eff_mm"], 5, "mm"), *_sure(line, expanded)]
+
+
+def _sure(line: StoredLine | None, expanded: str) -> list[str]:
+    return ["not evaluated", UNDEFINED] if line is None else [f"{expanded} µm", f"{line.k:.2f}"]
+
+
+def warnings(budget: StoredBudget | None, laboratory: bool) -> list[str]:
+    """What page 1 must say beside the result where the uncertainty is missing or incomplete."""
+    tail = " This is a report of measurement, not a calibration certificate." if laboratory else ""
+    if budget is None:
+        return [f"Measurement uncertainty was not evaluated.{tail}"]
+    gaps: Sequence[str] = [gap.what for gap in budget.not_included]
+    if not gaps:
+        return []
+    return [
+        f"The uncertainty budget is incomplete. Contributions not evaluated, and not in U: {'; '.join(gaps)}.{tail}"
+    ]

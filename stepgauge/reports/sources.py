@@ -1,0 +1,48 @@
+"""The files that are given with an evaluation, each checked to belong to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import Placement, read_placement
+from stepgauge.machine.file import Machine, read_machine
+from stepgauge.reports.certificate_file import check_filled, read_laboratory
+from stepgauge.reports.content import Sources
+from stepgauge.reports.reading import check_gauge, check_machine, check_placements
+from stepgauge.standards.budget_files import StoredBudget, check_budget, read_budget
+
+
+def read_sources(
+    evaluation: dict[str, Any],
+    gauge: str | Path | Gauge | None = None,
+    placements: Sequence[str | Path | Placement] = (),
+    machine: str | Path | Machine | None = None,
+    budget: str | Path | StoredBudget | None = None,
+    laboratory: str | Path | None = None,
+) -> Sources:
+    """What is given beside an ``evaluation.json``: objects, their files, or shipped names of gauge and machine.
+
+    Placements are checked against the gauge, so they need one (else ValueError). :class:`InputError` where a file is
+    not that of the evaluation, and as the readers.
+    """
+    if placements and gauge is None:
+        raise ValueError("placements are checked against their gauge, which is missing")
+    steps = gauge if isinstance(gauge, Gauge) else read_gauge(gauge) if gauge else None
+    if steps is not None:
+        check_gauge(evaluation, steps)
+    lies = [one if isinstance(one, Placement) else read_placement(one, steps) for one in placements] if steps else []
+    names = ["placement" if isinstance(one, Placement) else str(one) for one in placements]
+    check_placements(evaluation, lies, names)
+    cmm = machine if isinstance(machine, Machine) else read_machine(machine) if machine else None
+    if cmm is not None:
+        check_machine(evaluation, cmm)
+    sure = budget if isinstance(budget, StoredBudget) else read_budget(budget) if budget else None
+    if sure is not None:
+        check_budget(sure, evaluation, "budget" if isinstance(budget, StoredBudget) else str(budget))
+    said = read_laboratory(laboratory) if laboratory else None
+    if said is not None:
+        check_filled(said)
+    return Sources(steps, cmm, lies, sure, said)

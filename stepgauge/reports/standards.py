@@ -1,0 +1,98 @@
+"""Common parts of reports of tests by a standard, beside :mod:`stepgauge.reports.page`.
+
+Data that were not stated are listed as not stated, and nothing is filled in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stepgauge.files.notation import number
+from stepgauge.gauge.certified import Gauge
+from stepgauge.machine.file import Machine
+from stepgauge.reports.page import (
+    Column,
+    Page,
+    PrintedTable,
+    Stated,
+    identity_section,
+    measured_and_approved,
+    said,
+    unsaid,
+)
+from stepgauge.reports.render import write_report
+from stepgauge.reports.sections import Section, add_comments, file_names
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def test_content(page: Page, stated: Stated, gauge: Gauge | None, machine: str | None) -> dict[str, Any]:
+    """The content of a report of a test: identity, places to sign and what is missing are added to its page."""
+    missing = [*unsaid(stated), *([] if said(machine) else ["machine"])]
+    page.identity = [identity_section(stated, machine)]
+    page.signatures = measured_and_approved(stated)
+    page.not_stated = [*missing, *(what for one in page.sections for what in one.missing), *page.not_stated]
+    page.example = gauge is not None and gauge.certificate.example
+    return page.as_dict(stated)
+
+
+test_content.__test__ = False  # type: ignore[attr-defined]
+
+
+def write_test(
+    folder: str | Path,
+    name: str,
+    content: dict[str, Any],
+    files: Sequence[Any],
+    figures: Sequence[tuple[str, Figure]],
+    template: str | Path | None = None,
+) -> tuple[list[Path], tuple[str, ...]]:
+    """Write the files of a test into a folder (made if missing); ``NAME.pdf`` first, for its template may fail.
+
+    ``files``: functions of the folder that write JSON and CSV and return paths; ``figures``: file name and figure.
+    Returns all paths, and notes on the report.
+    """
+    from stepgauge.figures.style import save_figure
+
+    report = Path(folder) / f"{name}.pdf"
+    notes = write_report(report, content, template)
+    paths = [path for write in files for path in write(folder)]
+    for file, figure in figures:
+        save_figure(figure, Path(folder) / file)
+        paths.append(Path(folder) / file)
+    return [*paths, report], notes
+
+
+def rules_table(rules: Sequence[dict[str, Any]], excluded: Sequence[dict[str, str]] = ()) -> PrintedTable:
+    """Rules with what was found, then what was left out and why, each with its source."""
+    words = {True: "met", False: "not met", None: "not checked"}
+    rows = [(words[rule["met"]], rule["asks"], rule["found"], rule["source"]) for rule in rules]
+    rows += [("left out", part["what"], part["reason"], part["source"]) for part in excluded]
+    heads = (("Rule", 0.0), ("What is asked, or left out", 1.0), ("Found, or why", 1.0), ("Source", 0.8))
+    columns = [Column(name, words=True, share=share) for name, share in heads]
+    return PrintedTable("Rules of the standard, and what was left out", columns, rows)
+
+
+def unmet(rules: Sequence[dict[str, Any]]) -> list[str]:
+    """One sentence that names the rules that are not met or not checked; none where there are none."""
+    asked = [rule["asks"] for rule in rules if not rule["met"]]
+    return ["Not met, or not checked (see the table of rules): " + "; ".join(asked) + "."] if asked else []
+
+
+def machine_lines(section: Section, machine: Machine | None) -> None:
+    """The machine as its file has it."""
+    if machine is None:
+        section.missing.append("machine and its travel (machine file)")
+        return
+    travel = ", ".join(f"{number(low, 0)} to {number(high, 0)}" for low, high in machine.travel_mm)
+    section.add("Travel x, y, z (mm)", travel)
+    section.add("Probe", f"{machine.probe.name or 'touch-trigger'}, stylus {machine.probe.shank_length_mm:g} mm")
+
+
+def recording_lines(section: Section, data: dict[str, Any]) -> None:
+    """The recording's files and what they say of themselves."""
+    section.add("Recordings", file_names(data["recording"].split(", ")) or "not stated")
+    add_comments(section, data["comments"])

@@ -1,0 +1,171 @@
+"""The number that decides and the metric behind it, against dense covariance matrices and quadrature."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import special, stats
+from scipy.integrate import trapezoid
+
+from stepgauge.diagnosis.posterior.evidence import Evidence
+from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.posterior.problem import Problem, Term
+from stepgauge.diagnosis.posterior.scatter import Scatter
+from tests.diagnosis.posterior.made import (
+    NOISE_UM,
+    ROWS,
+    coordinate,
+    dense_covariance,
+    law,
+    noise,
+    problem,
+    random_function,
+    term,
+    turns,
+    waves,
+)
+
+Array = NDArray[np.float64]
+FACETS = {
+    "white": {},
+    "growing": {"growth": ("position", 3.0)},
+    "correlated": {"correlation": 0.7},
+    "growing and correlated": {"growth": ("time", 1.5), "correlation": 0.5},
+    "certificate": {"certificate": 4.0},
+    "rounded": {"rounded": True},
+    "all at once": {"growth": ("time", 6.0), "correlation": 0.9, "certificate": 2.0, "rounded": True},
+}
+TERMS: dict[str, tuple[Term, ...]] = {
+    "nothing": (),
+    "a slope": (term(law("slope", coordinate()[None, None]), sd=0.7, log_prior=-4.0),),
+    "a wave and a function": (
+        term(law("wave", waves(turns(), [2.0, 3.5])), atom=1, sd=0.4, log_prior=-5.5),
+        term(random_function(coordinate()), atom=0, sd=0.2, log_prior=-3.0),
+    ),
+}
+
+
+def made(facets: dict[str, object]) -> tuple[Problem, Evidence, Scatter]:
+    um = noise() + 0.4 * np.sin(7.0 * turns()) + 0.3 * coordinate()
+    one = problem(um)
+    evidence = Evidence(one, shipped_priors())
+    return one, evidence, evidence.scatters.changed(evidence.scatters.plain(), **facets)
+
+
+def brute_force(one: Problem, scatter: Scatter, terms: Sequence[Term]) -> float:
+    """Logarithm of the normal density of the residuals times the prior, over log sigma by quadrature."""
+    spread = np.log(shipped_priors().scatter.sigma_factor)
+    log_sigma = np.log(NOISE_UM) + np.linspace(-3.0, 3.0, 601)
+    log = []
+    for at in log_sigma:
+        covariance = dense_covariance(one, scatter, terms, float(np.exp(at)))
+        factor = np.linalg.cholesky(covariance)
+        white = np.linalg.solve(factor, one.um)
+        log.append(-np.log(np.diag(factor)).sum() - 0.5 * white @ white - 0.5 * len(one) * np.log(2.0 * np.pi))
+    log = np.array(log) + stats.norm.logpdf(log_sigma, np.log(one.scale_um), spread)
+    whole = np.log(trapezoid(np.exp(log - log.max()), log_sigma)) + log.max()
+    return float(whole + scatter.log_prior + sum(own.log_prior for own in terms))
+
+
+@pytest.mark.parametrize("terms", TERMS.values(), ids=TERMS)
+@pytest.mark.parametrize("facets", FACETS.values(), ids=FACETS)
+def test_the_number_is_the_marginal_likelihood_times_the_prior(
+    facets: dict[str, object], terms: tuple[Term, ...]
+) -> None:
+    """Up to a constant of the problem: that of the normal density, and of the prior of sigma."""
+    one, evidence, scatter = made(facets)
+    constant = 0.5 * ROWS * np.log(2.0 * np.pi) + np.log(np.log(shipped_priors().scatter.sigma_factor))
+    found = evidence(terms, scatter).log_posterior
+    assert found == pytest.approx(brute_force(one, scatter, terms) + constant, abs=0.06)
+
+
+@pytest.mark.parametrize("facets", FACETS.values(), ids=FACETS)
+def test_amplitudes_are_those_of_the_conditional_normal_distribution(facets: dict[str, object]) -> None:
+    one, evidence, scatter = made(facets)
+    terms = TERMS["a wave and a function"]
+    state = evidence(terms, scatter)
+    whole = dense_covariance(one, scatter, terms, state.sigma_um)
+    for place, own in enumerate(terms):
+        with_rows = own.sd**2 * own.columns
+        mean, covariance = state.amplitudes(place)
+        np.testing.assert_allclose(mean, with_rows @ np.linalg.solve(whole, one.um), rtol=1e-5, atol=1e-6)
+        wanted = own.sd**2 * np.eye(len(mean)) - with_rows @ np.linalg.solve(whole, with_rows.T)
+        np.testing.assert_allclose(covariance, wanted, rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("facets", FACETS.values(), ids=FACETS)
+def test_what_is_left_is_what_the_scatter_alone_says(facets: dict[str, object]) -> None:
+    """The posterior mean of the scatter of the rows: its own covariance times the inverse of the whole one."""
+    one, evidence, scatter = made(facets)
+    state = evidence(TERMS["a slope"], scatter)
+    whole = dense_covariance(one, scatter, TERMS["a slope"], state.sigma_um)
+    bare = problem(one.um, certified_u=np.zeros(len(one.certified)), free=one.free[:0], step_um=0.0)
+    own = dense_covariance(bare, scatter, (), state.sigma_um)
+    np.testing.assert_allclose(state.left_um, own @ np.linalg.solve(whole, one.um), rtol=1e-5, atol=1e-5)
+
+
+def test_expected_squares_are_those_of_a_row_for_given_others() -> None:
+    """White scatter: what is left squared, and the variance of what the model says there."""
+    one, evidence, scatter = made({})
+    state = evidence(TERMS["a slope"], scatter)
+    whole = dense_covariance(one, scatter, TERMS["a slope"], state.sigma_um)
+    said = whole - state.sigma_um**2 * np.eye(ROWS)
+    spread = np.diag(said - said @ np.linalg.solve(whole, said))
+    wanted = (state.left_um**2 + spread) / state.sigma_um**2
+    np.testing.assert_allclose(evidence.squares(state), wanted, rtol=1e-4)
+
+
+def test_the_order_of_terms_does_not_matter_and_each_hypothesis_is_computed_once() -> None:
+    _, evidence, scatter = made({})
+    terms = TERMS["a wave and a function"]
+    assert evidence(terms, scatter) is evidence(terms[::-1], scatter)
+    assert len(evidence.visited) == 1
+
+
+def test_half_normal_priors_of_either_sign_have_the_evidence_of_a_normal_one_on_average() -> None:
+    """The integral over all amplitudes is that over the positive ones plus that over the negative ones."""
+    _, evidence, scatter = made({})
+    slope = coordinate()[None, None]
+    both = evidence((term(law("slope", slope), log_prior=0.0),), scatter).log_posterior
+    halves = [
+        evidence((term(law(f"slope {sign}", sign * slope, positive=True), log_prior=0.0),), scatter).log_posterior
+        for sign in (1.0, -1.0)
+    ]
+    assert special.logsumexp(halves) - np.log(2.0) == pytest.approx(both)
+    assert abs(halves[0] - halves[1]) > 1.0
+
+
+@pytest.mark.parametrize("beside", TERMS.values(), ids=TERMS)
+@pytest.mark.parametrize("facets", FACETS.values(), ids=FACETS)
+def test_products_of_mapped_columns_are_those_with_the_inverse_covariance(
+    facets: dict[str, object], beside: tuple[Term, ...]
+) -> None:
+    one, evidence, scatter = made(facets)
+    metric = Metric(one, scatter, evidence.scatters, 0.4, beside)
+    columns = np.random.default_rng(3).normal(size=(4, ROWS))
+    inverse = np.linalg.inv(dense_covariance(one, scatter, beside, 0.4))
+    wanted = columns @ inverse @ columns.T
+    np.testing.assert_allclose(metric(columns) @ metric(columns).T, wanted, atol=1e-5 * np.abs(wanted).max())
+
+
+def test_a_good_certificate_counts_beside_a_free_origin() -> None:
+    """Faces known to 30 nm probed by a probe that repeats to 100 nm: the mean of a face is no better than its place."""
+    one = problem(noise(), certified_u=np.full(12, 0.03))
+    scatters = Evidence(one, shipped_priors()).scatters
+    metric = Metric(one, scatters.plain(), scatters, 0.1)
+    contrast = one.certified[2] - one.certified[3]
+    inverse = np.linalg.inv(dense_covariance(one, scatters.plain(), (), 0.1))
+    assert metric(contrast) @ metric(contrast) == pytest.approx(contrast @ inverse @ contrast, rel=1e-2)
+
+
+@pytest.mark.parametrize("facets", FACETS.values(), ids=FACETS)
+def test_the_adjoint_is_the_transposed_map(facets: dict[str, object]) -> None:
+    one, evidence, scatter = made(facets)
+    metric = Metric(one, scatter, evidence.scatters, 0.4, TERMS["a slope"])
+    random = np.random.default_rng(4)
+    x, y = random.normal(size=(3, ROWS)), random.normal(size=(ROWS, 2))
+    np.testing.assert_allclose(metric(x) @ y, x @ metric.adjoint(y), rtol=1e-9)

@@ -1,0 +1,91 @@
+"""A look at a candidate beside a hypothesis, against the sum of the exact numbers of all its shapes and sizes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import special, stats
+
+from stepgauge.diagnosis.posterior.evidence import Evidence, State
+from stepgauge.diagnosis.posterior.looks import Look, Looks
+from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.posterior.problem import Candidate, Law, Term
+from tests.diagnosis.posterior.made import ROWS, coordinate, law, noise, problem, random_function, term, turns, waves
+
+SHARES = np.array([np.arange(ROWS) % 3 > 0, 1.0 - 0.3 * coordinate()], float)
+CANDIDATES: dict[str, Candidate] = {
+    "one amplitude": law("slope", np.stack([coordinate(), turns()])[:, None]),
+    "two": law("wave", waves(turns(), [1.0, 1.4, 1.8])),
+    "three": law("ripple", np.concatenate([waves(turns(), [1.3, 2.6]), np.ones((2, 1, ROWS))], axis=1)),
+    "four": law("moving wave", waves(turns(), [1.5, 2.5]), SHARES),
+    "a random function": random_function(coordinate()),
+}
+TRUTH = {"scatter": 0.0, "something": 0.25, "much": 1.0}
+
+
+def looked(candidate: Candidate, um: float, terms: tuple[Term, ...], **facets: object) -> tuple[Look, Evidence, State]:
+    values = noise() + um * np.sin(9.0 * turns()) * (1.0 + coordinate())
+    others = tuple(one for one in CANDIDATES.values() if one is not candidate)
+    one = problem(values, (candidate, *others))
+    evidence = Evidence(one, shipped_priors())
+    state = evidence(terms, evidence.scatters.changed(evidence.scatters.plain(), **facets))
+    (look,) = (look for look in Looks(one)(state, evidence.scatters) if look.candidate is candidate)
+    return look, evidence, state
+
+
+def exact(candidate: Candidate, evidence: Evidence, state: State) -> float:
+    """Log posterior of the candidate being there, in any shape and size, against it not being there."""
+    weight = candidate.log_weight if isinstance(candidate, Law) else np.full(candidate.atoms, -np.log(candidate.atoms))
+    total = []
+    for atom in range(candidate.atoms):
+        for sd, share in zip(candidate.sizes.sd, candidate.sizes.log_weight, strict=True):
+            own = Term(candidate, atom, candidate.columns(atom), float(sd), candidate.log_odds + weight[atom] + share)
+            total.append(evidence((*state.terms, own), state.scatter, state.sigma_um).log_posterior)
+    return float(special.logsumexp(total)) - state.log_posterior
+
+
+@pytest.mark.parametrize("beside", [False, True], ids=["alone", "beside a term"])
+@pytest.mark.parametrize("um", TRUTH.values(), ids=TRUTH)
+@pytest.mark.parametrize("candidate", CANDIDATES.values(), ids=CANDIDATES)
+def test_a_look_is_the_sum_over_shapes_and_sizes(candidate: Candidate, um: float, beside: bool) -> None:
+    bend = law("bend", (coordinate() ** 2)[None, None])
+    look, evidence, state = looked(candidate, um, (term(bend),) if beside else ())
+    wanted = exact(candidate, evidence, state)
+    # of much more than the scatter sizes are priced by the scatter before the candidate, which is larger than after it
+    assert look.gain == pytest.approx(wanted, abs=0.3, rel=0.2 if um > 0.5 else 0.0)
+
+
+@pytest.mark.parametrize("facets", [{"correlation": 0.7}, {"growth": ("position", 3.0)}, {"certificate": 4.0}])
+def test_a_look_knows_the_scatter_of_its_hypothesis(facets: dict[str, object]) -> None:
+    """To a nat: nuisances keep their ratio to the scatter while that is integrated."""
+    candidate = CANDIDATES["four"]
+    look, evidence, state = looked(candidate, 0.25, (), **facets)
+    assert look.gain == pytest.approx(exact(candidate, evidence, state), abs=1.2)
+
+
+def test_the_term_of_a_look_has_the_volume_of_all_shapes_and_sizes_in_its_prior() -> None:
+    """The hypothesis with that term is as likely as all shapes and sizes together."""
+    candidate = CANDIDATES["two"]
+    look, evidence, state = looked(candidate, 1.0, ())
+    added = evidence((look.term(),), state.scatter, state.sigma_um)
+    wanted = exact(candidate, evidence, state)
+    assert added.log_posterior - state.log_posterior == pytest.approx(wanted, abs=1.5, rel=0.0)
+
+
+def test_a_law_of_one_sign_is_looked_at_with_half_a_normal_prior() -> None:
+    """Twice the evidence of both signs, times the probability of the right one."""
+    slope = law("slope", coordinate()[None, None], positive=True)
+    both = law("slope of any sign", coordinate()[None, None])
+    for sign in (1.0, -1.0):
+        one = problem(noise() + sign * 0.1 * coordinate(), (slope, both))
+        evidence = Evidence(one, shipped_priors())
+        state = evidence((), evidence.scatters.plain())
+        gains = {look.candidate.label: look.gain for look in Looks(one)(state, evidence.scatters)}
+        total = []
+        for sd, share in zip(both.sizes.sd, both.sizes.log_weight, strict=True):
+            own = Term(both, 0, both.columns(0), float(sd), both.log_odds + share)
+            added = evidence((own,), state.scatter)
+            mean, covariance = added.amplitudes(0)
+            right = np.log(2.0) + stats.norm.logsf(0.0, mean[0], np.sqrt(covariance[0, 0]))
+            total.append(added.log_posterior - state.log_posterior + right)
+        assert gains["slope"] == pytest.approx(float(special.logsumexp(total)), abs=0.3)

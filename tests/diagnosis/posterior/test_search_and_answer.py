@@ -1,0 +1,151 @@
+"""A search without any gauge, what is said of what it visited, and what the package may know."""
+
+from __future__ import annotations
+
+import ast
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis import posterior
+from stepgauge.diagnosis.posterior.answer import Answer
+from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.posterior.problem import Candidate
+from stepgauge.diagnosis.posterior.search import Search
+from tests.diagnosis.posterior.made import (
+    NOISE_UM,
+    ROWS,
+    coordinate,
+    law,
+    noise,
+    problem,
+    random_function,
+    turns,
+    waves,
+)
+
+Array = NDArray[np.float64]
+PLACES = np.linspace(0.1, 0.9, 17)
+SLOPE = 1.2 * coordinate()
+WAVE = 0.9 * np.sin(2.0 * np.pi * 3.0 * turns() + 0.4)
+STEP = 1.0 * (turns() > PLACES[8])
+BUMPY = 0.8 * np.sin(11.0 * turns() ** 2)
+
+
+@lru_cache
+def candidates() -> tuple[Candidate, ...]:
+    """A slope, waves, steps, and functions of the time."""
+    steps = (turns() > PLACES[:, None]).astype(float)[:, None]
+    return (
+        law("slope", coordinate()[None, None]),
+        law("wave", waves(turns(), np.arange(1.0, 8.0, 0.25))),
+        law("step", steps),
+        random_function(turns(), (0.15, 0.5)),
+    )
+
+
+def answered(um: Array, seed: int = 2) -> Answer:
+    search = Search(problem(noise(seed) + um, candidates()), shipped_priors())
+    return Answer(search, search.run())
+
+
+def test_a_pair_is_found_and_nothing_beside_it() -> None:
+    found = answered(SLOPE + WAVE)
+    assert found.best.labels == {"slope", "wave"}
+    assert found.probability(["slope"]) > 0.99
+    assert found.probability(["wave"]) > 0.99
+    (place,) = (i for i, term in enumerate(found.best.terms) if term.candidate.label == "slope")
+    mean, covariance = found.best.amplitudes(place)
+    assert abs(mean[0] - 1.2) < 4.0 * np.sqrt(covariance[0, 0])
+    assert found.best.sigma_um == pytest.approx(NOISE_UM, rel=0.25)
+
+
+def test_a_triple_is_found() -> None:
+    assert answered(SLOPE + WAVE + STEP).best.labels == {"slope", "wave", "step"}
+
+
+def test_what_has_no_law_is_a_function_of_where_it_lives() -> None:
+    found = answered(BUMPY)
+    assert found.best.labels == {"a random function"}
+    assert found.adequate < 1e-3
+
+
+def test_correlated_scatter_is_a_scatter_and_no_wave() -> None:
+    one = problem(np.zeros(ROWS))
+    random, um = np.random.default_rng(3), np.zeros(ROWS)
+    level = 0.0
+    for row, gap in zip(one.order, np.r_[np.inf, one.gap], strict=True):
+        told = 0.9**gap
+        level = told * level + np.sqrt(1.0 - told**2) * random.normal(0.0, 3.0 * NOISE_UM)
+        um[row] = level
+    search = Search(problem(um, candidates()), shipped_priors())
+    found = Answer(search, search.run())
+    assert found.best.labels == set()
+    assert found.probability_of_scatter("correlation") > 0.9
+
+
+def test_the_best_is_not_improved_by_what_a_user_would_try_by_hand() -> None:
+    """No hypothesis of one or two laws with any of their shapes is likelier than the one that was found."""
+    found = answered(SLOPE + WAVE)
+    search = found.search
+    for base in (search.start, search.without(found.best, 0), search.without(found.best, 1)):
+        for look in search.beside(base):
+            assert search.added(base, look).log_posterior <= found.best.log_posterior + 1e-9
+
+
+@pytest.mark.parametrize("um", [np.zeros(ROWS), SLOPE + WAVE, BUMPY, 0.12 * coordinate()])
+def test_probabilities_sum_to_one(um: Array) -> None:
+    found = answered(um)
+    assert found.weights.sum() == pytest.approx(1.0)
+    assert 0.0 <= found.adequate <= 1.0
+    for place in found.places:
+        assert place.nothing + place.named + place.nameless == pytest.approx(1.0)
+        assert place.rivals[0].candidate is found.best.terms[place.term].candidate
+    some = found.probability([one.label for one in candidates()])
+    nothing = sum(w for w, one in zip(found.weights, found.hypotheses, strict=True) if not one.candidates)
+    assert some + nothing == pytest.approx(1.0)
+
+
+def test_nothing_is_adequate_with_a_probability_that_holds() -> None:
+    """Of 30 draws of mere scatter nothing is found in nearly all, and the mean of what is said is near their share."""
+    said = np.array([answered(np.zeros(ROWS), seed).adequate for seed in range(100, 115)])
+    assert (said > 0.5).mean() >= 0.93
+    assert said.mean() > 0.75
+
+
+def test_the_spread_of_an_amplitude_holds_all_hypotheses_that_have_it() -> None:
+    found = answered(SLOPE + WAVE)
+    spread = found.spread("slope", 1e-3)
+    assert spread is not None
+    place = next(i for i, term in enumerate(found.best.terms) if term.candidate.label == "slope")
+    mean, covariance = found.best.amplitudes(place)
+    assert abs(spread[0][0] - mean[0]) < np.sqrt(covariance[0, 0])
+    assert spread[1][0, 0] >= 0.9 * covariance[0, 0]
+    assert found.spread("step", 1e-3) is None
+
+
+def test_several_laws_stand_in_place_of_one_only_if_each_of_them_is_needed() -> None:
+    """A law that is the sum of two others has these as its alternative, but no twin of it with a third beside."""
+    together = SLOPE + WAVE
+    sums = (law("sum", together[None, None]), law("twin", together[None, None]))
+    search = Search(problem(noise() + together, (*candidates(), *sums)), shipped_priors())
+    answer = Answer(search, search.run())
+    (lead,) = answer.best.labels
+    assert lead in ("sum", "twin")
+    several = {frozenset(one.label for one in alternative.come) for alternative in answer.alternatives(1e-12)}
+    assert frozenset({"slope", "wave"}) in several
+    assert not any(labels & {"sum", "twin"} for labels in several)
+
+
+def test_the_decision_knows_nothing_of_gauges_probes_and_recordings() -> None:
+    """It imports of this project itself, and what reads a file of settings and says what is wrong in it."""
+    allowed = ("stepgauge.diagnosis.posterior", "stepgauge.errors", "stepgauge.files.text", "stepgauge.files.config")
+    for path in Path(posterior.__file__).parent.glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            names = [one.name for one in node.names] if isinstance(node, ast.Import) else names
+            for name in names:
+                assert not name.startswith("stepgauge") or name.startswith(allowed), (path.name, name)

@@ -1,0 +1,555 @@
+"""What a diagnosis writes: the contract of the JSON, the report in words, and a machine file that simulates better."""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stepgauge.diagnosis.engine import diagnose
+from stepgauge.diagnosis.files import Inputs, diagnosis_to_dict, read_diagnosis, write_diagnosis
+from stepgauge.diagnosis.machine_text import machine_text
+from stepgauge.diagnosis.practice import in_practice, name_of
+from stepgauge.diagnosis.report import plus_minus, probability, report_text, significant, um, wrapped_sum
+from stepgauge.diagnosis.residuals import Residuals, make_residuals
+from stepgauge.diagnosis.result import Diagnosis, Finding, Located
+from stepgauge.diagnosis.solve import Estimate
+from stepgauge.diagnosis.summary import summary_line
+from stepgauge.diagnosis.unknown_law import model_unknown, rest_um
+from stepgauge.effects import Probings, along_approach_um, effect_kinds, make_effects
+from stepgauge.errors import InputError
+from stepgauge.machine.file import read_machine
+from stepgauge.machine.readout import machine_effects
+from stepgauge.recording import Recording
+from tests.diagnosis.made import (
+    ALONG_X,
+    SCALE,
+    gauge,
+    machine,
+    made,
+    made_insufficient,
+    made_unknown,
+    record,
+    rms,
+)
+
+VERDICTS = {"adequate", "effects", "unknown", "insufficient"}
+NAMES = ("null", "scale", "scale, one placement", "pair", "growth", "outliers", "unknown", "insufficient")
+
+
+def case(name: str) -> tuple[Recording, Diagnosis]:
+    return {"unknown": made_unknown, "insufficient": made_insufficient}.get(name, lambda: made(name))()
+
+
+def said(name: str) -> dict[str, Any]:
+    recording, found = case(name)
+    return diagnosis_to_dict(found, Inputs((recording,)), model_unknown(found))
+
+
+def numbers(value: Any) -> Iterator[float]:
+    if isinstance(value, dict | list):
+        for one in value.values() if isinstance(value, dict) else value:
+            yield from numbers(one)
+    elif isinstance(value, float):
+        yield value
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_json_keeps_the_contract(name: str) -> None:
+    data = said(name)
+    assert data["verdict"] in VERDICTS
+    fit = {"noise_um", "rms_before_um", "rms_after_um", "holdout_rms_before_um", "holdout_rms_after_um"}
+    assert fit | {"chi2_dof_before", "chi2_dof_after", "holdout"} <= set(data["fit"])
+    for effect in data["effects"]:
+        assert effect["kind"] in effect_kinds()
+        assert {"probability", "confounded_with", "alternatives", "reason", "separate_by", "set", "several"} <= set(
+            effect
+        )
+        assert 0.0 <= effect["probability"] <= 1.0
+        for parameter in effect["parameters"].values():
+            assert set(parameter) in ({"value"}, {"value", "u", "unit"})
+    for one in data["located"] + data["unexplained"]:
+        (stated,) = {"probability", "probability_if_alone"} & set(one)
+        assert set(one) == {"covariate", "side", "where", "share", stated, "form"}
+        assert 0.0 <= one[stated] <= 1.0
+    assert all(math.isfinite(number) for number in numbers(data))
+    json.dumps(data, allow_nan=False)
+
+
+def test_named_parameters_are_the_truth_within_their_uncertainty() -> None:
+    (effect,) = said("scale")["effects"]
+    assert effect["parameters"]["axis"] == {"value": "x"}
+    ppm = effect["parameters"]["ppm"]
+    assert ppm["unit"] == "um/m"
+    assert abs(ppm["value"] - 8.0) < 4.0 * ppm["u"]
+
+
+def test_what_is_not_known_is_null() -> None:
+    recording, found = made("null")
+    fit = replace(found.fit, chi2_dof_after=math.nan, holdout={})
+    data = diagnosis_to_dict(replace(found, fit=fit), Inputs((recording,)))
+    assert data["fit"]["chi2_dof_after"] is None
+    assert data["fit"]["holdout_rms_before_um"] is None
+
+
+def test_held_out_numbers_are_those_of_the_first_kind_of_group() -> None:
+    fit = said("scale")["fit"]
+    assert fit["holdout_rms_before_um"] == fit["holdout"]["cycles"]["rms_before_um"]
+    assert fit["holdout_rms_after_um"] == fit["holdout"]["cycles"]["rms_after_um"]
+    assert fit["holdout_rms_after_um"] < 0.8 * fit["holdout_rms_before_um"]
+
+
+def test_outliers_are_found_again_in_the_file_that_they_stand_in() -> None:
+    recording, found = made("outliers")
+    first, second = recording.frame.iloc[:50], recording.frame.iloc[50:]
+    parts = tuple(Recording(f, {}, p) for f, p in ((first, "deep/one.csv"), (second, "deep/two.csv")))
+    (effect,) = diagnosis_to_dict(found, Inputs(parts))["effects"]
+    assert effect["parameters"]["rows"] == {"value": [5, 60]}
+    assert [(row["recording"], row["row"]) for row in effect["rows"]] == [("one.csv", 5), ("two.csv", 10)]
+    assert all(abs(row["off_um"] - 6.0) < 1.5 for row in effect["rows"])
+    assert Inputs(parts).where(51) == ("two.csv", 1)
+
+
+def test_all_files_are_written_and_read_back(tmp_path: Path) -> None:
+    recording, found = made("scale")
+    paths = write_diagnosis(tmp_path / "new", found, [recording])
+    names = {path.name for path in paths}
+    assert {"diagnosis.json", "diagnosis.md", "machine.diagnosed.toml", "residuals.png", "effects.png"} <= names
+    assert set(found.placements) <= names
+    assert {path.name for path in (tmp_path / "new").iterdir()} == names
+    assert read_diagnosis(paths[0])["verdict"] == "effects"
+
+
+def test_checksums_are_those_of_the_files(tmp_path: Path) -> None:
+    import hashlib
+
+    recording, found = made("null")
+    path = tmp_path / "r.csv"
+    path.write_text("content")
+    inputs = diagnosis_to_dict(found, Inputs((replace(recording, path=str(path)),)))["inputs"]
+    assert inputs["recordings"] == [{"path": str(path), "sha256": hashlib.sha256(b"content").hexdigest()}]
+    assert len(inputs["gauge"]["sha256"]) == len(inputs["gauge"]["faces_sha256"]) == 64
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_report_says_what_the_json_says(name: str) -> None:
+    data = said(name)
+    text = report_text(data, ["residuals.png"])
+    assert f"**Verdict: {data['verdict']}.**" in text
+    assert f"{significant(data['noise']['sigma_um'])} um" in text
+    for effect in data["effects"]:
+        assert effect["kind"].replace("_", " ") in text
+        assert effect["in_practice"] in text
+        for kind in effect["confounded_with"]:
+            assert kind.replace("_", " ") in text
+        for key, parameter in effect["parameters"].items():
+            if "unit" in parameter:
+                assert f"- {key} = {plus_minus(parameter)}" in text
+    for one in data["unexplained"]:
+        assert one["where"] in text
+    assert "None" not in text
+    assert "nan" not in text
+
+
+def test_the_report_says_what_a_recording_that_cannot_tell_should_have_had() -> None:
+    text = report_text(said("insufficient"))
+    assert "more cycles: too few repeats" in first_page(text)
+    assert "degrees of freedom; measure more cycles" in text
+    assert "The gauge lay in one place" in text
+    assert "The gauge lay in one place" not in report_text(said("scale"))
+
+
+def test_the_report_of_no_repeats_says_what_that_costs() -> None:
+    data = said("null")
+    data["noise"]["from_repeats"] = False
+    assert "No face was probed twice" in report_text(data)
+    assert "No face was probed twice" not in report_text(said("null"))
+    assert "every face probed at least twice" in report_text(data | {"verdict": "insufficient"})
+
+
+def first_page(text: str) -> str:
+    return text.split("## Evidence")[0]
+
+
+def test_what_remains_says_each_covariate_once() -> None:
+    data = said("unknown")
+    first = data["unexplained"][0]
+    data["unexplained"] = [first, {**first, "where": "in another way too", "probability": 0.5}]
+    text = report_text(data)
+    (row,) = [line for line in first_page(text).splitlines() if line.startswith(f"| {first['covariate']} |")]
+    assert f"{first['where']}; in another way too" in row
+    assert f" {probability(first['probability'])} |" in row
+    assert text.count("a description, not an explanation") == 1
+
+
+def test_what_speaks_against_the_nearest_law_stands_beside_what_remains() -> None:
+    data = said("unknown") | {
+        "refuted": ["temperature_cycle_x comes nearest and is 40 times less likely than the form"]
+    }
+    assert "not explain it: temperature_cycle_x comes nearest" in first_page(report_text(data))
+
+
+def test_what_to_do_stands_before_the_evidence_for_it() -> None:
+    """Sets with every member's own value and instruction, and what separates them; no chi-square, no trail."""
+    data = said("scale, one placement")
+    text = report_text(data)
+    first = first_page(text)
+    (effect,) = data["effects"]
+    assert len(effect["set"]) > 1
+    for member in effect["set"]:
+        (row,) = [line for line in first.splitlines() if line.startswith(f"| {name_of(member['label'])} |")]
+        assert member["in_practice"] in row
+        for parameter in member["parameters"].values():
+            assert "unit" not in parameter or plus_minus(parameter) in row
+    assert effect["commands"][0] in first
+    for word in ("chi-square", "held out", "Steps of the search", "degrees of freedom"):
+        assert word not in first
+        assert word in text
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_probability_is_told_to_two_digits_and_never_as_certain(name: str) -> None:
+    text = report_text(said(name))
+    assert "probability 1" not in text
+    assert "| 1.00 |" not in text
+
+
+def test_the_odds_and_the_predictive_check_are_in_the_report() -> None:
+    data = said("scale")
+    assert set(data["odds"]) == {"adequate", "scatter", "statements"}
+    assert {one["check"] for one in data["checks"]} == {"rows", "repeats", "sequence", "tails"}
+    text = report_text(data)
+    assert "| nothing beyond the scatter | below 0.01 |" in text
+    for one in data["checks"]:
+        assert f"| {one['check']} | {one['deviation']:.1f} | passes | {one['words']} |" in text
+    failed = data["checks"][0] | {"passed": False}
+    assert f"check of the {failed['check']} fails" in first_page(report_text(data | {"checks": [failed]}))
+
+
+def test_commands_name_what_is_shipped_by_its_name() -> None:
+    """No file inside the installed package."""
+    (command,) = said("scale, one placement")["effects"][0]["commands"]
+    assert "-g step-gauge-420 -m bridge-cmm " in command
+
+
+def test_long_formulas_are_wrapped_between_their_terms() -> None:
+    formulas = [" + ".join(f"c{i} * (1 + touches_15)**(-{i}.25)" for i in some) for some in (range(1, 7), range(7, 9))]
+    lines = wrapped_sum(formulas)
+    assert " ".join(lines) == " + ".join(formulas)
+    assert max(map(len, lines)) <= 96
+    assert all(line.startswith("+ c") for line in lines[1:])
+
+
+def test_the_same_kind_twice_is_said_once() -> None:
+    _, found = made("pair")
+    one = found.findings[0]
+    assert summary_line(replace(found, findings=(one, one, one))).count(name_of(one.label)) == 1
+    assert f"twice {name_of(one.label)}" in summary_line(replace(found, findings=(one, one)))
+
+
+def test_the_table_says_what_is_left_with_the_form_imitated() -> None:
+    data = said("unknown")
+    text = report_text(data)
+    row = next(line for line in text.splitlines() if line.startswith("| rms of the residuals"))
+    fit = data["fit"]
+    assert row.endswith(f"| {um(fit['rms_after_um'])} | {um(fit['with_empirical']['rms_after_um'])} |")
+    assert "imitated" not in report_text(said("scale"))
+
+
+def test_the_size_of_a_form_leaves_out_what_only_moves_origins() -> None:
+    recording, clean = made("null")
+    far = Located("machine x", "both", "trend", "grows", 1.0, 0.0)
+    hidden = 0.02 * clean.data.probings.approach("x") * clean.data.probings.coordinate_mm("x")
+    um_left = clean.data.without_origins(clean.after_um + hidden)
+    found = replace(clean, verdict="unknown", after_um=um_left, before_um=um_left, unexplained=(far,))
+    (law,) = diagnosis_to_dict(found, Inputs((recording,)), model_unknown(found))["empirical"]
+    assert law["rms_um"] == pytest.approx(rms(clean.data.without_origins(hidden)), rel=0.1)
+
+
+def test_commands_stand_alone_in_the_report() -> None:
+    recording, found = made("scale, one placement")
+    first = replace(found.findings[0], separate_by="the gauge turned: stepgauge plan separate-1.toml -o separate-1.dmi")
+    changed = replace(found, findings=(first,), placements={"separate-1.toml": "text"})
+    data = diagnosis_to_dict(changed, Inputs((recording,)), folder="some/where")
+    command = "stepgauge plan some/where/separate-1.toml -o some/where/separate-1.dmi"
+    assert data["effects"][0]["commands"] == [command]
+    assert f"```sh\n{command}\n```" in report_text(data)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "text"),
+    [
+        ({"value": 2.4512, "u": 0.21, "unit": "um/m"}, "2.45 ± 0.42 um/m"),
+        ({"value": 304.91, "u": 7.3, "unit": "s"}, "305 ± 15 s"),
+        ({"value": 12.3456, "u": None, "unit": "mm"}, "12.35 mm"),
+        ({"value": -0.0123, "u": 0.0004, "unit": "K"}, "-0.01230 ± 0.00080 K"),
+        ({"value": [1, 2]}, "1, 2"),
+        ({"value": "x"}, "x"),
+    ],
+)
+def test_parameters_are_printed_to_two_digits_of_their_uncertainty(parameter: dict[str, Any], text: str) -> None:
+    assert plus_minus(parameter) == text
+
+
+def finding(kind: str, **values: Any) -> Finding:
+    """A finding of any kind, its effect checked as the machine file's would be."""
+    (effect,) = make_effects([{"kind": kind, **values}], "test")
+    estimates = {k: Estimate(v, 0.1, "") for k, v in values.items() if isinstance(v, float)}
+    choices = {k: v for k, v in values.items() if not isinstance(v, float)}
+    return Finding(kind, effect.label, effect, choices, estimates, 0.9, np.zeros(1))
+
+
+EXAMPLES: list[tuple[str, dict[str, Any], list[str]]] = [
+    ("scale_error", {"axis": "x", "ppm": 10.0}, ["x scale", "too long", "10 um/m"]),
+    ("scale_error", {"axis": "x", "ppm": -10.0}, ["too short"]),
+    ("scale_curvature", {"axis": "x", "um_per_m2": 30.0}, ["parabola"]),
+    (
+        "periodic_scale_error",
+        {"axis": "x", "period_mm": 10.0, "amplitude_um": 0.5},
+        ["every 10 mm", "0.50 um", "1.0 um"],
+    ),
+    ("local_scale_defect", {"axis": "x", "at_mm": 350.0, "width_mm": 40.0, "height_um": 0.9}, ["x = 350.0", "0.90 um"]),
+    ("squareness", {"plane": "xy", "urad": 3.0}, ["x and y", "3 urad"]),
+    ("angular_error", {"travel_axis": "x", "rotation_axis": "z", "urad_per_m": 9.0}, ["rotates about z", "9 urad"]),
+    ("roll", {"axis": "x", "urad_per_m": 9.0}, ["rolls"]),
+    ("straightness", {"axis": "x", "direction": "y", "um": 3.0, "length_mm": 1000.0}, ["+y", "3.0 um", "1000 mm"]),
+    ("reversal_error", {"axis": "x", "um": -0.6}, ["less", "0.60 um"]),
+    ("effective_radius", {"um": 2.0}, ["later", "5.00 um instead of 3.00 um", "too small by 4.0 um"]),
+    ("probe_lobing", {"amplitude_um": 0.5, "phase_deg": 10.0}, ["1.0 um", "three lobes", "10 deg"]),
+    ("trigger_delay", {"ms": 1.0}, ["3.0 um at 3 mm/s"]),
+    ("lever_arm", {"mm": 14.5}, ["longer"]),
+    ("gauge_temperature", {"delta_K": 1.0}, ["1 K warmer"]),
+    ("scale_temperature", {"axis": "x", "delta_K": 1.0}, ["warmer", "too short"]),
+    ("thermal_drift", {"direction": "x", "rate_um_per_h": 10.0}, ["+x", "10 um/h"]),
+    ("thermal_drift", {"direction": "x", "rate_um_per_h": -10.0, "time_constant_h": 0.1}, ["-x", "6 min", "1.0 um"]),
+    ("temperature_cycle", {"direction": "y", "amplitude_um": 0.5, "period_s": 300.0}, ["every 300 s"]),
+    ("step_change", {"direction": "x", "time_s": 200.0, "um": 0.6}, ["At 200 s", "+x"]),
+    ("misalignment", {"mrad": 2.0}, ["2 mrad"]),
+    ("block_defect", {"face": 14, "um": 0.8}, ["Face 14, the back of block 7", "end block"]),
+    ("gauge_bending", {"supports_mm": [0.0, 400.0], "sag_um": 5.0}, ["5.0 um"]),
+    ("approach_memory", {"um": 1.5, "touches": 8.0}, ["later", "8 probings"]),
+    ("vibration", {"direction": "x", "amplitude_um": 0.5, "frequency_hz": 3.3}, ["3.3 Hz"]),
+    ("noise_growth", {"per": "x", "rate": 2.0}, ["metre of x"]),
+    ("outliers", {"rows": [1, 2], "um": 3.0}, ["2 probings are"]),
+    ("kinematic_pretravel", {"um_per_N": 5.0, "lever_mm": 65.0, "arm_azimuth_deg": 20.0}, ["tripod", "20 deg", "um,"]),
+    ("thermal_shift", {"column": "air_C", "direction": "x", "um_per_K": 2.0}, ["along x with air_C", "4.0 um"]),
+    (
+        "thermal_expansion_of",
+        {"column": "air_C", "of": "gauge", "um_per_m_K": 10.0, "lag_s": 60.0},
+        ["The gauge grows", "air_C, 60 s late"],
+    ),
+    ("thermal_expansion_of", {"column": "air_C", "of": "y", "um_per_m_K": 10.0}, ["The y scale reads"]),
+    ("thermal_drift", {"direction": "x", "rate_um_per_h": 10.0, "start_s": 200.0}, ["from 200 s on"]),
+    (
+        "thermal_bending",
+        {"column": "air_C", "axis": "x", "component": "ry", "order": 1, "per_K": 9.0},
+        ["turns about y with air_C", "9 urad per K"],
+    ),
+    (
+        "error_motion",
+        {"axis": "x", "component": "x", "order": 3, "coefficient": 40.0, "about_mm": 350.0},
+        ["power 3", "um at the farthest"],
+    ),
+    ("scale_warm_up", {"axis": "x", "um_per_m": -9.0, "time_constant_h": 0.5}, ["30 min", "too short"]),
+    ("reversal_wear", {"axis": "x", "at_mm": 300.0, "width_mm": 90.0, "um": 2.0}, ["2.0 um larger about x = 300 mm"]),
+    ("stick_slip", {"axis": "x", "um": 2.0, "decay_mm": 4.0}, ["lags by 1.0 um", "4 mm of way"]),
+    ("scale_joint", {"axis": "x", "order": 0, "at_mm": 300.0, "size": 2.0}, ["gap of 2.0 um", "reads more"]),
+    ("scale_joint", {"axis": "y", "order": 1, "at_mm": 300.0, "size": -9.0}, ["slope, by 9 um/m", "reads less"]),
+    ("servo_lag", {"um_per_mm2_s2": 0.1}, ["0.90 um at 3 mm/s"]),
+    ("tip_change", {"placement": 2, "um": -2.0}, ["placement 2", "2.0 um earlier"]),
+    ("seat_defect", {"um_per_N": 5.0, "lever_mm": 65.0, "share": 0.2}, ["One seat", "0 deg", "share of 0.2"]),
+]
+
+
+def with_air(data: Residuals) -> Residuals:
+    """The same with the temperature of the air recorded, which rises by 2 K."""
+    air_C = np.linspace(19.0, 21.0, len(data))
+    frame = data.frame.assign(air_C=air_C)
+    return replace(data, frame=frame, probings=Probings(frame, data.probings.setting))
+
+
+@pytest.mark.parametrize(("kind", "values", "words"), EXAMPLES)
+def test_what_a_finding_means_in_practice(kind: str, values: dict[str, Any], words: list[str]) -> None:
+    sentence = in_practice(finding(kind, **values), with_air(made("null")[1].data))
+    for word in words:
+        assert word in sentence
+
+
+def test_every_kind_that_can_be_named_has_its_sentence() -> None:
+    assert {kind for kind, _, _ in EXAMPLES} == set(effect_kinds()) - {"axis_compensation", "empirical", "error_map"}
+
+
+def test_a_scale_error_is_so_much_over_the_span_that_was_used() -> None:
+    found = made("null")[1]
+    span = np.ptp(found.data.probings.coordinate_mm("x"))
+    sentence = in_practice(finding("scale_error", axis="x", ppm=10.0), found.data)
+    assert f"{10.0 * span * 1e-3:.1f} um over the {span:.0f} mm of x" in sentence
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_machine_file_is_readable_and_keeps_what_its_owner_wrote(name: str, tmp_path: Path) -> None:
+    recording, found = case(name)
+    write_diagnosis(tmp_path, found, [recording])
+    path = tmp_path / "machine.diagnosed.toml"
+    before = Path(found.data.machine.path).read_text()
+    assert path.read_text().startswith(before.rstrip("\n"))
+    added = machine_effects(read_machine(path))
+    named = [f.kind for f in found.findings if f.kind != "outliers"]
+    laws = [e for law in model_unknown(found) for e in law.effects]
+    assert [effect.kind for effect in added] == [*named, *(effect.kind for effect in laws)]
+
+
+@pytest.mark.parametrize("name", ["scale", "pair", "unknown"])
+def test_the_diagnosed_machine_explains_the_recording(name: str, tmp_path: Path) -> None:
+    recording, found = case(name)
+    write_diagnosis(tmp_path, found, [recording])
+    again = make_residuals(recording, gauge(), read_machine(tmp_path / "machine.diagnosed.toml"))
+    along = again.um * again.side
+    origin = [along[again.placement == p].mean() for p in range(int(again.placement.max()) + 1)]
+    left = rms(along - np.array(origin)[again.placement])
+    assert left < 0.8 * found.fit.rms_before_um
+    if name != "unknown":
+        assert left == pytest.approx(found.fit.rms_after_um, rel=1e-3)
+
+
+def test_simulated_anew_the_diagnosed_machine_makes_the_same_errors(tmp_path: Path) -> None:
+    recording, found = made("pair")
+    write_diagnosis(tmp_path, found, [recording])
+    better = read_machine(tmp_path / "machine.diagnosed.toml")
+    simulated = record(machine(better.effects, noise_um=0.0))
+    columns = ["placement", "cycle", "face"]
+    np.testing.assert_array_equal(simulated.frame[columns], recording.frame[columns])
+    plain = record(machine(noise_um=0.0))
+    before = ((recording.position_mm - plain.position_mm) * recording.approach).sum(axis=1) * 1e3
+    after = ((recording.position_mm - simulated.position_mm) * recording.approach).sum(axis=1) * 1e3
+    side, placement = found.data.side, found.data.placement
+    assert rms(_without_origins(after, side, placement)) < 1.1 * 0.3
+    assert rms(_without_origins(before, side, placement)) > 2.0 * 0.3
+
+
+def _without_origins(um: np.ndarray, side: np.ndarray, placement: np.ndarray) -> np.ndarray:
+    along = um * side
+    return along - np.array([along[placement == p].mean() for p in (0, 1)])[placement]
+
+
+def test_diagnosed_again_with_the_diagnosed_machine_nothing_is_left(tmp_path: Path) -> None:
+    recording, found = made("scale")
+    write_diagnosis(tmp_path, found, [recording])
+    assert diagnose(recording, gauge(), read_machine(tmp_path / "machine.diagnosed.toml")).verdict == "adequate"
+
+
+def test_uncertainties_stand_beside_the_values(tmp_path: Path) -> None:
+    _, found = made("scale")
+    text, remarks = machine_text(found, [], tmp_path)
+    u = found.findings[0].parameters["ppm"].u
+    assert f"# u = {u:.2g} um/m" in text
+    assert remarks == []
+
+
+def test_files_beside_the_machine_file_are_found_from_the_new_folder(tmp_path: Path) -> None:
+    home = tmp_path / "home"
+    home.mkdir()
+    (home / "map.csv").write_text("coordinate_mm,error\n0,0\n700,5\n")
+    text = Path(read_machine("bridge-cmm").path).read_text()
+    table = '[[effect]]\nkind = "error_map"\naxis = "x"\ncomponent = "x"\nfile = "map.csv"\n'
+    (home / "cmm.toml").write_text(text + table)
+    model = read_machine(home / "cmm.toml")
+    recording = record(machine(SCALE), [ALONG_X])
+    found = diagnose(recording, gauge(), model)
+    write_diagnosis(tmp_path / "out" / "deep", found, [recording])
+    moved = machine_effects(read_machine(tmp_path / "out" / "deep" / "machine.diagnosed.toml"))
+    (own,) = machine_effects(model)
+    share = along_approach_um(moved[0], found.data.probings)
+    np.testing.assert_allclose(share, along_approach_um(own, found.data.probings))
+    assert rms(share) > 0.0
+
+
+def test_effects_in_one_line_are_kept(tmp_path: Path) -> None:
+    text = Path(read_machine("bridge-cmm").path).read_text()
+    path = tmp_path / "cmm.toml"
+    path.write_text('effect = [{ kind = "roll", axis = "x", urad_per_m = 1.0 }]\n' + text)
+    _, found = made("scale")
+    data = replace(found.data, machine=read_machine(path))
+    written, _ = machine_text(replace(found, data=data), [], tmp_path)
+    assert [effect["kind"] for effect in tomllib.loads(written)["effect"]] == ["roll", "scale_error"]
+
+
+def test_a_value_outside_the_vocabulary_is_left_out_with_its_reason(tmp_path: Path) -> None:
+    recording, found = made("scale")
+    first = found.findings[0]
+    assert first.effect is not None
+    wild = replace(first, effect=first.effect.with_values(ppm=1e9))
+    write_diagnosis(tmp_path, replace(found, findings=(wild,)), [recording])
+    assert read_machine(tmp_path / "machine.diagnosed.toml").effects == ()
+    assert any("scale_error_x" in remark for remark in read_diagnosis(tmp_path / "diagnosis.json")["remarks"])
+
+
+FORMS: list[tuple[str, str, str, Any, str]] = [
+    ("trend", "machine x", "x", None, "0.015 * approach_i * x_mm"),
+    ("smooth", "position", "both", None, "3e-4 * side * (position_mm - 100)**2"),
+    ("smooth", "time", "both", None, "side * 4e-5 * max(time_s - 200, 0)**2"),
+    ("wave", "time", "both", 60.0 * math.pi, "1.2 * side * sin(time_s / 30)"),
+    ("changing length", "time", "both", None, "side * 4e-5 * (position_mm - 115) * time_s"),
+    ("levels", "placement", "both", None, "1.3 * step(placement - 1.5)"),
+    ("levels", "cycle", "both", None, "side * sin(3 * cycle + placement)"),
+    ("loop", "direction of travel", "both", None, "way * 6e-3 * position_mm"),
+    ("harmonics", "azimuth", "both", None, "0.8 * cos(2 * azimuth_rad)"),
+]
+
+
+@pytest.mark.parametrize(("form", "covariate", "side", "number", "formula"), FORMS)
+def test_every_form_becomes_a_formula_that_takes_the_structure_out(
+    form: str, covariate: str, side: str, number: Any, formula: str
+) -> None:
+    _, clean = made("null")
+    (truth,) = make_effects([{"kind": "empirical", "formula": formula}], "test")
+    hidden = np.broadcast_to(along_approach_um(truth, clean.data.probings), (len(clean.data),))
+    before = clean.after_um + hidden
+    located = Located(covariate, side, form, "somewhere", 1.0, 1.0, numbers=number)
+    found = replace(clean, verdict="unknown", after_um=before, unexplained=(located,))
+    (law,) = model_unknown(found)
+    left = _without_origins(before - law.share_um, clean.data.side, clean.data.placement)
+    assert rms(left) < 1.2 * rms(clean.after_um)
+    assert rms(left) < 0.65 * rms(_without_origins(before, clean.data.side, clean.data.placement))
+    read_again = make_effects([{"kind": "empirical", **e.model_dump(exclude={"direction"})} for e in law.effects], "t")
+    share = sum(along_approach_um(effect, clean.data.probings) for effect in read_again)
+    np.testing.assert_allclose(share, law.share_um, atol=1e-6)
+
+
+def test_a_form_beside_named_laws_leaves_them_where_they_are() -> None:
+    _, found = made("scale")
+    hidden = 1.5 * found.data.side * np.sin(found.data.probings.time_s / 30.0)
+    located = Located("time", "both", "wave", "repeats", 1.0, 1.0, numbers=60.0 * math.pi)
+    beside = replace(found, verdict="unknown", unexplained=(located,), after_um=found.after_um + hidden)
+    laws = model_unknown(beside)
+    assert laws[0].period == pytest.approx(60.0 * np.pi, rel=0.02)
+    assert rms(rest_um(beside, laws)) < 1.1 * rms(found.after_um)
+    np.testing.assert_allclose(rest_um(found, []), found.after_um)
+
+
+def test_a_covariate_that_no_formula_can_name_is_described_only() -> None:
+    _, clean = made("null")
+    located = Located("humidity in %", "both", "trend", "grows", 1.0, 0.0)
+    assert model_unknown(replace(clean, verdict="unknown", unexplained=(located,))) == []
+
+
+def test_nothing_is_written_when_the_machine_file_has_gone(tmp_path: Path) -> None:
+    recording, found = made("scale")
+    data = replace(found.data, machine=replace(found.data.machine, path=str(tmp_path / "gone.toml")))
+    with pytest.raises(InputError, match=r"gone\.toml"):
+        write_diagnosis(tmp_path / "out", replace(found, data=data), [recording])
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("text", "words"), [("{", "not valid JSON"), ("{}", "not a diagnosis"), ("[]", "not a diag")])
+def test_other_files_are_no_diagnosis(text: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / "d.json").write_text(text)
+    with pytest.raises(InputError, match=words):
+        read_diagnosis(tmp_path / "d.json")

@@ -1,0 +1,299 @@
+"""Concealed examples of tripods, recorded temperatures and local laws: random poses, faces off by their u, noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stepgauge.diagnosis.engine import diagnose
+from stepgauge.diagnosis.files import write_diagnosis
+from stepgauge.diagnosis.library import effect_families
+from stepgauge.diagnosis.practice import in_practice
+from stepgauge.diagnosis.probe_file import PROBE_FILE, probe_file
+from stepgauge.diagnosis.residuals import make_residuals
+from stepgauge.diagnosis.result import Diagnosis, Finding
+from stepgauge.effects import Probings, Setting, along_approach_um, make_effects
+from stepgauge.physics.directions import iso_10360_5_points
+from stepgauge.probes import read_probe
+from stepgauge.recording import APPROACH, POSITION, Recording
+from tests.diagnosis.made import gauge, machine, record
+
+STEPS = gauge()
+Axis = tuple[float, float, float]
+
+
+def turned(deg: float, tilt_deg: float = 0.0) -> Axis:
+    """A gauge axis by its azimuth and its tilt."""
+    azimuth, tilt = np.radians(deg), np.radians(tilt_deg)
+    return float(np.cos(azimuth) * np.cos(tilt)), float(np.sin(azimuth) * np.cos(tilt)), float(np.sin(tilt))
+
+
+def measured(axes: Sequence[Axis], seed: int, cycles: int = 4, order: str = "blocks") -> Recording:
+    """Placements anywhere near the middle, simulated with noise; the faces are off as their uncertainties allow."""
+    random = np.random.default_rng(seed)
+    level = record(machine(), [(x, y, 0.0) for x, y, _ in axes], seed, cycles, order)
+    frame = level.frame.copy()
+    for number, axis in enumerate(axes, 1):
+        rows = (frame["placement"] == number).to_numpy()
+        turn = _turning(frame.loc[rows, APPROACH].to_numpy()[0], np.array(axis))
+        middle = frame.loc[rows, POSITION].to_numpy().mean(axis=0)
+        frame.loc[rows, POSITION] = (frame.loc[rows, POSITION].to_numpy() - middle) @ turn.T + middle
+        frame.loc[rows, POSITION] += random.uniform(-30.0, 30.0, 3)
+        frame.loc[rows, APPROACH] = frame.loc[rows, APPROACH].to_numpy() @ turn.T
+    off_um = random.normal(0.0, STEPS.u_um)[frame["face"] - 1] * np.where(frame["face"] % 2 == 1, 1.0, -1.0)
+    return moved(replace(level, frame=frame), off_um)
+
+
+def _turning(old: np.ndarray, new: np.ndarray) -> np.ndarray:
+    """The rotation that takes one unit vector to another."""
+    across = np.cross(old, new)
+    cross = np.cross(np.eye(3), across)
+    return np.asarray(np.eye(3) + cross.T + cross.T @ cross.T / (1.0 + old @ new))
+
+
+def moved(recording: Recording, um: np.ndarray) -> Recording:
+    """Displaced along every approach."""
+    frame = recording.frame.copy()
+    frame[POSITION] += frame[APPROACH].to_numpy() * (um * 1e-3)[:, None]
+    return replace(recording, frame=frame)
+
+
+def bent(recording: Recording, *tables: dict[str, Any]) -> Recording:
+    """With effects of the vocabulary."""
+    seen = make_residuals(recording, STEPS, machine()).probings
+    effects = make_effects([dict(table) for table in tables], "test")
+    return moved(recording, np.sum([along_approach_um(effect, seen) for effect in effects], axis=0))
+
+
+def told(recording: Recording) -> Diagnosis:
+    return diagnose(recording, STEPS, machine())
+
+
+def named(found: Diagnosis, kind: str) -> Finding:
+    """The finding of a kind, which must lead its set."""
+    kinds = [one.kind for one in found.findings]
+    assert kind in kinds, (kinds, [one.where for one in found.unexplained])
+    return found.findings[kinds.index(kind)]
+
+
+def off(finding: Finding, name: str, truth: float, turn: float = np.inf) -> float:
+    """How many standard uncertainties a value is off; an angle modulo a turn."""
+    one = finding.parameters[name]
+    assert one.u is not None
+    apart = one.value - truth
+    return abs(apart if turn == np.inf else (apart + turn / 2.0) % turn - turn / 2.0) / one.u
+
+
+# The probe's tripod.
+
+TRIPOD = {"kind": "kinematic_pretravel", "lever_mm": 65.0}
+THREE = (turned(3.0), turned(40.0), turned(84.0))
+NINE = tuple(turned(20.0 * i + 4.0) for i in range(9))
+
+
+@pytest.mark.parametrize(("seed", "azimuth_deg"), [(1, 20.0), (2, -47.0), (3, 5.0)])
+def test_a_tripod_is_named_with_its_phase_and_size_from_three_level_directions(seed: int, azimuth_deg: float) -> None:
+    truth = TRIPOD | {"um_per_N": 5.0, "arm_azimuth_deg": azimuth_deg}
+    one = named(told(bent(measured(THREE, seed), truth)), "kinematic_pretravel")
+    assert one.choices["part"] == "whole"
+    assert off(one, "um_per_N", 5.0) < 3.0
+    assert off(one, "arm_azimuth_deg", azimuth_deg, 60.0) < 3.0
+    assert one.parameters["lever_mm"].u is None  # of level gauges it scales the size and is taken
+
+
+def test_tilted_gauges_tell_the_lever_and_which_of_two_phases_it_is() -> None:
+    axes = (*THREE, turned(15.0, 35.0), turned(60.0, 30.0), turned(115.0, 35.0))
+    truth = TRIPOD | {"um_per_N": 8.0, "arm_azimuth_deg": 25.0, "lever_mm": 50.0}
+    one = named(told(bent(measured(axes, 4), truth)), "kinematic_pretravel")
+    assert off(one, "arm_azimuth_deg", 25.0, 120.0) < 3.0
+    assert off(one, "lever_mm", 50.0) < 3.0
+    assert off(one, "um_per_N", 8.0) < 3.0
+
+
+def test_one_direction_cannot_show_a_tripod_which_is_a_radius_there() -> None:
+    truth = TRIPOD | {"um_per_N": 5.0, "arm_azimuth_deg": 20.0}
+    found = told(bent(measured((turned(3.0),), 5), truth))
+    kinds = {name for one in found.findings for name in (one.kind, *one.confounded_with)}
+    assert "effective_radius" in kinds
+    assert "kinematic_pretravel" not in kinds
+
+
+def test_a_worn_seat_is_named_beside_the_tripod_from_many_directions() -> None:
+    truth = TRIPOD | {"um_per_N": 6.0, "arm_azimuth_deg": 20.0}
+    worn = truth | {"kind": "seat_defect", "share": 0.2}
+    found = told(bent(measured(NINE, 6, cycles=3), truth, worn))
+    assert {one.kind for one in found.findings} == {"kinematic_pretravel", "seat_defect"}
+    one = named(found, "seat_defect")
+    assert off(one, "arm_azimuth_deg", 20.0, 180.0) < 3.0
+    assert off(one, "um_per_N", 6.0) < 3.0
+
+
+# Recorded temperatures, and what begins with an event.
+
+
+def warmed(recording: Recording, seed: int) -> Recording:
+    """With two temperatures that wander by half a kelvin, read to a hundredth."""
+    random, time = np.random.default_rng(seed), recording.frame["time_s"].to_numpy()
+    columns = {}
+    for name, slow in (("air_C", 300.0), ("base_C", 900.0)):
+        waves = [
+            random.normal() * np.sin(2.0 * np.pi * (time / slow * f + random.random())) for f in (0.4, 0.7, 1.0, 2.3)
+        ]
+        swing = np.sum(waves, axis=0)
+        columns[name] = 20.0 + 0.5 * swing / swing.std() + random.normal(0.0, 0.01, len(time))
+    return replace(recording, frame=recording.frame.assign(**columns))
+
+
+SHIFT = {"kind": "thermal_shift", "column": "base_C", "direction": "x", "um_per_K": 3.0}
+GROWTH = {"kind": "thermal_expansion_of", "column": "air_C", "um_per_m_K": 9.0}
+LAWS_OF_COLUMNS: dict[str, tuple[dict[str, Any], str]] = {
+    "the origin at once": (SHIFT, "um_per_K"),
+    "the origin late": (SHIFT | {"lag_s": 50.0, "um_per_K": 4.0}, "um_per_K"),
+    "a scale late": (GROWTH | {"of": "x", "lag_s": 30.0}, "um_per_m_K"),
+    "the gauge": (GROWTH | {"of": "gauge", "column": "base_C"}, "um_per_m_K"),
+}
+
+
+@pytest.mark.parametrize("name", LAWS_OF_COLUMNS)
+@pytest.mark.parametrize("seed", [11, 12])
+def test_what_follows_a_temperature_is_named_with_its_column_and_lag(name: str, seed: int) -> None:
+    truth, size = LAWS_OF_COLUMNS[name]
+    one = named(told(bent(warmed(measured((turned(4.0), turned(80.0)), seed, 6), seed), truth)), truth["kind"])
+    assert one.choices["column"] == truth["column"]
+    assert off(one, size, truth[size]) < 3.0
+    if "lag_s" in truth:
+        assert off(one, "lag_s", truth["lag_s"]) < 3.0
+    if "of" in truth:
+        assert one.choices["of"] == truth["of"]
+
+
+def test_only_recorded_temperatures_that_change_are_candidates() -> None:
+    recording = measured((turned(4.0),), 13)
+    frame = recording.frame.assign(humidity=np.arange(len(recording)) % 7, hall_C=21.5)
+    data = make_residuals(replace(recording, frame=frame), STEPS, machine())
+    assert not [one for one in effect_families(data) if "column" in one.choices]
+
+
+def test_a_heater_that_goes_on_later_is_a_drift_from_that_event_on() -> None:
+    recording = measured((turned(4.0),), 14, cycles=10)
+    time = recording.frame["time_s"].to_numpy()
+    begun, hours = float(time.min() + 0.45 * np.ptp(time)), float(np.ptp(time)) / 3600.0
+    heater = {"kind": "thermal_drift", "direction": "x", "start_s": begun}
+    truth = heater | {"rate_um_per_h": 12.0 / hours, "time_constant_h": 0.2 * hours}
+    one = named(told(bent(recording, truth)), "thermal_drift")
+    assert off(one, "start_s", begun) < 3.0
+    assert off(one, "time_constant_h", 0.2 * hours) < 3.0
+    assert off(one, "rate_um_per_h", 12.0 / hours) < 3.0
+    assert "from" in in_practice(one, make_residuals(recording, STEPS, machine()))
+
+
+def test_an_event_is_told_by_the_clock_that_ran_before_the_measurement() -> None:
+    recording = measured((turned(4.0),), 15, cycles=10)
+    late = replace(recording, frame=recording.frame.assign(time_s=recording.frame["time_s"] + 1e6))
+    time = late.frame["time_s"].to_numpy()
+    begun, hours = float(time.min() + 0.5 * np.ptp(time)), float(np.ptp(time)) / 3600.0
+    truth = {"kind": "thermal_drift", "direction": "x", "start_s": begun, "rate_um_per_h": 6.0 / hours}
+    one = named(told(bent(late, truth)), "thermal_drift")
+    assert off(one, "start_s", begun) < 3.0
+    assert one.effect is not None
+    assert one.effect.start_s == one.parameters["start_s"].value
+
+
+# What acts in one place, after one way, at one speed.
+
+TWO = (turned(4.0), turned(85.0))
+FOUR = (turned(4.0), turned(-6.0), turned(88.0), turned(45.0))
+JOINT = {"kind": "scale_joint", "axis": "x", "at_mm": 340.0}
+SCREW = {"kind": "reversal_wear", "axis": "x", "at_mm": 330.0, "width_mm": 90.0, "um": 2.5}
+CUBE = {"kind": "error_motion", "axis": "x", "component": "x", "order": 3, "about_mm": 350.0}
+FLEXED = {"kind": "thermal_bending", "column": "air_C", "minus": "base_C", "axis": "x", "component": "y", "order": 2}
+LOCAL: dict[str, tuple[Sequence[Axis], int, dict[str, Any], tuple[str, ...]]] = {
+    "a gap between scales": (TWO, 4, JOINT | {"order": 0, "size": 1.6}, ("size",)),
+    "another slope": (TWO, 4, JOINT | {"order": 1, "size": 28.0}, ("size", "at_mm")),
+    "a worn screw": (TWO, 4, SCREW, ("um", "at_mm", "width_mm")),
+    "another tip": (FOUR, 3, {"kind": "tip_change", "placement": 2, "um": 1.4}, ("um",)),
+    "a scale that warms": (
+        TWO, 8, {"kind": "scale_warm_up", "axis": "x", "um_per_m": 25.0, "time_constant_h": 0.04},
+        ("um_per_m", "time_constant_h"),
+    ),
+    "a cubic error": (TWO, 6, CUBE | {"coefficient": 600.0}, ("coefficient",)),
+    "a beam that bends": ((turned(25.0), turned(60.0)), 6, FLEXED | {"per_K": 200.0, "about_mm": 350.0}, ("per_K",)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LOCAL)
+@pytest.mark.parametrize("seed", [21, 22])
+def test_what_acts_in_one_place_or_while_warming_is_named_with_its_values(name: str, seed: int) -> None:
+    axes, cycles, truth, values = LOCAL[name]
+    recording = warmed(measured(axes, seed, cycles), seed)
+    one = named(told(bent(recording, truth)), truth["kind"])
+    for value in values:
+        assert off(one, value, truth[value]) < 3.0
+    for choice in {"axis", "component", "order", "placement", "column", "minus"} & set(truth):
+        assert one.choices[choice] == truth[choice]
+
+
+@pytest.mark.parametrize("seed", [31, 32])
+def test_friction_after_turning_round_is_named_where_the_way_to_the_touch_differs(seed: int) -> None:
+    truth = {"kind": "stick_slip", "axis": "x", "um": 2.4, "decay_mm": 6.0}
+    one = named(told(bent(measured(TWO, seed, cycles=6, order="up-down"), truth)), "stick_slip")
+    assert off(one, "um", 2.4) < 3.0
+    assert off(one, "decay_mm", 6.0) < 3.0
+
+
+def at_speeds(recording: Recording, *speeds: float) -> Recording:
+    """Cycle after cycle at another measuring speed."""
+    speed = np.array(speeds)[(recording.frame["cycle"].to_numpy() - 1) % len(speeds)]
+    return replace(recording, frame=recording.frame.assign(speed_mm_s=speed))
+
+
+def test_the_square_of_the_speed_is_named_from_several_speeds_and_no_candidate_of_two() -> None:
+    truth = {"kind": "servo_lag", "um_per_mm2_s2": 0.04}
+    one = named(told(bent(at_speeds(measured(TWO, 41), 1.0, 3.0, 6.0, 10.0), truth)), "servo_lag")
+    assert off(one, "um_per_mm2_s2", 0.04) < 3.0
+    two = make_residuals(at_speeds(measured(TWO, 41), 1.0, 6.0), STEPS, machine())
+    assert "servo_lag" not in {family.kind for family in effect_families(two)}
+
+
+def test_of_placements_that_share_no_direction_another_tip_is_no_candidate() -> None:
+    """A radius that differs between x and y is a reversal of one axis: nothing tells the two apart."""
+    data = make_residuals(measured((turned(0.0), turned(90.0)), 42), STEPS, machine())
+    assert "tip_change" not in {family.kind for family in effect_families(data)}
+
+
+def nothing_wrong(number: int) -> Recording:
+    """Recordings of many kinds: few and many directions, temperatures that change, several speeds, both ways."""
+    axes = [TWO, FOUR, THREE, (turned(20.0),), (*THREE, turned(30.0, 25.0))][number % 5]
+    recording = measured(axes, 700 + number, cycles=4, order="up-down" if number % 2 else "blocks")
+    recording = warmed(recording, number) if number % 3 else recording
+    return at_speeds(recording, 1.0, 3.0, 8.0) if number % 4 == 0 else recording
+
+
+@pytest.mark.parametrize("number", range(10))
+def test_where_nothing_is_wrong_no_law_is_named(number: int) -> None:
+    assert not told(nothing_wrong(number)).findings
+
+
+def test_a_tripod_is_written_as_a_probe_file_that_does_what_the_effect_does(tmp_path: Path) -> None:
+    truth = TRIPOD | {"um_per_N": 5.0, "arm_azimuth_deg": 20.0}
+    recording = bent(measured(THREE, 1), truth)
+    found = told(recording)
+    paths = write_diagnosis(tmp_path, found, [recording])
+    assert tmp_path / PROBE_FILE in paths
+    assert PROBE_FILE in (tmp_path / "diagnosis.md").read_text("utf-8")
+    approach = -iso_10360_5_points()
+    columns = {f"approach_{letter}": approach[:, i] for i, letter in enumerate("ijk")}
+    seen = Probings(columns, Setting.of(machine()))
+    effect = named(found, "kinematic_pretravel").effect
+    assert effect is not None
+    um = effect.displacement_um(seen)["approach"]
+    np.testing.assert_allclose(read_probe(tmp_path / PROBE_FILE).pretravel_um(approach), um, rtol=1e-6)
+
+
+def test_without_a_tripod_no_probe_file_is_written() -> None:
+    assert probe_file(told(measured((turned(4.0),), 43))) == ({}, [])

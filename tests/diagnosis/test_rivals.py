@@ -1,0 +1,64 @@
+"""Which laws stand beside one another as possible: by their chances, how common they are, and the size they need."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stepgauge.diagnosis.engine import diagnose
+from tests.diagnosis.made import ALONG_X, gauge, machine
+from tests.diagnosis.test_selection import NOISE_UM, bent, clean, names, side, told
+
+NEAR_X = (1.0, float(np.tan(np.radians(0.3))), 0.0)
+STRETCH = {"scale_error", "gauge_temperature", "scale_temperature"}
+
+
+def stretched(ppm: float, axis: tuple[float, float, float]) -> set[str]:
+    """What is said of one placement that is too long: all names of the one finding, none without a finding."""
+    recording = clean((axis,))
+    found = told(bent(lambda r: ppm * 1e-3 * (r.frame["x_mm"].to_numpy() - 350.0) * side(r), recording))
+    assert len(found.findings) <= 1
+    return {name for one in found.findings for name in (one.kind, *one.confounded_with)}
+
+
+@pytest.mark.parametrize("ppm", np.geomspace(0.8, 2.4, 8))
+def test_a_set_is_whole_however_little_there_is_to_see(ppm: float) -> None:
+    """Near the limit of what shows, one of a set passes the bar and the next does not: they explain the same."""
+    said = stretched(ppm, ALONG_X)
+    assert not said or said >= STRETCH
+
+
+def test_some_of_the_sizes_tried_above_do_show_and_some_do_not() -> None:
+    assert not stretched(0.2, ALONG_X)
+    assert stretched(2.4, ALONG_X) >= STRETCH
+
+
+def test_what_needs_a_size_that_does_not_occur_is_not_listed() -> None:
+    """A gauge 0.3 degrees off an axis is 3 ppm too long: or the axes are 600 urad off square, which nobody delivers."""
+    said = stretched(3.0, NEAR_X)
+    assert said >= STRETCH
+    assert "squareness" not in said
+
+
+def test_squareness_of_a_usual_size_is_named_where_it_shows() -> None:
+    axes = ((1.0, 1.0, 0.0), (1.0, -1.0, 0.0))
+    found = told(
+        bent(
+            lambda r: 8e-3 * (r.frame["y_mm"].to_numpy() - 600.0) * r.frame["approach_i"].to_numpy(),
+            clean(axes),
+        )
+    )
+    assert "squareness" in names(found)
+
+
+def test_where_the_laws_leave_something_is_where_the_disagreement_lives() -> None:
+    """A delay, with no such law to name it: most of it is a constant, and what is left goes with the speed."""
+    recording = clean((ALONG_X,))
+    speed = np.where(recording.frame["cycle"] % 2 == 0, 2.0, 8.0)
+    fast = replace(recording, frame=recording.frame.assign(speed_mm_s=speed))
+    found = diagnose(bent(lambda _: 0.4 * speed, fast), gauge(), machine(noise_um=NOISE_UM), ("trigger_delay",))
+    assert found.verdict == "unknown"
+    assert {one.covariate for one in found.unexplained} <= {one.covariate for one in found.located}
+    assert "speed" in {one.covariate for one in found.located}

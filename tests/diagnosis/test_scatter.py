@@ -1,0 +1,64 @@
+"""What is said of the scatter: outliers and growth, from repeats alone and beside a model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from stepgauge.recording import Recording
+from tests.diagnosis.test_selection import NOISE_UM, bent, clean, names, side, told
+
+Array = NDArray[np.float64]
+
+
+def two_cycles() -> Recording:
+    frame = clean().frame
+    return replace(clean(), frame=frame[frame["cycle"] <= 2].reset_index(drop=True))
+
+
+def with_one_bad(row: int, um: float) -> Recording:
+    return bent(lambda r: np.where(np.arange(len(r)) == row, um, 0.0), two_cycles())
+
+
+def test_of_two_repeats_that_differ_the_one_far_from_the_rest_is_bad() -> None:
+    """The repeats alone cannot say which, and a step before the bad one and another after it would explain it too."""
+    for row in (7, 48, 93):
+        found = told(with_one_bad(row, -14.0 * NOISE_UM))
+        assert names(found) == ["outliers"]
+        assert found.noise.outliers.tolist() == [row]
+
+
+def long_scale(recording: Recording) -> Array:
+    return 8e-3 * (recording.frame["x_mm"].to_numpy() - 350.0) * side(recording)
+
+
+def test_rows_that_stand_alone_in_structure_beside_a_law_are_no_outliers() -> None:
+    """Pulses every 173 s, seven standard deviations high: few rows see one at its height."""
+
+    def pulses(recording: Recording) -> Array:
+        swing = np.sin(2.0 * np.pi * recording.frame["time_s"].to_numpy() / 173.0)
+        return 2.0 * np.exp(10.0 * (swing - 1.0)) + long_scale(recording)
+
+    found = told(bent(pulses))
+    assert found.verdict == "unknown"
+    assert "outliers" not in names(found)
+    assert found.noise.outliers.size == 0
+
+
+def test_a_row_that_stands_alone_beside_a_law_is_an_outlier() -> None:
+    found = told(bent(lambda r: long_scale(r) + np.where(np.arange(len(r)) == 33, 14.0 * NOISE_UM, 0.0)))
+    assert names(found) == ["scale_error", "outliers"]
+    assert found.noise.outliers.tolist() == [33]
+
+
+def test_a_law_keeps_its_name_beside_correlated_scatter_which_is_told_as_unexplained() -> None:
+    """What makes neighbours alike is in no law, so that the named one is not all that there is."""
+    draws = np.random.default_rng(4).normal(0.0, NOISE_UM, len(clean().frame))
+    alike = lfilter([np.sqrt(1.0 - 0.81)], [1.0, -0.9], draws)
+    found = told(bent(lambda r: 2.0 * long_scale(r) + 3.0 * alike))
+    assert found.verdict == "unknown"
+    assert names(found) == ["scale_error"]
+    assert [one.form for one in found.unexplained] == ["correlated scatter"]
