@@ -12,7 +12,7 @@ TRAVEL = {"reversal_error", "reversal_wear", "stick_slip"}
 TIME = {"thermal_drift", "temperature_cycle", "step_change", "vibration", "thermal_shift"}
 SCATTER = {"noise_growth", "outliers"}
 CONTACT = {"effective_radius", "trigger_delay", "approach_memory"}
-PROBE = {*CONTACT, "probe_lobing", "lever_arm", "kinematic_pretravel", "seat_defect", "tip_change"}
+PROBE = {*CONTACT, "probe_lobing", "lever_arm", "pretravel_scale", "kinematic_pretravel", "seat_defect", "tip_change"}
 """Kinds that need a probe which touches."""
 OPEN_ENDED = {"scale_error", "scale_curvature"}
 """Kinds of a scale with two ends: on a circle an error must close after a turn."""

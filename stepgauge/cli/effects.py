@@ -7,21 +7,31 @@ from typing import TYPE_CHECKING
 
 import click
 
+from stepgauge.cli.options import GAUGE_VARIABLE, machine_option
+
 if TYPE_CHECKING:
     from stepgauge.effects import Effect, Parameter
+    from stepgauge.gauge.certified import Gauge
+    from stepgauge.machine.file import Machine
+
+    Given = tuple[Gauge | None, Machine | None]
 
 
 @click.command("effects")
 @click.argument("kinds", nargs=-1, metavar="[KIND...]")
-def command(kinds: tuple[str, ...]) -> None:
+@click.option("--gauge", "-g", envvar=GAUGE_VARIABLE, metavar="GAUGE", help="Gauge for which a usual size is told.")
+@machine_option(False, "Machine file or shipped name for which a usual size is told.")
+def command(kinds: tuple[str, ...], gauge: str | None, machine: str | None) -> None:
     """List the effects that a machine file can switch on and a diagnosis can name.
 
     Without a KIND one line each; with a KIND its equation, source and parameters with unit, bounds and the range that
-    occurs on real machines, and an example for the machine file.
+    occurs on real machines, and an example for the machine file; and what a diagnosis takes to be usual before it has
+    seen a reading, with the gauge and on the machine that are given.
 
     \b
     stepgauge effects
     stepgauge effects gauge_temperature probe_lobing
+    stepgauge effects gauge_bending -g step-gauge-420 -m my-machine.toml
     """
     from stepgauge.effects import effect_kinds
     from stepgauge.errors import InputError
@@ -31,7 +41,8 @@ def command(kinds: tuple[str, ...]) -> None:
         if kind not in known:
             raise InputError(kind, "no such effect", expected=", ".join(sorted(known)))
     if kinds:
-        click.echo("\n\n".join(_describe(known[kind]) for kind in kinds))
+        given = _given(gauge, machine)
+        click.echo("\n\n".join(_describe(known[kind], given) for kind in kinds))
         return
     width = max(map(len, known))
     for kind in sorted(known):
@@ -39,14 +50,55 @@ def command(kinds: tuple[str, ...]) -> None:
     click.echo("\n'stepgauge effects KIND' explains one: equation, parameters, units and bounds.")
 
 
-def _describe(effect: type[Effect]) -> str:
+def _given(gauge: str | None, machine: str | None) -> Given:
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.machine.file import read_machine
+
+    return (None if gauge is None else read_gauge(gauge)), (None if machine is None else read_machine(machine))
+
+
+def _describe(effect: type[Effect], given: Given) -> str:
     lines = [f"{effect.kind}: {effect.title()}", f"  {effect.equation}", f"  source: {effect.source}", ""]
     lines += [_parameter(parameter) for parameter in effect.parameters()]
     lines.append(f"  {'when':<16} {effect.model_fields['when'].description}; optional")
     lines += _in_formulas() if effect.kind == "empirical" else []
+    lines += _usual(effect, *given)
     lines += ["", "  [[effect]]", f'  kind = "{effect.kind}"']
     lines += [f"  {p.name} = {_example(p)}" for p in effect.parameters() if p.required]
     return "\n".join(lines)
+
+
+def _usual(effect: type[Effect], gauge: Gauge | None, machine: Machine | None) -> list[str]:
+    """What a diagnosis expects of the effect before it has seen a reading."""
+    from stepgauge.diagnosis.posterior.priors import shipped_priors
+    from stepgauge.diagnosis.usual import odds_of, shape_range, usual_size
+
+    priors = shipped_priors()
+    if effect.kind not in priors.laws.kinds:
+        return []
+    prior, usual, spread = priors.laws.of(effect.kind), usual_size(effect, priors, gauge, machine), priors.sizes.spread
+    middle, low, high = (f"{value:.2g}" for value in (usual.size, usual.size / spread, usual.size * spread))
+    unit = f" {prior.unit}" if prior.unit else ""
+    lines = ["", f"  usual size: {middle}{unit}, two thirds of what occurs from {low} to {high}{unit}"]
+    lines += [f"    {prior.usual:g}{unit}: {prior.why or 'what is usual on coordinate measuring machines'}"]
+    lines += [f"    times {factor:.3g}: {reason}" for reason, factor in usual.factors.items()]
+    lines += [f"    {_MISSING[prior.basis]}"] if prior.basis and not usual.factors and prior.basis in _MISSING else []
+    for p in effect.parameters():
+        if p.name in priors.shapes:
+            axes = "xyz" if machine is not None and p.name == "period_mm" else [""]
+            ends = {axis: "{:.4g} to {:.4g}".format(*shape_range(p.name, priors, machine, axis)) for axis in axes}
+            told = ", ".join(f"{axis} {words}".strip() for axis, words in ends.items())
+            lines.append(f"  {p.name}: {told} {p.unit}, as likely in every decade")
+    odds = 1.0 / odds_of(effect.kind, priors)
+    return [*lines, f"  prior odds: 1 to {odds:.2g}, shared among its axes, faces and columns"]
+
+
+_MISSING = {
+    "grade": "grows with the repeatability of the machine (--machine)",
+    "sag": "for a gauge of 1 m; --gauge tells it for yours",
+    "certificate": "grows with the uncertainty of the certificate where that is large (--gauge)",
+    "stylus": "grows with the third power of the stylus' length (--machine)",
+}
 
 
 def _in_formulas() -> list[str]:

@@ -142,6 +142,7 @@ def goes_both_ways(data: Residuals) -> bool:
 _ORDERS = {"scale_joint": (0, 1), "error_motion": (2, 3), "thermal_bending": (1, 2)}
 _SHOWN: dict[str, Callable[[Residuals], bool]] = {
     "lever_arm": _has_modelled_pretravel,
+    "pretravel_scale": _has_modelled_pretravel,
     "kinematic_pretravel": _has_no_tripod,
     "seat_defect": _has_no_tripod,
     "servo_lag": _has_speeds,

@@ -16,7 +16,7 @@ from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Law, Refined, Sizes
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.solve import solve
-from stepgauge.effects import Effect
+from stepgauge.diagnosis.usual import odds_of, shape_range, usual_size
 
 Array = NDArray[np.float64]
 LATE = ("lag_s", "start_s")
@@ -32,13 +32,13 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
     for family in families:
         labels[family.label] += 1
         label = family.label if labels[family.label] == 1 else f"{family.label} #{labels[family.label]}"
-        prior, sizes = priors.laws.of(family.kind), sizes_of(family, priors, data)
+        sizes = sizes_of(family, priors, data)
         found.append(
             Law(
                 family.kind,
                 label,
                 True,
-                float(np.log(priors.laws.odds * prior.odds / count[family.kind])),
+                float(np.log(odds_of(family.kind, priors) / count[family.kind])),
                 sizes,
                 replace(family, prior=float(sizes.sd.max())),
                 pattern=family.pattern,
@@ -57,28 +57,14 @@ def sizes_of(family: Family, priors: Priors, data: Residuals) -> Sizes:
     A misalignment is linear in its square; a law without an amplitude has the size one.
     """
     assert family.law is not None
-    prior = priors.laws.of(family.kind)
-    usual = prior.usual * (float(data.gauge.position_mm[-1]) * 1e-3) ** prior.power * _magnified(family, priors, data)
+    span_mm = float(np.ptp(data.probings.certified_mm()))
+    usual = usual_size(family.law, priors, data.gauge, data.machine, span_mm).size
     if family.kind == "misalignment":
         wide = priors.sizes.about(usual)
         return Sizes(wide.sd**2, wide.log_weight)
     if not any(p.role == "linear" for p in family.law.parameters()):
         return Sizes(np.ones(1), np.zeros(1))
     return priors.sizes.about(usual)
-
-
-def _magnified(family: Family, priors: Priors, data: Residuals) -> float:
-    """The usual size per length holds for long gauges; over shorter ones the error in um stays the same."""
-    assert family.law is not None
-    length_mm = float(np.ptp(data.probings.certified_mm()))
-    per_length = family.law.covariates[0] in ("coordinate", "position") and not is_height(family.law)
-    return max(priors.sizes.shortest_mm / length_mm, 1.0) if per_length and length_mm > 0.0 else 1.0
-
-
-def is_height(law: type[Effect]) -> bool:
-    """Whether the size of a law is in um, and not per a length that the law states."""
-    units = {p.unit for p in law.parameters() if p.role == "linear"}
-    return units == {"um"} and "length_mm" not in law.model_fields
 
 
 def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
@@ -89,9 +75,10 @@ def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
     or with a beginning during the measurement have the odds of a lag.
     """
     count = len(family.atoms)
-    for name, (low, high) in priors.shapes.items():
+    for name in priors.shapes:
         if name not in family.atoms[0] or count < 2:
             continue
+        low, high = shape_range(name, priors, data.machine, family.choices.get("axis", ""))
         values = np.array([float(atom[name]) for atom in family.atoms])
         rate = values if name.endswith("_hz") else 1.0 / values
         if name == "period_s" and data.has_time:

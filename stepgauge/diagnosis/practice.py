@@ -146,6 +146,14 @@ def _lever(v: Values, data: Residuals) -> str:
     return f"The trigger lever is {size(v['mm'])} mm {'longer' if v['mm'] > 0 else 'shorter'} than modelled."
 
 
+def _pretravel_scale(v: Values, data: Residuals) -> str:
+    more, bends = ("larger", "more") if v["percent"] > 0 else ("smaller", "less")
+    return (
+        f"The pre-travel is {size(v['percent'])} % {more} than modelled in every direction: the stylus bends {bends}, or the"
+        " spring is set otherwise. Check which stylus is in the probe, or correct its stiffness in the machine file."
+    )
+
+
 def _gauge_temperature(v: Values, data: Residuals) -> str:
     um = v["delta_K"] * data.gauge.table.expansion_per_K * 1e3 * length_mm(data)
     return (
@@ -265,6 +273,7 @@ _SENTENCES: dict[str, Sentence] = {
     "probe_lobing": _lobing,
     "trigger_delay": _delay,
     "lever_arm": _lever,
+    "pretravel_scale": _pretravel_scale,
     "gauge_temperature": _gauge_temperature,
     "scale_temperature": _scale_temperature,
     "thermal_drift": _drift,

@@ -129,7 +129,8 @@ class _Law:
             values["mrad"] = float(np.sqrt(max(coefficients[0], 0.0)))
         else:
             names = [f"component {i}" for i in range(self.free)] or self.linear
-            values |= dict(zip(names, map(float, coefficients), strict=True))
+            # a law without an amplitude, as a longer lever, starts from its shape alone
+            values |= dict(zip(names, map(float, coefficients), strict=True)) if names else {}
         self.atom |= {name: values[name] for name in self.atom}
         for name, value in self.atom.items():
             values |= dict(zip(_parts(name, value), value, strict=True)) if isinstance(value, tuple) else {}

@@ -148,6 +148,32 @@ class LeverArm(Effect):
         return {"approach": lever_pretravel_um(probings, self.mm)}
 
 
+class PretravelScale(Effect):
+    """All pre-travel is larger than modelled by the same share: d = percent / 100 w along the approach.
+
+    A stylus that bends more, a module that gives way, a spring that is set harder: the pre-travel w of the machine
+    file's probe keeps its shape over the directions. Of a probe with the same pre-travel everywhere it is a radius.
+    """
+
+    kind: ClassVar[str] = "pretravel_scale"
+    equation: ClassVar[str] = "d = percent / 100 w(approach) along the approach"
+    source: ClassVar[str] = (
+        "pre-travel = force x compliance; Rodrigues 2021: compliance of an OMP40-2 0.911 of the uniform beam's"
+    )
+    covariates: ClassVar[tuple[str, ...]] = ("azimuth", "polar")
+    percent: float = parameter(
+        unit="%", meaning="pre-travel larger than modelled by", gt=-100, le=1e4, sensible=(-50, 100)
+    )
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """In proportion to the modelled pre-travel; nothing where no probe is modelled."""
+        sensor = probings.setting.sensor
+        if sensor is None:
+            return {"approach": np.zeros(len(probings))}
+        approach, which = probings.approaches()
+        return {"approach": self.percent * 1e-2 * sensor.pretravel_um(approach)[which]}
+
+
 def lever_pretravel_um(probings: Probings, longer_mm: float | Array) -> Array:
     """Change of the pre-travel when the lever is longer, um, ``(n,)`` or, for a lever by run ``(runs, 1)``, by run."""
     sensor, table = probings.setting.sensor, probings.setting.probe

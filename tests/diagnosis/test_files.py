@@ -325,6 +325,7 @@ EXAMPLES: list[tuple[str, dict[str, Any], list[str]]] = [
     ("probe_lobing", {"amplitude_um": 0.5, "phase_deg": 10.0}, ["1.0 um", "three lobes", "10 deg"]),
     ("trigger_delay", {"ms": 1.0}, ["3.0 um at 3 mm/s"]),
     ("lever_arm", {"mm": 14.5}, ["longer"]),
+    ("pretravel_scale", {"percent": -9.0}, ["9 % smaller", "bends less"]),
     ("gauge_temperature", {"delta_K": 1.0}, ["1 K warmer"]),
     ("scale_temperature", {"axis": "x", "delta_K": 1.0}, ["warmer", "too short"]),
     ("thermal_drift", {"direction": "x", "rate_um_per_h": 10.0}, ["+x", "10 um/h"]),

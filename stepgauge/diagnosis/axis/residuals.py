@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from stepgauge.axis.recording import AxisRecording, places_of
 from stepgauge.diagnosis.axis.stations import fitted_distances, station_columns
+from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.residuals import FEWEST_ROWS, Residuals
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import InputError
@@ -28,8 +29,8 @@ from stepgauge.recording import APPROACH, POSITION
 from stepgauge.recording.columns import OPTIONAL
 
 Array = NDArray[np.float64]
-TYPICAL_MM, TYPICAL_UM = 300.0, 0.3
-"""Span and repeatability of a CMM with a step gauge, for which the priors are made."""
+TYPICAL_MM = 300.0
+"""Span of a step gauge on a CMM, for which the priors are made."""
 SURELY = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
 
@@ -65,7 +66,8 @@ def axis_data(recording: AxisRecording) -> AxisData:
     places = np.bincount(index, target) / np.bincount(index)
     face = 2 * index + np.where(way > 0, 1, 2)
     repeatability = scatter_of_neighbours(away, frame["placement"].to_numpy(), face)
-    scaling = Scaling(_power(TYPICAL_MM, float(np.ptp(places))), _power(TYPICAL_UM, repeatability))
+    typical_um = shipped_priors().sizes.repeatability_um
+    scaling = Scaling(_power(TYPICAL_MM, float(np.ptp(places))), _power(typical_um, repeatability))
     gauge = _gauge(recording, places * scaling.position, _u_of_targets(recording, index) * scaling.deviation)
     machine = _machine(recording, places * scaling.position, repeatability * scaling.deviation)
     rows = _rows(recording, face, target * _base_deviations(recording) + away, scaling)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,8 @@ class SizePriors(Table):
 
     spread: float = Field(gt=1.0)
     shortest_mm: float = Field(ge=0.0)
+    repeatability_um: float = Field(gt=0.0)
+    certificate_um: float = Field(gt=0.0)
     steps: list[float] = Field(min_length=1)
 
     def about(self, usual: float) -> Sizes:
@@ -87,11 +89,13 @@ class FormPriors(Table):
 
 
 class KindPrior(Table):
-    """Prior odds and usual size of one kind of law."""
+    """Prior odds and usual size of one kind of law; ``basis``: what the size depends on; ``why``: its reason."""
 
     odds: float = Field(gt=0.0)
     usual: float = Field(gt=0.0)
-    power: float = 0.0
+    basis: Literal["", "grade", "sag", "certificate", "stylus"] = ""
+    unit: str = ""
+    why: str = ""
 
 
 class LawPriors(Table):

@@ -1,0 +1,124 @@
+"""What size of a law is usual with this gauge, on this machine: the median of its prior, and what it was made from.
+
+The table of the priors holds for a machine and a gauge of ordinary size and grade (``[sizes]``). Errors of a machine's
+axes grow with its grade, the sag of a gauge with the fourth power of its length, the bending of a stylus with the third
+power of its length, and a defect of a block is one only beyond what its certificate states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from stepgauge.diagnosis.posterior.priors import Priors, SizePriors
+from stepgauge.effects import Effect
+from stepgauge.gauge.certified import Gauge
+from stepgauge.machine.file import Machine
+
+SAG_LENGTH_MM, SAG_HEIGHT_MM, STYLUS_MM = 1000.0, 30.0, 50.0
+"""Gauge and stylus for which the table states sag and compliance: sag ~ length^4 / height^2, compliance ~ length^3."""
+
+
+@dataclass(frozen=True)
+class Usual:
+    """``size``: median, in the unit of the linear parameter; ``factors``: what multiplied that of the table."""
+
+    size: float
+    factors: dict[str, float]
+
+
+def usual_size(
+    law: type[Effect],
+    priors: Priors,
+    gauge: Gauge | None = None,
+    machine: Machine | None = None,
+    span_mm: float | None = None,
+) -> Usual:
+    """The usual size of a law; without a gauge or a machine file that of the table.
+
+    ``span_mm``: from the first to the last position that is measured; without it the length of the gauge.
+    """
+    prior = priors.laws.of(law.kind)
+    factors = dict(_BASES[prior.basis](priors.sizes, gauge, machine))
+    if gauge is not None and is_per_length(law):
+        span = float(gauge.position_mm[-1]) if span_mm is None else span_mm
+        if 0.0 < span < priors.sizes.shortest_mm:
+            factors[f"over {span:g} mm an error is as large, in um, as over {priors.sizes.shortest_mm:g} mm"] = (
+                priors.sizes.shortest_mm / span
+            )
+    return Usual(prior.usual * float(np.prod(list(factors.values()))), factors)
+
+
+def is_per_length(law: type[Effect]) -> bool:
+    """Whether the size of a law is stated per length."""
+    return law.covariates[0] in ("coordinate", "position") and not is_height(law)
+
+
+def is_height(law: type[Effect]) -> bool:
+    """Whether the size of a law is in um, and not per a length that the law states."""
+    units = {p.unit for p in law.parameters() if p.role == "linear"}
+    return units == {"um"} and "length_mm" not in law.model_fields
+
+
+Factors = Iterator[tuple[str, float]]
+
+
+def _as_stated(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
+    yield from ()
+
+
+def _with_grade(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
+    if machine is not None and machine.table.repeatability_um > 0.0:
+        um = machine.table.repeatability_um
+        yield (
+            f"repeatability {um:g} um, of the machine of the table {sizes.repeatability_um:g} um",
+            (um / sizes.repeatability_um),
+        )
+
+
+def _with_sag(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
+    if gauge is not None:
+        length, height = float(gauge.position_mm[-1]), gauge.table.rail_height_mm
+        yield f"the gauge is {length:g} mm long (power 4)", (length / SAG_LENGTH_MM) ** 4
+        yield f"its bar is {height:g} mm high (power -2)", (SAG_HEIGHT_MM / height) ** 2
+
+
+def _with_certificate(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
+    if gauge is not None and (u_um := float(np.median(gauge.u_um))) > sizes.certificate_um:
+        yield f"the certificate states u = {u_um:.2g} um", u_um / sizes.certificate_um
+
+
+def _with_stylus(sizes: SizePriors, gauge: Gauge | None, machine: Machine | None) -> Factors:
+    if machine is not None:
+        length = machine.probe.shank_length_mm
+        yield f"the stylus is {length:g} mm long (power 3)", (length / STYLUS_MM) ** 3
+
+
+_BASES: dict[str, Callable[[SizePriors, Gauge | None, Machine | None], Factors]] = {
+    "": _as_stated,
+    "grade": _with_grade,
+    "sag": _with_sag,
+    "certificate": _with_certificate,
+    "stylus": _with_stylus,
+}
+
+
+def odds_of(kind: str, priors: Priors) -> float:
+    """Prior odds that a law of this kind is there, of a recording that can show it."""
+    return priors.laws.odds * priors.laws.of(kind).odds
+
+
+def shape_range(name: str, priors: Priors, machine: Machine | None = None, axis: str = "") -> tuple[float, float]:
+    """Range of a period or a frequency that is physically possible.
+
+    A period along an axis is not longer than its travel, and not shorter than two steps of its resolution.
+    """
+    low, high = priors.shapes[name]
+    if name != "period_mm" or machine is None:
+        return low, high
+    if axis in ("x", "y", "z"):
+        high = float(np.ptp(getattr(machine.table.travel_mm, axis)))
+    step_um = machine.stated.resolution_um
+    return (low if step_um is None else 2.0 * step_um * 1e-3), high
