@@ -193,6 +193,13 @@ def test_a_longer_lever_needs_less_force_and_bends_less() -> None:
     assert_allclose(bend(probings(approach_i=0.0, approach_k=-1.0), kind="lever_arm", mm=14.5), 0.0, atol=1e-15)
 
 
+def test_a_pretravel_larger_by_a_share_keeps_its_shape() -> None:
+    got = bend(probings(), kind="pretravel_scale", percent=9.0)
+    assert_allclose(got, [[0.09 * MACHINE.probe.pretravel_um, 0.0, 0.0]])
+    gone = bend(probings(approach_i=0.6, approach_j=0.8), kind="pretravel_scale", percent=-50.0)
+    assert_allclose(gone, [[-0.3 * MACHINE.probe.pretravel_um, -0.4 * MACHINE.probe.pretravel_um, 0.0]])
+
+
 def test_a_warm_gauge_grows_from_face_1_along_its_axis() -> None:
     seen = probings(2, axis=Y, face=[1, 42], approach_i=0.0, approach_j=[1.0, -1.0])
     length = GAUGE.position_mm[41]

@@ -152,16 +152,19 @@ _SHOWN: dict[str, Callable[[Residuals], bool]] = {
 """What a recording or the machine file must have for a law of this kind to show."""
 
 
-def is_spanned(law: type[Effect], columns: Array) -> bool:
+def is_spanned(law: type[Effect], atoms: Sequence[dict[str, Any]], columns: Array) -> bool:
     """Whether signatures ``(atoms, d, n)`` beside the origins have as many patterns as the law has parameters.
 
-    Asked of laws of the direction of approach or of the way to the touch, of which few may occur.
+    Asked of laws of the direction of approach or of the way to the touch, of which few may occur. A parameter that
+    may be left out counts where it is varied.
     """
     if law.kind not in _SPANNED:
         return True
     patterns = columns.reshape(-1, columns.shape[-1])
     value = np.linalg.eigvalsh(patterns @ patterns.T)
-    free = sum(p.role in ("linear", "nonlinear") for p in law.parameters())
+    varied = {name for name in atoms[0] if any(atom[name] != atoms[0][name] for atom in atoms)}
+    shaped = [p for p in law.parameters() if p.role == "nonlinear" and (p.required or p.name in varied)]
+    free = len(shaped) + sum(p.role == "linear" for p in law.parameters())
     return bool((value > SPANNED**2 * value[-1]).sum() >= free)
 
 

@@ -30,6 +30,8 @@ LEVEL = np.sin(np.radians(2.0))
 AZIMUTH_STEP_DEG = 5.0
 SEAT_SHARE = 0.2
 """Of its reaction at rest, at which a bad seat opens: readings show its product with the compliance."""
+USUAL_ALONG = 0.03
+"""Compliance along the stylus over that across it: OMP40-2 with 50 mm, most of it where the tip meets the face."""
 CARRIER_MM = 15.0
 """From the arms of a tripod to the root of its stylus: 14.5 mm in Rodrigues' probe, hidden in all."""
 MOST_TOUCHES = 50.0
@@ -171,6 +173,11 @@ def _levers_mm(_: dict[str, Any], data: Residuals) -> Array:
     )
 
 
+def _alongs(_: dict[str, Any], data: Residuals) -> list[float]:
+    """From a stylus that is stiff along itself, and its contact, to a soft module; of level gauges it is not told."""
+    return [USUAL_ALONG] if lie_level(data) else [0.005, USUAL_ALONG, 0.15]
+
+
 def _arm_azimuths_deg(choices: dict[str, Any], data: Residuals) -> Array:
     """Over what the law repeats in: three arms alike, and of gauges that lie level fronts and backs together, six."""
     turn = 360.0 if "arm" in choices else 120.0
@@ -202,6 +209,7 @@ _RULES: dict[str, Callable[[dict[str, Any], Residuals], Any]] = {
     "supports_mm": _supports,
     "touches": _touches,
     "lever_mm": _levers_mm,
+    "along": _alongs,
     "arm_azimuth_deg": _arm_azimuths_deg,
     "share": lambda choices, data: [SEAT_SHARE],
     "mrad": lambda choices, data: [1.0],

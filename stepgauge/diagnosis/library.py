@@ -116,7 +116,7 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
             else:
                 size = _sizes(columns, [np.ones((1, len(data)))])[0]
                 seen = columns if _has_phase(law) else _beside_origins(columns, data)
-                families = _family(law, choices, atoms, seen, size) if is_spanned(law, seen) else iter(())
+                families = _family(law, choices, atoms, seen, size) if is_spanned(law, atoms, seen) else iter(())
             yield from families
 
 

@@ -149,8 +149,9 @@ def _lever(v: Values, data: Residuals) -> str:
 def _pretravel_scale(v: Values, data: Residuals) -> str:
     more, bends = ("larger", "more") if v["percent"] > 0 else ("smaller", "less")
     return (
-        f"The pre-travel is {size(v['percent'])} % {more} than modelled in every direction: the stylus bends {bends}, or the"
-        " spring is set otherwise. Check which stylus is in the probe, or correct its stiffness in the machine file."
+        f"The pre-travel is {size(v['percent'])} % {more} than modelled in every direction: the stylus bends {bends},"
+        " or the spring is set otherwise. Check which stylus is in the probe, or correct its stiffness in the machine"
+        " file."
     )
 
 

@@ -45,7 +45,13 @@ class Seated(Effect):
         sensible=(-60, 60),
     )
     along: float = parameter(
-        0.1, unit="1", role="fixed", meaning="compliance along the stylus over that across it", ge=0, le=10
+        0.03,
+        unit="1",
+        role="nonlinear",
+        meaning="compliance along the stylus over that across it",
+        ge=0,
+        le=10,
+        sensible=(0.003, 0.3),
     )
     friction: float = parameter(
         0.0, unit="1", role="fixed", meaning="coefficient of friction of the arms in their seats", ge=0, le=0.4

@@ -6,6 +6,7 @@ side of a tilted gauge that leans over, where the tables end, the forces are tho
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +16,7 @@ import pytest
 
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.machine.file import Machine
-from stepgauge.probes import read_probe
+from stepgauge.probes import probe_table, read_probe
 from stepgauge.recording import APPROACH, POSITION, Recording
 from tests.diagnosis.made import machine
 from tests.diagnosis.test_further_laws import STEPS, measured, named, off, turned
@@ -61,10 +62,17 @@ def recorded(axes: tuple, seed: int) -> Recording:
 
 def with_existing_method() -> Machine:
     """The machine with the probe as the thesis' existing method has it: the stylus is the lever, a uniform beam."""
-    known = read_probe(EXAMPLE / "existing-method.toml")
-    shipped = machine()
-    # the tip of the recordings, which pre-travel does not depend on
-    return replace(shipped, probe=known.table.model_copy(update={"tip_radius_mm": shipped.probe.tip_radius_mm}))
+    path = EXAMPLE / "existing-method.toml"
+    table, _ = probe_table(tomllib.loads(path.read_text("utf-8"))["probe"], path)
+    return replace(machine(), probe=table, probe_path=str(path))
+
+
+def by_the_larger_tip(recording: Recording) -> Recording:
+    """The tip centres of the ball of that probe, 3 mm, instead of those of the machine's, 2 mm."""
+    frame = recording.frame.copy()
+    farther_mm = with_existing_method().probe.tip_radius_mm - machine().probe.tip_radius_mm
+    frame[list(POSITION)] = frame[list(POSITION)].to_numpy(float) - farther_mm * frame[list(APPROACH)].to_numpy(float)
+    return Recording(frame, {**recording.comments, "tip_radius_mm": "3.0"})
 
 
 def test_the_printed_forces_are_those_of_the_lever_with_the_carrier() -> None:
@@ -77,3 +85,18 @@ def test_with_a_constant_in_the_machine_file_the_tripod_is_named_and_its_lever_f
     ratio = LEVER_MM / CONTACT_RADIUS_MM * 10.0  # the vocabulary's contacts are 10 mm off the axis
     assert off(one, "lever_mm", ratio) < 2.0
     assert off(one, "arm_azimuth_deg", 0.0, 120.0) < 2.0
+
+
+def test_from_level_gauges_the_tripod_is_named_and_its_lever_taken_as_usual() -> None:
+    one = named(diagnose(recorded(THREE, 13), STEPS, machine()), "kinematic_pretravel")
+    assert off(one, "arm_azimuth_deg", 0.0, 60.0) < 3.0
+    assert one.parameters["lever_mm"].u is None
+
+
+def test_with_the_existing_method_in_the_machine_file_the_lever_is_what_differs() -> None:
+    """Its stylus is 9 % too soft as well, which acts nearly as a lever 3 mm longer still: both are in one set."""
+    found = diagnose(by_the_larger_tip(recorded(TILTED, 12)), STEPS, with_existing_method())
+    one = named(found, "lever_arm")
+    assert 14.5 < one.parameters["mm"].value < 20.0
+    assert "pretravel_scale" in one.confounded_with
+    assert [finding.kind for finding in found.findings] == ["lever_arm"]

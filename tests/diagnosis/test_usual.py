@@ -1,0 +1,74 @@
+"""What size is usual: given the gauge, the machine and its probe."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from stepgauge.cli import main
+from stepgauge.diagnosis.library import NOT_LAWS
+from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.usual import shape_range, usual_size
+from stepgauge.effects import effect_kinds
+from stepgauge.gauge.certified import Gauge
+from tests.diagnosis.made import gauge, machine
+
+PRIORS, KINDS = shipped_priors(), effect_kinds()
+STEPS, ON = gauge(), machine()
+
+
+def stretched(factor: float) -> Gauge:
+    return replace(STEPS, position_mm=STEPS.position_mm * factor, nominal_mm=STEPS.nominal_mm * factor)
+
+
+def usual(kind: str, *given: object) -> float:
+    return usual_size(KINDS[kind], PRIORS, *given).size  # type: ignore[arg-type]
+
+
+def test_every_kind_that_is_sought_has_a_prior_and_a_unit() -> None:
+    assert set(KINDS) - NOT_LAWS == set(PRIORS.laws.kinds)
+    assert all(prior.unit for prior in PRIORS.laws.kinds.values())
+
+
+def test_a_bar_twice_as_long_sags_sixteen_times_as_much_and_one_twice_as_high_a_quarter() -> None:
+    once = usual("gauge_bending", STEPS)
+    assert usual("gauge_bending", stretched(2.0)) == pytest.approx(16.0 * once)
+    high = replace(STEPS, table=STEPS.table.model_copy(update={"rail_height_mm": 60.0}))
+    assert usual("gauge_bending", high) == pytest.approx(once / 4.0)
+
+
+def test_a_short_bar_does_not_sag_by_tens_of_micrometres() -> None:
+    assert usual("gauge_bending", stretched(0.1)) * PRIORS.sizes.spread < 0.01
+
+
+@pytest.mark.parametrize("kind", ["scale_error", "squareness", "reversal_error"])
+def test_errors_of_axes_grow_with_the_repeatability_and_those_of_the_room_do_not(kind: str) -> None:
+    coarse = machine(noise_um=10.0 * ON.table.repeatability_um)
+    assert usual(kind, STEPS, coarse) == pytest.approx(10.0 * usual(kind, STEPS, ON))
+    assert usual("thermal_drift", STEPS, coarse) == usual("thermal_drift", STEPS, ON)
+
+
+def test_a_block_defect_is_one_beyond_the_certificate() -> None:
+    poor = replace(STEPS, u_um=STEPS.u_um + 2.0)
+    assert usual("block_defect", poor) > 15.0 * usual("block_defect")
+
+
+def test_a_longer_stylus_bends_with_its_third_power() -> None:
+    long = replace(ON, probe=ON.probe.model_copy(update={"stylus_length_mm": 100.0}))
+    assert usual("kinematic_pretravel", STEPS, long) == pytest.approx(8.0 * usual("kinematic_pretravel", STEPS, ON))
+
+
+def test_a_period_is_between_two_steps_of_the_display_and_the_travel() -> None:
+    assert shape_range("period_mm", PRIORS, ON, "y") == (PRIORS.shapes["period_mm"][0], 1200.0)
+    shown = replace(ON, stated=ON.stated.model_copy(update={"resolution_um": 5.0}))
+    assert shape_range("period_mm", PRIORS, shown, "x") == (0.01, 700.0)
+
+
+def test_effects_tells_what_is_usual_here(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["effects", "gauge_bending", "periodic_scale_error", "-g", "step-gauge-420", "-m", "bridge-cmm"])
+    said = capsys.readouterr().out
+    for words in ("usual size: 1.7 um of sag", "410 mm long (power 4)", "y 0.004 to 1200", "prior odds: 1 to 20"):
+        assert words in said
+    main(["effects", "scale_error"])
+    assert "grows with the repeatability of the machine (--machine)" in capsys.readouterr().out
