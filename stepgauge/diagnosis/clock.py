@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import pandas as pd
 
@@ -54,14 +55,18 @@ def told_by_clock(finding: Finding, start_s: float) -> Finding:
         choices["start_s"] = since + start_s
     if effect is None:
         return replace(finding, choices=choices)
-    moved = {name: getattr(effect, name) + start_s for name in TIMES if hasattr(effect, name)}
+    moved: dict[str, Any] = {name: getattr(effect, name) + start_s for name in TIMES if hasattr(effect, name)}
+    if effect.when is not None and effect.when.startswith("time_s "):
+        name, sense, edge = effect.when.split()
+        moved["when"] = f"{name} {sense} {float(edge) + start_s:.12g}"
     parameters = dict(finding.parameters)
     for name in set(TIMES) & set(parameters):
         parameters[name] = replace(parameters[name], value=parameters[name].value + start_s)
     if "phase_deg" in parameters and _turns(effect, start_s):
         parameters["phase_deg"] = _phase(effect, parameters, start_s)
         moved["phase_deg"] = parameters["phase_deg"].value
-    return replace(finding, effect=effect.with_values(**moved), choices=choices, parameters=parameters)
+    where = moved.get("when", finding.where)
+    return replace(finding, effect=effect.with_values(**moved), choices=choices, parameters=parameters, where=where)
 
 
 def _turns(effect: Effect, start_s: float) -> float:

@@ -53,6 +53,7 @@ def machine_text(diagnosis: Diagnosis, laws: Sequence[UnknownLaw], folder: str |
 def effect_table(effect: Effect) -> dict[str, Any]:
     """An effect as a machine file has it: plain numbers, words and lists, without keys that are not set."""
     values = {p.name: getattr(effect, p.name) for p in effect.parameters()}
+    values["when"] = effect.when
     return {"kind": effect.kind, **{name: _plain(value) for name, value in values.items() if value is not None}}
 
 

@@ -21,7 +21,8 @@ def in_practice(finding: Finding | Member, data: Residuals) -> str:
     values = _values(finding)
     sentence = _SENTENCES.get(finding.kind)
     if sentence is not None:
-        return sentence(values, data)
+        part = f"Only where {values['when']}: " if "when" in values else ""
+        return part + sentence(values, data)
     kind = effect_kinds().get(finding.kind)
     return f"{kind.title()}: {kind.equation}." if kind is not None else finding.label
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.covariates import AXES, covariates
 from stepgauge.diagnosis.forms import form_candidates
 from stepgauge.diagnosis.laws import law_candidates
+from stepgauge.diagnosis.parts import laws_in_parts
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Problem
@@ -33,7 +34,8 @@ def make_problem(data: Residuals, priors: Priors, without: Collection[str] = ())
     scatters = Scatters(bare, priors)
     metric = Metric(bare, scatters.plain(), scatters, bare.within_um)
     laws = law_candidates(data, priors, metric, without)
-    return replace(bare, candidates=(*laws, *form_candidates(data, priors, bare.scale_um)))
+    candidates = (*laws, *form_candidates(data, priors, bare.scale_um))
+    return replace(bare, candidates=candidates, in_part=laws_in_parts(data, priors))
 
 
 def bare_problem(data: Residuals) -> Problem:

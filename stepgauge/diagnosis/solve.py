@@ -24,7 +24,7 @@ SMALLEST_SHARE = 0.01
 """Share of the least value of the grid below which all values count as equal: a logarithm needs a positive one."""
 SAME_COST = 1e-6
 """Least relative decrease of the sum of squares by a step: with a thousand rows a thousandth in chi-square."""
-FROZEN = {"time_s"}
+FROZEN = {"time_s", "when"}
 """Parameters without a derivative of the displacement: their resolution is that of the grid."""
 
 

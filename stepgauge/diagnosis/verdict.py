@@ -137,6 +137,7 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
                 for one in several
                 if label in one.gone and all(c.named for c in one.come)
             ),
+            where=solved.effect.when or "",
         )
 
 

@@ -142,6 +142,7 @@ class Problem:
     step_um : resolution to which the readings are rounded, 0 for none
     group : set of repeats that a row belongs to
     candidates : laws and forms
+    in_part : from a law and the number of a shape, the same law in parts of the record only; None for no such laws
     """
 
     um: Array
@@ -155,6 +156,7 @@ class Problem:
     step_um: float
     group: NDArray[np.intp]
     candidates: Sequence[Candidate]
+    in_part: Callable[[Law, int], Sequence[Law]] | None = None
 
     def __len__(self) -> int:
         return len(self.um)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, islice
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.posterior.evidence import Evidence, State
 from stepgauge.diagnosis.posterior.looks import Look, Looks
 from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Law, Problem, Term
+from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Term
 from stepgauge.diagnosis.posterior.scatter import HEAVY, NORMAL, OUTLYING, Scatter
 
 Array = NDArray[np.float64]
@@ -66,7 +66,7 @@ class Search:
             if not heads or heads[0].log_posterior < best.log_posterior - (FARTHER if depth < 2 else 0.0):
                 break
             best = self._better(best, heads[0])
-        return self._exchanged(best)
+        return self._in_parts(self._exchanged(best))
 
     def _better(self, best: State, other: State) -> State:
         """The more probable one; the change is recorded."""
@@ -255,6 +255,45 @@ class Search:
             if best.log_posterior <= old.log_posterior + SETTLED:
                 break
         return best
+
+    def _in_parts(self, best: State) -> State:
+        """The same with laws that hold in a part of the record only, as long as these are more probable.
+
+        The best ones join the candidates, so that they are rivals of each other like any.
+        """
+        for _ in range(ROUNDS):
+            every = sorted(self._with_parts(best), key=_worth, reverse=True)
+            if not every or every[0].log_posterior <= best.log_posterior + SETTLED:
+                break
+            near = (one for one in every if one.log_posterior > every[0].log_posterior - FARTHER)
+            self._admit(term.candidate for one in near for term in one.terms)
+            best = self._exchanged(self._better(best, every[0]))
+        return best
+
+    def _with_parts(self, best: State) -> Iterator[State]:
+        """The hypothesis with a law in a part of the record in place of a term: the same law, or one of those near."""
+        for place, term in enumerate(best.terms):
+            base = self.without(best, place)
+            near = [(term.candidate, term.atom)]
+            near += [(one.candidate, one.atom) for one in self._proposed(base) if one.candidate is not term.candidate]
+            asked = [law for one, atom in near if isinstance(one, Law) for law in self._asked(one, atom)]
+            if asked:
+                looks = Looks(replace(self.problem, candidates=asked))(base, self.scatters)
+                yield from (self._with(base, look.term()) for look in looks[:PROPOSED] if look.gain > HOPELESS)
+
+    def _asked(self, law: Law, atom: int) -> Sequence[Law]:
+        """The law in parts of the record, those apart that are candidates already."""
+        if self.problem.in_part is None or not law.named:
+            return ()
+        known = {one.label for one in self.problem.candidates}
+        return [one for one in self.problem.in_part(law, atom) if one.label not in known]
+
+    def _admit(self, candidates: Iterable[Candidate]) -> None:
+        """Candidates that are not among those of the problem yet."""
+        known = {one.label for one in self.problem.candidates}
+        new = {one.label: one for one in candidates if one.label not in known}
+        self.problem = replace(self.problem, candidates=(*self.problem.candidates, *new.values()))
+        self.looks = Looks(self.problem)
 
     def _unweighed(self, state: State) -> Iterator[State]:
         """The hypothesis, and the same with normal tails: rows are weighted by the residuals of its own terms."""

@@ -1,0 +1,87 @@
+"""Laws that hold in a part of the record only: beyond a coordinate, after a time, above a temperature, one way.
+
+Such a law is the law with a condition (``when``) of one covariate. All laws with all conditions would be too many to
+look at from the start: the search asks for those of the laws that it has found, or that are near a form it has found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.choices import goes_both_ways, temperatures
+from stepgauge.diagnosis.library import Family, family_signatures, whole
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Law
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.recording import POSITION
+
+Array = NDArray[np.float64]
+EDGES = 15
+"""Edges that are tried over a covariate: a part is as large as a sixteenth of the record at least."""
+DIGITS = 6
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A covariate beyond some edge: ``name`` as ``x_mm >``; ``formulas`` that effects understand, one for each edge."""
+
+    name: str
+    formulas: tuple[str, ...]
+
+
+def conditions(data: Residuals) -> Iterator[Condition]:
+    """The conditions by which this recording has two parts."""
+    for name in (*POSITION, *(("time_s",) if data.has_time else ()), *temperatures(data)):
+        edges = _edges(data.probings.column(name))
+        for sense in (">", "<"):
+            if edges:
+                yield Condition(f"{name} {sense}", tuple(f"{name} {sense} {edge:.{DIGITS}g}" for edge in edges))
+    if data.has_time and goes_both_ways(data):
+        yield from (Condition(f"way {sense}", (f"way {sense} 0",)) for sense in (">", "<"))
+
+
+def _edges(values: Array) -> list[float]:
+    """Places between neighbouring values, evenly over the readings; none where a covariate has a few values only."""
+    met = np.unique(values)
+    if len(met) <= EDGES or np.ptp(met) < 1e-6 * max(float(np.abs(met).max()), 1.0):
+        return []
+    share = np.arange(1, EDGES + 1) / (EDGES + 1.0)
+    place = np.clip(np.searchsorted(met, np.quantile(values, share)), 1, len(met) - 1)
+    return sorted({float((met[i - 1] + met[i]) / 2.0) for i in place})
+
+
+def in_part(data: Residuals, priors: Priors, every: tuple[Condition, ...], law: Law, atom: int) -> list[Law]:
+    """A law with one of its shapes, under every condition; none of a law that has a condition already."""
+    family: Family = law.source
+    if "when" in family.atoms[atom]:
+        return []
+    odds = law.log_odds + float(np.log(priors.laws.part / max(len(every), 1)))
+    return [_under(one, law, family, family.atoms[atom], odds, data) for one in every]
+
+
+def _under(condition: Condition, law: Law, family: Family, shape: dict[str, Any], odds: float, data: Residuals) -> Law:
+    atoms = [{**shape, "when": formula} for formula in condition.formulas]
+    pattern = np.array([family_signatures(family, atom, data) for atom in atoms])
+    label = f"{family.label} where {condition.name}"
+    own = replace(family, label=label, atoms=atoms, pattern=pattern, shares=None)
+    return replace(
+        law,
+        label=f"{law.label} where {condition.name}",
+        log_odds=odds,
+        source=own,
+        pattern=pattern,
+        shares=whole(len(data)),
+        log_weight=np.full(len(atoms), -np.log(len(atoms))),
+        refine=None,
+    )
+
+
+def laws_in_parts(data: Residuals, priors: Priors) -> partial[list[Law]]:
+    """What a search asks for laws in a part of this recording: from a law and the number of its shape."""
+    return partial(in_part, data, priors, tuple(conditions(data)))

@@ -1,0 +1,91 @@
+"""Laws that hold in a part of the record only: they are named with their condition, and only where it is there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from stepgauge.diagnosis.clock import told_by_clock
+from stepgauge.diagnosis.laws import law_candidates
+from stepgauge.diagnosis.library import signatures
+from stepgauge.diagnosis.machine_text import effect_table
+from stepgauge.diagnosis.parts import EDGES, conditions, in_part, laws_in_parts
+from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.posterior.scatter import Scatters
+from stepgauge.diagnosis.practice import in_practice
+from stepgauge.diagnosis.problem import bare_problem
+from stepgauge.diagnosis.residuals import make_residuals
+from stepgauge.effects import along_approach_um, make_effects
+from stepgauge.recording import Recording
+from tests.diagnosis.made import machine
+from tests.diagnosis.test_further_laws import STEPS, THREE, Axis, bent, measured, named, told, turned
+
+ALONG_X = (turned(0.0), turned(0.0))
+SQUARE = {"kind": "squareness", "plane": "xy", "urad": 12.0}
+WAVE = {"kind": "periodic_scale_error", "axis": "x", "period_mm": 37.0, "amplitude_um": 1.0}
+DELAY = {"kind": "effective_radius", "um": 1.2}
+
+CASES: dict[str, tuple[tuple[Axis, ...], dict[str, Any], str, float, float]] = {
+    "beyond a place": ((*THREE, turned(0.0)), SQUARE | {"when": "y_mm > 600"}, "y_mm >", 600.0, 20.0),
+    "along a part of the axis": (ALONG_X, WAVE | {"when": "x_mm > 350"}, "x_mm >", 350.0, 20.0),
+    "after a time": ((turned(0.0),), DELAY | {"when": "time_s > 120"}, "time_s >", 120.0, 15.0),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_law_in_a_part_of_the_record_is_named_with_its_condition(name: str) -> None:
+    axes, table, condition, edge, near = CASES[name]
+    found = told(bent(measured(axes, 3), table))
+    one = next(each for each in found.findings if table["kind"] in (each.kind, *each.confounded_with))
+    assert one.where.startswith(condition)
+    assert float(one.where.split()[-1]) == pytest.approx(edge, abs=near)
+    assert one.effect is not None
+    assert effect_table(one.effect)["when"] == one.where
+    assert in_practice(one, found.data).startswith(f"Only where {one.where}: ")
+
+
+@pytest.mark.parametrize("table", [SQUARE, WAVE])
+def test_a_law_that_holds_everywhere_has_no_condition(table: dict[str, Any]) -> None:
+    assert named(told(bent(measured((*THREE, turned(0.0)), 3), table)), table["kind"]).where == ""
+
+
+def laws(recording: Recording) -> tuple[Any, list[Any]]:
+    data = make_residuals(recording, STEPS, machine())
+    bare, priors = bare_problem(data), shipped_priors()
+    scatters = Scatters(bare, priors)
+    return data, law_candidates(data, priors, Metric(bare, scatters.plain(), scatters, bare.within_um))
+
+
+def test_the_signature_is_the_displacement_of_the_effect_with_its_condition() -> None:
+    data, every = laws(measured((turned(0.0), turned(90.0)), 5))
+    law = next(one for one in every if one.label == "scale_error_x")
+    parts = laws_in_parts(data, shipped_priors())(law, 0)
+    part = next(one for one in parts if one.label.endswith("x_mm >"))
+    assert 5 < part.atoms <= EDGES
+    for atom in (0, 5, part.atoms - 1):
+        shape = part.source.atoms[atom]
+        (effect,) = make_effects([{"kind": "scale_error", "axis": "x", "ppm": 1.0, **shape}], "test")
+        assert_allclose(part.columns(atom)[0], along_approach_um(effect, data.probings))
+        assert_allclose(part.columns(atom), signatures(part.source.law, part.source.choices, [shape], data)[0])
+
+
+def test_all_parts_together_have_the_odds_of_the_law_times_those_of_a_part() -> None:
+    data, every = laws(measured((turned(0.0), turned(90.0)), 5))
+    priors, law = shipped_priors(), every[0]
+    parts = in_part(data, priors, tuple(conditions(data)), law, 0)
+    assert np.exp([one.log_odds for one in parts]).sum() == pytest.approx(priors.laws.part * np.exp(law.log_odds))
+    assert all(np.exp(one.log_weight).sum() == pytest.approx(1.0) for one in parts)
+    assert not [one for part in parts[:2] for one in in_part(data, priors, tuple(conditions(data)), part, 0)]
+
+
+def test_a_condition_in_time_is_told_by_the_clock_of_the_recording() -> None:
+    found = told(bent(measured((turned(0.0),), 3), CASES["after a time"][1]))
+    (one,) = found.findings
+    later = told_by_clock(one, 86_400.0)
+    assert float(later.where.split()[-1]) == pytest.approx(86_400.0 + float(one.where.split()[-1]))
+    assert later.effect is not None
+    assert later.effect.when == later.where
