@@ -61,7 +61,7 @@ def in_part(data: Residuals, priors: Priors, every: tuple[Condition, ...], law: 
     family: Family = law.source
     if "when" in family.atoms[atom]:
         return []
-    odds = law.log_odds + float(np.log(priors.laws.part / max(len(every), 1)))
+    odds = law.log_odds + float(law.log_weight[atom] + np.log(priors.laws.part / max(len(every), 1)))
     return [_under(one, law, family, family.atoms[atom], odds, data) for one in every]
 
 
