@@ -14,9 +14,10 @@ from benchmarks.blind.bound import Signatures, bound, neighbours, signatures_of
 from benchmarks.blind.bound import _log_weight as log_weight
 from benchmarks.blind.catalogue import RECIPES, TRIPLES
 from benchmarks.blind.cause import Cause, along, nuisances, size, strength_for
+from benchmarks.blind.families import waves
 from benchmarks.blind.figure import draw_reliability
 from benchmarks.blind.generate import Case, list_cases, make_case, sample
-from benchmarks.blind.identify import covariance_um2, leftovers, waves, whitener
+from benchmarks.blind.identify import covariance_um2, leftovers, whitener
 from benchmarks.blind.machine_causes import scale_error, squareness
 from benchmarks.blind.run import main as run_main
 from benchmarks.blind.run_causes import thermal_drift

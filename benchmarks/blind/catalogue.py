@@ -2,65 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-
-import numpy as np
 
 from benchmarks.blind import machine_causes as machine
 from benchmarks.blind import outsiders
 from benchmarks.blind import run_causes as run
-from benchmarks.blind.cause import Cause
+from benchmarks.blind.further_catalogue import FURTHER
+from benchmarks.blind.recipe import SIZES, Make, Recipe, kits, pick
 from benchmarks.blind.scatter import NOT_IDEAL
-from benchmarks.blind.scene import Design, Scene
+from benchmarks.blind.scene import Design
 from benchmarks.blind.ways import MONTH_S, WAYS
 
-Random = np.random.Generator
-Make = Callable[[Scene, Random], Cause]
-SIZES = (1.0, 0.5, 0.3, 0.2)
 NULLS = 500
 """Recordings with nothing in them, by default; of every scatter and way a share of that (``Recipe.nulls``)."""
 
 
-@dataclass(frozen=True)
-class Recipe:
-    """One row of the benchmark: the causes to conceal and the measurements to choose from.
-
-    ``whole_set`` are the kinds that a confounded answer must contain; ``forgiven`` kinds may be named in addition.
-    ``sizes`` are made unless others are asked for; ``nulls`` is the number of recordings of a recipe without causes,
-    over the number asked for.
-    """
-
-    family: str
-    name: str
-    causes: tuple[Make, ...]
-    designs: tuple[Design, ...]
-    whole_set: tuple[str, ...] = ()
-    forgiven: tuple[str, ...] = ()
-    sizes: tuple[float, ...] = SIZES
-    scatter: str = "normal"
-    nulls: float = 1.0
-
-
-def _pick(make: Callable[..., Cause], *choices: object) -> Make:
-    """The cause with one of several axes, planes or axis pairs, by the random numbers of the case."""
-
-    def made(scene: Scene, random: Random) -> Cause:
-        choice = choices[int(random.integers(len(choices)))]
-        return make(scene, random, *choice) if isinstance(choice, tuple) else make(scene, random, choice)
-
-    return made
-
-
-def _kits(*names: str, **settings: object) -> tuple[Design, ...]:
-    return tuple(Design(name, **settings) for name in names)  # type: ignore[arg-type]
-
-
-_ALL_ROUND = _kits("x_y_diagonal", "x_y_diagonal_space", "x_turned", "x_shifted_y", "mirrored")
-_FLAT = _kits("x_y_diagonal", "mirrored")
-_SHIFTED_X = _kits("x_shifted_y", longest_mm=420.0)
-_SHIFTED_Y = _kits("y_shifted_x", longest_mm=420.0)
+_ALL_ROUND = kits("x_y_diagonal", "x_y_diagonal_space", "x_turned", "x_shifted_y", "mirrored")
+_FLAT = kits("x_y_diagonal", "mirrored")
+_SHIFTED_X = kits("x_shifted_y", longest_mm=420.0)
+_SHIFTED_Y = kits("y_shifted_x", longest_mm=420.0)
 
 
 def _single(name: str, make: Make, designs: tuple[Design, ...], forgiven: tuple[str, ...] = ()) -> Recipe:
@@ -69,33 +30,33 @@ def _single(name: str, make: Make, designs: tuple[Design, ...], forgiven: tuple[
 
 _SCALE_OF_ANGLE = ("scale_error", "scale_temperature")
 SINGLES = (
-    _single("scale_error", _pick(machine.scale_error, 0, 1), _FLAT),
-    _single("scale_curvature", _pick(machine.scale_curvature, 0), _SHIFTED_X),
-    _single("scale_curvature_y", _pick(machine.scale_curvature, 1), _SHIFTED_Y),
-    _single("periodic_scale_error", _pick(machine.periodic_scale_error, 0), _SHIFTED_X),
-    _single("local_scale_defect", _pick(machine.local_scale_defect, 0), _SHIFTED_X),
-    _single("squareness", _pick(machine.squareness, "xy"), _FLAT),
-    _single("squareness_xz", _pick(machine.squareness, "xz"), _kits("xz_mirrored")),
-    _single("squareness_yz", _pick(machine.squareness, "yz"), _kits("yz_mirrored")),
-    _single("angular_x_about_z", _pick(machine.angular_error, (0, 2)), _kits("x_front_rear"), _SCALE_OF_ANGLE),
-    _single("angular_x_about_y", _pick(machine.angular_error, (0, 1)), _kits("x_low_high"), _SCALE_OF_ANGLE),
-    _single("angular_y_about_z", _pick(machine.angular_error, (1, 2)), _kits("y_left_right"), _SCALE_OF_ANGLE),
-    _single("angular_y_about_x", _pick(machine.angular_error, (1, 0)), _kits("y_low_high"), _SCALE_OF_ANGLE),
-    _single("straightness", _pick(machine.straightness, (0, 1), (1, 0)), _kits("mirrored")),
-    _single("reversal_error", _pick(machine.reversal_error, 0, 1), _kits("x_y_diagonal", "mirrored", speeds=2)),
-    _single("effective_radius", run.effective_radius, _kits("x_y_diagonal", "x_y", "mirrored", speeds=2)),
-    _single("probe_lobing", run.probe_lobing, _kits("azimuths", speeds=2)),
-    _single("trigger_delay", run.trigger_delay, _kits("x_y_diagonal", "x", "x_y", speeds=2)),
+    _single("scale_error", pick(machine.scale_error, 0, 1), _FLAT),
+    _single("scale_curvature", pick(machine.scale_curvature, 0), _SHIFTED_X),
+    _single("scale_curvature_y", pick(machine.scale_curvature, 1), _SHIFTED_Y),
+    _single("periodic_scale_error", pick(machine.periodic_scale_error, 0), _SHIFTED_X),
+    _single("local_scale_defect", pick(machine.local_scale_defect, 0), _SHIFTED_X),
+    _single("squareness", pick(machine.squareness, "xy"), _FLAT),
+    _single("squareness_xz", pick(machine.squareness, "xz"), kits("xz_mirrored")),
+    _single("squareness_yz", pick(machine.squareness, "yz"), kits("yz_mirrored")),
+    _single("angular_x_about_z", pick(machine.angular_error, (0, 2)), kits("x_front_rear"), _SCALE_OF_ANGLE),
+    _single("angular_x_about_y", pick(machine.angular_error, (0, 1)), kits("x_low_high"), _SCALE_OF_ANGLE),
+    _single("angular_y_about_z", pick(machine.angular_error, (1, 2)), kits("y_left_right"), _SCALE_OF_ANGLE),
+    _single("angular_y_about_x", pick(machine.angular_error, (1, 0)), kits("y_low_high"), _SCALE_OF_ANGLE),
+    _single("straightness", pick(machine.straightness, (0, 1), (1, 0)), kits("mirrored")),
+    _single("reversal_error", pick(machine.reversal_error, 0, 1), kits("x_y_diagonal", "mirrored", speeds=2)),
+    _single("effective_radius", run.effective_radius, kits("x_y_diagonal", "x_y", "mirrored", speeds=2)),
+    _single("probe_lobing", run.probe_lobing, kits("azimuths", speeds=2)),
+    _single("trigger_delay", run.trigger_delay, kits("x_y_diagonal", "x", "x_y", speeds=2)),
     _single("gauge_temperature", run.gauge_temperature, _ALL_ROUND),
-    _single("scale_temperature", _pick(run.scale_temperature, 0, 1), _FLAT),
-    _single("thermal_drift", run.thermal_drift, _kits("x", "y", "diagonal", "x_y")),
+    _single("scale_temperature", pick(run.scale_temperature, 0, 1), _FLAT),
+    _single("thermal_drift", run.thermal_drift, kits("x", "y", "diagonal", "x_y")),
     _single("temperature_cycle", run.temperature_cycle, _ALL_ROUND),
-    _single("step_change", run.step_change, _kits("x", "x_y", "x_y_diagonal")),
+    _single("step_change", run.step_change, kits("x", "x_y", "x_y_diagonal")),
     _single("misalignment", run.misalignment, _ALL_ROUND),
-    _single("block_defect", run.block_defect, _ALL_ROUND + _kits("x", "y")),
-    _single("gauge_bending", run.gauge_bending, _kits("x_turned", "x_shifted_y")),
-    _single("approach_memory", run.approach_memory, _kits("x_y", "x_y_diagonal", pauses_per_placement=8)),
-    _single("noise_growth", run.noise_growth, _kits("x", "x_y", "x_y_diagonal")),
+    _single("block_defect", run.block_defect, _ALL_ROUND + kits("x", "y")),
+    _single("gauge_bending", run.gauge_bending, kits("x_turned", "x_shifted_y")),
+    _single("approach_memory", run.approach_memory, kits("x_y", "x_y_diagonal", pauses_per_placement=8)),
+    _single("noise_growth", run.noise_growth, kits("x", "x_y", "x_y_diagonal")),
     _single("outliers", run.outliers, _ALL_ROUND),
 )
 
@@ -115,12 +76,12 @@ def _triple(*causes: Named, kits: tuple[Design, ...]) -> Recipe:
     return _joint("triple", causes, kits, (1.0, 0.5))
 
 
-_SCALE = ("scale_error", _pick(machine.scale_error, 0, 1))
-_PERIODIC = ("periodic_scale_error", _pick(machine.periodic_scale_error, 0))
-_LOCAL = ("local_scale_defect", _pick(machine.local_scale_defect, 0))
-_SQUARE = ("squareness", _pick(machine.squareness, "xy"))
-_REVERSAL = ("reversal_error", _pick(machine.reversal_error, 0))
-_CURVED = ("scale_curvature", _pick(machine.scale_curvature, 0))
+_SCALE = ("scale_error", pick(machine.scale_error, 0, 1))
+_PERIODIC = ("periodic_scale_error", pick(machine.periodic_scale_error, 0))
+_LOCAL = ("local_scale_defect", pick(machine.local_scale_defect, 0))
+_SQUARE = ("squareness", pick(machine.squareness, "xy"))
+_REVERSAL = ("reversal_error", pick(machine.reversal_error, 0))
+_CURVED = ("scale_curvature", pick(machine.scale_curvature, 0))
 _RADIUS = ("effective_radius", run.effective_radius)
 _DELAY = ("trigger_delay", run.trigger_delay)
 _WARM = ("gauge_temperature", run.gauge_temperature)
@@ -129,8 +90,8 @@ _DUST = ("outliers", run.outliers)
 _DRIFT = ("thermal_drift", run.thermal_drift)
 _CYCLE = ("temperature_cycle", run.temperature_cycle)
 _STEP = ("step_change", run.step_change)
-_TWO_SPEEDS = _kits("x_shifted_y", speeds=2, longest_mm=420.0)
-_MIRRORED = _kits("mirrored", speeds=2)
+_TWO_SPEEDS = kits("x_shifted_y", speeds=2, longest_mm=420.0)
+_MIRRORED = kits("mirrored", speeds=2)
 PAIRS = (
     _pair(_SCALE, _DRIFT, _FLAT),
     _pair(_SCALE, _CYCLE, _FLAT),
@@ -140,17 +101,17 @@ PAIRS = (
     _pair(_SQUARE, _REVERSAL, _MIRRORED),
     _pair(_RADIUS, _LOCAL, _TWO_SPEEDS),
     _pair(_RADIUS, _SQUARE, _MIRRORED),
-    _pair(_DELAY, _BLOCK, _kits("x_y_diagonal", speeds=2)),
+    _pair(_DELAY, _BLOCK, kits("x_y_diagonal", speeds=2)),
     _pair(_CURVED, _STEP, _SHIFTED_X),
     _pair(_PERIODIC, _CYCLE, _SHIFTED_X),
 )
 TRIPLES = (
-    _triple(_SCALE, _SQUARE, _DRIFT, kits=_kits("mirrored")),
+    _triple(_SCALE, _SQUARE, _DRIFT, kits=kits("mirrored")),
     _triple(_SCALE, _CYCLE, _DUST, kits=_FLAT),
     _triple(_PERIODIC, _STEP, _RADIUS, kits=_TWO_SPEEDS),
     _triple(_WARM, _BLOCK, _CYCLE, kits=_FLAT),
     _triple(_SQUARE, _REVERSAL, _DRIFT, kits=_MIRRORED),
-    _triple(_DELAY, _BLOCK, _STEP, kits=_kits("x_y_diagonal", speeds=2)),
+    _triple(_DELAY, _BLOCK, _STEP, kits=kits("x_y_diagonal", speeds=2)),
     _triple(_CURVED, _STEP, _CYCLE, kits=_SHIFTED_X),
     _triple(_LOCAL, _RADIUS, _DRIFT, kits=_TWO_SPEEDS),
 )
@@ -164,37 +125,37 @@ def _confounded(name: str, make: Make, designs: tuple[Design, ...], whole_set: t
     return Recipe("confounded", name, (make,), designs, whole_set)
 
 
-_X2 = _kits("x", speeds=2)
-_X_Y1 = _kits("x_y", "x_y_diagonal", speeds=1)
+_X2 = kits("x", speeds=2)
+_X_Y1 = kits("x_y", "x_y_diagonal", speeds=1)
 CONFOUNDED = (
-    _confounded("stretch:scale_error", _pick(machine.scale_error, 0), _kits("x"), _STRETCH_X),
-    _confounded("stretch:gauge_temperature", run.gauge_temperature, _kits("x", "y"), _STRETCH_X),
-    _confounded("stretch:scale_temperature", _pick(run.scale_temperature, 0), _kits("x"), _STRETCH_X),
-    _confounded("stretch_diagonal:squareness", _pick(machine.squareness, "xy"), _kits("diagonal"),
+    _confounded("stretch:scale_error", pick(machine.scale_error, 0), kits("x"), _STRETCH_X),
+    _confounded("stretch:gauge_temperature", run.gauge_temperature, kits("x", "y"), _STRETCH_X),
+    _confounded("stretch:scale_temperature", pick(run.scale_temperature, 0), kits("x"), _STRETCH_X),
+    _confounded("stretch_diagonal:squareness", pick(machine.squareness, "xy"), kits("diagonal"),
                 ("squareness", *_STRETCH_X)),
     _confounded("size:effective_radius", run.effective_radius, _X2, _RADIUS_X),
     _confounded("latch:trigger_delay", run.trigger_delay, _X_Y1, _RADIUS_SPEED),
     _confounded("latch:effective_radius", run.effective_radius, _X_Y1, _RADIUS_SPEED),
-    _confounded("all_three:trigger_delay", run.trigger_delay, _kits("x", "y", speeds=1), (*_RADIUS_X, "trigger_delay")),
+    _confounded("all_three:trigger_delay", run.trigger_delay, kits("x", "y", speeds=1), (*_RADIUS_X, "trigger_delay")),
 )  # fmt: skip
 
-_OUTSIDE = _kits("x", "x_y", "x_y_diagonal")
+_OUTSIDE = kits("x", "x_y", "x_y_diagonal")
 OUTSIDERS = tuple(
     Recipe("outsider", name, (getattr(outsiders, name),), designs)
     for name, designs in {
-        "power_law_memory": _kits("x_y", "x_y_diagonal", pauses_per_placement=8),
+        "power_law_memory": kits("x_y", "x_y_diagonal", pauses_per_placement=8),
         "time_sawtooth": _OUTSIDE,
         "humidity": _OUTSIDE,
-        "preisach": _kits("x", "x_y", order="up_down"),
+        "preisach": kits("x", "x_y", order="up_down"),
         "random_walk": _OUTSIDE,
-        "corner_cubic": _kits("corner"),
-        "compensation_staircase": _kits("x_shifted_y", longest_mm=420.0),
-        "cycle_offsets": _kits("x_y", "x_y_diagonal", least_cycles=5),
+        "corner_cubic": kits("corner"),
+        "compensation_staircase": kits("x_shifted_y", longest_mm=420.0),
+        "cycle_offsets": kits("x_y", "x_y_diagonal", least_cycles=5),
     }.items()
 )
 
 NULL = Recipe(
-    "null", "null", (), _ALL_ROUND + _kits("x", "y", "diagonal", "x_y", "azimuths", "x_front_rear", "y_low_high")
+    "null", "null", (), _ALL_ROUND + kits("x", "y", "diagonal", "x_y", "azimuths", "x_front_rear", "y_low_high")
 )
 
 _ORDINARY = {recipe.name: recipe for recipe in (*SINGLES, *PAIRS)}
@@ -225,7 +186,7 @@ def _way(family: str, way: str, *causes: Named, sizes: tuple[float, ...] = (1.0,
     return replace(recipe, name=f"{way}:{recipe.name}" if causes else way, nulls=0.1)
 
 
-_SCALE_X = ("scale_error", _pick(machine.scale_error, 0))
+_SCALE_X = ("scale_error", pick(machine.scale_error, 0))
 _ROOM = ("temperature_cycle", partial(run.slow_cycle, shortest_s=300.0, longest_s=1200.0))
 _YEAR = ("temperature_cycle", partial(run.slow_cycle, shortest_s=12.0 * MONTH_S, longest_s=12.001 * MONTH_S))
 _IN_WAY: dict[str, tuple[Named, ...]] = {
@@ -248,6 +209,6 @@ IN_WAYS = (
 )
 RECIPES = {
     recipe.family + ":" + recipe.name: recipe
-    for recipe in (*SINGLES, *PAIRS, *TRIPLES, *CONFOUNDED, *OUTSIDERS, NULL, *SCATTERED, *IN_WAYS)
+    for recipe in (*SINGLES, *PAIRS, *TRIPLES, *CONFOUNDED, *OUTSIDERS, NULL, *SCATTERED, *IN_WAYS, *FURTHER)
 }
 FAMILIES = tuple(dict.fromkeys(recipe.family for recipe in RECIPES.values()))

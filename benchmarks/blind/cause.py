@@ -20,7 +20,7 @@ class Cause:
     ``where`` is the axis, plane, axis pair or face ("" without). ``parameters(strength)`` are the numbers that a
     diagnosis may be held to, by the name and unit of the vocabulary. ``start`` is a strength of a sensible order;
     ``power`` how the displacement grows with it. ``radius_is_effect``: the part that looks like a wrong mean pre-travel
-    belongs to this cause and counts towards its size.
+    belongs to this cause and counts towards its size. ``turns`` are the periods of those parameters that are angles.
     """
 
     kind: str
@@ -30,6 +30,7 @@ class Cause:
     start: float = 1.0
     power: float = 1.0
     radius_is_effect: bool = False
+    turns: dict[str, float] = field(default_factory=dict)
 
     @property
     def key(self) -> str:

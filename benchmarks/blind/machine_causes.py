@@ -61,7 +61,7 @@ def periodic_scale_error(scene: Scene, random: Random, axis: int) -> Cause:
 def local_scale_defect(scene: Scene, random: Random, axis: int) -> Cause:
     """A chip under the tape: the glued tape bends up over it like a beam on an elastic foundation."""
     used = _indicated_along(scene, axis)
-    here = scene.placement == _placement_along(scene, axis, random)
+    here = scene.placement == placement_along(scene, axis, random)
     low, high = np.quantile(used[here], [0.2, 0.8])
     at_mm, length_mm = random.uniform(low, high), random.uniform(12.0, 35.0)
     sign = random.choice([-1.0, 1.0])
@@ -75,7 +75,7 @@ def local_scale_defect(scene: Scene, random: Random, axis: int) -> Cause:
     )
 
 
-def _placement_along(scene: Scene, axis: int, random: Random) -> int:
+def placement_along(scene: Scene, axis: int, random: Random) -> int:
     """A placing whose gauge lies along this axis at least in part."""
     leaning = np.abs(scene.axis[:, axis]) > 0.5
     return int(random.choice(np.unique(scene.placement[leaning])))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,6 +47,18 @@ _COVARIATES = {
     "step_change": "time order cycle",
     "noise_growth": "time order",
     "outliers": "time order",
+    "kinematic_pretravel": "azimuth direction placement",
+    "seat_defect": "azimuth direction placement",
+    "tip_change": "placement direction",
+    "servo_lag": "speed",
+    "scale_joint": "machine gauge",
+    "reversal_wear": "machine gauge direction side",
+    "stick_slip": "order direction machine gauge cycle",
+    "error_motion": "machine gauge placement",
+    "scale_warm_up": "time order cycle machine gauge",
+    "thermal_shift": "time order cycle",
+    "thermal_expansion_of": "time order cycle machine gauge",
+    "thermal_bending": "time order cycle machine gauge",
 }
 BEYOND = tuple(_COVARIATES)[: tuple(_COVARIATES).index("scale_error")]
 """Kinds that the vocabulary does not have."""
@@ -54,6 +68,12 @@ LIVES_IN = {kind: words.split() for kind, words in _COVARIATES.items()}
 Kinds of the vocabulary are here for runs in which the tool is told to forget one of them, and because the form of
 ``probe_lobing`` on a step gauge is not the one of the vocabulary (see the README).
 """
+
+
+def lives_in(cause: Cause) -> list[str]:
+    """Covariates under which this cause may be located; what follows a recorded temperature lives in its column too."""
+    columns = [part.lower() for part in re.split("[-/]", cause.where) if part.endswith("_C")]
+    return [*LIVES_IN[cause.kind], *columns]
 
 
 def _along_gauge(scene: Scene, um: Array) -> Array:

@@ -22,7 +22,7 @@ def _moved(scene: Scene, contact: Array) -> Array:
     return (contact - scene.centre_mm) * 1e3
 
 
-def _direction(scene: Scene, random: Random) -> Array:
+def direction_seen(scene: Scene, random: Random) -> Array:
     """A direction that every placing sees: within 50 deg of the mean of the gauge axes."""
     mean = np.mean([scene.axis[scene.placement == place][0] for place in np.unique(scene.placement)], axis=0)
     mean /= np.linalg.norm(mean)
@@ -181,7 +181,7 @@ def misalignment(scene: Scene, random: Random) -> Cause:
 
 def thermal_drift(scene: Scene, random: Random) -> Cause:
     """Two bodies in a warmer room, integrated in steps: the slow frame and the ram that exchanges heat with it."""
-    direction, hours = _direction(scene, random), float(np.ptp(scene.time_s)) / 3600.0
+    direction, hours = direction_seen(scene, random), float(np.ptp(scene.time_s)) / 3600.0
     frame_s, ram_s = 3600.0 * hours * random.uniform(0.4, 1.5), 3600.0 * hours * random.uniform(0.01, 0.03)
     whole_s = float(np.ptp(scene.time_s))
     step_s = whole_s / 4000.0
@@ -197,7 +197,7 @@ def thermal_drift(scene: Scene, random: Random) -> Cause:
 
 def temperature_cycle(scene: Scene, random: Random) -> Cause:
     """A heater that is on half of the time warms the air, the air a cover, the cover the machine: three lags."""
-    direction, run_s = _direction(scene, random), float(scene.time_s[-1])
+    direction, run_s = direction_seen(scene, random), float(scene.time_s[-1])
     cycle_time = run_s / max(len(np.unique(scene.cycle)) * len(np.unique(scene.placement)), 1)
     period_s = float(np.clip(random.uniform(0.35, 1.6) * cycle_time, 120.0, run_s / 4.0))
     return _cycle(scene, random, direction, period_s)
@@ -206,7 +206,7 @@ def temperature_cycle(scene: Scene, random: Random) -> Cause:
 def slow_cycle(scene: Scene, random: Random, shortest_s: float, longest_s: float) -> Cause:
     """The same of a period that has nothing to do with the cycles of the measurement: a room, or the seasons."""
     period_s = float(np.exp(random.uniform(np.log(shortest_s), np.log(longest_s))))
-    return _cycle(scene, random, _direction(scene, random), period_s)
+    return _cycle(scene, random, direction_seen(scene, random), period_s)
 
 
 def _cycle(scene: Scene, random: Random, direction: Array, period_s: float) -> Cause:

@@ -95,6 +95,40 @@ class Gauge:
 
 
 @dataclass(frozen=True)
+class Sensor:
+    """A thermometer beside the machine: its column, and what it sees on a clock finer than the touches, deg C."""
+
+    column: str
+    clock_s: Array
+    celsius: Array
+
+    def at(self, time_s: Array) -> Array:
+        """What it shows at these times, shape ``(n,)``."""
+        return np.interp(time_s, self.clock_s, self.celsius)
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Which axes carry the table and which the probe, from the base outward; the tip from where the scales measure."""
+
+    table: str
+    probe: str
+    stylus_mm: tuple[float, float, float]
+
+    def arm_mm(self, travel: int, tip_mm: Array) -> Array:
+        """From the reference point of a carriage (zero, with all axes at zero) to the tip: what its rotation acts on.
+
+        The stylus, and the ways of those axes that come after the carriage on the way from the workpiece to the tip: a
+        probe's carriage comes after its own axis, a table's before it.
+        """
+        joints = self.table[::-1] + self.probe
+        own = joints.index("xyz"[travel])
+        after = joints[own + ("xyz"[travel] in self.probe) :]
+        way = (tip_mm - np.array(self.stylus_mm)) * np.array([axis in after for axis in "xyz"])
+        return np.asarray(self.stylus_mm + way)
+
+
+@dataclass(frozen=True)
 class Scene:
     """``n`` probings in the order they were made. Arrays are per probing unless said otherwise.
 
@@ -123,9 +157,19 @@ class Scene:
     scale_temperature_C: Array
     humidity_pct: Array
     travel_mm: Array = field(default_factory=TRAVEL_MM.copy)
+    sensors: tuple[Sensor, ...] = ()
+    stylus_direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    stylus_mm: float | None = None
+    chain: Chain | None = None
 
     def __len__(self) -> int:
         return len(self.face)
+
+    def arm_mm(self, travel: int) -> Array:
+        """What a rotation of this carriage acts on; without a chain all coordinates across its travel, ``(n, 3)``."""
+        if self.chain:
+            return self.chain.arm_mm(travel, self.centre_mm)
+        return np.where(np.arange(3) == travel, 0.0, self.centre_mm)
 
 
 @dataclass(frozen=True)
@@ -134,6 +178,8 @@ class Design:
 
     ``places`` lays the gauge elsewhere than ``kit`` says; ``extent`` gives another gauge and number of cycles,
     ``clock`` other times (from the table of :func:`_lay`); ``one_face`` probes a single face in every cycle.
+    ``sensors`` are thermometers whose columns are recorded too. ``stylus`` are the lengths (mm) of which one is stated
+    in the machine file, ``stylus_direction`` points from the probe to the tip. A ``chain`` is stated in it too.
     """
 
     kit: str = ""
@@ -149,6 +195,10 @@ class Design:
     clock: Callable[[dict[str, Array], Random], Array] | None = None
     one_face: bool = False
     travel_mm: Array = field(default_factory=TRAVEL_MM.copy, compare=False)
+    sensors: Callable[[Array, Random], tuple[Sensor, ...]] | None = None
+    stylus: tuple[float, ...] = ()
+    stylus_direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    chain: Chain | None = None
 
 
 def make_gauge(random: np.random.Generator, longest_mm: float) -> Gauge:
@@ -188,7 +238,14 @@ def make_scene(design: Design, random: np.random.Generator) -> Scene:
     table = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
     pauses = design.pauses_per_placement if design.pauses_per_placement is not None else int(random.integers(0, 3))
     time_s = design.clock(table, random) if design.clock else ordinary_clock(table, random, pauses)
-    return replace(_touch(gauge, table, time_s, random), travel_mm=design.travel_mm)
+    scene = replace(_touch(gauge, table, time_s, random), travel_mm=design.travel_mm)
+    return replace(
+        scene,
+        sensors=design.sensors(time_s, random) if design.sensors else (),
+        stylus_direction=design.stylus_direction,
+        stylus_mm=float(random.choice(design.stylus)) if design.stylus else None,
+        chain=design.chain,
+    )
 
 
 def _extent(design: Design, places: int, random: np.random.Generator) -> tuple[Gauge, int]:
@@ -203,7 +260,7 @@ def _extent(design: Design, places: int, random: np.random.Generator) -> tuple[G
 def _speeds(count: int, random: np.random.Generator) -> Array:
     slow = float(random.choice([1.0, 2.0, 3.0]))
     fast = slow * float(random.choice([3.0, 4.0]))
-    return np.array([slow, fast][:count])
+    return np.array([slow, fast, 2.0 * slow][:count])
 
 
 def _visits(faces: int, cycles: int, order: str) -> list[NDArray[np.int64]]:

@@ -12,14 +12,12 @@ from typing import Any
 from benchmarks.blind.scatter import CORRELATED
 from benchmarks.blind.score import (
     IN_ORDER,
-    covariate,
     effects_of,
-    is_number,
     is_true_name,
-    key_of,
     names_a_cause,
     wilson_interval,
 )
+from benchmarks.blind.spelling import covariate, is_number, key_of
 
 BINS: tuple[tuple[float, float, float | None], ...] = (
     (0.5, 0.8, None),
@@ -32,6 +30,7 @@ GROUPS = {
     "recordings": ("single", "pair", "triple", "confounded", "outsider", "null"),
     "scatters": ("scatter-null", "scatter-single", "scatter-pair"),
     "ways": ("way-null", "way-single", "way-pair", "way-outside"),
+    "further": ("probe", "probe-null", "chain", "chain-null", "temperature", "temperature-null"),
 }
 Statement = dict[str, Any]
 

@@ -29,7 +29,12 @@ BARS: dict[tuple[str, float], float] = {
     ("confounded", 0.5): 96.0,
 }
 """Per cent right that is asked for, by family and size."""
-NULLS = ("null", "scatter-null", "way-null")
+NULLS = ("null", "scatter-null", "way-null", "probe-null", "chain-null", "temperature-null")
+FURTHER = ("probe", "chain", "temperature")
+FURTHER_BARS = {1.0: 97.0, 0.5: 90.0}
+"""Per cent asked for of tripods, of rotations and squarenesses, and of laws of temperature, by size."""
+BARRED = ("tripod", "rotation", "squareness", "thermal")
+"""What the names of those recipes begin with."""
 
 
 def summarise(results: Sequence[Result]) -> dict[str, Any]:
@@ -45,6 +50,7 @@ def summarise(results: Sequence[Result]) -> dict[str, Any]:
         "recipes": [_row(group, *key) for key, group in _groups(causes, "family", "name", "size")],
         "scatters": _not_ideal(scored, "scatter-"),
         "ways": _not_ideal(scored, "way-"),
+        "further": _further(scored),
         "reliability": reliability(scored),
         "not_scored": len(results) - len(scored),
         "false_alarms": {"count": alarms, "of": len(nulls), "interval": wilson_interval(alarms, len(nulls))},
@@ -96,6 +102,35 @@ def _fair_row(group: Sequence[Result], under: str, what: str, size: float) -> di
         "rows": sum(result["rows"] for result in group),
         "bound": _mean([result["bound"] for result in group]),
     }
+
+
+def _further(results: Iterable[Result]) -> list[dict[str, Any]]:
+    """A row for every recipe of the probe, chain and temperature families and size, one for the nulls of each family.
+
+    The interval and the bar are about names with the phase or lag that belongs to them; of a tripod below size 1
+    about the name.
+    """
+    mine = [result for result in results if result["family"].partition("-")[0] in FURTHER]
+    rows = []
+    for (family, name, size), group in _groups(mine, "family", "name", "size"):
+        barred = name.startswith(BARRED) and family not in NULLS
+        asked = sum(result["right" if name.startswith("tripod") and size < 1.0 else "found"] for result in group)
+        rows.append(
+            {
+                "family": family,
+                "name": name,
+                "size": size,
+                "cases": len(group),
+                "right": sum(result["right"] for result in group),
+                "found": sum(result["found"] for result in group),
+                "interval": wilson_interval(asked, len(group)) if family not in NULLS else None,
+                "bar_pct": FURTHER_BARS.get(size) if barred else None,
+                "false_alarms": sum(result["false_alarm"] for result in group) if family in NULLS else None,
+                "wrong_and_sure": sum(bool(result["wrong_and_sure"]) for result in group),
+                "bound": _mean([result["bound"] for result in group]),
+            }
+        )
+    return rows
 
 
 def _mean(values: Sequence[float | None]) -> float | None:
@@ -156,6 +191,8 @@ def text(summary: Mapping[str, Any], *, recipes: bool = True) -> str:
     for words, key in (("scatter that is not ideal", "scatters"), ("way that is not ideal", "ways")):
         if summary[key]:
             lines += ["", line(words, *FAIR_COLUMNS), *(_fair_line(row) for row in summary[key])]
+    if summary["further"]:
+        lines += ["", line("further kinds", *FURTHER_COLUMNS), *(_further_line(row) for row in summary["further"])]
     lines += ["", *_reliability_lines(summary["reliability"])]
     lines += ["", _share_line("false alarms on null recordings", summary["false_alarms"], "count")]
     lines += [_share_line("95 % intervals that hold the truth", summary["coverage"], "hits")]
@@ -195,7 +232,24 @@ def _fair_line(row: Mapping[str, Any]) -> str:
     )
 
 
+def _further_line(row: Mapping[str, Any]) -> str:
+    null = row["interval"] is None
+    return line(
+        f"{row['family']}:{row['name']}" + ("" if null else f", size {row['size']:g}"),
+        str(row["cases"]),
+        _percent(row["right"], row["cases"]),
+        "" if null else _percent(row["found"], row["cases"]),
+        "" if null else "{:.0f}-{:.0f}".format(*(100.0 * end for end in row["interval"])),
+        _bar(row["bar_pct"]),
+        _percent(row["false_alarms"], row["cases"]) if null else "",
+        _percent(row["wrong_and_sure"], row["cases"]),
+        "" if row["bound"] is None else f"{100 * row['bound']:.1f}",
+    )
+
+
 CLASS_COLUMNS = ("size", "cases", "right %", "95 %", "bar", "bound", "of bound", "worst", "cover", "held-out", "s/case")
+FURTHER_COLUMNS = ("cases", "right %", "found %", "95 %", "bar", "alarms %", "sure %", "bound")
+"""Found: right, with the phase or lag of the name. The interval is that of the share that the bar is about."""
 FAIR_COLUMNS = ("cases", "right %", "honest %", "alarms %", "95 %", "sure %", "rows %", "bound")
 """Honest: right or honestly unknown. The interval is that of the alarms, else of the honest. Sure: a wrong name told
 with more than 0.9. Rows: good readings called outliers."""

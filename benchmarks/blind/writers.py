@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.blind.scene import Gauge, Scene
+from benchmarks.blind.scene import Chain, Gauge, Scene
 
 Array = NDArray[np.float64]
 _COLUMNS: dict[str, str] = {
@@ -47,7 +48,8 @@ def write_case(
         scene.humidity_pct,
     ]
     names = list(_COLUMNS)[: None if humidity else -1]
-    table = np.column_stack(columns[: len(names)])
+    table = np.column_stack([*columns[: len(names)], *(sensor.at(scene.time_s) for sensor in scene.sensors)])
+    names += [sensor.column for sensor in scene.sensors]
     groups = [scene.placement == place for place in np.unique(scene.placement)] if split else [slice(None)]
     for number, rows in enumerate(groups, 1):
         name = f"recording-{number}.csv" if split else "recording.csv"
@@ -59,7 +61,7 @@ def write_case(
 def _write_table(path: Path, names: list[str], table: Array) -> None:
     with path.open("w") as file:
         file.write("# machine: Bridge CMM\n" + ",".join(names) + "\n")
-        np.savetxt(file, table, fmt=[_COLUMNS[name] for name in names], delimiter=",")
+        np.savetxt(file, table, fmt=[_COLUMNS.get(name, "%.3f") for name in names], delimiter=",")
 
 
 def _write_gauge(folder: Path, gauge: Gauge, stated: float) -> None:
@@ -91,10 +93,24 @@ example = true
     )
 
 
+def _chain_text(chain: Chain) -> str:
+    table, probe = ([*axes] for axes in (chain.table, chain.probe))
+    return f"""
+[machine.chain]
+table = {json.dumps(table)}
+probe = {json.dumps(probe)}
+stylus_mm = {list(chain.stylus_mm)!r}
+"""
+
+
 def _machine_text(scene: Scene) -> str:
     travel = ", ".join(
         f"{axis} = [{low:g}, {high:g}]" for axis, (low, high) in zip("xyz", scene.travel_mm, strict=True)
     )
+    stylus = "" if scene.stylus_mm is None else f"stylus_length_mm = {scene.stylus_mm!r}\n"
+    if scene.stylus_direction != (0.0, 0.0, -1.0):
+        stylus += f"stylus_direction = {list(scene.stylus_direction)!r}\n"
+    chain = "" if scene.chain is None else _chain_text(scene.chain)
     return f"""[machine]
 name = "Bridge CMM"
 travel_mm = {{ {travel} }}
@@ -102,9 +118,9 @@ repeatability_um = {scene.sigma_um!r}
 measuring_speed_mm_s = {float(scene.speed_mm_s.min())!r}
 travel_speed_mm_s = 60.0
 temperature_C = 20.0
-
+{chain}
 [probe]
 model = "constant"
 tip_radius_mm = {scene.tip_radius_mm!r}
 pretravel_um = {scene.pretravel_um!r}
-"""
+{stylus}"""
