@@ -26,13 +26,8 @@ from benchmarks.blind.reference_stepwise import main as reference
 from benchmarks.blind.run import benchmark, diagnose
 from benchmarks.blind.run import main as run_main
 from benchmarks.blind.scene import Design, Scene, make_scene
-from benchmarks.blind.score import (
-    covariate,
-    explains,
-    interval_hits,
-    score_case,
-    wilson_interval,
-)
+from benchmarks.blind.score import explains, interval_hits, score_case, wilson_interval
+from benchmarks.blind.spelling import covariate
 from benchmarks.blind.table import summarise, text
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.machine.file import read_machine
@@ -41,7 +36,8 @@ from stepgauge.recording import join_recordings, read_recording
 BLIND = Path(__file__).resolve().parent.parent / "benchmarks" / "blind"
 GENERATOR = [
     *("scene", "scatter", "ways", "cause", "machine_causes", "run_causes", "outsiders"),
-    *("identify", "bound", "catalogue", "writers", "generate"),
+    *("probe_causes", "axis_causes", "chain_causes", "temperature_causes", "families", "further_families"),
+    *("identify", "bound", "recipe", "catalogue", "further_catalogue", "writers", "generate"),
 ]
 SINGLE_KINDS = {recipe.name for recipe in SINGLES}
 
@@ -172,7 +168,7 @@ def test_processes_make_the_same_cases(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("key", [key for key in RECIPES if not key.startswith(("scatter", "way"))])
 def test_every_recipe_writes_files_that_the_package_reads(key: str, tmp_path: Path) -> None:
-    case = Case(key, 0.0 if key == "null:null" else 1.0, 7)
+    case = Case(key, 1.0 if RECIPES[key].causes else 0.0, 7)
     truth = make_case(case, tmp_path)
     folder = tmp_path / case.case_id
     frame, gauge = read_folder(folder), read_gauge(folder / "gauge.toml")

@@ -18,9 +18,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.blind import axis_causes as axes
 from benchmarks.blind import machine_causes as machine
 from benchmarks.blind import outsiders
+from benchmarks.blind import probe_causes as probe
 from benchmarks.blind import run_causes as run
+from benchmarks.blind import temperature_causes as temperature
 from benchmarks.blind.cause import Cause, along, nuisances, without
 from benchmarks.blind.identify import NEAR_CHI2, whitener
 from benchmarks.blind.scatter import Scatter
@@ -79,6 +82,27 @@ def mechanisms(scene: Scene) -> Iterator[Make]:
     yield from (run.thermal_drift, run.temperature_cycle, run.step_change)
     yield from (outsiders.power_law_memory, outsiders.time_sawtooth, outsiders.humidity, outsiders.random_walk)
     yield outsiders.cycle_offsets
+    yield from _further_mechanisms(scene, seen, leaning)
+
+
+def _further_mechanisms(scene: Scene, seen: list[int], leaning: list[tuple[int, int]]) -> Iterator[Make]:
+    """Those of the probe, of further errors of the axes and of temperatures; last, so that earlier drawings stay."""
+    of_axis = (
+        *(axes.scale_joint, axes.scale_gap, axes.reversal_wear, axes.stick_slip, axes.cubic_scale),
+        temperature.scale_warm_up,
+    )
+    yield from (partial(make, axis=axis) for make in of_axis for axis in seen)
+    ways = ((0, 1), (1, 0)) if (0, 1) in leaning else ()
+    yield from (partial(axes.cubic_straightness, travel=a, sideways=b) for a, b in ways)
+    yield from (partial(axes.curved_rotation, travel=a, rotation=2) for a in (0, 1))
+    yield from (probe.kinematic_pretravel, probe.seat_defect, probe.tip_change, probe.servo_lag)
+    yield temperature.late_drift
+    columns = {sensor.column for sensor in scene.sensors}
+    if columns >= set(temperature.ROOM):
+        yield temperature.thermal_shift
+        yield from (partial(temperature.thermal_expansion_of, axis=axis) for axis in seen)
+    if temperature.TOP in columns:
+        yield from (partial(temperature.thermal_bending, travel=a, sideways=b) for a, b in ways)
 
 
 def signatures_of(scene: Scene, scatter: Scatter, concealed: Sequence[Cause], random: Random) -> Signatures:

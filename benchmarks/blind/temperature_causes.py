@@ -20,13 +20,19 @@ CLOCK = 4000
 
 
 def _weather(clock_s: Array, random: Random, kelvin: float) -> Array:
-    """A room after a quiet night: from the first touch on it wanders, over a third of the recording and longer."""
+    """A room after a quiet night: from the first touch on it wanders, over a third of the recording and longer.
+
+    Doors let in air that is warmer or colder and mixes.
+    """
     run_s = clock_s[-1] - clock_s[0]
     since = (clock_s - clock_s[0]) / run_s
     wander = random.uniform(-1.0, 1.0) * since
     for _ in range(4):
         turns, start = random.uniform(0.5, 3.0), random.uniform(0.0, 2.0 * np.pi)
         wander += 0.5 / turns * (np.sin(2.0 * np.pi * turns * since + start) - np.sin(start))
+    for _ in range(int(random.integers(4, 9))):
+        open_for, jump = since - random.uniform(0.02, 0.95), random.normal(0.0, 0.8)
+        wander += np.where(open_for > 0.0, jump * np.exp(-np.maximum(open_for, 0.0) / random.uniform(0.02, 0.08)), 0.0)
     return np.asarray(kelvin * wander / np.ptp(wander))
 
 
