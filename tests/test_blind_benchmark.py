@@ -35,7 +35,7 @@ from stepgauge.recording import join_recordings, read_recording
 
 BLIND = Path(__file__).resolve().parent.parent / "benchmarks" / "blind"
 GENERATOR = [
-    *("scene", "scatter", "ways", "cause", "machine_causes", "run_causes", "outsiders"),
+    *("kits", "scene", "scatter", "ways", "cause", "machine_causes", "run_causes", "outsiders"),
     *("probe_causes", "axis_causes", "chain_causes", "temperature_causes", "families", "further_families"),
     *("identify", "bound", "recipe", "catalogue", "further_catalogue", "writers", "generate"),
 ]

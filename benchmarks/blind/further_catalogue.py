@@ -99,8 +99,12 @@ CHAIN = (
 )
 
 
+MOST_OF_ONE = 360
+"""More touches than one placing can have, so that a temperature has time to change in its own way."""
+
+
 def _with(sensors: object, *names: str) -> tuple[Design, ...]:
-    return tuple(replace(design, sensors=sensors) for design in kits(*names))  # type: ignore[arg-type]
+    return tuple(replace(design, sensors=sensors, least_rows=MOST_OF_ONE) for design in kits(*names))  # type: ignore[arg-type]
 
 
 def _warm(name: str, make: Make, designs: tuple[Design, ...], **settings: tuple[str, ...]) -> Recipe:
@@ -108,14 +112,14 @@ def _warm(name: str, make: Make, designs: tuple[Design, ...], **settings: tuple[
 
 
 _ROOM = partial(_with, temperature.thermometers)
-_BEAM = _with(temperature.two_of_a_beam, "mirrored")
+_BEAM = _with(temperature.two_of_a_beam, "mirrored", "crossed")
 TEMPERATURE = (
-    _warm("thermal_shift", temperature.thermal_shift, _ROOM("x", "x_y", "x_y_diagonal")),
+    _warm("thermal_shift", temperature.thermal_shift, _ROOM("x_y", "x_shifted", "x_y_diagonal")),
     _warm("thermal_expansion", pick(temperature.thermal_expansion_of, 0), _ROOM("x_shifted_y", "x_y_diagonal")),
     _warm("thermal_bending", pick(temperature.thermal_bending, (0, 1), (1, 0)), _BEAM),
     _warm("scale_warm_up", pick(temperature.scale_warm_up, 0), _X),
     _warm("late_drift", temperature.late_drift, kits("x", "y", "diagonal", "x_y")),
-    _warm("drift_beside_decoys", run.thermal_drift, _ROOM("x", "y", "x_y")),
-    Recipe("temperature-null", "temperature", (), (*_ROOM("x", "x_y", "x_y_diagonal"), *_BEAM), nulls=0.1),
+    _warm("drift_beside_decoys", run.thermal_drift, _ROOM("x_y", "x_shifted", "y_shifted")),
+    Recipe("temperature-null", "temperature", (), (*_ROOM("x_y", "x_shifted", "x_y_diagonal"), *_BEAM), nulls=0.1),
 )
 FURTHER = (*PROBE, *CHAIN, *TEMPERATURE)

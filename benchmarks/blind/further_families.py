@@ -13,10 +13,11 @@ from benchmarks.blind.probe_causes import Tripod, normals, qualifying_normals
 from benchmarks.blind.scene import Scene
 
 Array = NDArray[np.float64]
+LAWS_OF_COLUMNS = ("thermal_shift", "thermal_expansion_of", "thermal_bending")
 FURTHER = (
     *("kinematic_pretravel", "seat_defect", "tip_change", "servo_lag"),
     *("scale_joint", "reversal_wear", "stick_slip", "error_motion", "scale_warm_up"),
-    *("thermal_shift", "thermal_expansion_of", "thermal_bending"),
+    *LAWS_OF_COLUMNS,
 )
 """Kinds of this module; besides, ``thermal_drift:late`` is a drift that begins at any time."""
 SEEN = 0.05
@@ -54,6 +55,17 @@ def _tripods(scene: Scene) -> Iterator[Family]:
             worn.append(early.reshape(len(TURNS_DEG), -1))
     for kind, parts in (("kinematic_pretravel", whole + varying), ("seat_defect", worn)):
         yield kind, "", np.concatenate(parts)[:, None, which.ravel()]
+
+
+def tripods_about(scene: Scene, arm_deg: float) -> Array:
+    """Columns of those tripods that have an arm within 10 deg of this azimuth, shape ``(members, 1, n)``."""
+    seen, which = np.unique(np.round(normals(scene), 4), axis=0, return_inverse=True)
+    turned = _turned(seen, np.radians(arm_deg + np.arange(-10.0, 10.5, 2.0)))
+    parts = []
+    for tripod in (Tripod(0.0, lever) for lever in LEVERS):
+        whole = tripod.travel(turned.reshape(-1, 3)).reshape(len(turned), -1)
+        parts += [whole, whole - tripod.travel(qualifying_normals()).mean()]
+    return np.concatenate(parts)[:, None, which.ravel()]
 
 
 def _turned(vectors: Array, angles: Array) -> Array:
@@ -149,11 +161,13 @@ def _temperatures(scene: Scene) -> Iterator[Family]:
 def _columns(scene: Scene) -> Iterator[tuple[str, Array]]:
     """Recorded temperatures above 20 deg C, and differences of two, behind lags; shape ``(lags, n)``.
 
-    The gauge's own hardly changes within a placing: what follows it would have to do so by tens of um per kelvin.
+    The gauge's own hardly changes within a placing: what follows it alone would have to do so by tens of um per kelvin.
     """
     recorded = {sensor.column: np.round(sensor.at(scene.time_s), 3) for sensor in scene.sensors}
     for name, celsius in recorded.items():
         yield name, _lagged(scene.time_s, celsius - 20.0)
+    if recorded:
+        recorded["gauge_temperature_C"] = np.round(scene.gauge_temperature_C, 2)
     for first, second in combinations(sorted(recorded), 2):
         yield f"{first}-{second}", _lagged(scene.time_s, recorded[first] - recorded[second])
 

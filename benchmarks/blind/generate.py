@@ -25,10 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.blind.bound import Signatures, bound, signatures_of
-from benchmarks.blind.catalogue import NULLS, RECIPES, Recipe
+from benchmarks.blind.catalogue import NULLS, RECIPES
 from benchmarks.blind.cause import Cause, along, size, strength_for
-from benchmarks.blind.further_families import is_further
-from benchmarks.blind.identify import Names
+from benchmarks.blind.further_families import LAWS_OF_COLUMNS, is_further, tripods_about
+from benchmarks.blind.identify import NEAR_CHI2, Names
 from benchmarks.blind.outsiders import BEYOND, lives_in
 from benchmarks.blind.scatter import SCATTERS
 from benchmarks.blind.scene import Scene, indicated_mm, make_scene, recorded_um
@@ -125,7 +125,7 @@ def _draw(recipe: str, seed: int, attempt: int) -> Measurement:
 def make_case(case: Case, public: Path) -> dict[str, Any]:
     """Write the public folder of a case and return its truth."""
     recipe, scatter = RECIPES[case.recipe], SCATTERS[RECIPES[case.recipe].scatter]
-    measurement, strengths = _realise(recipe, case)
+    measurement, strengths = _realise(case)
     scene, causes, random = measurement.scene, measurement.causes, deepcopy(measurement.random)
     effects = [along(scene, cause.displace(k)) for cause, k in zip(causes, strengths, strict=True)]
     total = sum(effects, np.zeros(len(scene)))
@@ -155,17 +155,46 @@ def make_case(case: Case, public: Path) -> dict[str, Any]:
     }
 
 
-def _realise(recipe: Recipe, case: Case) -> tuple[Measurement, list[float]]:
+def _realise(case: Case) -> tuple[Measurement, list[float]]:
     """A measurement in which the causes can be seen. Random numbers do not depend on the size of the effect."""
     for attempt in range(TRIES):
+        if not _is_fit(case.recipe, case.seed, attempt):
+            continue
         measurement = _draw(case.recipe, case.seed, attempt)
         try:
-            strengths = [strength_for(measurement.scene, cause, case.size) for cause in measurement.causes]
+            return measurement, [strength_for(measurement.scene, cause, case.size) for cause in measurement.causes]
         except ValueError:
             continue
-        if recipe.family != "outsider" or _is_outside(measurement):
-            return measurement, strengths
     raise RuntimeError(f"{case.recipe}, seed {case.seed}: no measurement in {TRIES} shows it")
+
+
+@lru_cache(maxsize=4096)
+def _is_fit(recipe: str, seed: int, attempt: int) -> bool:
+    """Whether this draw asks what the recipe is to ask."""
+    asks = {"outsider": _is_outside, "temperature": _is_told_apart}.get(RECIPES[recipe].family)
+    try:
+        return asks is None or asks(_draw(recipe, seed, attempt))
+    except ValueError:  # invisible
+        return False
+
+
+def _is_told_apart(measurement: Measurement) -> bool:
+    """Whether at size 1 no name may be mentioned for a law of temperature but that law with its own columns.
+
+    A column less that of the gauge, which hardly changes, is the column itself.
+    """
+    scene, cause = measurement.scene, measurement.causes[0]
+    if cause.kind not in LAWS_OF_COLUMNS:
+        return True
+    left = measurement.names.leftovers(along(scene, cause.displace(strength_for(scene, cause, 1.0))))
+    own = _law_of(cause.key)
+    return min(chi2 for key, chi2 in left.items() if _law_of(key) != own) > NEAR_CHI2
+
+
+def _law_of(key: str) -> tuple[str, frozenset[str]]:
+    """Kind, and columns other than the gauge's."""
+    kind, _, where = key.partition(":")
+    return kind, frozenset(where.partition("/")[0].split("-")) - {"gauge_temperature_C"}
 
 
 def _is_outside(measurement: Measurement) -> bool:
@@ -199,11 +228,20 @@ def _truths(measurement: Measurement, strengths: list[float], effects: list[Arra
                 "own_form_chi2": left.get(cause.key, 0.0) if cause.kind not in BEYOND else None,
                 "best_known": _nearest(left),
                 "lives_in": lives_in(cause),
-                "turns": cause.turns,
+                "turns": _turns_seen(measurement, cause, strength, effect),
                 "axis_share": dict(zip("xyz", map(float, share), strict=True)),
             }
         )
     return truths
+
+
+def _turns_seen(measurement: Measurement, cause: Cause, strength: float, effect: Array) -> dict[str, float]:
+    """Periods of the angles; of a tripod half of its own where an arm in the place of a gap may be mentioned."""
+    if cause.kind != "kinematic_pretravel":
+        return cause.turns
+    across = tripods_about(measurement.scene, cause.parameters(strength)["arm_azimuth_deg"] + 60.0)
+    hidden = measurement.names.leftover(effect, across) < NEAR_CHI2
+    return {name: turn / 2.0 if hidden else turn for name, turn in cause.turns.items()}
 
 
 def _together(measurement: Measurement, effects: list[Array]) -> dict[str, float]:

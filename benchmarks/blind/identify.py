@@ -46,6 +46,12 @@ class Names:
                 sets.append((key, white, np.matmul(white, white.transpose(0, 2, 1))))
         return sets
 
+    def leftover(self, effect_um: Array, members: Array) -> float:
+        """Chi2 left of ``effect_um``, shape ``(n,)``, by the best of these column sets, ``(members, k, n)``."""
+        base, target = self._apart(effect_um, self._origins)
+        white = self.whiten(members)
+        return _least(target, white, np.matmul(white, white.transpose(0, 2, 1)), base)
+
     def leftovers(self, effect_um: Array, also_um: Array | None = None) -> dict[str, float]:
         """Chi2 left of ``effect_um`` (along the approach, shape ``(n,)``) by the best member of every family.
 
@@ -55,14 +61,18 @@ class Names:
         free = self._origins
         if also_um is not None:
             free = np.vstack([free, self.whiten(np.atleast_2d(also_um))])
-        base = np.linalg.qr(free.T)[0]
-        target = self.whiten(effect_um[None])[0]
-        target = target - base @ (base.T @ target)
+        base, target = self._apart(effect_um, free)
         left: dict[str, float] = {}
         for key, white, gram in self._sets:
             chi2 = _least(target, white, gram, base)
             left[key] = min(chi2, left.get(key, np.inf))
         return left
+
+    def _apart(self, effect_um: Array, free: Array) -> tuple[Array, Array]:
+        """An orthonormal base of what is free, and what it leaves of the effect, in units of the noise."""
+        base = np.linalg.qr(free.T)[0]
+        target = self.whiten(effect_um[None])[0]
+        return base, target - base @ (base.T @ target)
 
 
 def leftovers(scene: Scene, effect_um: Array, also_um: Array | None = None) -> dict[str, float]:

@@ -102,7 +102,10 @@ def is_name_of(named: str, cause: Mapping[str, Any]) -> bool:
         return True
     if cause["kind"] == "thermal_drift" and named == "thermal_drift:late":  # from the beginning on is a time too
         return True
-    left = _kind_chi2(cause, named) if named in SYNONYM else cause["leftover_chi2"].get(named, math.inf)
+    whole = "thermal_drift" if named == "thermal_drift:late" else named  # what begins at any time may do so at once
+    left = (
+        _kind_chi2(cause, whole) if named != whole or named in SYNONYM else cause["leftover_chi2"].get(named, math.inf)
+    )
     return bool(left < NEAR_CHI2 and not _is_unusual(named, cause))
 
 

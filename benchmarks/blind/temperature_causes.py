@@ -17,53 +17,59 @@ DECOY = "coolant_temperature_C"
 TOP, BOTTOM = "bridge_top_temperature_C", "bridge_bottom_temperature_C"
 CLOCK = 4000
 """Steps of the clock of a thermometer over the whole recording."""
+PAUSE_S, DOORS = 300.0, 10
+"""A longer time between touches is one in which the gauge was laid; how often a door opens while it is probed."""
 
 
-def _weather(clock_s: Array, random: Random, kelvin: float) -> Array:
-    """A room after a quiet night: from the first touch on it wanders, over a third of the recording and longer.
+def _weather(time_s: Array, random: Random, kelvin: float) -> Array:
+    """A room after a quiet night: from the first touch on it wanders, over two thirds of the recording and longer.
 
-    Doors let in air that is warmer or colder and mixes.
+    Doors let in air that is warmer or colder and mixes; people come and go while the gauge is probed, not while it is
+    laid: what happened between two records could not be told from them.
     """
-    run_s = clock_s[-1] - clock_s[0]
+    clock_s, run_s = _clock(time_s), time_s[-1] - time_s[0]
     since = (clock_s - clock_s[0]) / run_s
     wander = random.uniform(-1.0, 1.0) * since
-    for _ in range(4):
-        turns, start = random.uniform(0.5, 3.0), random.uniform(0.0, 2.0 * np.pi)
-        wander += 0.5 / turns * (np.sin(2.0 * np.pi * turns * since + start) - np.sin(start))
-    for _ in range(int(random.integers(4, 9))):
-        open_for, jump = since - random.uniform(0.02, 0.95), random.normal(0.0, 0.8)
-        wander += np.where(open_for > 0.0, jump * np.exp(-np.maximum(open_for, 0.0) / random.uniform(0.02, 0.08)), 0.0)
+    for _ in range(3):
+        turns, start = random.uniform(0.5, 1.5), random.uniform(0.0, 2.0 * np.pi)
+        wander += 0.4 / turns * (np.sin(2.0 * np.pi * turns * since + start) - np.sin(start))
+    pauses = np.append(time_s[:-1][np.diff(time_s) > PAUSE_S], time_s[-1])
+    watched = time_s[pauses[np.searchsorted(pauses, time_s)] - time_s > 0.07 * run_s]
+    for opened_s in random.choice(watched, DOORS) if len(watched) else ():
+        for_s, back_s = clock_s - opened_s, random.uniform(0.015, 0.04) * run_s
+        wander += np.where(for_s > 0.0, random.normal(0.0, 0.8) * np.exp(-np.maximum(for_s, 0.0) / back_s), 0.0)
     return np.asarray(kelvin * wander / np.ptp(wander))
 
 
-def _sensor(column: str, clock_s: Array, celsius: Array) -> Sensor:
-    return Sensor(column, clock_s, np.round(celsius, 3))
+def _clock(time_s: Array) -> Array:
+    return np.linspace(time_s[0], time_s[-1], CLOCK)
+
+
+def _sensor(column: str, time_s: Array, celsius: Array) -> Sensor:
+    return Sensor(column, _clock(time_s), np.round(celsius, 3))
 
 
 def thermometers(time_s: Array, random: Random) -> tuple[Sensor, ...]:
     """Room, bridge and column, partly alike as one room has them, and a coolant that does not matter."""
-    clock_s = np.linspace(time_s[0], time_s[-1], CLOCK)
-    common, kelvin = _weather(clock_s, random, 0.5), random.uniform(0.8, 2.0)
+    common, kelvin = _weather(time_s, random, 0.5), random.uniform(0.8, 2.0)
     seen = [
-        _sensor(name, clock_s, 20.0 + random.normal(0.0, 0.2) + kelvin * (common + _weather(clock_s, random, 1.0)))
+        _sensor(name, time_s, 20.0 + random.normal(0.0, 0.2) + kelvin * (common + _weather(time_s, random, 1.0)))
         for name in ROOM
     ]
-    coolant = 21.0 + random.normal(0.0, 0.5) + _weather(clock_s, random, random.uniform(1.0, 3.0))
-    order = random.permutation(4)
-    four = [*seen, _sensor(DECOY, clock_s, coolant)]
-    return tuple(four[k] for k in order)
+    coolant = 21.0 + random.normal(0.0, 0.5) + _weather(time_s, random, random.uniform(1.0, 3.0))
+    four = [*seen, _sensor(DECOY, time_s, coolant)]
+    return tuple(four[k] for k in random.permutation(4))
 
 
 def two_of_a_beam(time_s: Array, random: Random) -> tuple[Sensor, ...]:
     """Top and bottom of the bridge, a gradient apart, and the coolant."""
-    clock_s = np.linspace(time_s[0], time_s[-1], CLOCK)
-    beam, gradient = _weather(clock_s, random, 0.8), _weather(clock_s, random, random.uniform(0.4, 1.2))
-    coolant = 21.0 + _weather(clock_s, random, random.uniform(1.0, 3.0))
+    beam, gradient = _weather(time_s, random, 1.2), _weather(time_s, random, random.uniform(0.6, 1.2))
+    coolant = 21.0 + _weather(time_s, random, random.uniform(1.0, 3.0))
     middle = 20.0 + random.normal(0.0, 0.1)
     return (
-        _sensor(TOP, clock_s, middle + beam + gradient / 2.0),
-        _sensor(BOTTOM, clock_s, middle + beam - gradient / 2.0),
-        _sensor(DECOY, clock_s, coolant),
+        _sensor(TOP, time_s, middle + beam + gradient / 2.0),
+        _sensor(BOTTOM, time_s, middle + beam - gradient / 2.0),
+        _sensor(DECOY, time_s, coolant),
     )
 
 
