@@ -85,7 +85,7 @@ def _s_curve(scene: Scene, travel: int) -> tuple[Array, Array]:
 
     The curvature runs linearly through zero in the middle, where the way was levelled; it is integrated twice.
     """
-    grid_m = np.linspace(*scene.travel_mm[travel], 2801) * 1e-3
+    grid_m = np.linspace(scene.travel_mm[travel, 0], scene.travel_mm[travel, 1], 2801) * 1e-3
     middle, step_m, half = grid_m.mean(), grid_m[1] - grid_m[0], len(grid_m) // 2
     curvature = grid_m - middle
     slope = np.r_[0.0, np.cumsum((curvature[1:] + curvature[:-1]) / 2.0) * step_m]
@@ -105,7 +105,7 @@ def cubic_straightness(scene: Scene, random: Random, travel: int, sideways: int)
 
 def cubic_scale(scene: Scene, random: Random, axis: int) -> Cause:
     """A tape heated in its middle when it was glued: its strain grows with the square of the distance from there."""
-    grid_m = np.linspace(*scene.travel_mm[axis], 2801) * 1e-3
+    grid_m = np.linspace(scene.travel_mm[axis, 0], scene.travel_mm[axis, 1], 2801) * 1e-3
     strain = 3.0 * (grid_m - grid_m.mean()) ** 2
     course = np.r_[0.0, np.cumsum((strain[1:] + strain[:-1]) / 2.0) * (grid_m[1] - grid_m[0])]
     course -= course[len(grid_m) // 2]

@@ -126,7 +126,7 @@ def thermal_expansion_of(scene: Scene, random: Random, axis: int) -> Cause:
 def thermal_bending(scene: Scene, random: Random, travel: int, sideways: int) -> Cause:
     """A bridge warmer on top: even curvature, integrated twice from its middle, where it is held."""
     warm, lag_s = _body(scene, random, TOP, BOTTOM)
-    grid_m = np.linspace(*scene.travel_mm[travel], 1401) * 1e-3
+    grid_m = np.linspace(scene.travel_mm[travel, 0], scene.travel_mm[travel, 1], 1401) * 1e-3
     step_m, held = grid_m[1] - grid_m[0], len(grid_m) // 2
     slope = np.cumsum(np.full(len(grid_m), step_m))
     slope -= slope[held]
