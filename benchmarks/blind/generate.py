@@ -181,12 +181,14 @@ def _is_fit(recipe: str, seed: int, attempt: int) -> bool:
 def _is_told_apart(measurement: Measurement) -> bool:
     """Whether at size 1 no name may be mentioned for a law of temperature but that law with its own columns.
 
-    A column less that of the gauge, which hardly changes, is the column itself.
+    A column less that of the gauge, which hardly changes, is the column itself. A late drift must not be an early one.
     """
     scene, cause = measurement.scene, measurement.causes[0]
-    if cause.kind not in LAWS_OF_COLUMNS:
+    if cause.kind not in LAWS_OF_COLUMNS and cause.where != "late":
         return True
     left = measurement.names.leftovers(along(scene, cause.displace(strength_for(scene, cause, 1.0))))
+    if cause.where == "late":
+        return left["thermal_drift"] > NEAR_CHI2
     own = _law_of(cause.key)
     return min(chi2 for key, chi2 in left.items() if _law_of(key) != own) > NEAR_CHI2
 
