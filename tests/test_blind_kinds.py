@@ -11,6 +11,7 @@ import pytest
 from benchmarks.blind import axis_causes, chain_causes, probe_causes, temperature_causes
 from benchmarks.blind.catalogue import RECIPES
 from benchmarks.blind.cause import Cause, along, strength_for
+from benchmarks.blind.figure import TITLES
 from benchmarks.blind.further_catalogue import CHAINS, FURTHER, LEVEL
 from benchmarks.blind.generate import Case, make_case
 from benchmarks.blind.identify import leftovers
@@ -18,6 +19,7 @@ from benchmarks.blind.probe_causes import Tripod, normals, qualifying_normals, s
 from benchmarks.blind.scene import Chain, Design, Scene, make_scene
 from benchmarks.blind.score import off_by, score_case
 from benchmarks.blind.spelling import key_of
+from benchmarks.blind.statements import GROUPS
 from benchmarks.blind.table import summarise, text
 from benchmarks.blind.temperature_causes import lagged, thermometers, two_of_a_beam
 
@@ -420,6 +422,11 @@ def test_what_cannot_be_seen_must_not_be_named_though_it_fits() -> None:
 def test_a_late_drift_is_one_that_begins_late(where: str, start_s: float, left: float, right: bool) -> None:
     truth = truth_with("thermal_drift", where, leftover_chi2={"thermal_drift": left, "thermal_drift:late": 0.0})
     assert score_case(truth, answer(effect("thermal_drift", start_s=start_s)))["right"] is right
+
+
+def test_every_group_of_statements_has_a_panel() -> None:
+    assert TITLES.keys() == {*GROUPS, "all"}
+    assert {recipe.family for recipe in FURTHER} == set(GROUPS["further"])
 
 
 def test_the_table_has_a_row_for_each_later_recipe_with_its_bar() -> None:

@@ -13,6 +13,7 @@ TITLES = {
     "recordings": "ordinary recordings",
     "scatters": "scatter not ideal",
     "ways": "way of measuring not ideal",
+    "further": "later kinds",
     "all": "all",
 }
 INK, BLUE, GREY = "#1a1a1a", "#0b5394", "#8a8a8a"
