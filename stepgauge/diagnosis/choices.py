@@ -28,6 +28,7 @@ TEMPERATURES = ("_C", "_K", "_degC")
 FEWEST_SPEEDS = 3
 FEWEST_BACK = 0.2
 """Share of the touches each way from which a difference between the ways can be told from single touches."""
+LIKE_DIRECTIONS = 0.1
 TOLD_APART = 0.3
 """Share of the placements' own levels that must be left beside what they have in common."""
 SPANNED = 0.02
@@ -126,10 +127,14 @@ def _has_speeds(data: Residuals) -> bool:
 
 
 def _has_like_placements(data: Residuals) -> bool:
-    """Whether placements tell a radius of their own from radii and reversals that all have in common."""
+    """Whether placements tell a radius of their own from radii and reversals that all have in common.
+
+    Directions that differ by less than a tenth do not count as different: no reversal shows that little and is that
+    large.
+    """
     own = (data.placement == np.arange(data.placement.max() + 1)[:, None]).astype(float)
     shared = np.vstack([np.ones(len(data)), np.abs([data.probings.approach(axis) for axis in "xyz"])])
-    left = own - np.linalg.lstsq(shared.T, own.T, rcond=None)[0].T @ shared
+    left = own - np.linalg.lstsq(shared.T, own.T, rcond=LIKE_DIRECTIONS)[0].T @ shared
     return bool(np.linalg.norm(left) > TOLD_APART * np.linalg.norm(own))
 
 
