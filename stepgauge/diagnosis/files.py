@@ -28,7 +28,7 @@ from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Membe
 from stepgauge.diagnosis.solve import Estimate
 from stepgauge.diagnosis.unknown_law import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.errors import InputError
-from stepgauge.files.text import read_text, write_text
+from stepgauge.files.text import read_text, write_json, write_text
 from stepgauge.recording import Recording
 
 FORMAT = "stepgauge diagnosis 1"
@@ -90,8 +90,9 @@ def write_diagnosis(
     suffix : format of the figures: png, svg or pdf
     laws : result of :func:`stepgauge.diagnosis.unknown_law.model_unknown`, if already computed
     """
-    from stepgauge.diagnosis.report import report_text
     from stepgauge.figures.diagnosis import draw_diagnosis, figure_names
+    from stepgauge.reports.diagnosis import diagnosis_story
+    from stepgauge.reports.render import markdown
 
     target = Path(folder)
     laws = model_unknown(diagnosis) if laws is None else laws
@@ -101,15 +102,19 @@ def write_diagnosis(
     said["remarks"] += remarks + more
     names = figure_names(diagnosis, laws, suffix)
     texts = {
-        "diagnosis.json": json.dumps(said, indent=1, allow_nan=False, ensure_ascii=False) + "\n",
-        "diagnosis.md": report_text(said, names),
+        "diagnosis.md": markdown(diagnosis_story(said, names)),
         MACHINE_FILE: machine,
         **probe,
         **diagnosis.placements,
     }
+    write_json(target / "diagnosis.json", said)
     for name, text in texts.items():
         write_text(target / name, text)
-    return [*(target / name for name in texts), *draw_diagnosis(target, diagnosis, laws, suffix)]
+    return [
+        target / "diagnosis.json",
+        *(target / name for name in texts),
+        *draw_diagnosis(target, diagnosis, laws, suffix),
+    ]
 
 
 def diagnosis_to_dict(

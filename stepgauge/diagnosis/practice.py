@@ -68,14 +68,14 @@ def _periodic(v: Values, data: Residuals) -> str:
     a, period = v["amplitude_um"], v["period_mm"]
     return (
         f"The error of the {v['axis']} scale repeats every {period:.5g} mm: up to {in_um(a)} for a position,"
-        f" up to {in_um(2 * a)} for a length. Compare the period with the pitch of the scale, screw or rack."
+        f" up to {in_um(2 * a)} for a length."
     )
 
 
 def _local(v: Values, data: Residuals) -> str:
     return (
         f"Near {v['axis']} = {v['at_mm']:.1f} mm, over about {v['width_mm']:.0f} mm, the machine indicates"
-        f" {in_um(v['height_um'])} too {long(v['height_um'])}, wherever the gauge lies: inspect the scale."
+        f" {in_um(v['height_um'])} too {long(v['height_um'])}, wherever the gauge lies."
     )
 
 
@@ -160,8 +160,7 @@ def _gauge_temperature(v: Values, data: Residuals) -> str:
     um = v["delta_K"] * data.gauge.table.expansion_per_K * 1e3 * length_mm(data)
     return (
         f"The gauge is {size(v['delta_K'])} K {'warmer' if v['delta_K'] > 0 else 'colder'} than recorded:"
-        f" {in_um(um)} over the {length_mm(data):.0f} mm measured. Wait for thermal equilibrium, or measure its"
-        " temperature."
+        f" {in_um(um)} over the {length_mm(data):.0f} mm measured."
     )
 
 
@@ -186,7 +185,7 @@ def _drift(v: Values, data: Residuals) -> str:
         )
     return (
         f"Relative to the machine the gauge settles{begun} towards {towards(v['direction'], rate)} with a time constant"
-        f" of {tau * 60:.3g} min, by {in_um(rate * tau)} in all: wait three time constants before measuring."
+        f" of {tau * 60:.3g} min, by {in_um(rate * tau)} in all: it is at rest after three time constants."
     )
 
 
@@ -201,8 +200,7 @@ def _step(v: Values, data: Residuals) -> str:
     before = int((data.probings.time_s < v["time_s"]).sum())
     return (
         f"At {v['time_s']:.4g} s, between probings {before} and {before + 1} in order of time, the origin changed by"
-        f" {in_um(v['um'])} towards {towards(v['direction'], v['um'])}: a knock or a slipped clamp. Do not combine"
-        " readings from before and after."
+        f" {in_um(v['um'])} towards {towards(v['direction'], v['um'])}: a knock or a slipped clamp."
     )
 
 
@@ -210,7 +208,7 @@ def _misalignment(v: Values, data: Residuals) -> str:
     um = length_mm(data) * 1e3 * (1.0 / np.cos(v["mrad"] * 1e-3) - 1.0)
     return (
         f"The probed line is {abs(v['mrad']):.3g} mrad off the axis of the gauge; the cosine error makes lengths too"
-        f" long: {in_um(um)} over the {length_mm(data):.0f} mm measured. Locate the gauge again."
+        f" long: {in_um(um)} over the {length_mm(data):.0f} mm measured."
     )
 
 
@@ -221,7 +219,7 @@ def _block(v: Values, data: Residuals) -> str:
     u = float(data.gauge.u_um[face - 1])
     return (
         f"Face {face}, the {side} of block {(face + 1) // 2}, lies {in_um(v['um'])} nearer to the {end} block than"
-        f" certified (standard uncertainty {size(u)} um): clean it, then have it calibrated."
+        f" certified (standard uncertainty {size(u)} um)."
     )
 
 
@@ -233,7 +231,7 @@ def _memory(v: Values, data: Residuals) -> str:
     later = "later" if v["um"] > 0 else "earlier"
     return (
         f"The first probing after a pause triggers {in_um(v['um'])} {later}; this decays to 1/e within"
-        f" {size(v['touches'])} probings: probe some points before the measurement."
+        f" {size(v['touches'])} probings."
     )
 
 

@@ -1,8 +1,4 @@
-"""``diagnosis.md``, the report of a ``diagnosis.json``: actions on the first page, then the evidence.
-
-The template ``templates/reports/diagnosis.md.j2`` sees ``d``, the content of the JSON; ``figures``, the names of the
-figures beside it; ``limits``, what this recording cannot show; and the words of this module.
-"""
+"""Words and numbers of the report of a ``diagnosis.json``: verdict, limits, values with their uncertainties."""
 
 from __future__ import annotations
 
@@ -42,30 +38,6 @@ SCATTER_WORDS = {
 }
 NO_CHOICE = ("start_s", "pause_s", "about_mm")
 """Parameters of the computation that are not part of the name of a law."""
-
-
-def report_text(said: Mapping[str, Any], figures: Sequence[str] = (), template: str | Path | None = None) -> str:
-    """The report of a diagnosis.
-
-    Parameters
-    ----------
-    said : content of a ``diagnosis.json``
-    figures : names of the figures beside it
-    template : Jinja file to use instead of the shipped one
-    """
-    source = Path(template) if template else folder("templates") / "reports" / "diagnosis.md.j2"
-    context = {
-        "d": said,
-        "figures": list(figures),
-        "summary": summary(said),
-        "limits": limits(said),
-        "lacking": lacking(said),
-        "remaining": remaining(said["unexplained"]),
-        "scatter": SCATTER,
-        "scatter_words": SCATTER_WORDS,
-        "coverage": COVERAGE,
-    }
-    return environment().from_string(read_text(source)).render(context)
 
 
 def environment() -> ImmutableSandboxedEnvironment:

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-RESIDUALS, EFFECTS = "residuals", "effects"
+OVERVIEW, RESIDUALS, EFFECTS = "overview", "residuals", "effects"
 MOST_COLUMNS = 3
 MOST_POINTS = 4000
 """Largest number of points of each kind; more would overlap and enlarge the file."""
@@ -50,8 +50,8 @@ GRAIN = 1e-3
 
 
 def figure_names(diagnosis: Diagnosis, laws: Sequence[UnknownLaw], suffix: str = "png") -> list[str]:
-    """Names of the figures of a diagnosis; the second exists only if there is an effect or a form."""
-    names = [RESIDUALS, EFFECTS] if panels(diagnosis, laws) else [RESIDUALS]
+    """Names of the figures of a diagnosis; the last exists only if there is an effect or a form."""
+    names = [OVERVIEW, RESIDUALS, *([EFFECTS] if panels(diagnosis, laws) else [])]
     return [f"{name}.{suffix}" for name in names]
 
 
@@ -61,13 +61,37 @@ def draw_diagnosis(
     """Draw the figures of a diagnosis into a folder; outdated ones of an earlier diagnosis are removed."""
     target = Path(folder)
     found = panels(diagnosis, laws)
-    figures = [residual_figure(diagnosis, laws)] + ([effect_figure(diagnosis, laws)] if found else [])
+    figures = [overview_figure(diagnosis, laws), residual_figure(diagnosis, laws)]
+    figures += [effect_figure(diagnosis, laws)] if found else []
     paths = [target / name for name in figure_names(diagnosis, laws, suffix)]
     for figure, path in zip(figures, paths, strict=True):
         save_figure(figure, path)
-    for stale in {target / f"{name}.{kind}" for name in (RESIDUALS, EFFECTS) for kind in FORMATS} - set(paths):
+    for stale in {target / f"{name}.{kind}" for name in (OVERVIEW, RESIDUALS, EFFECTS) for kind in FORMATS} - set(
+        paths
+    ):
         stale.unlink(missing_ok=True)
     return paths
+
+
+def overview_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:
+    """Residuals before and after in one row of panels, low enough for a first page beside its words."""
+    drawn = _covariates_that_matter(diagnosis)
+    limit = _limit(diagnosis)
+    with figure_style():
+        figure = new_figure(180.0, 48.0)
+        row = figure.subplots(1, len(drawn), sharey=True, squeeze=False)[0]
+        for axes, covariate in zip(row, drawn, strict=True):
+            x = covariate_values(covariate, diagnosis.data)
+            for um, name in ((diagnosis.before_um, "before"), (rest_um(diagnosis, laws), "after")):
+                every = np.ones(len(x), dtype=bool)
+                _scatter(axes, x, np.clip(um, -limit, limit), [Group(every, COLORS[name], "o", name)], 0.6)
+            _noise_lines(axes, diagnosis.noise.sigma_um)
+            _ring_outliers(axes, x, np.clip(diagnosis.before_um, -limit, limit), diagnosis)
+            _label_x(axes, label_of(covariate))
+        row[0].set_ylim(-limit, limit)
+        row[0].set_ylabel("residual (µm)")
+        _legend(figure, row[0])
+    return figure
 
 
 def residual_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:

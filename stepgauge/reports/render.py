@@ -1,4 +1,4 @@
-"""Content to pages: PDF through a Typst template, HTML through a Jinja one, shipped or the user's own.
+"""Content to pages: PDF through a Typst template, HTML and Markdown through Jinja ones, shipped or the user's own.
 
 Typst gets the content as data, never as markup, so that no text in it can be taken for code. Jinja escapes every value
 for HTML and runs in its sandbox; a name that the content does not have is an error in both.
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from stepgauge.errors import InputError
+from stepgauge.files.notation import clean
 from stepgauge.files.resources import folder
 from stepgauge.files.text import read_text, replacing
 
@@ -69,7 +70,7 @@ def render_pdf(content: dict[str, Any], template: str | Path | None = None) -> P
 
     Archival (PDF/A-3, tagged) where every character has a font; otherwise plain, with a note that says why.
     """
-    source = Path(template) if template else folder("templates") / "reports" / "report.typ"
+    source = Path(template) if template else shipped_template(content, "typ")
     if re.search(r"@preview\b", read_text(source)):
         raise InputError(source, "template: packages from the network are not loaded", found="@preview")
     import typst
@@ -91,6 +92,29 @@ def render_pdf(content: dict[str, Any], template: str | Path | None = None) -> P
     raise InputError(source, f"template: {reasons[-1]}")
 
 
+def shipped_template(content: dict[str, Any], suffix: str) -> Path:
+    """The template of what is to be printed: ``report`` for what is measured, ``story`` for a diagnosis."""
+    return folder("templates") / "reports" / f"{content.get('layout', 'report')}.{suffix}"
+
+
+def markdown(content: dict[str, Any], template: str | Path | None = None) -> str:
+    """A story as Markdown, its figures by their names."""
+    import jinja2
+    from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+    environment = ImmutableSandboxedEnvironment(
+        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
+    )
+    environment.filters["cell"] = cell
+    source = Path(template) if template else shipped_template(content, "md.j2")
+    return environment.from_string(read_text(source)).render(report=content)
+
+
+def cell(text: object) -> str:
+    """Text escaped for a cell of a table in Markdown."""
+    return clean(text).replace("\n", " ").replace("|", "\\|").replace("`", "'")
+
+
 def _check_use(source: Path, pattern: str, expected: str) -> None:
     """Another file given for a template prints itself, whatever was measured."""
     if not re.search(pattern, read_text(source)):
@@ -108,7 +132,7 @@ def render_html(content: dict[str, Any], template: str | Path | None = None) -> 
     import jinja2
     from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-    source = Path(template) if template else folder("templates") / "reports" / "report.html.j2"
+    source = Path(template) if template else shipped_template(content, "html.j2")
     environment = ImmutableSandboxedEnvironment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )

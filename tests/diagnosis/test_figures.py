@@ -259,7 +259,11 @@ def test_many_points_are_thinned_evenly() -> None:
 
 @pytest.mark.parametrize(
     ("name", "expected"),
-    [("null", ["residuals"]), ("scale", ["residuals", "effects"]), ("insufficient", ["residuals"])],
+    [
+        ("null", ["overview", "residuals"]),
+        ("scale", ["overview", "residuals", "effects"]),
+        ("insufficient", ["overview", "residuals"]),
+    ],
 )
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_files(name: str, expected: list[str], suffix: str, tmp_path: Path) -> None:
@@ -273,7 +277,7 @@ def test_figures_of_an_earlier_diagnosis_do_not_stay(tmp_path: Path) -> None:
     draw_diagnosis(tmp_path, made("scale")[1], [])
     (tmp_path / "mine.png").write_text("mine")
     draw_diagnosis(tmp_path, made("null")[1], [], "svg")
-    assert {path.name for path in tmp_path.iterdir()} == {"residuals.svg", "mine.png"}
+    assert {path.name for path in tmp_path.iterdir()} == {"overview.svg", "residuals.svg", "mine.png"}
 
 
 def test_other_formats_are_refused(tmp_path: Path) -> None:

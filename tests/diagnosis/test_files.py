@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,8 @@ from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.files import Inputs, diagnosis_to_dict, read_diagnosis, write_diagnosis
 from stepgauge.diagnosis.machine_text import machine_text
 from stepgauge.diagnosis.practice import in_practice, name_of
-from stepgauge.diagnosis.report import plus_minus, probability, report_text, significant, um, wrapped_sum
+from stepgauge.diagnosis.remedies import remedy
+from stepgauge.diagnosis.report import plus_minus, probability, significant, um, wrapped_sum
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.diagnosis.result import Diagnosis, Finding, Located
 from stepgauge.diagnosis.solve import Estimate
@@ -28,6 +29,9 @@ from stepgauge.errors import InputError
 from stepgauge.machine.file import read_machine
 from stepgauge.machine.readout import machine_effects
 from stepgauge.recording import Recording
+from stepgauge.reports.diagnosis import diagnosis_story
+from stepgauge.reports.findings import uncertainties, values
+from stepgauge.reports.render import markdown
 from tests.diagnosis.made import (
     ALONG_X,
     SCALE,
@@ -51,6 +55,10 @@ def case(name: str) -> tuple[Recording, Diagnosis]:
 def said(name: str) -> dict[str, Any]:
     recording, found = case(name)
     return diagnosis_to_dict(found, Inputs((recording,)), model_unknown(found))
+
+
+def report_text(data: dict[str, Any], figures: Sequence[str] = ()) -> str:
+    return markdown(diagnosis_story(data, figures))
 
 
 def numbers(value: Any) -> Iterator[float]:
@@ -183,7 +191,7 @@ def test_what_remains_says_each_covariate_once() -> None:
     first = data["unexplained"][0]
     data["unexplained"] = [first, {**first, "where": "in another way too", "probability": 0.5}]
     text = report_text(data)
-    (row,) = [line for line in first_page(text).splitlines() if line.startswith(f"| {first['covariate']} |")]
+    (row,) = [line for line in first_page(text).splitlines() if f"law: {first['covariate']} |" in line]
     assert f"{first['where']}; in another way too" in row
     assert f" {probability(first['probability'])} |" in row
     assert text.count("a description, not an explanation") == 1
@@ -204,10 +212,13 @@ def test_what_to_do_stands_before_the_evidence_for_it() -> None:
     (effect,) = data["effects"]
     assert len(effect["set"]) > 1
     for member in effect["set"]:
-        (row,) = [line for line in first.splitlines() if line.startswith(f"| {name_of(member['label'])} |")]
-        assert member["in_practice"] in row
-        for parameter in member["parameters"].values():
-            assert "unit" not in parameter or plus_minus(parameter) in row
+        (row,) = [line for line in first.splitlines() if member["in_practice"] in line]
+        assert row.startswith("| 1 |" if member is effect["set"][0] else f"| or | {name_of(member['label'])} |")
+        assert values(member).replace("\n", "; ") in row
+        assert uncertainties(member).replace("\n", "; ") in row
+        assert f" {probability(member['share'] * effect['probability'])} |" in row
+        assert remedy(member["kind"], member["parameters"]).repair in row
+        assert remedy(member["kind"], member["parameters"]).check in first
     assert effect["commands"][0] in first
     for word in ("chi-square", "held out", "Steps of the search", "degrees of freedom"):
         assert word not in first

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,14 +18,11 @@ from stepgauge.diagnosis.covariates import WAY
 from stepgauge.diagnosis.engine import diagnose_residuals
 from stepgauge.diagnosis.files import Inputs, checksum, diagnosis_to_dict, without_nan
 from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.told import MOST_LOCATED
-from stepgauge.diagnosis.report import VERDICTS, environment, listed, significant
+from stepgauge.diagnosis.report import listed, significant
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.effects import effect_kinds
-from stepgauge.files.resources import folder
-from stepgauge.files.text import read_text, write_text
+from stepgauge.files.text import write_json, write_text
 
-TEMPLATE = "axis-diagnosis.md.j2"
 OF_POSITION = ("position", "machine x", "face", WAY)
 """Covariates of forms that a law of the position may be a part of."""
 UNUSED = ("empirical", "inputs")
@@ -45,7 +41,7 @@ class AxisDiagnosis:
     def summary(self) -> str:
         """Verdict, effects and fit in a line."""
         unit, fit = self.data.recording.units.deviation, self.said["fit"]
-        names = [_named(one, self.data.recording.form) for one in self.said["effects"]]
+        names = [named(one, self.data.recording.form) for one in self.said["effects"]]
         left = [f"without a law: {one['where']}" for one in self.said["unexplained"][:1]]
         before, after, noise = (significant(fit[f"{key}_{unit}"]) for key in ("rms_before", "rms_after", "noise"))
         what = ", ".join(names + left)
@@ -91,29 +87,16 @@ def write_axis_diagnosis(
     """Write ``diagnosis.json``, ``diagnosis.md`` and the figure into a folder (made if missing)."""
     from stepgauge.figures.axis import axis_figure
     from stepgauge.figures.style import save_figure
+    from stepgauge.reports.axis_diagnosis import axis_story
+    from stepgauge.reports.render import markdown
 
     target, figure = Path(output), f"residuals.{suffix}"
     files = [{"path": str(one.path), "sha256": checksum(one.path)} for one in recordings]
     said = {**told.said, "inputs": {"recordings": files}}
-    text = json.dumps(said, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-    write_text(target / "diagnosis.json", text)
-    write_text(target / "diagnosis.md", report_text(said, figure))
+    write_json(target / "diagnosis.json", said)
+    write_text(target / "diagnosis.md", markdown(axis_story(said, [figure])))
     save_figure(axis_figure(told.found, told.data), target / figure)
     return [target / name for name in ("diagnosis.json", "diagnosis.md", figure)]
-
-
-def report_text(said: Mapping[str, Any], figure: str) -> str:
-    """``diagnosis.md`` of an axis."""
-    source = folder("templates") / "reports" / TEMPLATE
-    context = {
-        "d": said,
-        "a": said["axis"],
-        "figure": figure,
-        "coverage": 2.0,
-        "summary": _sentence(said),
-        "most": MOST_LOCATED,
-    }
-    return environment().from_string(read_text(source)).render(context)
 
 
 def _said(found: Diagnosis, data: AxisData) -> dict[str, Any]:
@@ -190,18 +173,7 @@ def _target_of(recording: AxisRecording, row: int) -> str:
     return f"{frame['target']:.12g} {recording.units.position}" if "target" in frame else "-"
 
 
-def _named(effect: Mapping[str, Any], form: str) -> str:
+def named(effect: Mapping[str, Any], form: str) -> str:
+    """An effect with the kinds that could replace it."""
     others = [kind_name(kind, form) for kind in effect["confounded_with"]]
     return f"{effect['name']} (or {listed(others, 'or')})" if others else str(effect["name"])
-
-
-def _sentence(said: Mapping[str, Any]) -> str:
-    """The verdict in a sentence or two."""
-    text = VERDICTS[said["verdict"]].replace("simulation", "targets" if said["axis"]["form"] == "axis" else "model")
-    names = listed([_named(one, said["axis"]["form"]) for one in said["effects"]])
-    if said["verdict"] == "effects":
-        return f"{text} {names}."
-    if said["verdict"] == "unknown" and said["unexplained"]:
-        part = f" A part is explained: {names}." if names else ""
-        return f"{text} Its form: {said['unexplained'][0]['where']}.{part}"
-    return text

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from stepgauge.diagnosis.maps.result import OUTLIERS, MapDiagnosis
 from stepgauge.diagnosis.maps.said import as_json
 from stepgauge.diagnosis.solve import Estimate
 from stepgauge.files.tables import csv_text
-from stepgauge.files.text import write_text
+from stepgauge.files.text import write_json, write_text
 from stepgauge.probes.directions_map import map_directions
 
 PROBE_FILE = "probe.diagnosed.toml"
@@ -34,13 +33,13 @@ def write_map_diagnosis(found: MapDiagnosis, probe_path: str, folder: str | Path
     target = Path(folder)
     said = as_json(found, probe_path, target)
     texts = {
-        "diagnosis.json": json.dumps(said, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
         "diagnosis.md": report_text(said, figure_names(found, suffix)),
         **_probe_files(found),
     }
+    write_json(target / "diagnosis.json", said)
     for name, text in texts.items():
         write_text(target / name, text)
-    return [*(target / name for name in texts), *draw_map_diagnosis(target, found, suffix)]
+    return [target / "diagnosis.json", *(target / name for name in texts), *draw_map_diagnosis(target, found, suffix)]
 
 
 def _probe_files(found: MapDiagnosis) -> dict[str, str]:

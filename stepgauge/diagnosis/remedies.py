@@ -1,0 +1,191 @@
+"""What to do about a cause: what to check before anything is changed, and what to repair once the check confirms it.
+
+A diagnosis says what a recording shows; a person at the machine confirms it by other means first. ``{axis}`` and the like
+stand for the choices of a finding.
+"""
+
+from __future__ import annotations
+
+import string
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+
+class Remedy(NamedTuple):
+    """``check``: by other means than this recording; ``repair``: once the check has confirmed the cause."""
+
+    check: str
+    repair: str
+
+
+_TABLE = "Make a new error table of {axis} from an evaluation along it (stepgauge compensate)."
+_BY_DIRECTION = "Compensate by direction (stepgauge probe compensate), or have the probe module exchanged."
+_REMEDIES = {
+    "scale_error": Remedy(
+        "Compare the linear correction of {axis} in the controller, and the temperature of the {axis} scale in the"
+        " machine file, with what is there.",
+        "Enter a new linear correction of {axis}.",
+    ),
+    "scale_curvature": Remedy("Compare the error table of {axis} in the controller with the machine's last one.", _TABLE),
+    "periodic_scale_error": Remedy(
+        "Compare the period with the pitch of the {axis} scale, screw or rack; look for dirt on the reading head.",
+        "Clean the {axis} scale and adjust the gap of its reading head.",
+    ),
+    "local_scale_defect": Remedy(
+        "Inspect the {axis} scale at {at_mm} mm for dirt, a scratch or a joint.", f"Clean it; if the error stays: {_TABLE}"
+    ),
+    "scale_joint": Remedy("Inspect the {axis} scale for a joint at {at_mm} mm.", _TABLE),
+    "reversal_error": Remedy(
+        "Drive {axis} to a dial gauge from both sides: if it does not differ, the cause is the probe.",
+        "Adjust the drive of {axis} or its backlash compensation; for the probe, qualify it again.",
+    ),
+    "reversal_wear": Remedy(
+        "Drive {axis} to a dial gauge from both sides, near {at_mm} mm and far from it.",
+        "Have the screw of {axis} inspected; its backlash compensation holds for one place only.",
+    ),
+    "stick_slip": Remedy(
+        "Look at lubrication and wipers of the {axis} guideway.", "Clean and lubricate the guideway of {axis}."
+    ),
+    "squareness": Remedy(
+        "Measure the squareness of {plane} by other means: a square, or a ball plate.",
+        "Enter the squareness of {plane} in the controller.",
+    ),
+    "straightness": Remedy(
+        "Measure the straightness of {axis} with a straightedge or a laser.", "Enter it in the error map, or level the bed."
+    ),
+    "angular_error": Remedy(
+        "Measure the angle of the {travel_axis} carriage with an electronic level or an autocollimator.",
+        "Enter it in the error map; look at bearings and preload of the {travel_axis} carriage.",
+    ),
+    "roll": Remedy("Measure the roll of the {axis} carriage with electronic levels.", "Enter it in the error map."),
+    "error_motion": Remedy(
+        "Measure this error motion of {axis} with a laser, an autocollimator or levels.", "Enter it in the error map."
+    ),
+    "thermal_bending": Remedy(
+        "Look for what heats one side of {axis}: sun, a lamp, an electrical cabinet.",
+        "Remove or shield the source of heat.",
+    ),
+    "gauge_temperature": Remedy(
+        "Measure the temperature on the bar of the gauge with a calibrated thermometer, before and after a run.",
+        "Wait until the gauge has the temperature of the machine; record its temperature.",
+    ),
+    "scale_temperature": Remedy(
+        "Measure the temperature of the {axis} scale with a calibrated thermometer.",
+        "Have its sensor adjusted, or state the measured temperature.",
+    ),
+    "thermal_drift": Remedy(
+        "Log the temperatures of air, gauge and machine; ask what was switched on before the run.",
+        "Wait for equilibrium, or measure there and back (stepgauge plan --order up-down).",
+    ),
+    "temperature_cycle": Remedy(
+        "Compare the period with that of the air conditioning or the coolant unit.",
+        "Keep the stream of air or coolant off the machine.",
+    ),
+    "thermal_expansion_of": Remedy(
+        "Compare the recorded temperature {column} with a calibrated thermometer.",
+        "Correct by this temperature, or keep it constant.",
+    ),
+    "thermal_shift": Remedy(
+        "Compare the recorded temperature {column} with a calibrated thermometer.",
+        "Keep this temperature constant, or measure a reference point again and again.",
+    ),
+    "scale_warm_up": Remedy(
+        "Log the temperature of the {axis} scale from switching on.", "Warm the machine up before measuring."
+    ),
+    "block_defect": Remedy("Look for dirt, rust or a dent on face {face}.", "Clean it; then have the gauge calibrated."),
+    "misalignment": Remedy(
+        "Probe the 16 points again and compare the placements (stepgauge locate).", "Plan anew with the new placement."
+    ),
+    "gauge_bending": Remedy(
+        "Compare the supports of the gauge with those of its certificate.", "Support the gauge there."
+    ),
+    "step_change": Remedy(
+        "Look at the clamps of the gauge, and whether stylus and probe are tight.",
+        "Tighten them; use no readings from before and after together.",
+    ),
+    "vibration": Remedy(
+        "Switch off, one by one, what turns near the machine: fans, pumps, spindles.", "Isolate it, or measure without it."
+    ),
+    "approach_memory": Remedy("Probe one point ten times after a pause.", "Begin every run with some probings for nothing."),
+    "effective_radius": Remedy(
+        "Is the stylus tight and the tip clean? Qualify it on the reference sphere and compare.",
+        "Enter the new effective radius.",
+    ),
+    "probe_lobing": Remedy("Probe a sphere from all sides (stepgauge probe qualify).", _BY_DIRECTION),
+    "kinematic_pretravel": Remedy("Probe a sphere from all sides (stepgauge probe qualify).", _BY_DIRECTION),
+    "seat_defect": Remedy(
+        "Probe a sphere from all sides (stepgauge probe qualify).", "Have the probe cleaned, or its module exchanged."
+    ),
+    "trigger_delay": Remedy(
+        "Probe one face at two speeds: does the reading change in proportion?", "Qualify the probe at the measuring speed."
+    ),
+    "servo_lag": Remedy("Probe one face at three speeds.", "Qualify and measure at one speed, a slower one."),
+    "tip_change": Remedy(
+        "Compare the stylus of placement {placement} with that of the others.", "Qualify it, and measure this placement again."
+    ),
+    "lever_arm": Remedy("Measure the length of the stylus and compare it with the file.", "State the measured length."),
+    "noise_growth": Remedy("Look for what changes with {per}.", "Nothing: readings there have less weight."),
+    "outliers": Remedy("Clean the tip and the faces that are listed in the appendix.", "Measure these points again."),
+    "preload": Remedy("Measure the trigger force of the probe with a force gauge.", "Have the spring adjusted."),
+}  # fmt: skip
+_OF_AN_AXIS = {
+    "scale_error": Remedy(
+        "Measure the temperature of the scale, state its coefficient of expansion, and align the line of measurement.",
+        "If it stays: enter a new linear correction.",
+    ),
+    "scale_curvature": Remedy(
+        "Compare the error table of the controller with the last one; look at the screw's preload.", "Make a new error table."
+    ),
+    "periodic_scale_error": Remedy(
+        "Compare the period with the pitch of scale, screw or gear, and with the wavelength.",
+        "Clean the scale and adjust its reading head; centre what turns.",
+    ),
+    "local_scale_defect": Remedy("Inspect the scale at this position.", "Clean it; if it stays, make a new error table."),
+    "scale_joint": Remedy("Inspect the scale for a joint at this position.", "Make a new error table."),
+    "reversal_error": Remedy(
+        "Read the position with another instrument, coming from both sides.", "Adjust the drive or its backlash compensation."
+    ),
+    "thermal_drift": Remedy("Log the temperatures of air, axis and instrument.", "Wait for equilibrium; measure there and back."),
+    "step_change": Remedy(
+        "Look at clamps, mirrors and cables, and at the count of the instrument.",
+        "Fasten them; use no readings from before and after together.",
+    ),
+    "effective_radius": Remedy(
+        "Determine the constant by other means, on a known length or on the reference sphere.", "Enter the new constant."
+    ),
+    "approach_memory": Remedy("Read one target ten times after a pause.", "Begin every run with some readings for nothing."),
+    "trigger_delay": Remedy("Read one target at two speeds.", "Read at rest, or state the delay."),
+    "outliers": Remedy(
+        "Look at the readings that are listed in the appendix, and at what happened then.", "Measure these targets again."
+    ),
+}  # fmt: skip
+_UNKNOWN_KIND = Remedy(
+    "Check by other means whether this cause is there.", "Remove it, or state it in the machine file."
+)
+UNKNOWN_FORM = Remedy(
+    "Look for what changes with {covariate}.", "Nothing: do not adjust or compensate before the cause is known."
+)
+"""For structure without a known law."""
+
+
+def remedy(kind: str, parameters: Mapping[str, Mapping[str, Any]], of_axis: bool = False) -> Remedy:
+    """What to check and repair for a kind of effect, with its ``parameters`` as a ``diagnosis.json`` has them.
+
+    ``of_axis``: in the words of an axis that is read without gauge.
+    """
+    found = (_OF_AN_AXIS.get(kind) if of_axis else None) or _REMEDIES.get(kind, _UNKNOWN_KIND)
+    return filled(found, **{name: _short(one["value"]) for name, one in parameters.items() if "value" in one})
+
+
+def filled(found: Remedy, **values: str) -> Remedy:
+    """A remedy with values in the places of their names; a name without a value is said as itself."""
+    known = {name: values.get(name, name.split("_")[0]) for text in found for name in _names(text)}
+    return Remedy(*(text.format(**known) for text in found))
+
+
+def _names(text: str) -> list[str]:
+    return [name for _, name, _, _ in string.Formatter().parse(text) if name]
+
+
+def _short(value: Any) -> str:
+    return f"{value:.5g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,86 @@
+"""Blocks of a written page, in plain containers: ``story.md.j2``, ``story.html.j2`` and ``story.typ`` print the same ones.
+
+A page is a title, a verdict and parts; a part is a title and blocks. All text is data, and never markup.
+"""
+
+from __future__ import annotations
+
+import base64
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from stepgauge.files.notation import clean
+from stepgauge.files.text import read_bytes, read_text
+
+Block = dict[str, Any]
+
+
+def words(text: str, strong: bool = False) -> Block:
+    """A paragraph."""
+    return {"kind": "words", "text": clean(text), "strong": strong}
+
+
+def heading(text: str) -> Block:
+    """A heading inside a part."""
+    return {"kind": "heading", "text": clean(text)}
+
+
+def bullets(items: Sequence[str], title: str = "", ordered: bool = False) -> Block:
+    """A list, with a title that belongs to it."""
+    return {"kind": "bullets", "title": title, "items": [clean(item) for item in items], "ordered": ordered}
+
+
+def code(*lines: str, language: str = "") -> Block:
+    """Lines to copy, as they are."""
+    return {"kind": "code", "lines": [clean(line) for line in lines], "language": language}
+
+
+def table(
+    columns: Sequence[str],
+    rows: Sequence[Sequence[object]],
+    shares: Sequence[float] = (),
+    inner: Sequence[int] = (),
+    note: str = "",
+) -> Block:
+    """A table of words: ``shares`` of the width (0: as wide as its words), ``inner`` rows belong to the one above."""
+    return {
+        "kind": "table",
+        "columns": list(columns),
+        "rows": [[clean(cell) for cell in row] for row in rows],
+        "shares": list(shares) or [0.0] * (len(columns) - 1) + [1.0],
+        "inner": list(inner),
+        "note": note,
+    }
+
+
+def figure(name: str, caption: str, figures: Mapping[str, str], share: float = 1.0) -> Block:
+    """A picture by the name of its file, its content from ``figures`` (SVG; empty where only the name is wanted).
+
+    ``share`` of the width of the page.
+    """
+    return {"kind": "figure", "name": name, "svg": figures.get(name, ""), "caption": clean(caption), "share": share}
+
+
+def part(title: str, *blocks: Block | None) -> dict[str, Any]:
+    """A part of a page; blocks that are None are left out."""
+    return {"title": title, "blocks": [one for one in blocks if one is not None]}
+
+
+def pictures(folder: str | Path, names: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Names and contents (SVG) of the pictures of a folder that are there and can stand in a page."""
+    for name in names:
+        path = Path(folder) / name
+        if path.is_file() and path.suffix == ".svg":
+            yield name, read_text(path)
+        elif path.is_file() and path.suffix == ".png":
+            yield name, _svg_of_png(read_bytes(path))
+
+
+def _svg_of_png(data: bytes) -> str:
+    """A PNG as the only element of an SVG, so that a page has one kind of picture."""
+    width, height = struct.unpack(">II", data[16:24])
+    address = "data:image/png;base64," + base64.b64encode(data).decode("ascii")
+    size = f'width="{width}" height="{height}"'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" {size}><image {size} href="{address}"/></svg>'

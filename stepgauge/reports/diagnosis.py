@@ -1,0 +1,338 @@
+"""The story of a diagnosis: what to do first, what was found with its rivals, the evidence, the appendix.
+
+One content for ``diagnosis.md``, for a page in a browser and for a PDF, from ``diagnosis.json`` and the figures beside it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from stepgauge.diagnosis.located import SCATTER
+from stepgauge.diagnosis.practice import name_of
+from stepgauge.diagnosis.report import (
+    SCATTER_WORDS,
+    lacking,
+    limits,
+    percent,
+    plus_minus,
+    probability,
+    significant,
+    summary,
+    um,
+    wrapped_sum,
+)
+from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
+from stepgauge.reports.findings import Words, do_first, first_lines, found_part
+
+Said = Mapping[str, Any]
+STORY = "story"
+COMPARE = (
+    "After any change, measure with the same program and lay the two evaluations over each other:"
+    " stepgauge report BEFORE AFTER -o overlay.pdf"
+)
+
+
+def told_of(said: Said) -> Words:
+    """The words for a recording of a gauge."""
+    return Words(lacking(said), compare=COMPARE if said["effects"] or said["unexplained"] else "")
+
+
+def first_of(said: Said) -> list[str]:
+    """What to do first, in lines for a terminal."""
+    return first_lines(said, told_of(said))
+
+
+def diagnosis_story(
+    said: Said, figures: Sequence[str] = (), pictures: Mapping[str, str] | None = None
+) -> dict[str, Any]:
+    """The content of a page on a diagnosis.
+
+    Parameters
+    ----------
+    said : content of a ``diagnosis.json``
+    figures : names of the figures beside it, the overview first
+    pictures : their contents (SVG) by name, for pages that hold their figures; one that is missing is left out
+    """
+    inputs, told = said["inputs"], told_of(said)
+    captions = dict(zip(figures, _captions(said), strict=False))
+    drawn = [figure(name, captions[name], pictures or {}) for name in shown_figures(figures, pictures)]
+    title = f"Diagnosis: {inputs['machine']['name']} with {inputs['gauge']['name']}"
+    parts = [
+        do_first(said, told),
+        found_part(said, told, *drawn[:1]),
+        part("Evidence", *_evidence(said, drawn[1:])),
+        part("Appendix", *_appendix(said)),
+    ]
+    return story(said, title, summary(said), parts, bool(inputs["gauge"]["example"]))
+
+
+def shown_figures(figures: Sequence[str], pictures: Mapping[str, str] | None) -> list[str]:
+    """Figures by name; of a page that holds their contents those that there are."""
+    return [name for name in figures if pictures is None or pictures.get(name)]
+
+
+def story(
+    said: Said, title: str, sentence: str, parts: Sequence[dict[str, Any]], example: bool = False
+) -> dict[str, Any]:
+    """The page around the parts of any diagnosis."""
+    return {
+        "layout": STORY,
+        "title": title,
+        "verdict": said["verdict"],
+        "summary": sentence,
+        "warnings": [_fails(check) for check in said["checks"] if not check["passed"]],
+        "example": example,
+        "parts": list(parts),
+        "data": {"name": "diagnosis.json", "text": json.dumps(said, indent=1, ensure_ascii=False)},
+        "version": said["stepgauge"],
+    }
+
+
+def _fails(check: Said) -> str:
+    return (
+        f"The posterior predictive check of the {check['check']} fails: {check['words']}. What is stated below is less"
+        " certain than usual; its uncertainties were widened where that can be computed."
+    )
+
+
+def _captions(said: Said) -> tuple[str, ...]:
+    after = " with the form imitated" if said["empirical"] else ""
+    return (
+        f"Residuals before and after{after}; noise of a probing: {um(said['noise']['sigma_um'])}",
+        f"Residuals before and after{after}, against what they may depend on",
+        "Every effect and every form with the fitted curve drawn through the data",
+    )
+
+
+def _evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:
+    yield from _measured(said)
+    yield from drawn
+    yield from odds_blocks(said)
+    yield from check_blocks(said)
+    yield from located_blocks(said)
+    yield from _imitated(said)
+    yield heading("Before and after")
+    yield _fit(said)
+
+
+def _measured(said: Said) -> Iterator[Block]:
+    measured, gauge, noise = said["measured"], said["inputs"]["gauge"], said["noise"]
+    duration, effects = measured["duration_s"], said["inputs"]["machine"]["effects"]
+    within = "" if duration is None else f", within {significant(duration / 60)} min"
+    known = "no effects in it"
+    if effects:
+        known = f"the effects it already has ({', '.join(name_of(kind) for kind in effects)})"
+    yield heading("What was measured")
+    yield words(
+        f"{measured['probings']} probings of {measured['faces']} faces over {significant(measured['length_mm'], 4)} mm of"
+        f" {gauge['name']} (serial {gauge['serial']}, certificate {gauge['certificate']}){within}. The simulation is that"
+        f" of the machine file, with {known}. Residuals are recorded minus simulated along the approach: positive means"
+        " that the probe triggered later than simulated. The position of the gauge is fitted and is never a finding."
+    )
+    yield table(
+        ("placement", "gauge axis (x, y, z)", "blocks", "cycles", "probings"),
+        [_placed(p) for p in measured["placements"]],
+    )
+    u = "" if noise["u_um"] is None else f", standard uncertainty {significant(noise['u_um'], 2)} um"
+    beside = "" if noise["from_repeats"] else " beside the model, for there are no repeats"
+    yield words(
+        f"A single probing repeats to {um(noise['sigma_um'])} (one standard deviation{u}), with {noise['dof']} degrees of"
+        f" freedom{beside}; the machine file says {um(noise['machine_file_um'])}."
+    )
+
+
+def _placed(p: Said) -> list[object]:
+    axis = ", ".join(f"{v:.4f}" for v in p["axis"])
+    return [p["placement"], f"({axis})", f"{p['first_block']} to {p['last_block']}", p["cycles"], p["probings"]]
+
+
+def odds_blocks(said: Said) -> Iterator[Block]:
+    """Probabilities of all statements."""
+    odds = said["odds"]
+    if not odds:
+        return
+    rows = [["nothing beyond the scatter", probability(odds["adequate"])]]
+    rows += [
+        [_statement(one), probability(one["probability"])] for one in odds["statements"] if not one["includes_set"]
+    ]
+    rows += [[SCATTER_WORDS[name], probability(p)] for name, p in odds["scatter"].items() if p >= 0.01]
+    yield heading("Probabilities")
+    yield words(
+        "Averaged over all hypotheses that were computed, weighted by their probability; the assumptions are in the priors."
+    )
+    yield table(("statement", "probability"), rows, (0.0, 0.0))
+
+
+def _statement(one: Said) -> str:
+    if "kind" not in one:
+        return f"{one['form']} in {one['covariate']}"
+    choices = [str(p["value"]) for p in one["parameters"].values() if isinstance(p["value"], str)]
+    return ", ".join([name_of(one["kind"]), *(choices if one["kind"] != "outliers" else [])])
+
+
+def check_blocks(said: Said) -> Iterator[Block]:
+    """The posterior predictive check."""
+    if not said["checks"]:
+        return
+    yield heading("Posterior predictive check")
+    yield words(
+        "Residuals compared with the scatter of the stated hypothesis; the deviation is in standard deviations of each"
+        " statistic."
+    )
+    rows = [
+        [one["check"], f"{one['deviation']:.1f}", "passes" if one["passed"] else "fails", one["words"]]
+        for one in said["checks"]
+    ]
+    yield table(("part", "deviation", "", "what was found"), rows)
+
+
+def located_blocks(said: Said) -> Iterator[Block]:
+    """Where the residuals are systematic, before any effect is named."""
+    yield heading("Where the residuals are systematic")
+    if not said["located"]:
+        yield words("Nowhere: no dependence on any covariate is more probable than scatter.")
+        return
+    rows = [
+        [
+            one["covariate"],
+            one["side"],
+            one["where"],
+            percent(one["share"]),
+            probability(one.get("probability", one.get("probability_if_alone"))),
+        ]
+        for one in said["located"]
+    ]
+    yield table(
+        ("covariate", "faces", "form", "share of the structure", "probability"),
+        rows,
+        (0.0, 0.0, 1.0, 0.0, 0.0),
+        note="These are the forms of the residuals before any effect is named.",
+    )
+
+
+def _imitated(said: Said) -> Iterator[Block]:
+    if not said["unexplained"]:
+        return
+    yield heading("How the form is imitated")
+    for number, law in enumerate(said["empirical"]):
+        count = len(law["formulas"])
+        by = "an empirical effect" if count == 1 else f"{count} empirical effects, the sum of which is"
+        yield words(
+            f"In machine.diagnosed.toml {'a further form of it is' if number else 'it is'} imitated over"
+            f" {law['covariate']}, {um(law['rms_um'])} rms, by {by}"
+        )
+        yield code(*wrapped_sum(law["formulas"]))
+    if said["empirical"]:
+        yield words(
+            "The file states the coefficients with their uncertainties. This is a description, not an explanation, ready"
+            " for simulation; do not extrapolate it."
+        )
+    elif all(one["form"] in SCATTER for one in said["unexplained"]):
+        yield words(
+            "It is a property of the scatter, which no formula of the mean describes: machine.diagnosed.toml does not"
+            " contain it."
+        )
+    else:
+        yield words("A formula cannot name its covariate, so machine.diagnosed.toml does not contain it.")
+
+
+def _fit(said: Said) -> Block:
+    fit, imitated = said["fit"], said["fit"].get("with_empirical")
+    columns = ["", "before", "after, named effects only" if imitated else "after"]
+    rows = [["rms of the residuals", um(fit["rms_before_um"]), um(fit["rms_after_um"])]]
+    for by, pair in fit["holdout"].items():
+        rows.append([f"rms of predictions, {by} held out", um(pair["rms_before_um"]), um(pair["rms_after_um"])])
+    if imitated:
+        columns.append("after, form imitated")
+        told = [imitated["rms_after_um"], *(imitated["holdout_rms_after_um"].get(by) for by in fit["holdout"])]
+        rows = [[*row, um(value)] for row, value in zip(rows, told, strict=True)]
+    chi2 = [significant(fit["chi2_dof_before"]), significant(fit["chi2_dof_after"])]
+    rows.append(["chi-square per degree of freedom", *chi2, *([""] if imitated else [])])
+    last = " The last column is that of machine.diagnosed.toml." if imitated else ""
+    return table(
+        columns,
+        rows,
+        (1.0, *(0.0 for _ in columns[1:])),
+        note=f"The noise of a probing is {um(fit['noise_um'])}. Residuals include the errors of the faces against their"
+        f" certified positions, within the uncertainty of the certificate: chi-square allows for that, the rms does not.{last}",
+    )
+
+
+def _appendix(said: Said) -> Iterator[Block]:
+    for number, effect in enumerate(said["effects"], 1):
+        yield from _in_full(number, effect)
+    yield from trail_blocks(said)
+    yield heading("Limits of this diagnosis")
+    yield bullets([*limits(said), *said["remarks"]] or ["None beyond the uncertainties stated."])
+    yield heading("Files")
+    yield bullets(list(_files(said)))
+
+
+def _in_full(number: int, effect: Said) -> Iterator[Block]:
+    """All numbers of a finding and of its rivals."""
+    yield heading(f"Finding {number}: {name_of(effect['label'])}")
+    if effect["set"]:
+        yield words("Each of these causes alone would explain it; the stated one first, then by probability.")
+        rows = [
+            [name_of(one["label"]), percent(one["share"]), _all_numbers(one), one["in_practice"]]
+            for one in effect["set"]
+        ]
+        yield table(("cause", "share", "value (k = 2)", "what it would mean"), rows, (0.0, 0.0, 1.0, 2.0))
+    yield bullets(list(_facts(effect)))
+    if "rows" in effect:
+        rows = [[r["recording"], r["row"], r["cycle"], r["face"], um(r["off_um"])] for r in effect["rows"]]
+        yield table(("recording", "row", "cycle", "face", "off by"), rows, (1.0, 0.0, 0.0, 0.0, 0.0))
+
+
+def _all_numbers(one: Said) -> str:
+    return "; ".join(f"{name} = {plus_minus(p)}" for name, p in one["parameters"].items() if "unit" in p)
+
+
+def _facts(effect: Said) -> Iterator[str]:
+    for name, p in effect["parameters"].items():
+        if "unit" in p:
+            yield f"{name} = {plus_minus(p)}{' (k = 2)' if p.get('u') else ''}"
+    if effect["largest_um"]:
+        yield (
+            f"moves the readings of this recording by up to {um(effect['largest_um'])}, {um(effect['rms_um'])} rms along the"
+            " approach"
+        )
+    several = f" that it is one of the set, {probability(effect['own_probability'])} that it is the first of it"
+    yield f"probability {probability(effect['probability'])}{several if effect['set'] else ''}"
+    alone = [*effect["confounded_with"], *effect["alternatives"]] if not effect["set"] else []
+    if alone:
+        yield f"not discriminated by this recording from {', '.join(name_of(label) for label in alone)}"
+    for other in effect["several"]:
+        yield (
+            f"a combination of effects may replace it: {' and '.join(name_of(label) for label in other['labels'])}"
+            f" (odds {significant(other['odds'], 2)} to 1 against the stated one)"
+        )
+    if effect["reason"]:
+        yield f"why they are not discriminated: {effect['reason']}"
+
+
+def trail_blocks(said: Said) -> Iterator[Block]:
+    """The steps of the search."""
+    yield heading("Steps of the search")
+    if said["trail"]:
+        rows = [[step["action"], step["effect"], f"{step['log10_odds']:.1f}"] for step in said["trail"]]
+        yield table(("step", "hypothesis", "log10 of the odds against the one before"), rows, (0.0, 1.0, 0.0))
+    elif said["verdict"] == "insufficient":
+        yield words("No search was made: the noise is not known well enough to test any effect.")
+    else:
+        yield words("No hypothesis is more probable than scatter alone.")
+
+
+def _files(said: Said) -> Iterator[str]:
+    inputs = said["inputs"]
+    yield from recording_files(said)
+    yield f"gauge {inputs['gauge']['path']}, machine {inputs['machine']['path']}; full checksums in diagnosis.json"
+    yield "machine.diagnosed.toml: the machine file with what was found, ready for stepgauge simulate"
+
+
+def recording_files(said: Said) -> Iterator[str]:
+    """The recordings, with the beginning of their checksums."""
+    for one in said["inputs"]["recordings"]:
+        yield f"recording {one['path']}" + (f", sha256 {one['sha256'][:16]}…" if one["sha256"] else "")

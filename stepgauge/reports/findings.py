@@ -1,0 +1,225 @@
+"""The first page of any diagnosis: what to do first, then what was found with its rivals.
+
+It is made from a ``diagnosis.json``, whatever was diagnosed; :class:`Words` holds what differs.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from stepgauge.diagnosis.practice import name_of
+from stepgauge.diagnosis.remedies import UNKNOWN_FORM, Remedy, filled, remedy
+from stepgauge.diagnosis.report import COVERAGE, chosen, plus_minus, probability, remaining, significant, without
+from stepgauge.diagnosis.words import line
+from stepgauge.reports.blocks import Block, bullets, code, part, table, words
+
+Said = Mapping[str, Any]
+MOST_RIVALS, MOST_ROWS = 4, 8
+"""Rivals of a finding, and rows of the table, on the first page; the appendix has all rivals."""
+FOUND = ("", "Cause", "Value", "u", "Probability", "What it means; repair")
+_SHARES = (0.0, 1.5, 0.0, 0.0, 0.0, 5.0)
+UNKNOWN_NAME = "structure without a known law"
+_WORD = re.compile(r"\b[a-z]+(?:_[a-z]+)+\b")
+_FIRST = "Do not adjust anything before the checks have told which of the causes of a finding it is."
+
+
+def _named(effect: Said) -> str:
+    """A finding with its choices: axis, plane, face."""
+    choices = [line(one) if isinstance(one, list) else str(one) for one in chosen(effect)]
+    return " ".join([name_of(effect["kind"]), *choices])
+
+
+def _member(one: Said) -> str:
+    return name_of(one["label"])
+
+
+@dataclass(frozen=True)
+class Words:
+    """``name`` of an effect, ``member`` of a set; ``of_axis``: an axis without gauge; ``lacking``: of the recording.
+
+    ``compare``: how a further measurement is compared with this one.
+    """
+
+    lacking: Sequence[str] = ()
+    name: Callable[[Said], str] = _named
+    member: Callable[[Said], str] = _member
+    of_axis: bool = False
+    compare: str = ""
+
+
+def do_first(said: Said, told: Words) -> dict[str, Any]:
+    """The part that says what to do: check, repair, measure again."""
+    return part("What to do first", *_steps(said, told))
+
+
+def _steps(said: Said, told: Words) -> Iterator[Block]:
+    if said["verdict"] == "adequate":
+        yield words("Nothing: no named effect is needed, and nothing is left beyond the scatter.")
+        return
+    checks, repairs = list(_checks(said, told)), list(_repairs(said, told))
+    if checks:
+        yield bullets(checks, "Check")
+    if repairs:
+        yield bullets(repairs, "Repair")
+    again = list(_again(said, told))
+    if again:
+        yield bullets(again, "Measure again")
+    commands = list(dict.fromkeys(one for effect in said["effects"] for one in effect["commands"]))
+    if commands:
+        yield code(*commands, language="sh")
+
+
+def first_lines(said: Said, told: Words) -> list[str]:
+    """The same in lines for a terminal, each with the word for what it is."""
+    verbs = (("check", _checks), ("repair", _repairs), ("measure again", _again))
+    found = [f"{verb}: {text}" for verb, told_by in verbs for text in told_by(said, told)]
+    return found + [one for effect in said["effects"] for one in effect["commands"]]
+
+
+def _checks(said: Said, told: Words) -> Iterator[str]:
+    for number, effect in enumerate(said["effects"], 1):
+        members = [effect, *_rivals(said, effect)]
+        several = len(members) > 1
+        seen = dict.fromkeys(_remedy(one, told).check for one in members)
+        for text in seen:
+            first = next(one for one in members if _remedy(one, told).check == text)
+            which = told.name(effect) if first is members[0] else f"or {told.member(first)}"
+            yield f"{number}{f', {which}' if several else ''}: {text}"
+    for row in remaining(said["unexplained"]):
+        yield f"{len(said['effects']) + 1}: {_of_form(row, told).check}"
+
+
+def _repairs(said: Said, told: Words) -> Iterator[str]:
+    for number, effect in enumerate(said["effects"], 1):
+        if len(_members(effect)) > 1 or effect["confounded_with"] or effect["alternatives"]:
+            yield f"{number}: {_FIRST}"
+        else:
+            yield f"{number}: {_remedy(effect, told).repair}"
+    if said["unexplained"]:
+        yield f"{len(said['effects']) + 1}: {UNKNOWN_FORM.repair}"
+
+
+def _again(said: Said, told: Words) -> Iterator[str]:
+    yield from (text for text in told.lacking if said["verdict"] == "insufficient")
+    for number, effect in enumerate(said["effects"], 1):
+        if effect["separate_by"]:
+            separate = without(effect["separate_by"], effect["commands"])
+            yield f"{number}, what would separate the causes: {_WORD.sub(_spaced, separate)}"
+    if said["verdict"] != "insufficient" and told.compare:
+        yield told.compare
+
+
+def _spaced(match: re.Match[str]) -> str:
+    return name_of(match[0])
+
+
+def _of_form(row: Said, told: Words) -> Remedy:
+    return filled(UNKNOWN_FORM, covariate=str(row["covariate"]))
+
+
+def _remedy(effect: Said, told: Words) -> Remedy:
+    return remedy(effect["kind"], effect["parameters"], told.of_axis)
+
+
+def _members(effect: Said) -> list[Said]:
+    """All causes of a finding, the stated one first, each with its own values; none where it has no rivals."""
+    return list(effect.get("set", []))
+
+
+def found_part(said: Said, told: Words, *more: Block | None) -> dict[str, Any]:
+    """The part with the table of findings: each cause with its own value, uncertainty, probability and instruction."""
+    rows: list[list[str]] = []
+    inner: list[int] = []
+    left_out = 0
+    for number, effect in enumerate(said["effects"], 1):
+        rows.append(_row(str(number), told.name(effect), effect, _own(effect), told))
+        rivals = _rivals(said, effect)
+        left_out += max(len(_members(effect)) - 1 - len(rivals), 0)
+        for one in rivals:
+            inner.append(len(rows))
+            rows.append(_row("or", told.member(one), one, one["share"] * effect["probability"], told))
+    rows += [_form_row(row, len(said["effects"]) + 1) for row in remaining(said["unexplained"])]
+    if not rows:
+        return part("What was found", words(_nothing(said)), *more)
+    listed = table(FOUND, rows, _SHARES, inner, _note(said, left_out))
+    against = [f"The nearest known law does not explain it: {why}." for why in said["refuted"]]
+    return part("What was found", listed, *(words(text) for text in against if said["unexplained"]), *more)
+
+
+def _rivals(said: Said, effect: Said) -> list[Said]:
+    """The rivals of a finding for the first page, the most probable first: one at least, more where findings are few."""
+    sets = sum(len(_members(one)) > 1 for one in said["effects"])
+    room = (MOST_ROWS - len(said["effects"])) // max(sets, 1)
+    return _members(effect)[1:][: min(max(room, 1), MOST_RIVALS)]
+
+
+def _own(effect: Said) -> float:
+    """Probability of the cause that is named first."""
+    members = _members(effect)
+    return float(members[0]["share"] * effect["probability"]) if members else float(effect["probability"])
+
+
+def _row(first: str, name: str, one: Said, p: float, told: Words) -> list[str]:
+    text = f"{one['in_practice']} Repair: {_remedy(one, told).repair}"
+    where = f" Acts {one['where']}." if one.get("where") else ""
+    return [first, name, values(one), uncertainties(one), probability(p), text + where]
+
+
+def _form_row(row: Said, number: int) -> list[str]:
+    text = f"{row['where']}. Its cause is not known."
+    return [str(number), f"{UNKNOWN_NAME}: {row['covariate']}", "", "", probability(row["probability"]), text]
+
+
+def _numbers(one: Said) -> Iterator[tuple[str, Said]]:
+    for name, parameter in one["parameters"].items():
+        if "unit" in parameter and parameter.get("u"):
+            yield name, parameter
+
+
+def values(one: Said) -> str:
+    """The numbers that were fitted, one to a line, with as many digits as their standard uncertainty has.
+
+    A name stands before each where there are several; what the unit says is left out of it.
+    """
+    numbers = list(_numbers(one))
+    return "\n".join(f"{_symbol(name, p, len(numbers))}{_digits(p)} {_unit(p)}".strip() for name, p in numbers)
+
+
+def uncertainties(one: Said) -> str:
+    """Their standard uncertainties, in the same order."""
+    return "\n".join(f"{significant(p['u'], 2)} {_unit(p)}".strip() for _, p in _numbers(one))
+
+
+def _symbol(name: str, parameter: Said, count: int) -> str:
+    stem = name.removesuffix(str(parameter["unit"]).replace("/", "_per_")).strip("_").replace("_", " ")
+    return "" if count == 1 else f"{stem or 'size'} "
+
+
+def _digits(parameter: Said) -> str:
+    """The value to the decimal place of two digits of its standard uncertainty."""
+    text = plus_minus({**parameter, "u": parameter["u"] / COVERAGE, "unit": ""})
+    return text.split(" ± ")[0].replace("-", "−")
+
+
+def _unit(parameter: Said) -> str:
+    return "" if parameter["unit"] in ("1", "count") else str(parameter["unit"])
+
+
+def _note(said: Said, left_out: int) -> str:
+    sets = any(len(_members(effect)) > 1 for effect in said["effects"])
+    note = "u: standard uncertainty."
+    if sets:
+        note += (
+            " \u201cor\u201d: a rival that this recording does not discriminate from the cause above it, with its own"
+            " value; the probabilities of a cause and its rivals add up to that of the finding."
+        )
+    return note + (f" Further rivals, in the appendix: {left_out}." if left_out else "")
+
+
+def _nothing(said: Said) -> str:
+    if said["verdict"] == "insufficient":
+        return "Nothing could be tested: the noise is not known well enough."
+    return "No systematic effect, and no structure, is more probable than scatter alone."
