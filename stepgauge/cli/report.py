@@ -1,4 +1,4 @@
-"""``stepgauge report``: evaluation -> a report to print and sign."""
+"""``stepgauge report``: results -> a report to print and sign, the story of a diagnosis, an overlay, a page to explore."""
 
 from __future__ import annotations
 
@@ -10,9 +10,15 @@ from stepgauge.cli.options import is_from_project, machine_option, output, place
 from stepgauge.cli.stated import NAMES, stated_options
 
 
+BESIDE = {"placements": "placement_files", "budget": "budget_file", "certificate": "laboratory_file"}
+"""Options that name files which only a report to sign prints."""
+
+
 @click.command("report")
-@click.argument("evaluation", metavar="EVALUATION")
-@output("The report to write: NAME.pdf, or NAME.html (one file, to print from a browser).")
+@click.argument("results", metavar="RESULT...", nargs=-1, required=True)
+@output(
+    "The report to write: NAME.pdf, or NAME.html (one file, to print from a browser); of an overlay also .png, .svg."
+)
 @click.option(
     "--gauge",
     "-g",
@@ -38,40 +44,66 @@ from stepgauge.cli.stated import NAMES, stated_options
     help="certificate.toml: makes the report a calibration certificate in the order of ISO/IEC 17025. Excludes "
     "--number, --operator, --customer, --location, --date and --remarks, which it states itself.",
 )
+@click.option(
+    "--interactive",
+    is_flag=True,
+    help="A page (.html, one file, no network): click a face or a finding to see its probings.",
+)
+@click.option(
+    "--recording",
+    "-r",
+    "recordings",
+    multiple=True,
+    metavar="RECORDING",
+    help="With --interactive: recordings of the evaluation, in order. Default: those that it was made from.",
+)
 @stated_options("Your own template, Typst for PDF, Jinja for HTML; start from a copy: 'stepgauge shipped report.typ'.")
-def command(evaluation: str, output: str, **options: Any) -> None:
-    """A report to print and sign, from what evaluate wrote: EVALUATION is its folder or its evaluation.json.
+def command(results: tuple[str, ...], output: str, **options: Any) -> None:
+    """Pages from results: RESULT is the folder that a verb wrote, or its JSON file.
 
-    Certificate, machine, placement, conditions, effective radius, the table of all faces, figures, notes, and a place
-    for signatures. What is not known is listed as not stated; nothing is assumed. Reports on an example certificate
-    say so on every page. With --budget every error has its expanded uncertainty, and the budget is printed. With
-    --certificate it is a calibration certificate ('stepgauge shipped certificate --copy-to .' gives a file to fill in).
+    Of an evaluation: a report to print and sign. Certificate, machine, placement, conditions, effective radius, the table
+    of all faces, figures, notes, and a place for signatures. What is not known is listed as not stated; nothing is
+    assumed. Reports on an example certificate say so on every page. With --budget every error has its expanded
+    uncertainty, and the budget is printed. With --certificate it is a calibration certificate ('stepgauge shipped
+    certificate --copy-to .' gives a file to fill in).
+
+    Of a diagnosis: its story. Page 1 says what to do first and what was found, each cause and rival with its own value;
+    then come the evidence and the appendix.
+
+    Of several evaluations of one gauge: an overlay, every error before and after, and their differences with their
+    own uncertainty.
 
     \b
     stepgauge report result -o report.pdf
     stepgauge report result -g step-gauge-420 -p placement.toml -m bridge-cmm \\
         --number 2026-017 --operator "A. Meyer" -o report.pdf
     stepgauge report result -g step-gauge-420 --budget result -c certificate.toml -o certificate.pdf
+    stepgauge report diagnosis -o diagnosis.pdf
+    stepgauge report before after -o overlay.pdf
+    stepgauge report result --interactive -o explore.html
     """
     from stepgauge.public.report import report
+
+    from stepgauge.reports.kinds import kind_of
 
     if options["placement_files"] and not options["gauge"]:
         raise click.UsageError("--placement is checked against its gauge: give --gauge as well.")
     said = {name: options[name] for name in (*NAMES, "date")}
-    if options["laboratory_file"]:
+    signed = len(results) == 1 and not options["interactive"] and kind_of(results[0]) == "evaluation"
+    if options["laboratory_file"] or not signed:
         said = {name: None if is_from_project(name) else value for name, value in said.items()}
-        if any(said.values()):
-            raise click.UsageError("--certificate states number, date, customer, place, persons and remarks itself.")
+    if options["laboratory_file"] and any(said.values()):
+        raise click.UsageError("--certificate states number, date, customer, place, persons and remarks itself.")
+    beside = {name: options[option] for name, option in BESIDE.items() if signed or not is_from_project(option)}
+    if "placements" in beside:
+        beside["placements"] = list(beside["placements"])
     notes = report(
-        evaluation,
+        results[0] if len(results) == 1 else list(results),
         output,
-        gauge=options["gauge"],
-        placements=list(options["placement_files"]),
-        machine=options["machine"],
-        budget=options["budget_file"],
-        certificate=options["laboratory_file"],
+        **{"gauge": options["gauge"], "machine": options["machine"], **beside, **said},
         template=options["template"],
-        **said,
+        interactive=options["interactive"],
+        recordings=list(options["recordings"]),
     )
     for note in notes:
         say(f"note: {note}")

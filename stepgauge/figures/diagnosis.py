@@ -60,17 +60,21 @@ def draw_diagnosis(
 ) -> list[Path]:
     """Draw the figures of a diagnosis into a folder; outdated ones of an earlier diagnosis are removed."""
     target = Path(folder)
-    found = panels(diagnosis, laws)
-    figures = [overview_figure(diagnosis, laws), residual_figure(diagnosis, laws)]
-    figures += [effect_figure(diagnosis, laws)] if found else []
-    paths = [target / name for name in figure_names(diagnosis, laws, suffix)]
-    for figure, path in zip(figures, paths, strict=True):
+    drawn = figures_of(diagnosis, laws)
+    paths = [target / f"{name}.{suffix}" for name in drawn]
+    for figure, path in zip(drawn.values(), paths, strict=True):
         save_figure(figure, path)
     for stale in {target / f"{name}.{kind}" for name in (OVERVIEW, RESIDUALS, EFFECTS) for kind in FORMATS} - set(
         paths
     ):
         stale.unlink(missing_ok=True)
     return paths
+
+
+def figures_of(diagnosis: Diagnosis, laws: Sequence[UnknownLaw]) -> dict[str, Figure]:
+    """All figures of a diagnosis by name: the overview, the residuals and, where there are any, the effects."""
+    found = {OVERVIEW: overview_figure(diagnosis, laws), RESIDUALS: residual_figure(diagnosis, laws)}
+    return found | ({EFFECTS: effect_figure(diagnosis, laws)} if panels(diagnosis, laws) else {})
 
 
 def overview_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:

@@ -1,10 +1,12 @@
-"""``report``: an evaluation to pages to print and sign."""
+"""``report``: results to pages to print and sign, to explore in a browser, or laid over each other."""
 
 from __future__ import annotations
 
 import datetime
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import Evaluation
@@ -14,15 +16,23 @@ from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.public.inputs import File, of_kind, several
 from stepgauge.reports.content import make_content
+from stepgauge.reports.kinds import kind_of
 from stepgauge.reports.page import Stated
 from stepgauge.reports.reading import read_checked_evaluation
 from stepgauge.reports.render import renderer, write_report
 from stepgauge.reports.sources import read_sources
 from stepgauge.standards.budget_files import StoredBudget
 
+if TYPE_CHECKING:
+    from stepgauge.diagnosis.result import Diagnosis
+    from stepgauge.recording import Recording
+
+SAID = ("number", "customer", "location", "operator", "remarks")
+"""What only a person can say."""
+
 
 def report(
-    evaluation: File | Evaluation,
+    result: File | Evaluation | Diagnosis | Iterable[File | Evaluation],
     path: File,
     *,
     gauge: File | Gauge | None = None,
@@ -37,13 +47,18 @@ def report(
     date: datetime.date | None = None,
     remarks: str | None = None,
     template: File | None = None,
+    interactive: bool = False,
+    recordings: File | Recording | Iterable[File | Recording] = (),
 ) -> tuple[str, ...]:
-    """Write a report, or with ``certificate`` a calibration certificate, to print and sign.
+    """Write a result as pages: a report to sign, the story of a diagnosis, an overlay, or a page to explore.
+
+    One evaluation gives a report, with ``certificate`` a calibration certificate; a diagnosis gives its story, with
+    what to do first; two evaluations or more of one gauge are laid over each other, the first being the one before.
 
     Parameters
     ----------
-    evaluation : the evaluation, its folder or its ``evaluation.json``
-    path : the report to write, ``NAME.pdf`` or ``NAME.html``
+    result : an evaluation or a diagnosis, its folder or JSON file; or several evaluations
+    path : the file to write, ``NAME.pdf`` or ``NAME.html``; of an overlay also ``.png`` or ``.svg``
     gauge : adds the uncertainties of its certificate; default: that of an evaluation given as an object
     placements : add angles and uncertainties, once per placement, in order; they need the gauge
     machine : adds travel, speeds, probe and temperature of the scales
@@ -52,6 +67,8 @@ def report(
     number, customer, location, operator, remarks : what only a person can say; None is printed as not stated
     date : of the report; default: today
     template : Typst for PDF, Jinja for HTML, instead of the shipped one
+    interactive : a page (.html) in which a face or a finding is clicked to see its probings
+    recordings : of an evaluation whose single probings such a page shows; default: those it was made from
 
     Returns
     -------
@@ -60,23 +77,100 @@ def report(
     Raises
     ------
     InputError
-        files that are not of this evaluation, a template that fails
+        files that are not of this evaluation, evaluations that cannot be compared, a template that fails
     """
+    stated = dict(zip(SAID, (number, customer, location, operator, remarks), strict=True))
+    asked = _Asked(several(result), path, gauge, several(placements), machine, budget, certificate, date, stated)
+    kinds = {_kind(one) for one in asked.results}
+    if kinds != {"evaluation"} or len(asked.results) > 1 or interactive:
+        asked.check_plain("only the report of one evaluation prints these")
+    if len(asked.results) > 1:
+        if kinds != {"evaluation"} or interactive:
+            raise InputError(
+                "results", "several results are laid over each other", expected="evaluations, not interactive"
+            )
+        return _overlay(asked, template)
+    if interactive:
+        return _interactive(asked, recordings, template)
     renderer(path)
-    said = {"number": number, "customer": customer, "location": location, "operator": operator, "remarks": remarks}
-    if certificate is not None and (date is not None or any(said.values())):
+    if kinds == {"diagnosis"}:
+        return write_report(path, _story(asked.results[0]), template)
+    return _signed(asked, template)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What :func:`report` was asked for."""
+
+    results: list[Any]
+    path: File
+    gauge: File | Gauge | None
+    placements: list[Any]
+    machine: File | Machine | None
+    budget: File | StoredBudget | None
+    certificate: File | None
+    date: datetime.date | None
+    said: dict[str, str | None]
+
+    def check_plain(self, why: str) -> None:
+        """:class:`InputError` for what only a report to sign prints."""
+        given = {
+            "placements": self.placements,
+            "budget": self.budget,
+            "certificate": self.certificate,
+            "date": self.date,
+        }
+        named = [name for name, value in {**given, **self.said}.items() if value]
+        if named:
+            raise InputError(self.path, why, found=", ".join(named), expected="none of them")
+
+
+def _kind(result: object) -> str:
+    if isinstance(result, File):
+        return kind_of(result)
+    return "evaluation" if isinstance(result, Evaluation) else "diagnosis"
+
+
+def _evaluation_of(result: File | Evaluation) -> dict[str, Any]:
+    if isinstance(result, File):
+        return read_checked_evaluation(result)
+    return evaluation_to_dict(of_kind(result, Evaluation, "evaluation"))
+
+
+def _signed(asked: _Asked, template: File | None) -> tuple[str, ...]:
+    """A report or a certificate."""
+    if asked.certificate is not None and (asked.date is not None or any(asked.said.values())):
         what = "states number, date, customer, place, persons and remarks itself"
-        raise InputError(certificate, what, expected="none of them beside it")
-    if isinstance(evaluation, File):
-        data = read_checked_evaluation(evaluation)
-    else:
-        data = evaluation_to_dict(of_kind(evaluation, Evaluation, "evaluation"))
-        gauge = evaluation.gauge if gauge is None else gauge
-    lies = several(placements)
-    if lies and gauge is None:
+        raise InputError(asked.certificate, what, expected="none of them beside it")
+    (result,) = asked.results
+    data = _evaluation_of(result)
+    gauge = result.gauge if asked.gauge is None and isinstance(result, Evaluation) else asked.gauge
+    if asked.placements and gauge is None:
         raise InputError("placements", "are checked against their gauge, which is missing", expected="gauge=")
-    sources = read_sources(data, gauge, lies, machine, budget, certificate)
-    stated = Stated(date or datetime.date.today(), **said)
+    sources = read_sources(data, gauge, asked.placements, asked.machine, asked.budget, asked.certificate)
+    stated = Stated(asked.date or datetime.date.today(), **asked.said)
     if sources.laboratory is not None:
         stated = replace(stated, date=sources.laboratory.certificate.issued or stated.date)
-    return write_report(path, make_content(data, stated, sources), template)
+    return write_report(asked.path, make_content(data, stated, sources), template)
+
+
+def _story(result: File | Diagnosis) -> dict[str, Any]:
+    from stepgauge.diagnosis.result import Diagnosis
+    from stepgauge.reports.diagnosis import read_story, story_of
+
+    return read_story(result) if isinstance(result, File) else story_of(of_kind(result, Diagnosis, "diagnosis"))
+
+
+def _overlay(asked: _Asked, template: File | None) -> tuple[str, ...]:
+    from stepgauge.reports.overlay import write_overlay
+
+    names = [str(one) if isinstance(one, File) else one.path or f"{i}" for i, one in enumerate(asked.results, 1)]
+    return write_overlay(asked.path, [_evaluation_of(one) for one in asked.results], names, template)
+
+
+def _interactive(asked: _Asked, recordings: Any, template: File | None) -> tuple[str, ...]:
+    from stepgauge.reports.interactive import write_interactive
+
+    if Path(asked.path).suffix.lower() != ".html":
+        raise InputError(asked.path, "not a page for a browser", found=repr(Path(asked.path).suffix), expected=".html")
+    return write_interactive(asked.path, asked.results[0], several(recordings), asked.gauge, template)

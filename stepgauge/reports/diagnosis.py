@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from stepgauge.diagnosis.located import SCATTER
 from stepgauge.diagnosis.practice import name_of
@@ -23,11 +24,19 @@ from stepgauge.diagnosis.report import (
     um,
     wrapped_sum,
 )
+from stepgauge.errors import InputError
+from stepgauge.files.text import in_folder, read_result
+from stepgauge.reports.blocks import pictures as pictures_of
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
 from stepgauge.reports.findings import Words, do_first, first_lines, found_part
 
+if TYPE_CHECKING:
+    from stepgauge.diagnosis.result import Diagnosis
+
 Said = Mapping[str, Any]
 STORY = "story"
+FIGURES = ("overview", "residuals", "effects")
+"""Figures beside a diagnosis, the one of the first page first."""
 COMPARE = (
     "After any change, measure with the same program and lay the two evaluations over each other:"
     " stepgauge report BEFORE AFTER -o overlay.pdf"
@@ -68,9 +77,38 @@ def diagnosis_story(
     return story(said, title, summary(said), parts, bool(inputs["gauge"]["example"]))
 
 
+def story_of(found: Diagnosis) -> dict[str, Any]:
+    """The content of a page from a diagnosis, with its figures drawn now."""
+    from stepgauge.diagnosis.files import Inputs, diagnosis_to_dict
+    from stepgauge.figures.diagnosis import figures_of
+    from stepgauge.reports.content import figure_svg
+
+    said = diagnosis_to_dict(found, Inputs(found.recordings), found.laws)
+    drawn = {name: figure_svg(one) for name, one in figures_of(found, found.laws).items()}
+    return diagnosis_story(said, list(drawn), drawn)
+
+
 def shown_figures(figures: Sequence[str], pictures: Mapping[str, str] | None) -> list[str]:
     """Figures by name; of a page that holds their contents those that there are."""
     return [name for name in figures if pictures is None or pictures.get(name)]
+
+
+def read_story(path: str | Path) -> dict[str, Any]:
+    """The content of a page from the folder of a diagnosis, or its ``diagnosis.json``, with the figures beside it.
+
+    :class:`InputError` where it is none, or was changed; as :func:`stepgauge.files.text.read_result`.
+    """
+    from stepgauge.reports.axis_diagnosis import axis_story
+
+    file = in_folder(path, "diagnosis.json")
+    said = read_result(file, "diagnosis")
+    if "map" in said["inputs"]:
+        raise InputError(
+            file, "the diagnosis of a probe's map has its page already", expected=f"{file.parent}/diagnosis.md"
+        )
+    names = [one.name for stem in FIGURES for one in sorted(file.parent.glob(f"{stem}.*"))]
+    make = axis_story if "axis" in said else diagnosis_story
+    return make(said, names, dict(pictures_of(file.parent, names)))
 
 
 def story(

@@ -1,0 +1,93 @@
+"""Evaluations of one gauge laid over each other: every error of each, and the differences with their uncertainty."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.figures.evaluation import POSITION_LABEL, column
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
+from stepgauge.standards.difference import ERRORS, Difference
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+NAMES = {"xf": "forward XF", "xb": "backward XB", "xm": "mean XM", "xr": "reversal XR"}
+LOOKS = (COLORS["before"], COLORS["after"], *CYCLE[2:])
+"""The first evaluation, the second, and further ones."""
+MARKERS = "os^Dv"
+LEAST_UM = 0.5
+"""Least height of a panel, so that rounding errors do not fill it."""
+
+
+def overlay_figure(
+    placements: Sequence[Mapping[str, Any]], found: Sequence[Difference], names: Sequence[str]
+) -> Figure:
+    """Left: XF, XB, XM, XR of every evaluation with 2s bands. Right: their differences from the first, with U.
+
+    Parameters
+    ----------
+    placements : the same placement in each ``evaluation.json``, the first one first
+    found : differences of the later ones from the first
+    names : of the evaluations
+    """
+    with figure_style():
+        figure = new_figure(180.0, 190.0)
+        grid = figure.subplots(4, 2, sharex=True)
+        for (errors, changes), name in zip(grid, ERRORS, strict=True):
+            for number, placement in enumerate(placements):
+                _draw_error(errors, placement["faces"], name, number, names[number])
+            for number, one in enumerate(found, 1):
+                draw_difference(changes, one, name, number, f"{names[number]} − {names[0]}")
+            errors.set_ylabel(f"{NAMES[name]} (µm)")
+            changes.set_ylabel(f"difference {name.upper()} (µm)")
+        for axes in grid.flat:
+            _finish(axes)
+        for axes in grid[-1]:
+            axes.set_xlabel(POSITION_LABEL.replace("nominal position along the gauge, ", "position "))
+        for axes, loc, title in zip(
+            grid[0], ("outside upper left", "outside upper right"), ("± 2s", "± U"), strict=True
+        ):
+            entries = axes.get_legend_handles_labels()
+            figure.legend(*entries, loc=loc, title=f"bands: {title}", frameon=False)
+    return figure
+
+
+def _draw_error(axes: Axes, rows: Sequence[Mapping[str, Any]], name: str, number: int, label: str) -> None:
+    x, y, color = column(rows, "nominal_mm"), column(rows, f"{name}_um"), LOOKS[number % len(LOOKS)]
+    s = _deviation(rows, name)
+    axes.fill_between(x, y - 2 * s, y + 2 * s, color=color, alpha=0.16, linewidth=0)
+    _line(axes, x, y, number, label)
+
+
+def _deviation(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
+    """Standard deviation of an error of a single cycle, um; that of XM and XR from both ways of probing."""
+    sf, sb = column(rows, "sf_um"), column(rows, "sb_um")
+    both = np.hypot(sf, sb)
+    return {"xf": sf, "xb": sb, "xm": both / 2.0, "xr": both}[name]
+
+
+def draw_difference(axes: Axes, one: Difference, name: str, number: int = 1, label: str = "difference") -> None:
+    """The difference of an error along the gauge with a band of its expanded uncertainty, um, on given axes."""
+    d, expanded = one.of(name), one.expanded_um[name]
+    color = LOOKS[number % len(LOOKS)]
+    axes.fill_between(one.nominal_mm, d - expanded, d + expanded, color=color, alpha=0.2, linewidth=0)
+    _line(axes, one.nominal_mm, d, number, label)
+
+
+def _line(axes: Axes, x: Array, y: Array, number: int, label: str) -> None:
+    color, marker = LOOKS[number % len(LOOKS)], MARKERS[number % len(MARKERS)]
+    axes.plot(x, y, color=color, marker=marker, markersize=2.2, linewidth=0.9, label=label)
+
+
+def _finish(axes: Axes) -> None:
+    axes.axhline(0.0, color=COLORS["grey"], linewidth=0.7, zorder=1)
+    axes.spines[["top", "right"]].set_visible(False)
+    low, high = axes.get_ylim()
+    if high - low < LEAST_UM:
+        axes.set_ylim((low + high - LEAST_UM) / 2.0, (low + high + LEAST_UM) / 2.0)
