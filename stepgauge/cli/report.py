@@ -9,7 +9,6 @@ import click
 from stepgauge.cli.options import is_from_project, machine_option, output, placement_option, say, say_written
 from stepgauge.cli.stated import NAMES, stated_options
 
-
 BESIDE = {"placements": "placement_files", "budget": "budget_file", "certificate": "laboratory_file"}
 """Options that name files which only a report to sign prints."""
 
@@ -83,7 +82,6 @@ def command(results: tuple[str, ...], output: str, **options: Any) -> None:
     stepgauge report result --interactive -o explore.html
     """
     from stepgauge.public.report import report
-
     from stepgauge.reports.kinds import kind_of
 
     if options["placement_files"] and not options["gauge"]:

@@ -25,6 +25,7 @@ from stepgauge.diagnosis.practice import in_practice
 from stepgauge.diagnosis.probe_file import probe_file
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Member
+from stepgauge.diagnosis.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.solve import Estimate
 from stepgauge.diagnosis.unknown_law import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.errors import InputError
@@ -79,7 +80,7 @@ def write_diagnosis(
 ) -> list[Path]:
     """Write a diagnosis into a folder (made if missing); returns the paths written, the JSON first.
 
-    ``diagnosis.json``, ``diagnosis.md``, ``machine.diagnosed.toml``, ``probe.diagnosed.toml`` for a tripod, placements
+    ``diagnosis.json``, ``diagnosis.md``, ``residuals.csv``, ``machine.diagnosed.toml``, ``probe.diagnosed.toml`` for a tripod, placements
     of the proposed runs, figures. Nothing is written before all is computed; every file appears only when complete.
 
     Parameters
@@ -103,6 +104,7 @@ def write_diagnosis(
     names = figure_names(diagnosis, laws, suffix)
     texts = {
         "diagnosis.md": markdown(diagnosis_story(said, names)),
+        ROWS_FILE: rows_csv(row_table(diagnosis, laws, [(Path(one.path).name, len(one)) for one in recordings])),
         MACHINE_FILE: machine,
         **probe,
         **diagnosis.placements,

@@ -5,18 +5,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import jinja2
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-from stepgauge.diagnosis.located import SCATTER
 from stepgauge.diagnosis.practice import counted, name_of
 from stepgauge.diagnosis.words import line
 from stepgauge.files.notation import clean
-from stepgauge.files.resources import folder
-from stepgauge.files.text import read_text
 
 COVERAGE = 2.0
 """Coverage factor of the expanded uncertainty after a plus-minus sign."""

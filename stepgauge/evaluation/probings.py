@@ -19,9 +19,9 @@ TEMPERATURES = (
 def probing_errors(recording: Recording, evaluation: Evaluation) -> list[pd.DataFrame]:
     """One table per placement, one row per probing of the used section, in the order of the recording.
 
-    Columns: ``placement``, ``cycle``, ``face``, ``front``, ``nominal_mm``, ``x_mm``, ``y_mm``, ``z_mm``; ``error_um``:
-    error as XF or XB; ``residual_um``: the same from the mean of its face, along the gauge axis; ``time_s`` and
-    temperatures where they were recorded.
+    Columns: ``placement``, ``cycle``, ``face``, ``front``, ``nominal_mm``, ``x_mm``, ``y_mm``, ``z_mm``; ``used``: false
+    for what the evaluation left out; ``error_um``: error as XF or XB; ``residual_um``: the same from the mean of its
+    face, along the gauge axis; ``time_s`` and temperatures where they were recorded.
     """
     several = len(evaluation.results) > 1
     return [
@@ -31,10 +31,11 @@ def probing_errors(recording: Recording, evaluation: Evaluation) -> list[pd.Data
 
 
 def _of_placement(recording: Recording, evaluation: Evaluation, result: PlacementResult) -> pd.DataFrame:
-    readings = project_readings(recording, evaluation.gauge, evaluation.blocks, result.axis)
+    readings = project_readings(recording, evaluation.gauge, evaluation.blocks, result.axis, leave_out=False)
     frame = recording.frame.reset_index(drop=True)
     table = frame[["placement", "cycle", "face", *POSITION]].assign(
         front=readings.face % 2 == 1,
+        used=~np.isin(np.arange(len(frame)), [one.row for one in readings.left_out]),
         off_um=readings.off_mm * 1e3,
         nominal_mm=evaluation.gauge.nominal_mm[readings.face - 1],
     )
@@ -42,7 +43,8 @@ def _of_placement(recording: Recording, evaluation: Evaluation, result: Placemen
         if name in frame:
             table[name] = frame[name]
     table = table[np.isin(readings.face, readings.faces)].reset_index(drop=True)
-    residual = table["off_um"] - table.groupby("face")["off_um"].transform("mean")
+    used = table["off_um"].where(table["used"])
+    residual = table["off_um"] - used.groupby(table["face"]).transform("mean")
     own = np.where(result.face % 2 == 1, result.xf_um, result.xb_um)
     mean = own[np.searchsorted(result.face, table["face"].to_numpy())]
     return table.assign(residual_um=residual, error_um=mean + residual).drop(columns="off_um")

@@ -48,6 +48,7 @@ def overlay_figure(
             changes.set_ylabel(f"difference {name.upper()} (µm)")
         for axes in grid.flat:
             _finish(axes)
+        figure.align_ylabels(grid)
         for axes in grid[-1]:
             axes.set_xlabel(POSITION_LABEL.replace("nominal position along the gauge, ", "position "))
         for axes, loc, title in zip(

@@ -1,13 +1,10 @@
 """The path of the tip past the gauge as a scene to turn in a browser: one file that needs no network.
 
-The library that draws it (plotly) is 4.8 MB of text; it stands in the page compressed, and the browser unpacks it.
 Moves that a program repeats in every cycle are drawn once.
 """
 
 from __future__ import annotations
 
-import base64
-import gzip
 import html
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,6 +16,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.figures.path import BLOCK_COLOR, MEASURE_COLOR, RAIL_COLOR, STOP_COLOR, TRAVEL_COLOR, until
+from stepgauge.figures.plotly_library import embedded_json, packed_library
 from stepgauge.figures.style import COLORS
 from stepgauge.files.text import write_text
 from stepgauge.gauge.certified import Gauge
@@ -89,11 +87,8 @@ def write_path_html(file: str | FilePath, scene: Any) -> FilePath:
 
 
 def _page(scene: Any) -> str:
-    from plotly.offline import get_plotlyjs
-
-    library = base64.b64encode(gzip.compress(get_plotlyjs().encode(), mtime=0)).decode()
-    data = scene.to_json().replace("<", "\\u003c")  # nothing in the data may end the script that it stands in
-    return PAGE.format(title=scene.layout.title.text or "path of the tip", scene=data, library=library)
+    title = scene.layout.title.text or "path of the tip"
+    return PAGE.format(title=title, scene=embedded_json(scene.to_json()), library=packed_library())
 
 
 def path_scene(

@@ -168,9 +168,42 @@ def _overlay(asked: _Asked, template: File | None) -> tuple[str, ...]:
     return write_overlay(asked.path, [_evaluation_of(one) for one in asked.results], names, template)
 
 
-def _interactive(asked: _Asked, recordings: Any, template: File | None) -> tuple[str, ...]:
-    from stepgauge.reports.interactive import write_interactive
-
+def _interactive(asked: _Asked, recordings: list[Any], template: File | None) -> tuple[str, ...]:
+    """A page to explore an evaluation, with its recordings, or a diagnosis."""
     if Path(asked.path).suffix.lower() != ".html":
         raise InputError(asked.path, "not a page for a browser", found=repr(Path(asked.path).suffix), expected=".html")
-    return write_interactive(asked.path, asked.results[0], several(recordings), asked.gauge, template)
+    (result,) = asked.results
+    make = _diagnosis_page if _kind(result) == "diagnosis" else _evaluation_page
+    return write_report(asked.path, make(asked, result, recordings), template)
+
+
+def _diagnosis_page(_: _Asked, result: File | Diagnosis, recordings: list[Any]) -> dict[str, Any]:
+    from stepgauge.diagnosis.rows import read_rows
+    from stepgauge.reports.diagnosis import read_said, told_story
+    from stepgauge.reports.interactive import diagnosis_page
+
+    if recordings:
+        raise InputError("recordings", "a diagnosis has its residuals beside it", expected="none")
+    if not isinstance(result, File):
+        what = "its page is made from the files of a diagnosis"
+        raise InputError("result", what, found="a Diagnosis", expected="the folder that Diagnosis.write made")
+    said, folder = read_said(result)
+    return diagnosis_page(said, told_story(said, ()), read_rows(folder))
+
+
+def _evaluation_page(asked: _Asked, result: File | Evaluation, recordings: list[Any]) -> dict[str, Any]:
+    from stepgauge.public.inputs import as_gauge, as_recordings
+    from stepgauge.public.read import read_evaluation
+    from stepgauge.recording import join_recordings
+    from stepgauge.reports.interactive import evaluation_page
+    from stepgauge.reports.made_from import gauge_of, recordings_of
+
+    if isinstance(result, File):
+        data = read_checked_evaluation(result)
+        gauge = as_gauge(gauge_of(data, result) if asked.gauge is None else asked.gauge)
+        files, evaluation = recordings or recordings_of(data, result), read_evaluation(result, gauge)
+    else:
+        evaluation = of_kind(result, Evaluation, "evaluation")
+        files = recordings or [one for one in evaluation.path.split(", ") if one]
+    tables = as_recordings(files)
+    return evaluation_page(evaluation, tables[0] if len(tables) == 1 else join_recordings(tables))

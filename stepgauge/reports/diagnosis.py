@@ -26,8 +26,8 @@ from stepgauge.diagnosis.report import (
 )
 from stepgauge.errors import InputError
 from stepgauge.files.text import in_folder, read_result
-from stepgauge.reports.blocks import pictures as pictures_of
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
+from stepgauge.reports.blocks import pictures as pictures_of
 from stepgauge.reports.findings import Words, do_first, first_lines, found_part
 
 if TYPE_CHECKING:
@@ -98,17 +98,26 @@ def read_story(path: str | Path) -> dict[str, Any]:
 
     :class:`InputError` where it is none, or was changed; as :func:`stepgauge.files.text.read_result`.
     """
-    from stepgauge.reports.axis_diagnosis import axis_story
+    said, folder = read_said(path)
+    names = [one.name for stem in FIGURES for one in sorted(folder.glob(f"{stem}.*"))]
+    return told_story(said, names, dict(pictures_of(folder, names)))
 
+
+def read_said(path: str | Path) -> tuple[dict[str, Any], Path]:
+    """``diagnosis.json`` of a recording, and its folder; errors as :func:`read_story`."""
     file = in_folder(path, "diagnosis.json")
     said = read_result(file, "diagnosis")
     if "map" in said["inputs"]:
-        raise InputError(
-            file, "the diagnosis of a probe's map has its page already", expected=f"{file.parent}/diagnosis.md"
-        )
-    names = [one.name for stem in FIGURES for one in sorted(file.parent.glob(f"{stem}.*"))]
-    make = axis_story if "axis" in said else diagnosis_story
-    return make(said, names, dict(pictures_of(file.parent, names)))
+        what = "the diagnosis of a probe's map has its page already"
+        raise InputError(file, what, expected=f"{file.parent}/diagnosis.md")
+    return said, file.parent
+
+
+def told_story(said: Said, figures: Sequence[str] = (), pictures: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """The page of a diagnosis of a recording, with a gauge or of an axis; parameters as :func:`diagnosis_story`."""
+    from stepgauge.reports.axis_diagnosis import axis_story
+
+    return (axis_story if "axis" in said else diagnosis_story)(said, figures, pictures)
 
 
 def story(

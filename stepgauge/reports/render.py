@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from stepgauge.errors import InputError
+from stepgauge.figures.plotly_library import embedded_json
 from stepgauge.files.notation import clean
 from stepgauge.files.resources import folder
 from stepgauge.files.text import read_text, replacing
@@ -138,6 +139,7 @@ def render_html(content: dict[str, Any], template: str | Path | None = None) -> 
     )
     environment.filters["image"] = svg_address
     environment.filters["symbols"] = with_indices
+    environment.filters["json"] = json_element
     text = read_text(source)
     try:
         page = environment.from_string(text).render(report=content).encode("utf-8")
@@ -161,6 +163,13 @@ def with_indices(text: str) -> Any:
         Markup("{}<sub>{}</sub>").format(*part.split("_", 1)) if i % 2 else escape(part) for i, part in enumerate(parts)
     ]
     return Markup("").join(shown)
+
+
+def json_element(value: object) -> Any:
+    """JSON for a script element: nothing in it can end the element."""
+    from markupsafe import Markup
+
+    return Markup(embedded_json(json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))))
 
 
 def svg_address(svg: str) -> str:

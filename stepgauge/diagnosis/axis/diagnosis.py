@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from stepgauge.axis.recording import AxisRecording, join_axis_recordings, places_of, read_axis_recording
 from stepgauge.axis.sensors import SCALE, SENSORS, not_candidates
@@ -20,6 +21,7 @@ from stepgauge.diagnosis.files import Inputs, checksum, diagnosis_to_dict, witho
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.report import listed, significant
 from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.diagnosis.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.effects import effect_kinds
 from stepgauge.files.text import write_json, write_text
 
@@ -94,9 +96,20 @@ def write_axis_diagnosis(
     files = [{"path": str(one.path), "sha256": checksum(one.path)} for one in recordings]
     said = {**told.said, "inputs": {"recordings": files}}
     write_json(target / "diagnosis.json", said)
+    names = [(Path(one.path).name, len(one)) for one in recordings]
+    write_text(target / ROWS_FILE, rows_csv(_rows(told, names)))
     write_text(target / "diagnosis.md", markdown(axis_story(said, [figure])))
     save_figure(axis_figure(told.found, told.data), target / figure)
-    return [target / name for name in ("diagnosis.json", "diagnosis.md", figure)]
+    return [target / name for name in ("diagnosis.json", "diagnosis.md", ROWS_FILE, figure)]
+
+
+def _rows(told: AxisDiagnosis, names: Sequence[tuple[str, int]]) -> pd.DataFrame:
+    """Every reading with its residual, in the user's units and with the sign of a reading."""
+    recording, data = told.data.recording, told.data
+    frame, units = recording.frame, recording.units
+    places = frame["target" if "target" in frame else "reading"].to_numpy(float)
+    factor = frame["way"].to_numpy(float) / data.scaling.deviation / units.base_deviation
+    return row_table(told.found, (), names, (units.position, places), (units.deviation, factor))
 
 
 def _said(found: Diagnosis, data: AxisData) -> dict[str, Any]:
