@@ -127,7 +127,7 @@ def command(
 
     table = None if priors is None else read_priors(priors)
     if together:
-        _say_outcome(diagnose_together(recordings, gauge, machine, output, suffix, without, table))
+        _say_outcome(diagnose_together(recordings, gauge, machine, output, suffix, without, table), with_first=True)
         return
     failed = 0
     outcomes = diagnose_each(recordings, gauge, machine, output, jobs, suffix, without, table)
@@ -160,7 +160,9 @@ def _diagnose_axis(
     from pathlib import Path
 
     from stepgauge.diagnosis.axis.diagnosis import diagnose_axis_files
+    from stepgauge.diagnosis.files import read_diagnosis
     from stepgauge.diagnosis.posterior.priors import read_priors
+    from stepgauge.reports.axis_diagnosis import first_of
 
     table = None if priors is None else read_priors(priors)
     sets = [recordings] if together else [(one,) for one in recordings]
@@ -168,6 +170,8 @@ def _diagnose_axis(
         folder = Path(output) if together else Path(output) / Path(paths[0]).stem
         summary, files = diagnose_axis_files(paths, folder, suffix, without, table)
         say(summary if together else f"{folder.name}: {summary}")
+        for line in first_of(read_diagnosis(files[0])) if together else ():
+            say(f"  {line}")
         say(f"wrote {folder}: " + ", ".join(path.name for path in files))
 
 
@@ -187,7 +191,10 @@ def _diagnose_map(
     say(f"wrote {output}")
 
 
-def _say_outcome(outcome: Outcome, before: str = "") -> None:
+def _say_outcome(outcome: Outcome, before: str = "", with_first: bool = False) -> None:
+    """The verdict, what to do first where there is one diagnosis, and the files."""
     say(before + outcome.summary)
+    for line in outcome.first if with_first else ():
+        say(f"  {line}")
     if outcome.files:
         say(f"{before}wrote {outcome.files[0].parent}: " + ", ".join(path.name for path in outcome.files))

@@ -1,4 +1,4 @@
-"""``stepgauge report``: results -> a report to print and sign, the story of a diagnosis, an overlay, a page to explore."""
+"""``stepgauge report``: results -> a report to sign, the story of a diagnosis, an overlay, a page to explore."""
 
 from __future__ import annotations
 
@@ -60,9 +60,9 @@ BESIDE = {"placements": "placement_files", "budget": "budget_file", "certificate
 def command(results: tuple[str, ...], output: str, **options: Any) -> None:
     """Pages from results: RESULT is the folder that a verb wrote, or its JSON file.
 
-    Of an evaluation: a report to print and sign. Certificate, machine, placement, conditions, effective radius, the table
-    of all faces, figures, notes, and a place for signatures. What is not known is listed as not stated; nothing is
-    assumed. Reports on an example certificate say so on every page. With --budget every error has its expanded
+    Of an evaluation: a report to print and sign. Certificate, machine, placement, conditions, effective radius, the
+    table of all faces, figures, notes, and a place for signatures. What is not known is listed as not stated; nothing
+    is assumed. Reports on an example certificate say so on every page. With --budget every error has its expanded
     uncertainty, and the budget is printed. With --certificate it is a calibration certificate ('stepgauge shipped
     certificate --copy-to .' gives a file to fill in).
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.diagnosis.engine import diagnose
+from stepgauge.diagnosis.files import read_diagnosis
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge
@@ -22,11 +23,13 @@ from stepgauge.recording import Recording, join_recordings, read_recording
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of one diagnosis: its name, the verdict in a line, and the files written (none where it failed)."""
+    """Result of one diagnosis: its name, the verdict in a line, what to do first, and the files written (none where it
+    failed)."""
 
     name: str
     summary: str
     files: tuple[Path, ...] = ()
+    first: tuple[str, ...] = ()
 
 
 def diagnose_together(
@@ -122,7 +125,15 @@ def _diagnose(
 ) -> Outcome:
     whole = recordings[0] if len(recordings) == 1 else join_recordings(recordings)
     found = replace(diagnose(whole, gauge, machine, without, priors), recordings=tuple(recordings))
-    return Outcome(folder.name, found.summary(), tuple(found.write(folder, suffix)))
+    files = tuple(found.write(folder, suffix))
+    return Outcome(folder.name, found.summary(), files, tuple(_first(files[0])))
+
+
+def _first(path: Path) -> list[str]:
+    """What to do first, from the ``diagnosis.json`` that was written."""
+    from stepgauge.reports.diagnosis import first_of
+
+    return first_of(read_diagnosis(path))
 
 
 def _check_names(paths: Sequence[str]) -> None:

@@ -1,7 +1,7 @@
-"""What to do about a cause: what to check before anything is changed, and what to repair once the check confirms it.
+"""What to do about a cause: what to check before anything is changed, and what to repair once that confirms it.
 
-A diagnosis says what a recording shows; a person at the machine confirms it by other means first. ``{axis}`` and the like
-stand for the choices of a finding.
+A diagnosis says what a recording shows; a person at the machine confirms it by other means first. ``{axis}`` and the
+like stand for the choices of a finding.
 """
 
 from __future__ import annotations
@@ -26,13 +26,16 @@ _REMEDIES = {
         " machine file, with what is there.",
         "Enter a new linear correction of {axis}.",
     ),
-    "scale_curvature": Remedy("Compare the error table of {axis} in the controller with the machine's last one.", _TABLE),
+    "scale_curvature": Remedy(
+        "Compare the error table of {axis} in the controller with the machine's last one.", _TABLE
+    ),
     "periodic_scale_error": Remedy(
         "Compare the period with the pitch of the {axis} scale, screw or rack; look for dirt on the reading head.",
         "Clean the {axis} scale and adjust the gap of its reading head.",
     ),
     "local_scale_defect": Remedy(
-        "Inspect the {axis} scale at {at_mm} mm for dirt, a scratch or a joint.", f"Clean it; if the error stays: {_TABLE}"
+        "Inspect the {axis} scale at {at_mm} mm for dirt, a scratch or a joint.",
+        f"Clean it; if the error stays: {_TABLE}",
     ),
     "scale_joint": Remedy("Inspect the {axis} scale for a joint at {at_mm} mm.", _TABLE),
     "reversal_error": Remedy(
@@ -51,7 +54,8 @@ _REMEDIES = {
         "Enter the squareness of {plane} in the controller.",
     ),
     "straightness": Remedy(
-        "Measure the straightness of {axis} with a straightedge or a laser.", "Enter it in the error map, or level the bed."
+        "Measure the straightness of {axis} with a straightedge or a laser.",
+        "Enter it in the error map, or level the bed.",
     ),
     "angular_error": Remedy(
         "Measure the angle of the {travel_axis} carriage with an electronic level or an autocollimator.",
@@ -92,7 +96,9 @@ _REMEDIES = {
     "scale_warm_up": Remedy(
         "Log the temperature of the {axis} scale from switching on.", "Warm the machine up before measuring."
     ),
-    "block_defect": Remedy("Look for dirt, rust or a dent on face {face}.", "Clean it; then have the gauge calibrated."),
+    "block_defect": Remedy(
+        "Look for dirt, rust or a dent on face {face}.", "Clean it; then have the gauge calibrated."
+    ),
     "misalignment": Remedy(
         "Probe the 16 points again and compare the placements (stepgauge locate).", "Plan anew with the new placement."
     ),
@@ -104,9 +110,12 @@ _REMEDIES = {
         "Tighten them; use no readings from before and after together.",
     ),
     "vibration": Remedy(
-        "Switch off, one by one, what turns near the machine: fans, pumps, spindles.", "Isolate it, or measure without it."
+        "Switch off, one by one, what turns near the machine: fans, pumps, spindles.",
+        "Isolate it, or measure without it.",
     ),
-    "approach_memory": Remedy("Probe one point ten times after a pause.", "Begin every run with some probings for nothing."),
+    "approach_memory": Remedy(
+        "Probe one point ten times after a pause.", "Begin every run with some probings for nothing."
+    ),
     "effective_radius": Remedy(
         "Is the stylus tight and the tip clean? Qualify it on the reference sphere and compare.",
         "Enter the new effective radius.",
@@ -117,48 +126,60 @@ _REMEDIES = {
         "Probe a sphere from all sides (stepgauge probe qualify).", "Have the probe cleaned, or its module exchanged."
     ),
     "trigger_delay": Remedy(
-        "Probe one face at two speeds: does the reading change in proportion?", "Qualify the probe at the measuring speed."
+        "Probe one face at two speeds: does the reading change in proportion?",
+        "Qualify the probe at the measuring speed.",
     ),
     "servo_lag": Remedy("Probe one face at three speeds.", "Qualify and measure at one speed, a slower one."),
     "tip_change": Remedy(
-        "Compare the stylus of placement {placement} with that of the others.", "Qualify it, and measure this placement again."
+        "Compare the stylus of placement {placement} with that of the others.",
+        "Qualify it, and measure this placement again.",
     ),
     "lever_arm": Remedy("Measure the length of the stylus and compare it with the file.", "State the measured length."),
     "noise_growth": Remedy("Look for what changes with {per}.", "Nothing: readings there have less weight."),
     "outliers": Remedy("Clean the tip and the faces that are listed in the appendix.", "Measure these points again."),
     "preload": Remedy("Measure the trigger force of the probe with a force gauge.", "Have the spring adjusted."),
-}  # fmt: skip
+}
 _OF_AN_AXIS = {
     "scale_error": Remedy(
         "Measure the temperature of the scale, state its coefficient of expansion, and align the line of measurement.",
         "If it stays: enter a new linear correction.",
     ),
     "scale_curvature": Remedy(
-        "Compare the error table of the controller with the last one; look at the screw's preload.", "Make a new error table."
+        "Compare the error table of the controller with the last one; look at the screw's preload.",
+        "Make a new error table.",
     ),
     "periodic_scale_error": Remedy(
         "Compare the period with the pitch of scale, screw or gear, and with the wavelength.",
         "Clean the scale and adjust its reading head; centre what turns.",
     ),
-    "local_scale_defect": Remedy("Inspect the scale at this position.", "Clean it; if it stays, make a new error table."),
+    "local_scale_defect": Remedy(
+        "Inspect the scale at this position.", "Clean it; if it stays, make a new error table."
+    ),
     "scale_joint": Remedy("Inspect the scale for a joint at this position.", "Make a new error table."),
     "reversal_error": Remedy(
-        "Read the position with another instrument, coming from both sides.", "Adjust the drive or its backlash compensation."
+        "Read the position with another instrument, coming from both sides.",
+        "Adjust the drive or its backlash compensation.",
     ),
-    "thermal_drift": Remedy("Log the temperatures of air, axis and instrument.", "Wait for equilibrium; measure there and back."),
+    "thermal_drift": Remedy(
+        "Log the temperatures of air, axis and instrument.", "Wait for equilibrium; measure there and back."
+    ),
     "step_change": Remedy(
         "Look at clamps, mirrors and cables, and at the count of the instrument.",
         "Fasten them; use no readings from before and after together.",
     ),
     "effective_radius": Remedy(
-        "Determine the constant by other means, on a known length or on the reference sphere.", "Enter the new constant."
+        "Determine the constant by other means, on a known length or on the reference sphere.",
+        "Enter the new constant.",
     ),
-    "approach_memory": Remedy("Read one target ten times after a pause.", "Begin every run with some readings for nothing."),
+    "approach_memory": Remedy(
+        "Read one target ten times after a pause.", "Begin every run with some readings for nothing."
+    ),
     "trigger_delay": Remedy("Read one target at two speeds.", "Read at rest, or state the delay."),
     "outliers": Remedy(
-        "Look at the readings that are listed in the appendix, and at what happened then.", "Measure these targets again."
+        "Look at the readings that are listed in the appendix, and at what happened then.",
+        "Measure these targets again.",
     ),
-}  # fmt: skip
+}
 _UNKNOWN_KIND = Remedy(
     "Check by other means whether this cause is there.", "Remove it, or state it in the machine file."
 )

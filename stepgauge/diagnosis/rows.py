@@ -32,15 +32,15 @@ def row_table(
     """A table with one row per reading, in the order of the recordings.
 
     Columns: ``recording`` and ``row`` in it, ``placement``, ``cycle``, ``face``, ``position_mm`` along the gauge,
-    ``time_s`` where it was recorded, ``used`` (0: left out as an outlier), ``before_um`` and ``after_um`` (residuals without
-    and with all findings), and ``finding_1_um`` .. and ``form_1_um`` ..: what each finding and each form adds to a reading,
-    without what only moves the origins.
+    ``time_s`` where it was recorded, ``used`` (0: left out as an outlier), ``before_um`` and ``after_um`` (residuals
+    without and with all findings), and ``finding_1_um`` .. and ``form_1_um`` ..: what each finding and each form adds
+    to a reading, without what only moves the origins.
 
     Parameters
     ----------
     names : recordings and their numbers of rows
-    position, deviation : unit and values, and unit and factor of what is told, where these are not mm along the gauge and
-        um along the approach
+    position, deviation : unit and values, and unit and factor of what is told, where these are not mm along the gauge
+        and um along the approach
     """
     data = diagnosis.data
     where, along = position or ("mm", np.asarray(data.probings.certified_mm(), float))

@@ -143,9 +143,13 @@ class Evaluation(Shown):
 
         return face_frame(self)
 
-    def plot(self, axes: Axes | None = None, placement: int | None = None) -> Axes:
-        """XF, XB and XM in um against the nominal position in mm, with 2s bands, of a placement (the first)."""
-        return self._drawn(axes, placement=placement)
+    def plot(self, axes: Axes | None = None, placement: int | None = None, *, before: Evaluation | None = None) -> Axes:
+        """XF, XB and XM in um against the nominal position in mm, with 2s bands, of a placement (the first).
+
+        With ``before``, an earlier evaluation of the same gauge: XM of both, and their difference with a band of its
+        expanded uncertainty (:class:`InputError` where they cannot be compared).
+        """
+        return self._drawn(axes, placement=placement, before=before)
 
     def of_placement(self, placement: int | None = None) -> PlacementResult:
         """The result of a placement by its number, None for the first; :class:`InputError` where there is none."""

@@ -19,9 +19,9 @@ TEMPERATURES = (
 def probing_errors(recording: Recording, evaluation: Evaluation) -> list[pd.DataFrame]:
     """One table per placement, one row per probing of the used section, in the order of the recording.
 
-    Columns: ``placement``, ``cycle``, ``face``, ``front``, ``nominal_mm``, ``x_mm``, ``y_mm``, ``z_mm``; ``used``: false
-    for what the evaluation left out; ``error_um``: error as XF or XB; ``residual_um``: the same from the mean of its
-    face, along the gauge axis; ``time_s`` and temperatures where they were recorded.
+    Columns: ``placement``, ``cycle``, ``face``, ``front``, ``nominal_mm``, ``x_mm``, ``y_mm``, ``z_mm``; ``used``:
+    false for what the evaluation left out; ``error_um``: error as XF or XB; ``residual_um``: the same from the mean of
+    its face, along the gauge axis; ``time_s`` and temperatures where they were recorded.
     """
     several = len(evaluation.results) > 1
     return [

@@ -87,8 +87,15 @@ def evaluation_figure(placement: Mapping[str, Any], mpe: Mpe | None = None) -> F
     return figure
 
 
-def draw_placement(axes: Axes, evaluation: Evaluation, placement: int | None = None) -> None:
-    """The errors of a placement (the first) on axes of somebody else, with a legend of their own."""
+def draw_placement(
+    axes: Axes, evaluation: Evaluation, placement: int | None = None, before: Evaluation | None = None
+) -> None:
+    """The errors of a placement (the first) on axes of somebody else, with a legend; ``before``: over earlier ones."""
+    if before is not None:
+        from stepgauge.figures.overlay import draw_over
+
+        draw_over(axes, before, evaluation, placement)
+        return
     result = evaluation.of_placement(placement)
     rows = face_rows(result)
     _draw_errors(axes, rows)

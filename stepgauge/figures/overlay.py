@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.evaluation.evaluate import Evaluation
+from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.figures.evaluation import POSITION_LABEL, column
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
-from stepgauge.standards.difference import ERRORS, Difference
+from stepgauge.standards.difference import ERRORS, Difference, differences
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,12 +53,31 @@ def overlay_figure(
         figure.align_ylabels(grid)
         for axes in grid[-1]:
             axes.set_xlabel(POSITION_LABEL.replace("nominal position along the gauge, ", "position "))
-        for axes, loc, title in zip(
-            grid[0], ("outside upper left", "outside upper right"), ("± 2s", "± U"), strict=True
-        ):
-            entries = axes.get_legend_handles_labels()
-            figure.legend(*entries, loc=loc, title=f"bands: {title}", frameon=False)
+        _legends(figure, grid[0])
     return figure
+
+
+def _legends(figure: Figure, first: Sequence[Axes]) -> None:
+    """What is drawn left and right, and what the bands are, above the panels."""
+    handles, labels = first[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper left", title="bands: ± 2s", frameon=False)
+    handles, labels = first[1].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper right", title="bands: ± U", frameon=False)
+
+
+def draw_over(axes: Axes, before: Evaluation, after: Evaluation, placement: int | None = None) -> None:
+    """XM of two evaluations and the difference with a band of its U, um, on axes of somebody else."""
+    number = after.of_placement(placement).placement
+    index = [one.placement for one in after.results].index(number)
+    found = differences(evaluation_to_dict(before), evaluation_to_dict(after))[index]
+    for i, (evaluation, label) in enumerate(((before, "before"), (after, "after"))):
+        result = evaluation.results[index]
+        _line(axes, result.nominal_mm, result.xm_um, i, f"XM {label}")
+    draw_difference(axes, found, "xm", 2, "after − before, ± U")
+    _finish(axes)
+    axes.set(xlabel=POSITION_LABEL, ylabel="mean error XM (µm)")
+    axes.set_title(f"Placement {number}", loc="left")
+    axes.legend(frameon=False)
 
 
 def _draw_error(axes: Axes, rows: Sequence[Mapping[str, Any]], name: str, number: int, label: str) -> None:

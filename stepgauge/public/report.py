@@ -91,7 +91,7 @@ def report(
             )
         return _overlay(asked, template)
     if interactive:
-        return _interactive(asked, recordings, template)
+        return _interactive(asked, several(recordings), template)
     renderer(path)
     if kinds == {"diagnosis"}:
         return write_report(path, _story(asked.results[0]), template)

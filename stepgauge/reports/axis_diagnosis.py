@@ -15,7 +15,9 @@ from stepgauge.reports.findings import Words, do_first, first_lines, found_part
 
 Said = Mapping[str, Any]
 TITLES = {"axis": "an axis", "spot": "one spot over time", "distances": "distances between stations"}
-_AGAIN = "every target at least twice, better five times, in each direction of travel, with all digits that the instrument shows"
+_AGAIN = (
+    "every target at least twice, better five times, in each direction of travel, with all digits of the instrument"
+)
 
 
 def told_of(said: Said) -> Words:

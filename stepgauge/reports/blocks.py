@@ -1,4 +1,4 @@
-"""Blocks of a written page, in plain containers: ``story.md.j2``, ``story.html.j2`` and ``story.typ`` print the same ones.
+"""Blocks of a written page, in plain containers, which ``story.md.j2``, ``story.html.j2`` and ``story.typ`` print.
 
 A page is a title, a verdict and parts; a part is a title and blocks. All text is data, and never markup.
 """
@@ -83,4 +83,5 @@ def _svg_of_png(data: bytes) -> str:
     width, height = struct.unpack(">II", data[16:24])
     address = "data:image/png;base64," + base64.b64encode(data).decode("ascii")
     size = f'width="{width}" height="{height}"'
-    return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" {size}><image {size} href="{address}"/></svg>'
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" {size}>'
+    return f'{head}<image {size} href="{address}"/></svg>'

@@ -1,6 +1,6 @@
 """The story of a diagnosis: what to do first, what was found with its rivals, the evidence, the appendix.
 
-One content for ``diagnosis.md``, for a page in a browser and for a PDF, from ``diagnosis.json`` and the figures beside it.
+One content for ``diagnosis.md``, a page in a browser and a PDF, from ``diagnosis.json`` and the figures beside it.
 """
 
 from __future__ import annotations
@@ -173,8 +173,10 @@ def _measured(said: Said) -> Iterator[Block]:
         known = f"the effects it already has ({', '.join(name_of(kind) for kind in effects)})"
     yield heading("What was measured")
     yield words(
-        f"{measured['probings']} probings of {measured['faces']} faces over {significant(measured['length_mm'], 4)} mm of"
-        f" {gauge['name']} (serial {gauge['serial']}, certificate {gauge['certificate']}){within}. The simulation is that"
+        f"{measured['probings']} probings of {measured['faces']} faces over"
+        f" {significant(measured['length_mm'], 4)} mm of"
+        f" {gauge['name']} (serial {gauge['serial']}, certificate {gauge['certificate']}){within}. The"
+        f" simulation is that"
         f" of the machine file, with {known}. Residuals are recorded minus simulated along the approach: positive means"
         " that the probe triggered later than simulated. The position of the gauge is fitted and is never a finding."
     )
@@ -185,7 +187,8 @@ def _measured(said: Said) -> Iterator[Block]:
     u = "" if noise["u_um"] is None else f", standard uncertainty {significant(noise['u_um'], 2)} um"
     beside = "" if noise["from_repeats"] else " beside the model, for there are no repeats"
     yield words(
-        f"A single probing repeats to {um(noise['sigma_um'])} (one standard deviation{u}), with {noise['dof']} degrees of"
+        f"A single probing repeats to {um(noise['sigma_um'])} (one standard deviation{u}), with"
+        f" {noise['dof']} degrees of"
         f" freedom{beside}; the machine file says {um(noise['machine_file_um'])}."
     )
 
@@ -207,7 +210,8 @@ def odds_blocks(said: Said) -> Iterator[Block]:
     rows += [[SCATTER_WORDS[name], probability(p)] for name, p in odds["scatter"].items() if p >= 0.01]
     yield heading("Probabilities")
     yield words(
-        "Averaged over all hypotheses that were computed, weighted by their probability; the assumptions are in the priors."
+        "Averaged over all hypotheses that were computed, weighted by their probability; the assumptions are"
+        " in the priors."
     )
     yield table(("statement", "probability"), rows, (0.0, 0.0))
 
@@ -273,7 +277,8 @@ def _imitated(said: Said) -> Iterator[Block]:
         yield code(*wrapped_sum(law["formulas"]))
     if said["empirical"]:
         yield words(
-            "The file states the coefficients with their uncertainties. This is a description, not an explanation, ready"
+            "The file states the coefficients with their uncertainties. This is a description, not an"
+            " explanation, ready"
             " for simulation; do not extrapolate it."
         )
     elif all(one["form"] in SCATTER for one in said["unexplained"]):
@@ -303,7 +308,8 @@ def _fit(said: Said) -> Block:
         rows,
         (1.0, *(0.0 for _ in columns[1:])),
         note=f"The noise of a probing is {um(fit['noise_um'])}. Residuals include the errors of the faces against their"
-        f" certified positions, within the uncertainty of the certificate: chi-square allows for that, the rms does not.{last}",
+        f" certified positions, within the uncertainty of the certificate: chi-square allows for that, the"
+        f" rms does not.{last}",
     )
 
 
@@ -343,7 +349,8 @@ def _facts(effect: Said) -> Iterator[str]:
             yield f"{name} = {plus_minus(p)}{' (k = 2)' if p.get('u') else ''}"
     if effect["largest_um"]:
         yield (
-            f"moves the readings of this recording by up to {um(effect['largest_um'])}, {um(effect['rms_um'])} rms along the"
+            f"moves the readings of this recording by up to {um(effect['largest_um'])},"
+            f" {um(effect['rms_um'])} rms along the"
             " approach"
         )
     several = f" that it is one of the set, {probability(effect['own_probability'])} that it is the first of it"

@@ -93,13 +93,19 @@ def _checks(said: Said, told: Words) -> Iterator[str]:
 
 
 def _repairs(said: Said, told: Words) -> Iterator[str]:
+    """What to repair by finding; findings of which the cause is not known yet are named together."""
+    unsure = [n for n, effect in enumerate(said["effects"], 1) if _has_rivals(effect)]
+    if unsure:
+        yield f"{', '.join(map(str, unsure))}: {_FIRST}"
     for number, effect in enumerate(said["effects"], 1):
-        if len(_members(effect)) > 1 or effect["confounded_with"] or effect["alternatives"]:
-            yield f"{number}: {_FIRST}"
-        else:
+        if number not in unsure:
             yield f"{number}: {_remedy(effect, told).repair}"
     if said["unexplained"]:
         yield f"{len(said['effects']) + 1}: {UNKNOWN_FORM.repair}"
+
+
+def _has_rivals(effect: Said) -> bool:
+    return bool(len(_members(effect)) > 1 or effect["confounded_with"] or effect["alternatives"])
 
 
 def _again(said: Said, told: Words) -> Iterator[str]:
@@ -150,7 +156,7 @@ def found_part(said: Said, told: Words, *more: Block | None) -> dict[str, Any]:
 
 
 def _rivals(said: Said, effect: Said) -> list[Said]:
-    """The rivals of a finding for the first page, the most probable first: one at least, more where findings are few."""
+    """The rivals of a finding for the first page, the most probable first: one, or more where findings are few."""
     sets = sum(len(_members(one)) > 1 for one in said["effects"])
     room = (MOST_ROWS - len(said["effects"])) // max(sets, 1)
     return _members(effect)[1:][: min(max(room, 1), MOST_RIVALS)]

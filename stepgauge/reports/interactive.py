@@ -119,11 +119,12 @@ def _numbers(values: Any, decimals: int = 4) -> list[float | None]:
 
 
 def _probings(table: pd.DataFrame) -> dict[str, Any]:
+    """Single probings, with the times and temperatures that changed."""
     table = table.iloc[_kept(len(table), [])]
     more = [
         {"name": name, "values": _numbers(table[column]), "decimals": decimals}
         for column, name, decimals in _MORE
-        if column in table
+        if column in table and table[column].nunique() > 1
     ]
     return {
         "cycle": [int(one) for one in table["cycle"]],

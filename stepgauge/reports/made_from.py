@@ -30,7 +30,8 @@ def recordings_of(evaluation: dict[str, Any], path: str | Path) -> list[Path]:
 def gauge_of(evaluation: dict[str, Any], path: str | Path) -> Path | str:
     """The gauge file of an evaluation, or its shipped name; :class:`InputError` where it is not there."""
     names = [str(one["name"]) for one in evaluation.get("inputs", []) if "name" in one]
-    for one in (*_near(evaluation, path), *names):
+    candidates: list[Path | str] = [*_near(evaluation, path), *names]
+    for one in candidates:
         if str(one).endswith(".toml"):
             try:
                 check_gauge(evaluation, read_gauge(one))

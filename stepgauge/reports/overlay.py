@@ -166,7 +166,7 @@ def _faces(one: Difference, names: Sequence[str], later: int) -> PrintedTable:
     columns += [c for error in ERRORS for c in (Column(f"Δ{error.upper()}", "µm"), Column("U", "µm"))]
     rows = [_row(one, i) for i in range(len(one.face))]
     title = f"{names[later]} − {names[0]} by face, placement {one.placement}"
-    note = "* interpolated from the two neighbouring faces of the same side. – not defined. Zero by construction at the reference."
+    note = "* interpolated from the two neighbouring faces of the same side. – not defined."
     return PrintedTable(title, columns, rows, note, stripe=2)
 
 

@@ -1,9 +1,9 @@
 """Difference of two evaluations of one gauge, with its own uncertainty: before and after a repair.
 
-Errors are linear in the means of the faces. What both evaluations share, the certificate, cancels as far as the same means
-enter with the same weights. Left are the repeatability of each (pooled over its faces), the coefficient of expansion where
-the gauge had another temperature, and the certificate of faces that only one of them used. Thermometers, alignment and
-fixture of the two set-ups are not counted.
+Errors are linear in the means of the faces. What both evaluations share, the certificate, cancels as far as the same
+means enter with the same weights. Left are the repeatability of each (pooled over its faces), the coefficient of
+expansion where the gauge had another temperature, and the certificate of faces that only one of them used.
+Thermometers, alignment and fixture of the two set-ups are not counted.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ COUNTED = (
     "coefficient of expansion of the gauge, for the difference of its two temperatures",
 )
 CANCELS = (
-    "The certificate of the gauge is common to both and cancels in the difference, except at faces that only one of them"
+    "The certificate of the gauge is common to both and cancels in the difference, except at faces that only"
+    " one of them"
     " used. So do constant errors of the machine and of the temperature measurement."
 )
 NOT_COUNTED = "What may differ between two set-ups is not in U: thermometers, alignment and fixture of the gauge."
@@ -81,7 +82,7 @@ def differences(
 
 
 def check_comparable(before: Mapping[str, Any], after: Mapping[str, Any], name: str) -> None:
-    """:class:`InputError` where the errors of two evaluations are not of the same quantity; ``name``: of the later one."""
+    """:class:`InputError` where the errors of two evaluations are not comparable; ``name``: of the later one."""
     for what, key in (("gauge: its serial number", "serial"), ("certificate", "certificate")):
         _same(name, f"another {what}", after["gauge"][key], before["gauge"][key])
     _same(name, "another origin of the effective radius (--r-eff)", after["r_eff_origin"], before["r_eff_origin"])
@@ -185,7 +186,7 @@ def _difference(before: Mapping[str, Any], after: Mapping[str, Any], one: Any, o
 
 
 def _certificate(name: str, sides: tuple[_Side, _Side], places: Sequence[NDArray[np.intp]]) -> Array:
-    """Variance from certified positions that do not enter both errors with the same weights, um^2, ``(common faces,)``."""
+    """Variance from certified positions that do not enter both errors with the same weights, um^2, ``(k,)``."""
     every = np.union1d(sides[0].face, sides[1].face)
     weight = np.zeros((2, len(places[0]), len(every)))
     u_um = np.zeros(len(every))
