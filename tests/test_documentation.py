@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
+import matplotlib
 import pytest
 
+import stepgauge as sg
 from stepgauge.axis.recording import OWN
 from stepgauge.cli import VERBS
 from stepgauge.effects import effect_kinds
@@ -30,6 +33,29 @@ def test_the_tutorial_runs_in_an_empty_folder(
     made = tmp_path / "my-machine/results"
     assert (made / "report.pdf").stat().st_size > 10_000
     assert '"verdict": "adequate"' in (made / "diagnosis/diagnosis.json").read_text()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a POSIX shell with named pipes")
+def test_the_page_on_reports_runs_in_the_folder_of_a_measurement(
+    tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("STEPGAUGE_GAUGE", "step-gauge-420")
+    monkeypatch.setenv("STEPGAUGE_MACHINE", "bridge-cmm")
+    before = (
+        f"stepgauge locate {ROOT}/examples/demo/points.csv -o placement.toml\n"
+        "stepgauge plan placement.toml --dialect dmis --cycles 3 --blocks 1:8 -o gauge.dmi\n"
+        "stepgauge simulate gauge.dmi -p placement.toml --gauge-temperature 20.4 -o recording.csv\n"
+    )
+    page = ROOT / "docs/reports.md"
+    done = run_blocks([before, *shell_blocks(page)], tmp_path_factory.mktemp("pipes"))
+    assert done.returncode == 0, done.stderr
+    made = ("report.pdf", "diagnosis.pdf", "explore.html", "explore-diagnosis.html", "overlay.pdf", "overlay.png")
+    assert all((tmp_path / name).stat().st_size > 10_000 for name in made)
+    matplotlib.use("Agg")
+    python = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.S)
+    exec(compile("\n".join(python), str(page), "exec"), {"sg": sg, "gauge": sg.read_gauge("step-gauge-420")})
+    assert (tmp_path / "overlay.html").stat().st_size > 10_000
 
 
 @pytest.mark.skipif(importlib.util.find_spec("sphinx") is None, reason="needs the extra 'docs'")

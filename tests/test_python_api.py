@@ -42,8 +42,9 @@ read_machine(name)
 read_placement(path, gauge)
 read_probe_map(path)
 read_recording(path)
-report(evaluation, path, *, gauge=None, placements=(), machine=None, budget=None, certificate=None, number=None,
-    customer=None, location=None, operator=None, date=None, remarks=None, template=None)
+report(result, path, *, gauge=None, placements=(), machine=None, budget=None, certificate=None, number=None,
+    customer=None, location=None, operator=None, date=None, remarks=None, template=None, interactive=False,
+    recordings=())
 simulate(program, machine, gauge, placement, *, true_placement=None, seed=0, gauge_temperature_C=None,
     placement_number=1, start_s=0.0, dialect=None, search_mm=2.0, explain=False, keep_stopped=False)
 """
@@ -58,7 +59,7 @@ DirectionMap.plot(self, axes=None)
 DirectionMap.write(self, path)
 Evaluation.summary(self)
 Evaluation.to_frame(self)
-Evaluation.plot(self, axes=None, placement=None)
+Evaluation.plot(self, axes=None, placement=None, *, before=None)
 Evaluation.write(self, folder, figure="png", mpe=None)
 Gauge.summary(self)
 Gauge.to_frame(self)

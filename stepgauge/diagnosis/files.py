@@ -81,8 +81,8 @@ def write_diagnosis(
     """Write a diagnosis into a folder (made if missing); returns the paths written, the JSON first.
 
     ``diagnosis.json``, ``diagnosis.md``, ``residuals.csv``, ``machine.diagnosed.toml``, ``probe.diagnosed.toml`` for a
-    tripod, placements of the proposed runs, figures. Nothing is written before all is computed; every file appears only when
-    complete.
+    tripod, placements of the proposed runs, figures. Nothing is written before all is computed; every file appears only
+    when complete.
 
     Parameters
     ----------

@@ -38,11 +38,12 @@ def row_table(
 
     Parameters
     ----------
-    names : recordings and their numbers of rows
+    names : recordings and their numbers of rows; none where they were in no file
     position, deviation : unit and values, and unit and factor of what is told, where these are not mm along the gauge
         and um along the approach
     """
     data = diagnosis.data
+    names = names or [("", len(data))]
     where, along = position or ("mm", np.asarray(data.probings.certified_mm(), float))
     unit, factor = deviation
     frame = pd.DataFrame(

@@ -131,9 +131,9 @@ def _kind(result: object) -> str:
     return "evaluation" if isinstance(result, Evaluation) else "diagnosis"
 
 
-def _evaluation_of(result: File | Evaluation) -> dict[str, Any]:
+def _evaluation_of(result: File | Evaluation, with_inputs: bool = True) -> dict[str, Any]:
     if isinstance(result, File):
-        return read_checked_evaluation(result)
+        return read_checked_evaluation(result, with_inputs)
     return evaluation_to_dict(of_kind(result, Evaluation, "evaluation"))
 
 
@@ -165,7 +165,8 @@ def _overlay(asked: _Asked, template: File | None) -> tuple[str, ...]:
     from stepgauge.reports.overlay import write_overlay
 
     names = [str(one) if isinstance(one, File) else one.path or f"{i}" for i, one in enumerate(asked.results, 1)]
-    return write_overlay(asked.path, [_evaluation_of(one) for one in asked.results], names, template)
+    evaluations = [_evaluation_of(one, with_inputs=False) for one in asked.results]
+    return write_overlay(asked.path, evaluations, names, template)
 
 
 def _interactive(asked: _Asked, recordings: list[Any], template: File | None) -> tuple[str, ...]:

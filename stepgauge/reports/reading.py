@@ -101,13 +101,14 @@ def find_evaluation(path: str | Path) -> Path:
     return in_folder(path, "evaluation.json")
 
 
-def read_checked_evaluation(path: str | Path) -> dict[str, Any]:
+def read_checked_evaluation(path: str | Path, with_inputs: bool = True) -> dict[str, Any]:
     """The content of an ``evaluation.json``, given by its path or its folder.
 
+    ``with_inputs``: refuse one whose recording or gauge has changed since; what is compared with a later one may be.
     :class:`InputError` where the file is not an evaluation, or a key is missing or of the wrong kind.
     """
     file = find_evaluation(path)
-    data = read_evaluation(file)
+    data = read_evaluation(file, with_inputs)
     check_table(EvaluationTable, data, file)
     return data
 

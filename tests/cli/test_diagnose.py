@@ -75,8 +75,12 @@ def test_verdicts(effects: tuple[dict[str, Any], ...], verdict: str, named: set[
     result = run("diagnose", path, *COMMON, "-o", tmp_path / "out")
     assert result.code == 0, result.err
     assert result.out == ""
-    assert len(result.err.splitlines()) == 2
-    assert result.err.startswith(verdict)
+    first, *steps, last = result.err.splitlines()
+    assert first.startswith(verdict)
+    assert last.startswith("wrote ")
+    kinds = [line.split(":")[0] for line in steps if not line.startswith("stepgauge plan ")]
+    assert kinds == sorted(kinds, key=["check", "repair", "measure again"].index)
+    assert set(kinds) == ({"check", "repair", "measure again"} if named else set())
     assert diagnosis(tmp_path / "out")["verdict"] == verdict
     sure = [one for one in diagnosis(tmp_path / "out")["effects"] if one["probability"] > 0.8]
     assert len(sure) == len(named)
