@@ -137,7 +137,6 @@ _REMEDIES = {
     "lever_arm": Remedy("Measure the length of the stylus and compare it with the file.", "State the measured length."),
     "noise_growth": Remedy("Look for what changes with {per}.", "Nothing: readings there have less weight."),
     "outliers": Remedy("Clean the tip and the faces that are listed in the appendix.", "Measure these points again."),
-    "preload": Remedy("Measure the trigger force of the probe with a force gauge.", "Have the spring adjusted."),
 }
 _OF_AN_AXIS = {
     "scale_error": Remedy(
@@ -180,8 +179,25 @@ _OF_AN_AXIS = {
         "Measure these targets again.",
     ),
 }
+_STATE = "If it is so, state it in the probe file; else have the probe repaired."
+_OF_A_MAP = {
+    "lever_arm": Remedy("Measure the length of stylus and carrier.", _STATE),
+    "preload": Remedy("Measure the trigger force across the stylus with a force gauge.", "Have the spring adjusted."),
+    "contact_radius": Remedy("Compare the module with its drawing.", _STATE),
+    "contact_angle": Remedy("Compare the module with its drawing.", _STATE),
+    "lobing_phase": Remedy("Look how the probe is mounted, and from which axis azimuths are counted.", _STATE),
+    "eccentricity": Remedy("Look whether the stylus is screwed in straight.", "Have the module exchanged."),
+    "friction": Remedy("Look for dirt on the seats and on the tip.", "Have them cleaned; then measure the map again."),
+    "compliance": Remedy("Compare stylus and extension with those of the probe file; are they tight?", _STATE),
+    "force_gauge_scale": Remedy("Load the force gauge with a known mass.", "Have the force gauge calibrated."),
+    "force_gauge_offset": Remedy("Read the force gauge without load.", "Set its zero; the probe is not concerned."),
+    "effective_radius": Remedy("Qualify the probe on the reference sphere.", "State the new mean pre-travel."),
+    "probe_lobing": Remedy("Qualify the probe in many directions (stepgauge probe qualify).", _BY_DIRECTION),
+    "outliers": Remedy("Look at the rows that are listed in the appendix.", "Measure these directions again."),
+}
+_BY_WHAT = {"axis": _OF_AN_AXIS, "map": _OF_A_MAP}
 _UNKNOWN_KIND = Remedy(
-    "Check by other means whether this cause is there.", "Remove it, or state it in the machine file."
+    "Check by other means whether this cause is there.", "Remove it, or state it in the file that was judged."
 )
 UNKNOWN_FORM = Remedy(
     "Look for what changes with {covariate}.", "Nothing: do not adjust or compensate before the cause is known."
@@ -189,12 +205,12 @@ UNKNOWN_FORM = Remedy(
 """For structure without a known law."""
 
 
-def remedy(kind: str, parameters: Mapping[str, Mapping[str, Any]], of_axis: bool = False) -> Remedy:
+def remedy(kind: str, parameters: Mapping[str, Mapping[str, Any]], of: str = "gauge") -> Remedy:
     """What to check and repair for a kind of effect, with its ``parameters`` as a ``diagnosis.json`` has them.
 
-    ``of_axis``: in the words of an axis that is read without gauge.
+    ``of``: what was diagnosed: a recording of a ``gauge``, of an ``axis`` without one, or the ``map`` of a probe.
     """
-    found = (_OF_AN_AXIS.get(kind) if of_axis else None) or _REMEDIES.get(kind, _UNKNOWN_KIND)
+    found = _BY_WHAT.get(of, {}).get(kind) or _REMEDIES.get(kind, _UNKNOWN_KIND)
     return filled(found, **{name: _short(one["value"]) for name, one in parameters.items() if "value" in one})
 
 

@@ -7,12 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import jinja2
-from jinja2.sandbox import ImmutableSandboxedEnvironment
-
 from stepgauge.diagnosis.practice import counted, name_of
-from stepgauge.diagnosis.words import line
-from stepgauge.files.notation import clean
 
 COVERAGE = 2.0
 """Coverage factor of the expanded uncertainty after a plus-minus sign."""
@@ -34,21 +29,6 @@ SCATTER_WORDS = {
 }
 NO_CHOICE = ("start_s", "pause_s", "about_mm")
 """Parameters of the computation that are not part of the name of a law."""
-
-
-def environment() -> ImmutableSandboxedEnvironment:
-    """The environment of the templates of diagnoses, with the words and numbers of this module as filters."""
-    found = ImmutableSandboxedEnvironment(
-        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
-    )
-    found.filters.update(
-        um=um, sig=significant, plus_minus=plus_minus, words=name_of, cell=cell, percent=percent, line=line
-    )
-    found.filters["wrapped"] = wrapped_sum
-    found.filters["without"] = without
-    found.filters["chosen"] = chosen
-    found.filters["probability"] = probability
-    return found
 
 
 def summary(said: Mapping[str, Any]) -> str:
@@ -196,11 +176,6 @@ def probability(value: float) -> str:
 def percent(share: float | None) -> str:
     """A share as a percentage."""
     return "undefined" if share is None else f"{100.0 * share:.3g} %"
-
-
-def cell(text: object) -> str:
-    """Text escaped for a cell of a table."""
-    return clean(text).replace("\n", " ").replace("|", "\\|").replace("`", "'")
 
 
 def without(text: str, commands: Sequence[str]) -> str:

@@ -69,9 +69,8 @@ def row_table(
 
 
 def rows_csv(table: pd.DataFrame) -> str:
-    """The table as text; a nanometre is the last digit that says anything of a residual."""
-    rounded = {name: 4 for name in table.columns if name.startswith(("before_", "after_", FINDING, FORM, "position_"))}
-    return table.round(rounded).to_csv(index=False, lineterminator="\n")
+    """The table as text, to seven significant digits: no residual says more."""
+    return table.to_csv(index=False, lineterminator="\n", float_format="%.7g")
 
 
 def read_rows(folder: str | Path) -> pd.DataFrame:

@@ -189,6 +189,8 @@ def _diagnosis_page(_: _Asked, result: File | Diagnosis, recordings: list[Any]) 
         what = "its page is made from the files of a diagnosis"
         raise InputError("result", what, found="a Diagnosis", expected="the folder that Diagnosis.write made")
     said, folder = read_said(result)
+    if "map" in said["inputs"]:
+        raise InputError(result, "the map of a probe has no page to explore", expected="a page without interactive")
     return diagnosis_page(said, told_story(said, ()), read_rows(folder))
 
 

@@ -23,7 +23,7 @@ _AGAIN = (
 def told_of(said: Said) -> Words:
     """The words for an axis."""
     form = said["axis"]["form"]
-    return Words([_AGAIN], _name, lambda one: _member(one, form), of_axis=True)
+    return Words([_AGAIN], _name, lambda one: _member(one, form), of="axis")
 
 
 def first_of(said: Said) -> list[str]:

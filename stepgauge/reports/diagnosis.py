@@ -24,7 +24,6 @@ from stepgauge.diagnosis.report import (
     um,
     wrapped_sum,
 )
-from stepgauge.errors import InputError
 from stepgauge.files.text import in_folder, read_result
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
 from stepgauge.reports.blocks import pictures as pictures_of
@@ -35,7 +34,7 @@ if TYPE_CHECKING:
 
 Said = Mapping[str, Any]
 STORY = "story"
-FIGURES = ("overview", "residuals", "effects")
+FIGURES = ("overview", "residuals", "directions", "effects")
 """Figures beside a diagnosis, the one of the first page first."""
 COMPARE = (
     "After any change, measure with the same program and lay the two evaluations over each other:"
@@ -104,19 +103,19 @@ def read_story(path: str | Path) -> dict[str, Any]:
 
 
 def read_said(path: str | Path) -> tuple[dict[str, Any], Path]:
-    """``diagnosis.json`` of a recording, and its folder; errors as :func:`read_story`."""
+    """``diagnosis.json`` and its folder; errors as :func:`read_story`."""
     file = in_folder(path, "diagnosis.json")
     said = read_result(file, "diagnosis")
-    if "map" in said["inputs"]:
-        what = "the diagnosis of a probe's map has its page already"
-        raise InputError(file, what, expected=f"{file.parent}/diagnosis.md")
     return said, file.parent
 
 
 def told_story(said: Said, figures: Sequence[str] = (), pictures: Mapping[str, str] | None = None) -> dict[str, Any]:
-    """The page of a diagnosis of a recording, with a gauge or of an axis; parameters as :func:`diagnosis_story`."""
+    """The page of a diagnosis of a machine, an axis or a probe's map; parameters as :func:`diagnosis_story`."""
     from stepgauge.reports.axis_diagnosis import axis_story
+    from stepgauge.reports.probe_diagnosis import map_story
 
+    if "map" in said["inputs"]:
+        return map_story(said, figures, pictures)
     return (axis_story if "axis" in said else diagnosis_story)(said, figures, pictures)
 
 

@@ -38,7 +38,7 @@ def _member(one: Said) -> str:
 
 @dataclass(frozen=True)
 class Words:
-    """``name`` of an effect, ``member`` of a set; ``of_axis``: an axis without gauge; ``lacking``: of the recording.
+    """``name`` of an effect, ``member`` of a set; ``of``: what was diagnosed (see :func:`remedy`); ``lacking``: of it.
 
     ``compare``: how a further measurement is compared with this one.
     """
@@ -46,7 +46,7 @@ class Words:
     lacking: Sequence[str] = ()
     name: Callable[[Said], str] = _named
     member: Callable[[Said], str] = _member
-    of_axis: bool = False
+    of: str = "gauge"
     compare: str = ""
 
 
@@ -127,7 +127,7 @@ def _of_form(row: Said, told: Words) -> Remedy:
 
 
 def _remedy(effect: Said, told: Words) -> Remedy:
-    return remedy(effect["kind"], effect["parameters"], told.of_axis)
+    return remedy(effect["kind"], effect["parameters"], told.of)
 
 
 def _members(effect: Said) -> list[Said]:
@@ -146,7 +146,7 @@ def found_part(said: Said, told: Words, *more: Block | None) -> dict[str, Any]:
         left_out += max(len(_members(effect)) - 1 - len(rivals), 0)
         for one in rivals:
             inner.append(len(rows))
-            rows.append(_row("or", told.member(one), one, one["share"] * effect["probability"], told))
+            rows.append(_row("or", told.member(one), one, _of_set(one, effect), told))
     rows += [_form_row(row, len(said["effects"]) + 1) for row in remaining(said["unexplained"])]
     if not rows:
         return part("What was found", words(_nothing(said)), *more)
@@ -165,13 +165,18 @@ def _rivals(said: Said, effect: Said) -> list[Said]:
 def _own(effect: Said) -> float:
     """Probability of the cause that is named first."""
     members = _members(effect)
-    return float(members[0]["share"] * effect["probability"]) if members else float(effect["probability"])
+    return _of_set(members[0], effect) or 0.0 if members else float(effect["probability"])
 
 
-def _row(first: str, name: str, one: Said, p: float, told: Words) -> list[str]:
+def _of_set(one: Said, effect: Said) -> float | None:
+    """Probability of a member of a set; None where only that of the first one is known."""
+    return None if one["share"] is None else float(one["share"] * effect["probability"])
+
+
+def _row(first: str, name: str, one: Said, p: float | None, told: Words) -> list[str]:
     text = f"{one['in_practice']} Repair: {_remedy(one, told).repair}"
     where = f" Acts {one['where']}." if one.get("where") else ""
-    return [first, name, values(one), uncertainties(one), probability(p), text + where]
+    return [first, name, values(one), uncertainties(one), "" if p is None else probability(p), text + where]
 
 
 def _form_row(row: Said, number: int) -> list[str]:

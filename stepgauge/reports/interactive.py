@@ -113,9 +113,9 @@ def _short(value: Any) -> Any:
     return round(value, 4) if isinstance(value, float) else value
 
 
-def _numbers(values: Any, decimals: int = 4) -> list[float | None]:
-    """Numbers for JSON: rounded, None where undefined."""
-    return [None if not np.isfinite(one) else round(float(one), decimals) for one in np.asarray(values, float)]
+def _numbers(values: Any) -> list[float | None]:
+    """Numbers for JSON, to six significant digits, None where undefined."""
+    return [float(f"{one:.6g}") if np.isfinite(one) else None for one in np.asarray(values, float)]
 
 
 def _probings(table: pd.DataFrame) -> dict[str, Any]:

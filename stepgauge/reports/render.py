@@ -107,8 +107,9 @@ def markdown(content: dict[str, Any], template: str | Path | None = None) -> str
         undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
     environment.filters["cell"] = cell
-    source = Path(template) if template else shipped_template(content, "md.j2")
-    return environment.from_string(read_text(source)).render(report=content)
+    shipped = shipped_template(content, "md.j2")  # a part of the program, none of the files that a result is made from
+    text = read_text(template) if template else shipped.read_text(encoding="utf-8")
+    return environment.from_string(text).render(report=content)
 
 
 def cell(text: object) -> str:

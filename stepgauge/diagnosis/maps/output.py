@@ -10,7 +10,6 @@ import tomli_w
 
 from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS
 from stepgauge.diagnosis.maps.model import build_probe
-from stepgauge.diagnosis.maps.report import report_text
 from stepgauge.diagnosis.maps.result import OUTLIERS, MapDiagnosis
 from stepgauge.diagnosis.maps.said import as_json
 from stepgauge.diagnosis.solve import Estimate
@@ -29,11 +28,13 @@ def write_map_diagnosis(found: MapDiagnosis, probe_path: str, folder: str | Path
     Nothing is written before all is computed, and every file appears only when complete.
     """
     from stepgauge.figures.probe_diagnosis import draw_map_diagnosis, figure_names
+    from stepgauge.reports.probe_diagnosis import map_story
+    from stepgauge.reports.render import markdown
 
     target = Path(folder)
     said = as_json(found, probe_path, target)
     texts = {
-        "diagnosis.md": report_text(said, figure_names(found, suffix)),
+        "diagnosis.md": markdown(map_story(said, figure_names(found, suffix))),
         **_probe_files(found),
     }
     write_json(target / "diagnosis.json", said)

@@ -1,19 +1,12 @@
-"""``diagnosis.md`` of a probe map, the report of its ``diagnosis.json``.
-
-The template ``templates/reports/probe-diagnosis.md.j2`` sees ``d``, the content of the JSON; ``figures``, the names of
-the figures beside it; ``summary``, the verdict in a sentence; ``limits``, what this map cannot show.
-"""
+"""Words of the report of a probe map: its verdict in a sentence, and what the map cannot show."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 from stepgauge.diagnosis.practice import name_of
-from stepgauge.diagnosis.report import COVERAGE, FEW_DOF, environment, listed
-from stepgauge.files.resources import folder
-from stepgauge.files.text import read_text
+from stepgauge.diagnosis.report import FEW_DOF, listed
 
 VERDICTS = {
     "adequate": "The map agrees with the probe file within the scatter. Nothing in the file needs to be changed.",
@@ -24,28 +17,6 @@ VERDICTS = {
 FULL_TURN_DEG = 240.0
 """Least span of azimuths that separates a harmonic from a constant."""
 QUANTITIES = {"trigger_force_N": "trigger force", "deflection_um": "deflection", "pretravel_um": "pre-travel"}
-
-
-def report_text(said: Mapping[str, Any], figures: Sequence[str] = (), template: str | Path | None = None) -> str:
-    """The report of a map's diagnosis.
-
-    Parameters
-    ----------
-    said : content of a ``diagnosis.json``
-    figures : names of the figures beside it: residuals, directions and, where there are any, effects
-    template : Jinja file to use instead of the shipped one
-    """
-    source = Path(template) if template else folder("templates") / "reports" / "probe-diagnosis.md.j2"
-    jinja = environment()
-    jinja.filters["quantity"] = lambda name: QUANTITIES[name]
-    context = {
-        "d": said,
-        "figures": {Path(name).stem: name for name in figures},
-        "summary": summary(said),
-        "limits": limits(said),
-        "coverage": COVERAGE,
-    }
-    return jinja.from_string(read_text(source)).render(context)
 
 
 def summary(said: Mapping[str, Any]) -> str:

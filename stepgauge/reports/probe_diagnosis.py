@@ -1,0 +1,260 @@
+"""The story of the diagnosis of a probe's map: what is not as its probe file says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from stepgauge.diagnosis.maps.report import QUANTITIES, limits, summary
+from stepgauge.diagnosis.practice import name_of
+from stepgauge.diagnosis.report import percent, plus_minus, probability, significant
+from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
+from stepgauge.reports.diagnosis import check_blocks, odds_blocks, shown_figures, story, trail_blocks
+from stepgauge.reports.findings import Words, do_first, found_part
+
+Said = Mapping[str, Any]
+_CAPTIONS = {
+    "residuals": "Residuals over azimuth and polar angle",
+    "directions": "Residuals over the map",
+    "effects": "Every effect with the fitted law through the residuals of the others",
+}
+
+
+def map_story(said: Said, figures: Sequence[str] = (), pictures: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """The content of a page; parameters as :func:`stepgauge.reports.diagnosis.diagnosis_story`."""
+    shown = shown_figures(figures, pictures)
+    drawn = [figure(name, _caption(name, said), pictures or {}) for name in shown]
+    probe = said["inputs"]["probe"]
+    lacking = [f"The map lacks: {one}" for one in said["lacking"]]
+    told = Words(lacking, _name, of="map", compare="After any change, measure the map again and diagnose it.")
+    plain = {**said, "located": _without_unit(said["located"]), "unexplained": _without_unit(said["unexplained"])}
+    plain["effects"] = [{**effect, "set": _set(effect)} for effect in said["effects"]]
+    parts = [
+        do_first(plain, told),
+        found_part(plain, told, *drawn[:1]),
+        part("Evidence", *_evidence(plain, drawn[1:])),
+        part("Appendix", *_appendix(plain)),
+    ]
+    return story(said, f"Diagnosis: {probe['name'] or probe['path']} by its map", summary(said), parts)
+
+
+def _caption(name: str, said: Said) -> str:
+    stem = Path(name).stem
+    changed = said["effects"] or said["empirical"]
+    return _CAPTIONS[stem] + (", before and after" if changed and stem != "effects" else "")
+
+
+def _name(effect: Said) -> str:
+    return name_of(effect["label"])
+
+
+def _without_unit(forms: Sequence[Said]) -> list[dict[str, Any]]:
+    return [{**one, "covariate": one["covariate"].replace("_deg", "")} for one in forms]
+
+
+def _set(effect: Said) -> list[dict[str, Any]]:
+    """A cause and its rivals as the sets of recordings have them; of a rival the change of its values is known."""
+    labels = [*effect["confounded_with"], *effect["alternatives"]]
+    if not labels:
+        return []
+    own = effect["own_probability"] / effect["probability"] if effect["probability"] else 1.0
+    lead = {**effect, "share": min(own, 1.0)}
+    return [lead, *({"kind": label, "label": label, "share": None, **_instead(effect, label)} for label in labels)]
+
+
+def _instead(effect: Said, label: str) -> dict[str, Any]:
+    changes = effect["instead"].get(label, {})
+    told = ", ".join(f"{name} = {significant(value)}" for name, value in changes.items())
+    return {
+        "parameters": {},
+        "in_practice": f"A change of {told} instead." if told else "The data do not discriminate.",
+    }
+
+
+def _evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:
+    yield from _measured(said)
+    yield from drawn
+    yield from odds_blocks(said)
+    if not said["odds"]:
+        yield words(_untried(said))
+    yield from check_blocks(said)
+    yield from _located(said)
+    yield from _imitated(said)
+    yield from _fit(said)
+
+
+def _untried(said: Said) -> str:
+    if said["verdict"] == "insufficient":
+        return "Nothing was tried: what was measured is not enough to judge any change by."
+    return "Nothing was tried: the probe file gives every value to its last digit."
+
+
+def _measured(said: Said) -> Iterator[Block]:
+    measured, noise = said["measured"], said["noise"]
+    quantities = " and ".join(QUANTITIES[name] for name in measured["quantities"])
+    yield heading("What was measured")
+    yield words(
+        f"{measured['probings']} rows in {measured['directions']} directions:"
+        f" {_angles(measured['polar_deg'], 'polar angle')} and {_angles(measured['azimuth_deg'], 'azimuth')};"
+        f" {quantities}. The simulation is that of the probe file (model {said['inputs']['probe']['model']}). Residuals"
+        " are measured minus simulated. Angles are those of the contact normal in the probe's frame; the polar angle is"
+        " counted from the stylus axis, 90 deg is a wall parallel to the stylus."
+    )
+    rows = [[QUANTITIES[name], _sigma(q), _digit(q)] for name, q in noise["quantities"].items()]
+    columns = ("quantity", "standard deviation of one reading", "resolution of the file")
+    yield table(columns, rows, (0.0, 1.0, 0.0), note=_repeatability(said))
+
+
+def _angles(a: Said, name: str) -> str:
+    if a["different"] == 1:
+        return f"one {name} of {a['from']:g} deg"
+    return f"{a['different']} {name}s of {a['from']:g} to {a['to']:g} deg"
+
+
+def _sigma(q: Said) -> str:
+    if q["sigma"] is None:
+        return "not known"
+    u = "" if q["u"] is None else f" ± {significant(q['u'], 2)} {q['unit']} (standard uncertainty)"
+    return f"{significant(q['sigma'])} {q['unit']}{u}"
+
+
+def _digit(q: Said) -> str:
+    return "not seen" if q["printed_digit"] is None else f"{significant(q['printed_digit'], 1)} {q['unit']}"
+
+
+def _repeatability(said: Said) -> str:
+    noise = said["noise"]
+    over = "constant over the map" if noise["scatter"] == "constant" else "proportional to the value"
+    if noise["from_repeats"]:
+        return f"From repeated directions ({noise['dof']} degrees of freedom), independent of any model; {over}."
+    if said["verdict"] == "insufficient":
+        return "Not known: no direction was repeated."
+    return f"No direction was repeated; estimated from the residuals of the model beyond the rounding, {over}."
+
+
+def _located(said: Said) -> Iterator[Block]:
+    yield heading("Where the residuals are systematic")
+    if not said["located"]:
+        judged = said["verdict"] != "insufficient"
+        yield words(
+            "Nowhere: no dependence on the direction is more probable than scatter." if judged else "Not judged."
+        )
+        return
+    rows = [
+        [
+            one["covariate"],
+            one["where"],
+            percent(one["share"]),
+            probability(one.get("probability", one.get("probability_if_alone"))),
+        ]
+        for one in said["located"]
+    ]
+    yield table(
+        ("covariate", "form", "share of the structure", "probability"),
+        rows,
+        (0.0, 1.0, 0.0, 0.0),
+        note="These are the forms of the residuals before any cause is named; for named causes it is the probability of"
+        " the form alone.",
+    )
+
+
+def _imitated(said: Said) -> Iterator[Block]:
+    if not said["unexplained"]:
+        return
+    yield heading("How the form is imitated")
+    for law in said["empirical"]:
+        size = f"{significant(law['rms'])} {law['unit']} rms"
+        if "amplitude" in law:
+            size += (
+                f", an amplitude of {significant(law['amplitude'])} {law['unit']}, its first maximum at an azimuth of"
+                f" {significant(law['maximum_deg'])} deg"
+            )
+        yield words(f"In probe.diagnosed.toml the {QUANTITIES[law['quantity']]} has a formula for it, of {size}:")
+        yield code(*law["formulas"])
+        yield bullets([f"{name} = {plus_minus(c)} (k = 2)" for name, c in law["coefficients"].items()])
+    if said["empirical"]:
+        yield words(
+            "This is a description, not an explanation. It holds for the measured directions and this quantity only."
+        )
+    else:
+        yield words("No formula describes it, so probe.diagnosed.toml does not contain it.")
+
+
+def _fit(said: Said) -> Iterator[Block]:
+    quantities = said["fit"]["quantities"]
+    held = list(next(iter(quantities.values()))["holdout"])
+    columns = ["quantity", "rms before", "rms after", "largest before", "largest after"]
+    columns += [f"{by} held out, {when}" for by in held for when in ("before", "after")]
+    rows = []
+    for name, q in quantities.items():
+        cells = [f"{significant(q[key])} {q['unit']}" for key in ("rms_before", "rms_after")]
+        cells += [f"{significant(q[f'worst_{when}_percent'])} %" for when in ("before", "after")]
+        cells += [
+            f"{significant(q['holdout'][by][f'rms_{w}'])} {q['unit']}" for by in held for w in ("before", "after")
+        ]
+        rows.append([QUANTITIES[name], *cells])
+    yield heading("Before and after")
+    yield table(columns, rows, [1.0] * len(columns), note=_fit_note(said))
+
+
+def _fit_note(said: Said) -> str:
+    fit = said["fit"]
+    text = (
+        "Largest: the largest residual relative to its value. Cross-validation: rings (one polar angle) and spokes (one"
+        " azimuth) are held out whole, in folds, and predicted from the others."
+    )
+    if fit["chi2_dof_before"] is not None:
+        before, after = significant(fit["chi2_dof_before"]), significant(fit["chi2_dof_after"])
+        text += f" Chi-square per degree of freedom: {before} before, {after} after."
+    if said["measured"]["outliers"]:
+        text += " Outliers are excluded from these numbers."
+    for name, q in fit.get("with_empirical", {}).items():
+        text += f" With the empirical laws: {QUANTITIES[name]} rms {significant(q['rms_after'])} {q['unit']}"
+        text += "".join(f", {by} held out {significant(rms)} {q['unit']}" for by, rms in q["holdout_rms_after"].items())
+        text += "."
+    return text
+
+
+def _appendix(said: Said) -> Iterator[Block]:
+    for number, effect in enumerate(said["effects"], 1):
+        yield heading(f"Finding {number}: {name_of(effect['label'])}")
+        yield bullets(list(_facts(effect, said)))
+        if "rows" in effect:
+            rows = [[r["row"], *(f"{significant(r[f'{a}_deg'], 4)} deg" for a in ("polar", "azimuth")), _off(r, said)]
+                    for r in effect["rows"]]  # fmt: skip
+            yield table(("row", "polar", "azimuth", "off by"), rows)
+    if said["odds"]:
+        yield from trail_blocks(said)
+    yield heading("Limits of this diagnosis")
+    yield bullets([*limits(said), *said["remarks"]] or ["None beyond the uncertainties stated."])
+    yield heading("Files")
+    yield bullets(list(_files(said["inputs"])))
+
+
+def _off(row: Said, said: Said) -> str:
+    units = said["noise"]["quantities"]
+    return ", ".join(f"{significant(v)} {units[name]['unit']} in {QUANTITIES[name]}" for name, v in row["off"].items())
+
+
+def _facts(effect: Said, said: Said) -> Iterator[str]:
+    for name, p in effect["parameters"].items():
+        plain = {"value": p["value"], "u": p["u"], "unit": "" if p["unit"] == "1" else p["unit"]}
+        yield f"{name} = {plus_minus(plain)}{' (k = 2)' if p['u'] else ''}"
+    for name, value in effect["rms"].items():
+        if value:
+            unit = said["noise"]["quantities"][name]["unit"]
+            largest = significant(effect["largest"][name])
+            moved = f"{significant(value)} {unit} rms, {largest} {unit} at most"
+            yield f"moves the {QUANTITIES[name]} of this map by {moved}"
+    several = f" that it is one of the set, {probability(effect['own_probability'])} that it is the first of it"
+    yield f"probability {probability(effect['probability'])}{several if effect['set'] else ''}"
+    if effect["reason"]:
+        yield f"why they are not discriminated: {effect['reason']}"
+
+
+def _files(inputs: Said) -> Iterator[str]:
+    sha = f", sha256 {inputs['map']['sha256'][:16]}…" if inputs["map"]["sha256"] else ""
+    yield f"map {inputs['map']['path']}{sha}"
+    yield f"probe file {inputs['probe']['path']}; full checksums in diagnosis.json"
+    yield "probe.diagnosed.toml: the probe file with what was found, for stepgauge probe map and for a machine file"
