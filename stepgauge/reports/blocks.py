@@ -6,15 +6,19 @@ A page is a title, a verdict and parts; a part is a title and blocks. All text i
 from __future__ import annotations
 
 import base64
+import re
 import struct
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from stepgauge.figures.style import STYLE
 from stepgauge.files.notation import clean
 from stepgauge.files.text import read_bytes, read_text
 
 Block = dict[str, Any]
+PAGE_PT = 174.0 / 25.4 * 72.0
+"""Width of the text on paper."""
 
 
 def words(text: str, strong: bool = False) -> Block:
@@ -55,12 +59,15 @@ def table(
     }
 
 
-def figure(name: str, caption: str, figures: Mapping[str, str], share: float = 1.0) -> Block:
+def figure(name: str, caption: str, figures: Mapping[str, str]) -> Block:
     """A picture by the name of its file, its content from ``figures`` (SVG; empty where only the name is wanted).
 
-    ``share`` of the width of the page.
+    ``share`` of the width of the page: its own width, at most the whole.
     """
-    return {"kind": "figure", "name": name, "svg": figures.get(name, ""), "caption": clean(caption), "share": share}
+    svg = figures.get(name, "")
+    width = re.search(r'\bwidth="([\d.]+)pt"', svg[:1000])
+    share = min(float(width[1]) / PAGE_PT, 1.0) if width else 1.0
+    return {"kind": "figure", "name": name, "svg": svg, "caption": clean(caption), "share": share}
 
 
 def part(title: str, *blocks: Block | None) -> dict[str, Any]:
@@ -79,9 +86,10 @@ def pictures(folder: str | Path, names: Sequence[str]) -> Iterator[tuple[str, st
 
 
 def _svg_of_png(data: bytes) -> str:
-    """A PNG as the only element of an SVG, so that a page has one kind of picture."""
+    """A PNG of our resolution as the only element of an SVG, so that a page has one kind of picture."""
     width, height = struct.unpack(">II", data[16:24])
     address = "data:image/png;base64," + base64.b64encode(data).decode("ascii")
-    size = f'width="{width}" height="{height}"'
+    points = [one * 72.0 / STYLE["savefig.dpi"] for one in (width, height)]
+    size = f'width="{points[0]:.1f}pt" height="{points[1]:.1f}pt"'
     head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" {size}>'
-    return f'{head}<image {size} href="{address}"/></svg>'
+    return f'{head}<image width="{width}" height="{height}" href="{address}"/></svg>'

@@ -36,6 +36,8 @@ Said = Mapping[str, Any]
 STORY = "story"
 FIGURES = ("overview", "residuals", "directions", "effects")
 """Figures beside a diagnosis, the one of the first page first."""
+PICTURES = (".png", ".svg")
+"""Formats of figures that can stand in a page."""
 COMPARE = (
     "After any change, measure with the same program and lay the two evaluations over each other:"
     " stepgauge report BEFORE AFTER -o overlay.pdf"
@@ -64,8 +66,8 @@ def diagnosis_story(
     pictures : their contents (SVG) by name, for pages that hold their figures; one that is missing is left out
     """
     inputs, told = said["inputs"], told_of(said)
-    captions = dict(zip(figures, _captions(said), strict=False))
-    drawn = [figure(name, captions[name], pictures or {}) for name in shown_figures(figures, pictures)]
+    captions = _captions(said)
+    drawn = [figure(name, captions[Path(name).stem], pictures or {}) for name in shown_figures(figures, pictures)]
     title = f"Diagnosis: {inputs['machine']['name']} with {inputs['gauge']['name']}"
     parts = [
         do_first(said, told),
@@ -98,7 +100,7 @@ def read_story(path: str | Path) -> dict[str, Any]:
     :class:`InputError` where it is none, or was changed; as :func:`stepgauge.files.text.read_result`.
     """
     said, folder = read_said(path)
-    names = [one.name for stem in FIGURES for one in sorted(folder.glob(f"{stem}.*"))]
+    names = [f"{stem}{kind}" for stem in FIGURES for kind in PICTURES if (folder / f"{stem}{kind}").is_file()]
     return told_story(said, names, dict(pictures_of(folder, names)))
 
 
@@ -143,13 +145,14 @@ def _fails(check: Said) -> str:
     )
 
 
-def _captions(said: Said) -> tuple[str, ...]:
+def _captions(said: Said) -> dict[str, str]:
     after = " with the form imitated" if said["empirical"] else ""
-    return (
-        f"Residuals before and after{after}; noise of a probing: {um(said['noise']['sigma_um'])}",
-        f"Residuals before and after{after}, against what they may depend on",
-        "Every effect and every form with the fitted curve drawn through the data",
-    )
+    noise = f"noise of a probing: {um(said['noise']['sigma_um'])}"
+    return {
+        "overview": f"Residuals before and after{after}; {noise}",
+        "residuals": f"Residuals before and after{after}, against what they may depend on",
+        "effects": "Every effect and every form with the fitted curve drawn through the data",
+    }
 
 
 def _evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:

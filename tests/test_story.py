@@ -1,0 +1,178 @@
+"""The page of a diagnosis: what to do first, the findings with their rivals, evidence and appendix, in every format."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pypdf import PdfReader
+
+import stepgauge as sg
+from stepgauge.diagnosis.files import Inputs, diagnosis_to_dict
+from stepgauge.diagnosis.remedies import remedy
+from stepgauge.diagnosis.report import probability
+from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.effects import effect_kinds
+from stepgauge.errors import InputError
+from stepgauge.files.text import write_json
+from stepgauge.reports.diagnosis import diagnosis_story, first_of
+from stepgauge.reports.findings import MOST_ROWS
+from stepgauge.reports.render import markdown, render_html, render_pdf
+from tests.cli.conftest import Run as Command
+from tests.cli.conftest import run  # noqa: F401
+from tests.diagnosis.made import as_file, made, made_insufficient, made_unknown
+from tests.measured import one_placement
+from tests.test_report import NASTY, Text
+
+CASES = ("null", "scale", "scale, one placement", "pair", "outliers", "unknown", "insufficient")
+
+
+def case(name: str) -> Diagnosis:
+    recording, found = {"unknown": made_unknown, "insufficient": made_insufficient}.get(name, lambda: made(name))()
+    return replace(found, recordings=(recording,))
+
+
+def said(name: str) -> dict[str, Any]:
+    found = case(name)
+    return diagnosis_to_dict(found, Inputs(found.recordings))
+
+
+def pages(pdf: bytes) -> list[str]:
+    return [page.extract_text() for page in PdfReader(io.BytesIO(pdf)).pages]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_first_page_has_what_to_do_and_what_was_found(name: str, tmp_path: Path) -> None:
+    """Headline, steps, findings and a figure on one page; the evidence begins the next one."""
+    sg.report(case(name), tmp_path / "story.pdf")
+    first, second, *_ = pages((tmp_path / "story.pdf").read_bytes())
+    for title in ("Verdict:", "What to do first", "What was found", "Residuals before and after"):
+        assert title in first
+    assert "Evidence" not in first
+    assert second.split("not a real calibration", 1)[-1].lstrip().startswith("Evidence")
+
+
+@pytest.mark.parametrize("name", ["scale, one placement", "pair"])
+def test_every_format_says_the_same_in_the_same_order(name: str) -> None:
+    content = diagnosis_story(said(name))
+    order = ("What to do first", "Check", "Repair", "Measure again", "What was found", "Evidence", "Appendix")
+    html = " ".join(Text(render_html(content).data).words)
+    for text in (markdown(content), "\n".join(pages(render_pdf(content).data)), html):
+        places = [text.index(word) for word in order]
+        assert places == sorted(places)
+    for effect in said(name)["effects"]:
+        for one in effect["set"] or [effect]:
+            assert one["in_practice"] in markdown(content)
+
+
+def test_rivals_have_their_own_probability_and_add_up() -> None:
+    (effect,) = said("scale, one placement")["effects"]
+    first = markdown(diagnosis_story(said("scale, one placement"))).split("## Evidence")[0]
+    rows = [line.split(" | ") for line in first.splitlines() if re.match(r"\| (\d+|or) \|", line)]
+    assert [row[4] for row in rows] == [probability(one["share"] * effect["probability"]) for one in effect["set"]]
+    assert sum(one["share"] for one in effect["set"]) == pytest.approx(1.0)
+    assert len({row[2] for row in rows}) == len(rows)
+
+
+def test_nothing_is_repaired_while_a_finding_has_rivals() -> None:
+    steps = first_of(said("scale, one placement"))
+    assert [line for line in steps if line.startswith("repair: ")] == [
+        "repair: 1: Do not adjust anything before the checks have told which of the causes of a finding it is."
+    ]
+    assert steps[-1].startswith("stepgauge plan ")
+    sure = first_of(said("outliers"))
+    assert "repair: 1: Measure these points again." in sure
+
+
+def test_a_structure_without_a_law_is_not_adjusted() -> None:
+    steps = first_of(said("unknown"))
+    assert "check: 1: Look for what changes with time." in steps
+    assert any(line.startswith("repair: 1: Nothing: do not adjust") for line in steps)
+
+
+def test_an_insufficient_recording_says_what_to_measure_and_an_adequate_one_nothing() -> None:
+    assert first_of(said("insufficient")) == [
+        "measure again: more cycles: too few repeats to separate noise from structure"
+    ]
+    assert first_of(said("null")) == []
+
+
+def test_the_table_stays_short_and_names_what_it_leaves_out() -> None:
+    data = said("scale, one placement")
+    (effect,) = data["effects"]
+    data["effects"] = [effect] * 5
+    first = markdown(diagnosis_story(data)).split("## Evidence")[0]
+    rows = [line for line in first.splitlines() if re.match(r"\| (\d+|or) \|", line)]
+    assert len(rows) <= MOST_ROWS + 2
+    assert f"Further rivals, in the appendix: {5 * (len(effect['set']) - 1) - (len(rows) - 5)}." in first
+
+
+@pytest.mark.parametrize("of", ["gauge", "axis", "map"])
+def test_every_effect_has_a_check_and_a_repair_without_gaps(of: str) -> None:
+    for kind in effect_kinds(every=True):
+        for text in remedy(kind, {}, of):
+            assert text.endswith((".", "?"))
+            assert not set("{}_") & set(text), text
+    told = remedy("scale_error", {"axis": {"value": "x"}})
+    assert "correction of x" in told.check
+    assert "at 12.5 mm" in remedy("scale_joint", {"axis": {"value": "x"}, "at_mm": {"value": 12.5}}).check
+
+
+@pytest.mark.parametrize("text", NASTY)
+def test_names_are_text_in_every_format(text: str) -> None:
+    data = said("scale")
+    data["inputs"]["machine"]["name"] = text
+    data["effects"][0]["in_practice"] = text
+    content = diagnosis_story(data)
+    html = render_html(content).data
+    assert "script" not in Text(html).tags
+    assert text in " ".join(Text(html).words)
+    squeezed = re.sub(r"\s", "", "".join(pages(render_pdf(content).data)))
+    assert re.sub(r"\s", "", text) in squeezed
+
+
+def test_a_folder_is_reported_with_its_figures(run: Command, tmp_path: Path) -> None:  # noqa: F811
+    found = case("scale")
+    as_file(tmp_path, found.recordings[0])
+    for figure in ("png", "svg"):
+        found.write(tmp_path / figure, figure)
+        done = run("report", tmp_path / figure, "-o", tmp_path / f"{figure}.html")
+        assert done.code == 0, done.err
+        page = Text((tmp_path / f"{figure}.html").read_bytes())
+        assert len(page.images) == 3
+        assert all(one.startswith("data:image/svg+xml;base64,") for one in page.images)
+    done = run("report", tmp_path / "png" / "diagnosis.json", "-o", tmp_path / "story.pdf")
+    assert done.code == 0, done.err
+    pdf = PdfReader(tmp_path / "story.pdf")
+    assert json.loads(pdf.attachments["diagnosis.json"][0])["verdict"] == "effects"
+
+
+def test_what_is_no_diagnosis_or_was_changed_is_refused(run: Command, tmp_path: Path) -> None:  # noqa: F811
+    case("null").write(tmp_path / "d")
+    path, out = tmp_path / "d" / "diagnosis.json", tmp_path / "x.pdf"
+    path.write_text(path.read_text("utf-8").replace('"verdict": "adequate"', '"verdict": "unknown"'), "utf-8")
+    done = run("report", tmp_path / "d", "-o", out)
+    assert done.code == 2
+    assert "was changed after it was written" in done.err
+    one_placement().write(tmp_path / "both")
+    case("null").write(tmp_path / "both")
+    done = run("report", tmp_path / "both", "-o", out)
+    assert done.code == 2
+    assert "holds an evaluation and a diagnosis" in done.err
+    done = run("report", tmp_path, "-o", out)
+    assert done.code == 2
+    assert "holds no result" in done.err
+    assert not out.exists()
+
+
+def test_what_only_a_signed_report_prints_is_refused_for_a_diagnosis(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="number"):
+        sg.report(case("null"), tmp_path / "x.pdf", number="N-1")
+    write_json(tmp_path / "diagnosis.json", said("null"))
+    sg.report(tmp_path, tmp_path / "x.pdf")
+    assert (tmp_path / "x.pdf").stat().st_size > 5000
