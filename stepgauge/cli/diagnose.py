@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import click
@@ -170,16 +171,17 @@ def _diagnose_axis(
         folder = Path(output) if together else Path(output) / Path(paths[0]).stem
         summary, files = diagnose_axis_files(paths, folder, suffix, without, table)
         say(summary if together else f"{folder.name}: {summary}")
-        for line in first_of(read_diagnosis(files[0])) if together else ():
-            say(f"  {line}")
+        _say_first(first_of(read_diagnosis(files[0])) if together else ())
         say(f"wrote {folder}: " + ", ".join(path.name for path in files))
 
 
 def _diagnose_map(
     maps: tuple[str, ...], probe: str, columns: tuple[str, ...], output: str, suffix: str, priors: str | None
 ) -> None:
+    from stepgauge.diagnosis.files import read_diagnosis
     from stepgauge.diagnosis.posterior.priors import read_priors
     from stepgauge.diagnosis.probe_map import diagnose_probe_map, parse_columns
+    from stepgauge.reports.probe_diagnosis import first_of
 
     if len(maps) != 1:
         raise click.UsageError("--probe takes one map at a time")
@@ -188,13 +190,19 @@ def _diagnose_map(
     said = ", ".join([*(change.kind for change in found.findings), *(one.where for one in found.unexplained)])
     said = said or "; ".join(found.lacking)
     say(f"{found.verdict}: {said}" if said else found.verdict)
+    _say_first(first_of(read_diagnosis(f"{output}/diagnosis.json")))
     say(f"wrote {output}")
+
+
+def _say_first(lines: Iterable[str]) -> None:
+    """What to do first."""
+    for line in lines:
+        say(line)
 
 
 def _say_outcome(outcome: Outcome, before: str = "", with_first: bool = False) -> None:
     """The verdict, what to do first where there is one diagnosis, and the files."""
     say(before + outcome.summary)
-    for line in outcome.first if with_first else ():
-        say(f"  {line}")
+    _say_first(outcome.first if with_first else ())
     if outcome.files:
         say(f"{before}wrote {outcome.files[0].parent}: " + ", ".join(path.name for path in outcome.files))

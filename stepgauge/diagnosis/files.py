@@ -7,7 +7,6 @@ data give none) and ``unit``, choices (axis, plane, face, direction, ...) have `
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -29,7 +28,7 @@ from stepgauge.diagnosis.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.solve import Estimate
 from stepgauge.diagnosis.unknown_law import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.errors import InputError
-from stepgauge.files.text import read_text, write_json, write_text
+from stepgauge.files.text import read_json, write_json, write_text
 from stepgauge.recording import Recording
 
 FORMAT = "stepgauge diagnosis 1"
@@ -396,11 +395,8 @@ def without_nan(value: Any) -> Any:
 
 def read_diagnosis(path: str | Path) -> dict[str, Any]:
     """The content of a ``diagnosis.json`` (:class:`InputError` where it is not one)."""
-    try:
-        data = json.loads(read_text(path))
-    except json.JSONDecodeError as error:
-        raise InputError(f"{path}:{error.lineno}", f"not valid JSON: {error.msg}") from None
+    data = read_json(path)
     kind = data.get("format") if isinstance(data, dict) else None
     if kind == FORMAT:
-        return data
+        return dict(data)
     raise InputError(path, "not a diagnosis", found=repr(kind), expected="diagnosis.json of stepgauge diagnose")

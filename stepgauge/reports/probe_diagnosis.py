@@ -11,7 +11,7 @@ from stepgauge.diagnosis.practice import name_of
 from stepgauge.diagnosis.report import percent, plus_minus, probability, significant
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
 from stepgauge.reports.diagnosis import check_blocks, odds_blocks, shown_figures, story, trail_blocks
-from stepgauge.reports.findings import Words, do_first, found_part
+from stepgauge.reports.findings import Words, do_first, first_lines, found_part
 
 Said = Mapping[str, Any]
 _CAPTIONS = {
@@ -25,11 +25,7 @@ def map_story(said: Said, figures: Sequence[str] = (), pictures: Mapping[str, st
     """The content of a page; parameters as :func:`stepgauge.reports.diagnosis.diagnosis_story`."""
     shown = shown_figures(figures, pictures)
     drawn = [figure(name, _caption(name, said), pictures or {}) for name in shown]
-    probe = said["inputs"]["probe"]
-    lacking = [f"The map lacks: {one}" for one in said["lacking"]]
-    told = Words(lacking, _name, of="map", compare="After any change, measure the map again and diagnose it.")
-    plain = {**said, "located": _without_unit(said["located"]), "unexplained": _without_unit(said["unexplained"])}
-    plain["effects"] = [{**effect, "set": _set(effect)} for effect in said["effects"]]
+    probe, plain, told = said["inputs"]["probe"], _plain(said), _words(said)
     parts = [
         do_first(plain, told),
         found_part(plain, told, *drawn[:1]),
@@ -37,6 +33,23 @@ def map_story(said: Said, figures: Sequence[str] = (), pictures: Mapping[str, st
         part("Appendix", *_appendix(plain)),
     ]
     return story(said, f"Diagnosis: {probe['name'] or probe['path']} by its map", summary(said), parts)
+
+
+def first_of(said: Said) -> list[str]:
+    """What to do first, in lines for a terminal."""
+    return first_lines(_plain(said), _words(said))
+
+
+def _words(said: Said) -> Words:
+    lacking = [f"The map lacks: {one}" for one in said["lacking"]]
+    compare = "After any change, measure the map again and diagnose it."
+    return Words(lacking, _name, of="map", compare=compare if said["effects"] or said["unexplained"] else "")
+
+
+def _plain(said: Said) -> dict[str, Any]:
+    """The diagnosis with its forms and sets as those of recordings are."""
+    forms = {key: _without_unit(said[key]) for key in ("located", "unexplained")}
+    return {**said, **forms, "effects": [{**effect, "set": _set(effect)} for effect in said["effects"]]}
 
 
 def _caption(name: str, said: Said) -> str:
