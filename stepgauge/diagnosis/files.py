@@ -112,11 +112,8 @@ def write_diagnosis(
     write_json(target / "diagnosis.json", said)
     for name, text in texts.items():
         write_text(target / name, text)
-    return [
-        target / "diagnosis.json",
-        *(target / name for name in texts),
-        *draw_diagnosis(target, diagnosis, laws, suffix),
-    ]
+    written = [target / name for name in ("diagnosis.json", *texts)]
+    return [*written, *draw_diagnosis(target, diagnosis, laws, suffix)]
 
 
 def diagnosis_to_dict(
@@ -124,7 +121,7 @@ def diagnosis_to_dict(
 ) -> dict[str, Any]:
     """A diagnosis as JSON types; undefined numbers are None.
 
-    ``folder`` is the folder of the proposed placements, for the commands that name them.
+    ``folder`` is that of the proposed placements, for the commands that name them.
     """
     said = {
         "format": FORMAT,
@@ -396,7 +393,6 @@ def without_nan(value: Any) -> Any:
 def read_diagnosis(path: str | Path) -> dict[str, Any]:
     """The content of a ``diagnosis.json`` (:class:`InputError` where it is not one)."""
     data = read_json(path)
-    kind = data.get("format") if isinstance(data, dict) else None
-    if kind == FORMAT:
+    if (kind := data.get("format") if isinstance(data, dict) else None) == FORMAT:
         return dict(data)
     raise InputError(path, "not a diagnosis", found=repr(kind), expected="diagnosis.json of stepgauge diagnose")

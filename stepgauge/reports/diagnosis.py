@@ -105,9 +105,12 @@ def read_story(path: str | Path) -> dict[str, Any]:
 
 
 def read_said(path: str | Path) -> tuple[dict[str, Any], Path]:
-    """``diagnosis.json`` and its folder; errors as :func:`read_story`."""
+    """``diagnosis.json`` and its folder; errors as :func:`read_story`.
+
+    That the machine file was changed since, as a diagnosis asks for, takes nothing from what it says.
+    """
     file = in_folder(path, "diagnosis.json")
-    said = read_result(file, "diagnosis")
+    said = read_result(file, "diagnosis", with_inputs=False)
     return said, file.parent
 
 
