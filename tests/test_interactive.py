@@ -12,13 +12,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import stepgauge as sg
+from stepgauge.diagnosis.rows import read_rows
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.evaluation.probings import probing_errors
-from stepgauge.reports.interactive import MOST_ROWS, _kept, evaluation_page
+from stepgauge.files.text import read_json
+from stepgauge.reports.diagnosis import told_story
+from stepgauge.reports.interactive import MOST_ROWS, _kept, diagnosis_page, evaluation_page
 from stepgauge.reports.render import render_html
 from tests.cli.conftest import Run as Command
 from tests.cli.conftest import files, run  # noqa: F401
@@ -169,6 +173,18 @@ def test_a_long_recording_is_thinned_evenly_and_keeps_what_is_listed() -> None:
     assert {0, 1, 2, 3 * MOST_ROWS - 1} <= set(kept)
     assert len(kept) <= MOST_ROWS + 2
     assert np.diff(kept).max() <= 4
+
+
+def test_the_page_of_a_long_recording_stays_small_and_says_what_it_leaves_out(tmp_path: Path) -> None:
+    recording, found = made("pair")
+    replace(found, recordings=(recording,)).write(tmp_path)
+    said, rows = read_json(tmp_path / "diagnosis.json"), read_rows(tmp_path)
+    long = pd.concat([rows] * 200, ignore_index=True)
+    noise = np.random.default_rng(5).normal(size=(2, len(long)))
+    long["before_um"], long["after_um"] = noise
+    page = render_html(diagnosis_page(said, told_story(said), long)).data
+    assert len(page) < MOST_BYTES
+    assert f"{MOST_ROWS} of {len(long)} readings are shown" in page.decode()
 
 
 def test_a_click_on_a_face_shows_its_probings(tmp_path: Path) -> None:

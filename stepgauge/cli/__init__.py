@@ -108,7 +108,7 @@ TASKS: Tasks = {
         "uncertainty": ("stepgauge.cli.uncertainty", "uncertainty of the errors by Monte Carlo"),
     },
     "Show and certify": {
-        "report": ("stepgauge.cli.report", "evaluation -> report or certificate (PDF, HTML)"),
+        "report": ("stepgauge.cli.report", "results -> report, certificate, story, overlay (PDF, HTML)"),
         "dcc": ("stepgauge.cli.dcc", "Digital Calibration Certificates (XML)"),
         "figures": ("stepgauge.cli.figures", "the figures of a measurement"),
         "history": ("stepgauge.cli.history", "many evaluations of a machine -> trends, warnings"),

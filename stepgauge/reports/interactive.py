@@ -20,7 +20,7 @@ from stepgauge.figures.plotly_library import packed_library
 from stepgauge.files.notation import clean
 from stepgauge.recording import Recording
 
-MOST_ROWS = 20_000
+MOST_ROWS = 10_000
 """Readings in a page; of more, evenly chosen ones."""
 _MORE = (
     ("time_s", "time (s)", 1),
