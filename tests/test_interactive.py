@@ -20,6 +20,7 @@ from stepgauge.diagnosis.rows import read_rows
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.evaluation.probings import probing_errors
+from stepgauge.figures.measurement import KINDS, _figures
 from stepgauge.files.text import read_json
 from stepgauge.reports.diagnosis import told_story
 from stepgauge.reports.interactive import MOST_ROWS, _kept, diagnosis_page, evaluation_page
@@ -132,6 +133,17 @@ def test_readings_that_were_left_out_are_there_and_marked() -> None:
     assert list(np.flatnonzero(~table["used"])) == [20]
     assert abs(table["error_um"][20]) == pytest.approx(500.0, rel=0.01)
     assert table["residual_um"][table["used"]].abs().max() < 5.0
+
+
+def test_the_figures_of_a_measurement_show_what_is_used(tmp_path: Path) -> None:
+    recording = named(measure(6).recording)
+    recording.frame.loc[20, "y_mm"] += 0.5
+    evaluation = evaluate(recording, shipped()[0])
+    (table,) = probing_errors(recording, evaluation)
+    drawn = dict(_figures(recording, evaluation, KINDS, None, None))
+    dots = [np.asarray(line.get_ydata(), float) for line in drawn["repeatability"].axes[0].get_lines()]
+    assert sum(len(one) for one in dots if len(one) > 2) == int(table["used"].sum())
+    assert max(np.abs(one).max() for one in dots) < 5.0
 
 
 def test_text_of_the_data_is_no_markup() -> None:

@@ -46,7 +46,7 @@ def draw_measurement(
 def _figures(
     recording: Recording, evaluation: Evaluation, kinds: Collection[str], mpe: Mpe | None, machine: Machine | None
 ) -> Iterator[tuple[str, Figure]]:
-    tables = probing_errors(recording, evaluation)
+    tables = [table[table["used"]] for table in probing_errors(recording, evaluation)]
     for placement, table in zip(evaluation_to_dict(evaluation)["placements"], tables, strict=True):
         end = f"-placement-{placement['placement']}" if len(tables) > 1 else ""
         if "error" in kinds:
