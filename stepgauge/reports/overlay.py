@@ -17,6 +17,7 @@ from stepgauge.reports.content import figure_svg
 from stepgauge.reports.page import Column, Page, PrintedTable, Stated
 from stepgauge.reports.render import write_report
 from stepgauge.reports.sections import Section, file_names
+from stepgauge.standards.coverage import APPROXIMATELY_95
 from stepgauge.standards.difference import (
     CANCELS,
     COUNTED,
@@ -94,7 +95,7 @@ def overlay_content(
         _result(found, names),
         ("overlay.json", _data(evaluations, found, names)),
         statements=[
-            f"U: expanded uncertainty of the difference, 95 %. Counted: {'; '.join(COUNTED)}.",
+            f"U: expanded uncertainty of the difference, {APPROXIMATELY_95:g} %. Counted: {'; '.join(COUNTED)}.",
             CANCELS,
             NOT_COUNTED,
         ],

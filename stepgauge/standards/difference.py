@@ -31,9 +31,8 @@ COUNTED = (
     "coefficient of expansion of the gauge, for the difference of its two temperatures",
 )
 CANCELS = (
-    "The certificate of the gauge is common to both and cancels in the difference, except at faces that only"
-    " one of them"
-    " used. So do constant errors of the machine and of the temperature measurement."
+    "The certificate of the gauge is common to both and cancels in the difference, except at faces that only one"
+    " of them used."
 )
 NOT_COUNTED = "What may differ between two set-ups is not in U: thermometers, alignment and fixture of the gauge."
 
