@@ -6,8 +6,11 @@ import os
 import re
 from pathlib import Path
 
+import click
 import pytest
 
+from stepgauge.cli import VERBS, cli
+from stepgauge.project.file import check_options, read_project
 from tests.conftest import ROOT
 from tests.shell import run_blocks, shell_blocks
 
@@ -41,3 +44,17 @@ def test_links_and_figures_of_the_documents_exist() -> None:
         for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
             if "://" not in target:
                 assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def test_what_an_example_would_type_again_stands_in_its_project_file() -> None:
+    """Gauge, machine and placement are typed at most once each, and every project file can be read."""
+    for page in (ROOT / "examples").glob("*/README.md"):
+        for option in ("-g", "-m", "-p"):
+            assert len(re.findall(rf" {option} \S", page.read_text(encoding="utf-8"))) <= 1, f"{page}: {option}"
+    projects = list((ROOT / "examples").glob("*/stepgauge.toml"))
+    assert len(projects) >= 4
+    for path in projects:
+        project = read_project(path, VERBS)
+        for verb in (key for key, value in project.values.items() if isinstance(value, dict)):
+            known = [name for one in cli.get_command(click.Context(cli), verb).params for name in one.opts]
+            check_options(project, (verb,), [name.lstrip("-") for name in known])
