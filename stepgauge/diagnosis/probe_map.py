@@ -16,7 +16,7 @@ from stepgauge.diagnosis.maps.model import MapModel
 from stepgauge.diagnosis.maps.output import PROBE_FILE, write_map_diagnosis
 from stepgauge.diagnosis.maps.result import MapDiagnosis
 from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.config import read_toml
 from stepgauge.files.resources import find_data
 from stepgauge.files.text import check_output
@@ -74,6 +74,8 @@ def parse_columns(options: Sequence[str]) -> dict[str, str]:
     for option in options:
         name, equals, column = option.partition("=")
         if not (equals and name and column):
-            raise InputError("--column", "not a pair of names", found=option, expected="deflection_um=sensing_mm")
+            raise InputError(
+                naming("columns"), "not a pair of names", found=option, expected="deflection_um=sensing_mm"
+            )
         found[name.strip()] = column.strip()
     return found

@@ -62,7 +62,7 @@ def _named(project: Project, key: str, words: Callable[[str], str]) -> Item:
         path = _path(project, key)
         return Item(key, path, words(path))
     except InputError as error:
-        return Item(key, str(project.values.get(key, "")), str(error), wrong=True)
+        return Item(key, str(project.values.get(key, "")), error.as_typed(), wrong=True)
 
 
 def _gauge_words(path: str) -> str:
@@ -86,7 +86,7 @@ def _placement(project: Project, gauge: Gauge | None) -> Item:
     try:
         return Item("placement", path, _placement_words(read_placement(path, gauge)))
     except InputError as error:
-        return Item("placement", path, str(error), wrong=True)
+        return Item("placement", path, error.as_typed(), wrong=True)
 
 
 def _placement_words(placement: Placement) -> str:
@@ -101,7 +101,7 @@ def _recordings(project: Project) -> Iterator[Item]:
             try:
                 yield Item("recording", shown, _recording_words(read_recording(path)))
             except InputError as error:
-                yield Item("recording", shown, str(error), wrong=True)
+                yield Item("recording", shown, error.as_typed(), wrong=True)
 
 
 def _recording_words(recording: Recording) -> str:
@@ -118,7 +118,7 @@ def _results(project: Project) -> Iterator[Item]:
                 read_result(path, kind)
                 yield Item(kind, shown, "up to date")
             except InputError as error:
-                yield Item(kind, shown, str(error), wrong=True)
+                yield Item(kind, shown, error.as_typed(), wrong=True)
 
 
 def _next(items: list[Item], recordings: list[Item], results: list[Item]) -> tuple[str, str]:

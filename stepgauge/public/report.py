@@ -6,7 +6,7 @@ import datetime
 from collections.abc import Iterable
 from dataclasses import replace
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.gauge.certified import Gauge
@@ -74,7 +74,9 @@ def report(
         gauge = evaluation.gauge if gauge is None else gauge
     lies = several(placements)
     if lies and gauge is None:
-        raise InputError("placements", "are checked against their gauge, which is missing", expected="gauge=")
+        raise InputError(
+            naming("placements"), "are checked against their gauge, which is missing", expected=naming("gauge")
+        )
     sources = read_sources(data, gauge, lies, machine, budget, certificate)
     stated = Stated(date or datetime.date.today(), **said)
     if sources.laboratory is not None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stepgauge.axis.recording import OWN, STATIONS, AxisRecording, places_of
 from stepgauge.axis.units import AxisUnits, base_of, plain_name
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.units import LENGTH_MM, Unit, unit_hint
 from stepgauge.importing.axis.grid import Grid
 from stepgauge.importing.axis.long import Long
@@ -150,7 +150,9 @@ def _value_factor(found: Long, units: AxisUnits, options: AxisOptions, role: str
 
 def _check_kind(name: str, units: AxisUnits) -> None:
     if (name in LENGTH_MM) != (units.axis == "linear"):
-        raise InputError("--deviation-unit", "not a unit of this axis", found=name, expected=f"as {units.deviation}")
+        raise InputError(
+            naming("deviation_unit"), "not a unit of this axis", found=name, expected=f"as {units.deviation}"
+        )
 
 
 def _known(target: Array | None) -> Array:
