@@ -27,8 +27,7 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Member
 from stepgauge.diagnosis.solve import Estimate
 from stepgauge.diagnosis.unknown_law import UnknownLaw, model_unknown, rest_rms_um
-from stepgauge.errors import InputError
-from stepgauge.files.text import read_text, write_text
+from stepgauge.files.text import write_text
 from stepgauge.recording import Recording
 
 FORMAT = "stepgauge diagnosis 1"
@@ -101,7 +100,7 @@ def write_diagnosis(
     said["remarks"] += remarks + more
     names = figure_names(diagnosis, laws, suffix)
     texts = {
-        "diagnosis.json": json.dumps(said, indent=1, allow_nan=False, ensure_ascii=False) + "\n",
+        "diagnosis.json": json_text(said),
         "diagnosis.md": report_text(said, names),
         MACHINE_FILE: machine,
         **probe,
@@ -386,13 +385,6 @@ def without_nan(value: Any) -> Any:
     return value
 
 
-def read_diagnosis(path: str | Path) -> dict[str, Any]:
-    """The content of a ``diagnosis.json`` (:class:`InputError` where it is not one)."""
-    try:
-        data = json.loads(read_text(path))
-    except json.JSONDecodeError as error:
-        raise InputError(f"{path}:{error.lineno}", f"not valid JSON: {error.msg}") from None
-    kind = data.get("format") if isinstance(data, dict) else None
-    if kind == FORMAT:
-        return data
-    raise InputError(path, "not a diagnosis", found=repr(kind), expected="diagnosis.json of stepgauge diagnose")
+def json_text(said: Mapping[str, Any]) -> str:
+    """``diagnosis.json`` as it is written."""
+    return json.dumps(said, indent=1, allow_nan=False, ensure_ascii=False) + "\n"

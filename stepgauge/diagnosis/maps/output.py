@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tomli_w
 
+from stepgauge.diagnosis.files import json_text
 from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS
 from stepgauge.diagnosis.maps.model import build_probe
 from stepgauge.diagnosis.maps.report import report_text
@@ -34,7 +34,7 @@ def write_map_diagnosis(found: MapDiagnosis, probe_path: str, folder: str | Path
     target = Path(folder)
     said = as_json(found, probe_path, target)
     texts = {
-        "diagnosis.json": json.dumps(said, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
+        "diagnosis.json": json_text(said),
         "diagnosis.md": report_text(said, figure_names(found, suffix)),
         **_probe_files(found),
     }
