@@ -35,7 +35,7 @@ class AxisOptions:
     ``sensor``: what read it (:data:`stepgauge.axis.sensors.SENSORS`); ``unit``, ``deviation_unit``: of columns that
     state none; ``columns``: headers by role; ``header``: names of the columns in place of those of the file;
     ``constants``: columns that are the same in every row; ``targets``: the artefact; ``missing``: whether readings may
-    be missing.
+    be missing; ``heights``: file of the heights of stations, by which slope distances become horizontal ones.
     """
 
     sensor: str = "other"
@@ -46,6 +46,7 @@ class AxisOptions:
     constants: Mapping[str, str] = field(default_factory=dict)
     targets: Targets | None = None
     missing: bool = False
+    heights: str | None = None
 
 
 def build_axis(found: Long, grid: Grid, options: AxisOptions) -> AxisRecording:
