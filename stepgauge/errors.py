@@ -70,13 +70,13 @@ Place = str | PathLike[str] | Naming
 class InputError(Exception):
     """Something given to stepgauge is wrong; the message is one line for the person who can mend it.
 
+    Every part may be a :class:`Naming`: the message names arguments, :meth:`as_typed` the options of the command line.
+
     Parameters
     ----------
     where : the file, with line, row or key where there is one, e.g. ``"points.csv:7"``; or the argument
     what : what is wrong, in words
     found, expected : the offending value and what would have been right, where that helps
-
-    Every part may be a :class:`Naming`: the message names arguments, :meth:`as_typed` the options of the command line.
     """
 
     def __init__(self, where: Place, what: str | Naming, *, found: object = None, expected: object = None) -> None:

@@ -32,7 +32,12 @@ STATIONS = ["from_station", "to_station"]
 OWN = ("placement", "cycle", "way", "target", "reading", "u_target", "time_s")
 LONGEST_COMMENT = 100_000
 SAME_PLACE = 1e-3
-"""Share of the span within which targets that differ are one place."""
+"""Share of the span within which targets that differ are one place.
+
+Between the closest targets of a test, a hundredth of the span, and the scatter of an axis that comes to a place again, at
+worst a ten thousandth of its travel (10 um in 100 mm): as far from the one as from the other, in proportion. It cannot be
+taken from the gaps between targets: the faces of a step gauge lie in pairs, too.
+"""
 DIGITS = 12
 """Significant digits of a number: 0.1 um over 100 km."""
 

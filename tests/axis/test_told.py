@@ -86,8 +86,9 @@ NEVER = {
     *("scale_temperature", "scale_warm_up", "servo_lag"),
     *("axis_compensation", "empirical", "error_map"),
 }
-"""What one axis cannot show: motions across it, a gauge, the directions of a probe, what a machine file states; and what
-is there to simulate."""
+"""What one axis cannot show: motions across it, a gauge, the directions of a probe, what a machine file states.
+
+And what is there to simulate only."""
 KINDS = {kind for name in SENSORS for form in ("axis", "spot", "distances") for kind in kinds_of(name, form)} & {
     *effect_kinds()
 }

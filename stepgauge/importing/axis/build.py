@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from stepgauge.axis.recording import OWN, STATIONS, AxisRecording, places_of
 from stepgauge.axis.units import AxisUnits, base_of, plain_name
 from stepgauge.errors import InputError, naming
-from stepgauge.files.units import LENGTH_MM, Unit, unit_hint
+from stepgauge.files.units import ANGLE_DEG, LENGTH_MM, Unit, unit_hint
 from stepgauge.importing.axis.grid import Grid
 from stepgauge.importing.axis.long import Long
 from stepgauge.importing.axis.roles import DEVIATION, READING
@@ -24,8 +24,15 @@ from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
 
 Array = NDArray[np.float64]
-NEAR = 0.02
-"""Slope of readings against targets: within this of one, or of nought for deviations."""
+NEAR = (
+    min(abs(a / b - 1.0) for units in (LENGTH_MM, ANGLE_DEG) for a in units.values() for b in units.values() if a != b)
+    / 2.0
+)
+"""Slope of readings against targets: within this of one, or of nought for deviations.
+
+Half of the way from one to the nearest ratio of two units, so that a wrong unit is never taken for a scale error: 0.05,
+for 1 gon is 0.9 deg.
+"""
 
 
 @dataclass(frozen=True)
