@@ -34,9 +34,9 @@ LONGEST_COMMENT = 100_000
 SAME_PLACE = 1e-3
 """Share of the span within which targets that differ are one place.
 
-Between the closest targets of a test, a hundredth of the span, and the scatter of an axis that comes to a place again, at
-worst a ten thousandth of its travel (10 um in 100 mm): as far from the one as from the other, in proportion. It cannot be
-taken from the gaps between targets: the faces of a step gauge lie in pairs, too.
+Between the closest targets of a test, a hundredth of the span, and the scatter of an axis that comes to a place again,
+at worst a ten thousandth of its travel (10 um in 100 mm): in proportion as far from the one as from the other. It is
+not taken from the gaps between targets: the faces of a step gauge lie in pairs, too.
 """
 DIGITS = 12
 """Significant digits of a number: 0.1 um over 100 km."""

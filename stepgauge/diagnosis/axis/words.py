@@ -205,8 +205,8 @@ def _joint(p: Parameters, a: About) -> str:
 def _stick(p: Parameters, a: About) -> str:
     return (
         f"Just after it turns, the axis lags by up to {_size(_um(p, a), a.deviation)} and catches up within"
-        f" about {significant(value_of(p, name='decay'), 2)} {a.position}: friction in the guides or the drive. Approach"
-        " every target from farther away."
+        f" about {significant(value_of(p, name='decay'), 2)} {a.position}: friction in the guides or the drive."
+        " Approach every target from farther away."
     )
 
 

@@ -24,14 +24,17 @@ from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
 
 Array = NDArray[np.float64]
-NEAR = (
-    min(abs(a / b - 1.0) for units in (LENGTH_MM, ANGLE_DEG) for a in units.values() for b in units.values() if a != b)
-    / 2.0
-)
-"""Slope of readings against targets: within this of one, or of nought for deviations.
+UNIT_RATIOS = [a / b for units in (LENGTH_MM, ANGLE_DEG) for a in units.values() for b in units.values() if a != b]
+NEAR_ONE = min(abs(ratio - 1.0) for ratio in UNIT_RATIOS) / 2.0
+"""Slope of readings against targets: within this of one.
 
-Half of the way from one to the nearest ratio of two units, so that a wrong unit is never taken for a scale error: 0.05,
-for 1 gon is 0.9 deg.
+Half of the way to the nearest ratio of two units (gon and deg, 0.9), so that no wrong unit is taken for a scale error.
+"""
+NEAR_NOUGHT = LENGTH_MM["mm"] / LENGTH_MM["inch"] / 2.0
+"""Slope of deviations: within this of nought.
+
+Half of what readings in inch of targets in mm have, 0.039. A smaller ratio, as um for mm, may be a deviation's slope as
+well: the unit of the deviations is then asked for.
 """
 
 
@@ -103,9 +106,9 @@ def _role(found: Long, grid: Grid, target: Array | None) -> str:
     if found.value_unit is not None and found.target_unit is not None:
         scale = found.value_unit.factor / found.target_unit.factor
     slope *= scale
-    if abs(slope - 1.0) < NEAR:
+    if abs(slope - 1.0) < NEAR_ONE:
         return READING
-    if abs(slope) < NEAR or (found.value_role == DEVIATION and scale == 1.0):
+    if abs(slope) < NEAR_NOUGHT or (found.value_role == DEVIATION and scale == 1.0):
         return DEVIATION
     if found.value_unit is None and found.value_role != READING:
         return DEVIATION
