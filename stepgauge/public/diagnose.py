@@ -77,6 +77,9 @@ def diagnose(
     """
     given, table = several(recordings), _priors(priors)
     if are_of_axis(given):
+        if gauge is not None or machine is not None:
+            given_too = naming("gauge" if gauge is not None else "machine")
+            raise InputError(given_too, "a recording of one axis, a spot or distances needs none")
         from stepgauge.diagnosis.axis.diagnosis import diagnose_axes
 
         return diagnose_axes([_axis(one) for one in given], several(without), table)
