@@ -19,7 +19,7 @@ LONGEST = 300
 _SHORTEST = 40
 """Characters that are left of a part of a message that is too long."""
 _UNIT = re.compile(r"_(mm|um|mm_s|s|C|K|deg|percent)$")
-_SINGULAR = {"columns": "column", "placements": "placement", "styli": "stylus", "tolerances": "tolerance"}
+_SINGULAR = {"columns": "column", "placements": "placement", "tolerances": "tolerance"}
 """Arguments that take several values, by which the command line has an option that is repeated."""
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -7,6 +7,7 @@ positions: certified faces or gauge blocks.
 
 from __future__ import annotations
 
+import re
 from typing import Literal
 
 import numpy as np
@@ -25,6 +26,8 @@ from stepgauge.standards.rules import Excluded
 Array = NDArray[np.float64]
 Actual = Literal["reading", "target"]
 ACTUAL: tuple[Actual, ...] = ("reading", "target")
+TEMPERATURE = re.compile(r"temp|°C|_C$", re.IGNORECASE)
+"""Names of columns with a temperature."""
 EACH_RUN = "ISO 230-2:2014 (each target in each run, in both directions)"
 
 
@@ -102,7 +105,7 @@ def _axis_test(recording: AxisRecording, rows: pd.DataFrame, placement: int, act
         axis_parameters(up, down),
         None,
         None,
-        axis_rules(at, len(runs), [one for one in recording.covariates if "temperature" in one]),
+        axis_rules(at, len(runs), [one for one in recording.covariates if TEMPERATURE.search(one)]),
         excluded,
         f"{name}, setting up {placement}" if several else name,
     )
