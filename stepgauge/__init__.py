@@ -10,7 +10,13 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from stepgauge.axis.recording import AxisRecording as AxisRecording
+    from stepgauge.axis.recording import read_axis_recording as read_axis_recording
+    from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis as AxisDiagnosis
+    from stepgauge.diagnosis.maps.result import MapDiagnosis as MapDiagnosis
     from stepgauge.diagnosis.result import Diagnosis as Diagnosis
+    from stepgauge.diagnosis.stored import StoredDiagnosis as StoredDiagnosis
+    from stepgauge.diagnosis.stored import read_diagnosis as read_diagnosis
     from stepgauge.errors import InputError as InputError
     from stepgauge.errors import ProgramStoppedError as ProgramStoppedError
     from stepgauge.evaluation.evaluate import Evaluation as Evaluation
@@ -25,6 +31,7 @@ if TYPE_CHECKING:
     from stepgauge.probes.directions_map import read_probe_map as read_probe_map
     from stepgauge.public.budget import budget as budget
     from stepgauge.public.diagnose import diagnose as diagnose
+    from stepgauge.public.diagnose import diagnose_probe_map as diagnose_probe_map
     from stepgauge.public.evaluate import evaluate as evaluate
     from stepgauge.public.locate import locate as locate
     from stepgauge.public.plan import plan as plan
@@ -43,11 +50,14 @@ __version__ = "0.1.0"
 _PLACES = {
     "budget": "public.budget",
     "diagnose": "public.diagnose",
+    "diagnose_probe_map": "public.diagnose",
     "evaluate": "public.evaluate",
     "locate": "public.locate",
     "plan": "public.plan",
     "probe_map": "public.probe_map",
+    "read_axis_recording": "axis.recording",
     "read_budget": "standards.budget_files",
+    "read_diagnosis": "diagnosis.stored",
     "read_evaluation": "public.read",
     "read_gauge": "gauge.certified",
     "read_machine": "machine.file",
@@ -56,18 +66,22 @@ _PLACES = {
     "read_recording": "recording",
     "report": "public.report",
     "simulate": "public.simulate",
+    "AxisDiagnosis": "diagnosis.axis.diagnosis",
+    "AxisRecording": "axis.recording",
     "Diagnosis": "diagnosis.result",
     "DirectionMap": "probes.directions_map",
     "Evaluation": "evaluation.evaluate",
     "Gauge": "gauge.certified",
     "InputError": "errors",
     "Machine": "machine.file",
+    "MapDiagnosis": "diagnosis.maps.result",
     "Placement": "gauge.placement",
     "Plan": "planning.planned",
     "ProgramStoppedError": "errors",
     "Recording": "recording",
     "Run": "machine.virtual",
     "StoredBudget": "standards.budget_files",
+    "StoredDiagnosis": "diagnosis.stored",
 }
 """Every public name, and the module that has it."""
 _RENAMED: dict[str, str] = {}

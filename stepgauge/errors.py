@@ -6,8 +6,10 @@ line of at most :data:`LONGEST` printable characters: a file can neither fill th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial, wraps
 from os import PathLike
 from typing import ParamSpec, TypeVar
@@ -16,31 +18,84 @@ LONGEST = 300
 """Characters of a message."""
 _SHORTEST = 40
 """Characters that are left of a part of a message that is too long."""
+_UNIT = re.compile(r"_(mm|um|mm_s|s|C|K|deg|percent)$")
+_SINGULAR = {"columns": "column", "placements": "placement", "tolerances": "tolerance"}
+"""Arguments that take several values, by which the command line has an option that is repeated."""
 P = ParamSpec("P")
 T = TypeVar("T")
+
+
+def option_of(name: str) -> str:
+    """The option of the command line that stands for an argument: without its unit, which ``--help`` states."""
+    return "--" + _UNIT.sub("", _SINGULAR.get(name, name)).replace("_", "-")
+
+
+@dataclass(frozen=True)
+class Naming:
+    """A part of a message that names what the caller gave: ``words`` with a ``{}`` for each of ``names``.
+
+    As text it names arguments of Python; :meth:`as_typed` names the options of the command line.
+    """
+
+    names: tuple[str, ...]
+    words: str = "{}"
+
+    def __str__(self) -> str:
+        return self._with(self.names)
+
+    def as_typed(self) -> str:
+        """With the options that stand for the arguments."""
+        return self._with(map(option_of, self.names))
+
+    def _with(self, names: Iterable[str]) -> str:
+        words = self.words
+        for name in names:
+            words = words.replace("{}", name, 1)
+        return words
+
+
+def naming(*names: str, words: str = "{}") -> Naming:
+    """Arguments by their names in Python, in ``words`` or alone."""
+    return Naming(names, words)
+
+
+def as_typed(part: object) -> object:
+    """A part of a message, or a place or text in it, as somebody at the command line knows it."""
+    return part.as_typed() if isinstance(part, Naming) else part
+
+
+Place = str | PathLike[str] | Naming
 
 
 class InputError(Exception):
     """Something given to stepgauge is wrong; the message is one line for the person who can mend it.
 
+    Every part may be a :class:`Naming`: the message names arguments, :meth:`as_typed` the options of the command line.
+
     Parameters
     ----------
-    where : the file, with line, row or key where there is one, e.g. ``"points.csv:7"``
+    where : the file, with line, row or key where there is one, e.g. ``"points.csv:7"``; or the argument
     what : what is wrong, in words
     found, expected : the offending value and what would have been right, where that helps
     """
 
-    def __init__(self, where: str | PathLike[str], what: str, *, found: object = None, expected: object = None) -> None:
-        self.where, self.what, self.found, self.expected = str(where), what, found, expected
-        super().__init__(_message(self.where, what, found, expected))
+    def __init__(self, where: Place, what: str | Naming, *, found: object = None, expected: object = None) -> None:
+        self._parts = (where, what, found, expected)
+        self.where, self.what, self.found, self.expected = str(where), str(what), found, expected
+        super().__init__(_message(self.where, self.what, found, expected))
+
+    def as_typed(self) -> str:
+        """The message with the options of the command line in place of the arguments of Python."""
+        where, what, found, expected = map(as_typed, self._parts)
+        return _message(str(where), str(what), found, expected)
 
     def __reduce__(self) -> tuple[object, ...]:
         """As it was made, for it crosses from one process to another."""
-        return partial(type(self), found=self.found, expected=self.expected), (self.where, self.what)
+        return partial(type(self), found=self.found, expected=self.expected), self._parts[:2]
 
-    def at(self, where: str | PathLike[str]) -> InputError:
+    def at(self, where: Place) -> InputError:
         """The same error with its place as somebody knows it who knows the file."""
-        return type(self)(where, self.what, found=self.found, expected=self.expected)
+        return type(self)(where, self._parts[1], found=self.found, expected=self.expected)
 
 
 class PartlyDoneError(InputError):

@@ -1,5 +1,6 @@
-"""The shell commands of a page run as they are printed; their ``stepgauge`` asks this process, so that Python starts
-once and not fifty times.
+"""The blocks of a page run as they are printed, those in shell and those in Python.
+
+``stepgauge`` in a shell asks this process, so that Python starts once and not fifty times.
 """
 
 from __future__ import annotations
@@ -10,7 +11,10 @@ import subprocess
 import sys
 import threading
 import traceback
+from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 from stepgauge.cli import main
 from tests.conftest import ROOT
@@ -28,10 +32,50 @@ python() { "$PYTHON" "$@"; }
 """
 
 
+@dataclass(frozen=True)
+class Block:
+    """A block of a page: its language, its text, and why it is not run (empty: it is)."""
+
+    language: str
+    text: str
+    not_run: str = ""
+
+
+def pages() -> list[Path]:
+    """The pages of the documentation that somebody wrote: not those that the site's build makes of the code."""
+    docs = ROOT / "docs"
+    made = ("_reference", "_gallery")
+    return sorted(one for one in docs.rglob("*.md") if one.relative_to(docs).parts[0] not in made)
+
+
+def blocks_of(page: Path) -> list[Block]:
+    """The blocks in ``sh`` and ``python`` of a page; a remark ``<!-- not run: REASON -->`` above one says why."""
+    pattern = r"^ *(?:<!-- not run: ([^>]+) -->\n *)?```(sh|python)\n(.*?)^ *```$"
+    found = re.findall(pattern, page.read_text(encoding="utf-8"), re.S | re.M)
+    return [Block(language, re.sub(r"^   (?! {5})", "", text, flags=re.M), why) for why, language, text in found]
+
+
 def shell_blocks(page: Path) -> list[str]:
-    """The shell blocks of a page but for those that install."""
-    found = re.findall(r"^ *```sh\n(.*?)^ *```$", page.read_text(encoding="utf-8"), re.S | re.M)
-    return [re.sub(r"^   (?! {5})", "", one, flags=re.M) for one in found if "pip install" not in one]
+    """The shell blocks of a page that are run."""
+    return [one.text for one in blocks_of(page) if one.language == "sh" and not one.not_run]
+
+
+def run_page(page: Path, pipes: Path) -> None:
+    """Run the blocks of a page in its order in the working folder; ``pipes``: an empty folder.
+
+    Variables of Python live from block to block; the shell begins anew behind a block of Python.
+    """
+    known: dict[str, Any] = {}
+    runs = groupby((one for one in blocks_of(page) if not one.not_run), key=lambda one: one.language)
+    for number, (language, blocks) in enumerate(runs):
+        if language == "python":
+            for one in blocks:
+                exec(compile(one.text, str(page), "exec"), known)
+            continue
+        place = pipes / str(number)
+        place.mkdir()
+        done = run_blocks([one.text for one in blocks], place)
+        assert done.returncode == 0, done.stderr
 
 
 def run_blocks(blocks: list[str], pipes: Path) -> subprocess.CompletedProcess[str]:

@@ -1,10 +1,11 @@
-"""The documentation site: it builds without warnings, and what its pages show can be run."""
+"""The documentation site: it builds without warnings, and what its pages show is run."""
 
 from __future__ import annotations
 
 import importlib.util
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -18,19 +19,39 @@ from stepgauge.cli import VERBS
 from stepgauge.effects import effect_kinds
 from stepgauge.recording.columns import KNOWN
 from tests.conftest import ROOT
-from tests.shell import run_blocks, shell_blocks
+from tests.shell import Block, blocks_of, pages, run_blocks, run_page, shell_blocks
+
+PAGES = [page for page in pages() if blocks_of(page)]
+RUN = [page for page in PAGES if not all(one.not_run for one in blocks_of(page))]
+RUN_ELSEWHERE = {
+    "adding-an-effect.md": "test_adding_an_effect.py",
+    "python.md": "test_python_api.py",
+    "reports.md": "test_documentation.py",
+}
+"""Pages whose blocks need more than the project of the tutorial, and the tests that run them."""
+NOT_RUN = [(page, one) for page in (ROOT / "README.md", *PAGES) for one in blocks_of(page) if one.not_run]
+needs_posix = pytest.mark.skipif(os.name != "posix", reason="needs a POSIX shell with named pipes")
 
 
-@pytest.mark.skipif(os.name != "posix", reason="needs a POSIX shell with named pipes")
-def test_the_tutorial_runs_in_an_empty_folder(
-    tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    for name in ("STEPGAUGE_GAUGE", "STEPGAUGE_MACHINE"):
-        monkeypatch.setenv(name, "")
-    done = run_blocks(shell_blocks(ROOT / "docs/tutorial.md"), tmp_path_factory.mktemp("pipes"))
-    assert done.returncode == 0, done.stderr
-    made = tmp_path / "my-machine/results"
+def name_of(page: Path) -> str:
+    return page.relative_to(ROOT).as_posix()
+
+
+@pytest.fixture(scope="module")
+def tutorial(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The project that the commands of the tutorial make in an empty folder."""
+    place = tmp_path_factory.mktemp("tutorial")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(place)
+        for name in ("STEPGAUGE_GAUGE", "STEPGAUGE_MACHINE"):
+            patch.setenv(name, "")
+        run_page(ROOT / "docs/tutorial.md", tmp_path_factory.mktemp("pipes"))
+    return place / "my-machine"
+
+
+@needs_posix
+def test_the_tutorial_runs_in_an_empty_folder(tutorial: Path) -> None:
+    made = tutorial / "results"
     assert (made / "report.pdf").stat().st_size > 10_000
     assert '"verdict": "adequate"' in (made / "diagnosis/diagnosis.json").read_text()
 
@@ -56,6 +77,58 @@ def test_the_page_on_reports_runs_in_the_folder_of_a_measurement(
     python = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.S)
     exec(compile("\n".join(python), str(page), "exec"), {"sg": sg, "gauge": sg.read_gauge("step-gauge-420")})
     assert (tmp_path / "overlay.html").stat().st_size > 10_000
+
+
+@needs_posix
+@pytest.mark.parametrize("page", [one for one in RUN if one.name not in (*RUN_ELSEWHERE, "tutorial.md")], ids=name_of)
+def test_a_page_runs_in_the_project_of_the_tutorial(
+    page: Path, tutorial: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each page in a copy of its own, in its order."""
+    place = tmp_path_factory.mktemp("page") / "my-machine"
+    shutil.copytree(tutorial, place)
+    monkeypatch.chdir(place)
+    for name in ("STEPGAUGE_GAUGE", "STEPGAUGE_MACHINE"):
+        monkeypatch.setenv(name, "")
+    run_page(page, tmp_path_factory.mktemp("pipes"))
+    for name, words in SHOWN.get(page.name, {}).items():
+        assert re.search(words, (place / name).read_text(encoding="utf-8")), name
+
+
+SHOWN = {
+    "find-cause.md": {"results/why/diagnosis.json": '"kind": "periodic_scale_error"'},
+    "table.md": {"results/drift/diagnosis.json": '"kind": "thermal_drift"'},
+    "probe-map.md": {"results/probe/diagnosis.json": '"verdict": "adequate"'},
+    "axis.md": {"results/iso230/iso230.json": "The parameters conform"},
+    "compensate.md": {
+        "results/before/evaluation.json": r'"band_um": [78]\.\d',
+        "results/after/evaluation.json": r'"band_um": 0\.\d',
+    },
+    "certificate.md": {"results/budget/budget.json": r'"not_included": \[\]'},
+    "follow.md": {"results/history/history.csv": "2026-09-02"},
+}
+"""What the text of a page says that its commands give, as patterns of the files."""
+
+
+@pytest.mark.parametrize(("page", "block"), NOT_RUN, ids=lambda one: name_of(one) if isinstance(one, Path) else "block")
+def test_a_block_that_is_not_run_says_why(page: Path, block: Block) -> None:
+    """The reason is printed; the verbs must exist all the same."""
+    verbs = re.findall(r"^stepgauge ([a-z0-9-]+)", block.text, re.M)
+    assert set(verbs) <= set(VERBS)
+    assert len(block.not_run) > 5
+    pytest.skip(f"{name_of(page)}: not run: {block.not_run}")
+
+
+def test_pages_that_other_tests_run_are_there() -> None:
+    for page, test in RUN_ELSEWHERE.items():
+        assert page in (ROOT / "tests" / test).read_text(encoding="utf-8")
+
+
+def test_no_commands_stand_outside_of_blocks_that_are_run() -> None:
+    """Indented, or in a block without a language, nobody would run them."""
+    for page in pages():
+        text = re.sub(r"^ *```(?:sh|python)\n.*?^ *```$", "", page.read_text(encoding="utf-8"), flags=re.S | re.M)
+        assert re.findall(r"^ *stepgauge [a-z0-9-]+ .*", text, re.M) == [], page
 
 
 @pytest.mark.skipif(importlib.util.find_spec("sphinx") is None, reason="needs the extra 'docs'")

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import ast
 import pickle
+import re
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import click
 import pytest
 
-from stepgauge.cli import main, run_command
-from stepgauge.errors import LONGEST, InputError, ProgramStoppedError
+import stepgauge
+from stepgauge.cli import VERBS, cli, main, run_command
+from stepgauge.errors import LONGEST, InputError, ProgramStoppedError, naming, option_of
 
 
 def refuse() -> None:
@@ -29,6 +32,61 @@ def test_an_error_stays_what_it_was_from_one_process_to_another(kind: type[Input
 def test_an_error_of_a_worker_reaches_the_process_that_asked() -> None:
     with ProcessPoolExecutor(1) as pool, pytest.raises(ProgramStoppedError, match=r"found -0\.2 mm; expected a clear"):
         pool.submit(refuse).result()
+
+
+def test_arguments_in_python_are_options_at_the_command_line() -> None:
+    """A message keeps what it names from one process to another, and when its place is told better."""
+    expected = naming("tip_radius_mm", "machine", words="{}, {} or key tip_radius_mm; not {}")
+    error = InputError(naming("home_mm"), naming("blocks", words="{} in {braces}"), found="{}", expected=expected)
+    told = "home_mm: blocks in {braces}; found {}; expected tip_radius_mm, machine or key tip_radius_mm; not {}"
+    typed = "--home: --blocks in {braces}; found {}; expected --tip-radius, --machine or key tip_radius_mm; not {}"
+    for one in (error, pickle.loads(pickle.dumps(error))):
+        assert str(one) == told
+        assert one.as_typed() == typed
+        assert one.at("a.csv").as_typed() == typed.replace("--home", "a.csv", 1)
+
+
+def test_every_argument_that_a_message_names_has_an_option() -> None:
+    """Of some verb, by the name that the message gives it; what Python can call writes no option into its messages."""
+    options = {name for verb in commands() for one in verb.params for name in (*one.opts, *one.secondary_opts)}
+    named = {name for path in SOURCES for name in _named(path)}
+    assert len(named) > 30
+    assert {name for name in named if option_of(name) not in options} == set()
+    for path in SOURCES:
+        if path.relative_to(PACKAGE).parts[0] not in COMMAND_LINE_ONLY:
+            assert [text for text in _raised(path) if re.search(r"(?<![\w-])--[a-z]", text)] == [], path
+
+
+PACKAGE = Path(stepgauge.__file__).parent
+SOURCES = sorted(PACKAGE.rglob("*.py"))
+COMMAND_LINE_ONLY = ("cli", "compensation", "dcc", "exporting", "history", "importing", "standards")
+"""Rooms whose functions only verbs call, but for the budget in the last."""
+
+
+def commands() -> list[click.Command]:
+    """All verbs, those of groups too."""
+    found = [cli.get_command(click.Context(cli), name) for name in VERBS]
+    groups = [one for one in found if isinstance(one, click.Group)]
+    inner = [
+        one.get_command(click.Context(one), name) for one in groups for name in one.list_commands(click.Context(one))
+    ]
+    return [one for one in (*found, *inner) if one is not None]
+
+
+def _calls(path: Path, function: str) -> list[ast.Call]:
+    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    return [one for one in nodes if isinstance(one, ast.Call) and getattr(one.func, "id", "") == function]
+
+
+def _named(path: Path) -> list[str]:
+    """Literal arguments of ``naming``."""
+    return [str(arg.value) for call in _calls(path, "naming") for arg in call.args if isinstance(arg, ast.Constant)]
+
+
+def _raised(path: Path) -> list[str]:
+    """Texts inside of errors."""
+    inside = [node for call in _calls(path, "InputError") for node in ast.walk(call)]
+    return [str(node.value) for node in inside if isinstance(node, ast.Constant)]
 
 
 @pytest.mark.parametrize("text", ["x" * 5000, "\x1b[2J" * 500, "a\tb" * 900, "é\u202e" * 700])

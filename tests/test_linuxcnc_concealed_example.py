@@ -69,7 +69,8 @@ def test_the_lag_of_every_run_is_another_and_that_of_a_run_always_the_same():
 def diagnosis(tmp_path: Path, verdict: str, *effects: dict[str, object]) -> Path:
     told = [{"confounded_with": [], "alternatives": [], **effect} for effect in effects]
     path = tmp_path / "diagnosis.json"
-    path.write_text(json.dumps({"format": FORMAT, "verdict": verdict, "effects": told}))
+    said = {"format": FORMAT, "verdict": verdict, "effects": told, "unexplained": [], "fit": {}, "inputs": {}}
+    path.write_text(json.dumps(said))
     return path
 
 

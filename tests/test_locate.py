@@ -311,7 +311,7 @@ def test_three_columns_exchanged_in_turn_are_refused(yaw: float, pitch: float, o
     """They are a gauge on its side or on end: only somebody who says that it lies so gets a placement."""
     gauge = make_gauge(8)
     points = make_points(gauge, make_pose(yaw, pitch), RADIUS, (1, 8))[:, order]
-    wrong(points, (1, 8), gauge, "columns look exchanged in turn .* --turned")
+    wrong(points, (1, 8), gauge, "columns look exchanged in turn .* state turned")
     assert locate(points, gauge, (1, 8), 1.0, turned=True).tip_radius_mm == pytest.approx(RADIUS, abs=1e-3)
 
 

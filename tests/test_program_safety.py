@@ -171,5 +171,5 @@ def test_the_tool_has_the_name_that_its_controller_knows() -> None:
         assert words in program_text(named, dialect).text
     assert "tool StepGaugeProbe must have 2 mm" in program_text(plan(), "ippdme").note
     for dialect, name in (("linuxcnc", "RUBY4"), ("ippdme", 'x") Home("')):
-        with pytest.raises(InputError, match="--tool"):
+        with pytest.raises(InputError, match="tool: "):
             check_tool(name, dialect)

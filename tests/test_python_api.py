@@ -8,6 +8,7 @@ import subprocess
 import sys
 import types
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,24 +19,29 @@ from matplotlib import pyplot
 
 import stepgauge as sg
 from stepgauge.files.text import read_json
+from tests.axis.made import axis
 from tests.cli.conftest import Run as Command
 from tests.cli.conftest import run  # noqa: F401
 from tests.conftest import ROOT
 
 POINTS, MACHINE = ROOT / "examples/demo/points.csv", ROOT / "examples/demo/machine.toml"
+FEA = ROOT / "examples/omp40-fea"
 GAUGE = "step-gauge-420"
 SIGNATURES = """
 budget(sources, gauge, machine, *, placements=(), blocks=None, r_eff="first", u_gauge_temperature_K=None,
     certificate_correlation=None, repeats="pooled", coverage_percent=95.45, runs=10000, seed=0,
     gauge_temperature_C=None, search_mm=2.0, progress=None)
-diagnose(recordings, gauge, machine, *, without=(), priors=None)
+diagnose(recordings, gauge=None, machine=None, *, without=(), priors=None)
+diagnose_probe_map(probe_map, probe, *, columns=None, priors=None)
 evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff="first", measured_at=None, machine_name=None)
 locate(points, gauge, *, machine=None, blocks=None, tip_radius_mm=None, repeatability_um=None, turned=False)
 plan(placement, gauge, machine=None, *, cycles=5, blocks=None, route="side", around="+s", order="blocks",
     clearance_mm=5.0, margin_mm=0.5, height_mm=0.0, home_mm=None, standoff_mm=None, search_mm=2.0,
     measuring_speed_mm_s=None, travel_speed_mm_s=None, tip_radius_mm=None, points_on=None)
 probe_map(probe, *, polar_deg="10:90:10", azimuth_deg="0:360:10", stylus_direction=None)
+read_axis_recording(path)
 read_budget(path)
+read_diagnosis(path)
 read_evaluation(path, gauge)
 read_gauge(name)
 read_machine(name)
@@ -49,6 +55,14 @@ simulate(program, machine, gauge, placement, *, true_placement=None, seed=0, gau
     placement_number=1, start_s=0.0, dialect=None, search_mm=2.0, explain=False, keep_stopped=False)
 """
 METHODS = """
+AxisDiagnosis.summary(self)
+AxisDiagnosis.to_frame(self)
+AxisDiagnosis.plot(self, axes=None)
+AxisDiagnosis.write(self, folder, figure="png")
+AxisRecording.summary(self)
+AxisRecording.to_frame(self)
+AxisRecording.plot(self, axes=None)
+AxisRecording.write(self, path)
 Diagnosis.summary(self)
 Diagnosis.to_frame(self)
 Diagnosis.plot(self, axes=None)
@@ -64,6 +78,12 @@ Evaluation.write(self, folder, figure="png", mpe=None)
 Gauge.summary(self)
 Gauge.to_frame(self)
 Gauge.plot(self, axes=None)
+Machine.summary(self)
+Machine.to_frame(self)
+MapDiagnosis.summary(self)
+MapDiagnosis.to_frame(self)
+MapDiagnosis.plot(self, axes=None)
+MapDiagnosis.write(self, folder, figure="png")
 Placement.summary(self)
 Placement.to_frame(self)
 Placement.plot(self, axes=None)
@@ -85,6 +105,10 @@ StoredBudget.summary(self)
 StoredBudget.to_frame(self)
 StoredBudget.plot(self, axes=None, placement=None)
 StoredBudget.write(self, folder, figure="png")
+StoredDiagnosis.summary(self)
+StoredDiagnosis.to_frame(self)
+StoredDiagnosis.plot(self, axes=None)
+StoredDiagnosis.write(self, folder)
 """
 
 
@@ -103,13 +127,23 @@ def _no_screen() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def measured() -> dict[str, Any]:
+def measured(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """Every kind of result."""
     gauge, machine = sg.read_gauge(GAUGE), sg.read_machine(MACHINE)
     placement = sg.locate(POINTS, gauge, machine=machine)
     plan = sg.plan(placement, gauge, machine, cycles=3, blocks=(1, 9))
     moved = sg.simulate(plan, machine, gauge, placement, seed=1, explain=True)
+    along = axis(np.linspace(0.0, 500.0, 11), lambda target, way: 0.02 * target + 2.0 * way)
+    folder = tmp_path_factory.mktemp("axis")
+    along.write(folder / "axis.csv")
+    of_axis = sg.diagnose(folder / "axis.csv")
+    of_axis.write(folder)
     return {
+        "axis recording": sg.read_axis_recording(folder / "axis.csv"),
+        "axis diagnosis": of_axis,
+        "map diagnosis": sg.diagnose_probe_map(FEA / "map.csv", FEA / "existing-method.toml"),
+        "stored diagnosis": sg.read_diagnosis(folder),
+        "machine": machine,
         "gauge": gauge,
         "placement": placement,
         "plan": plan,
@@ -123,8 +157,6 @@ def measured() -> dict[str, Any]:
 
 
 def _without_effects(machine: sg.Machine) -> sg.Machine:
-    from dataclasses import replace
-
     return replace(machine, effects=())
 
 
@@ -238,9 +270,11 @@ def test_the_diagnosis_is_that_of_the_command_line(tmp_path: Path, run: Command,
     assert of_verb == of_python
 
 
-@pytest.mark.parametrize(
-    "kind", ["gauge", "placement", "plan", "run", "recording", "evaluation", "budget", "diagnosis", "probe map"]
-)
+SHOWN = ("gauge", "placement", "plan", "run", "recording", "evaluation", "budget", "diagnosis", "probe map")
+OF_ONE_AXIS_OR_A_PROBE = ("axis recording", "axis diagnosis", "map diagnosis", "stored diagnosis")
+
+
+@pytest.mark.parametrize("kind", [*SHOWN, *OF_ONE_AXIS_OR_A_PROBE])
 def test_results_show_themselves(kind: str, measured: dict[str, Any]) -> None:
     result = measured[kind]
     assert result.summary()
@@ -255,6 +289,54 @@ def test_results_show_themselves(kind: str, measured: dict[str, Any]) -> None:
     given = pyplot.figure().add_subplot()
     assert result.plot(given) is given
     assert given.get_ylabel() == own.get_ylabel()
+
+
+def test_a_machine_says_what_its_file_states(measured: dict[str, Any]) -> None:
+    machine = measured["machine"]
+    assert "travel 700 x 1200 x 600 mm" in machine.summary()
+    assert "effects: " + ", ".join(one["kind"].replace("_", " ") for one in machine.effects) in machine.summary()
+    assert set(machine.to_frame()["kind"]) == {one["kind"] for one in machine.effects}
+    assert machine._repr_html_().count("<table") == 1
+
+
+@pytest.mark.parametrize("kind", ["diagnosis", "axis diagnosis", "map diagnosis"])
+def test_a_diagnosis_comes_back_as_it_was_said(kind: str, measured: dict[str, Any], tmp_path: Path) -> None:
+    found = measured[kind]
+    found.write(tmp_path / "a")
+    back = sg.read_diagnosis(tmp_path / "a")
+    assert (back.verdict, back.summary()) == (found.verdict, found.summary())
+    rows = ["effect", "parameter", "unit"]
+    written, read = found.to_frame(), back.to_frame()
+    read = read[read["u"].notna() | read.set_index(rows).index.isin(written.set_index(rows).index)]
+    np.testing.assert_allclose(
+        read[["value", "u"]].to_numpy(float), written[["value", "u"]].to_numpy(float), rtol=1e-12
+    )
+    assert read[rows].to_numpy().tolist() == written[rows].to_numpy().tolist()
+    back.write(tmp_path / "b")
+    assert (tmp_path / "b/diagnosis.json").read_bytes() == (tmp_path / "a/diagnosis.json").read_bytes()
+
+
+def test_an_axis_and_a_probe_are_diagnosed_as_at_the_command_line(
+    tmp_path: Path,
+    run: Command,  # noqa: F811
+    measured: dict[str, Any],
+) -> None:
+    axis_csv, chart = tmp_path / "axis.csv", tmp_path / "map.csv"
+    measured["axis recording"].write(axis_csv)
+    measured["probe map"].write(chart)
+    for words in ((axis_csv,), (chart, "--probe", "omp40-2-50mm")):
+        done = run("diagnose", *words, "-o", tmp_path / "cli" / Path(words[0]).stem)
+        assert done.code == 0, done.err
+    found = sg.diagnose([sg.read_axis_recording(axis_csv)])
+    assert found.to_frame().set_index("kind").loc["scale_error", "value"] == pytest.approx(20.0, abs=1.0)
+    found.write(tmp_path / "python/axis")
+    sg.diagnose_probe_map(measured["probe map"], "omp40-2-50mm").write(tmp_path / "python/map")
+    for name in ("axis", "map"):
+        of_verb, of_python = (read_json(tmp_path / place / name / "diagnosis.json") for place in ("cli", "python"))
+        if name == "map":
+            assert of_verb.pop("inputs")["map"]["sha256"]
+            assert of_python.pop("inputs")["probe"]
+        assert of_verb == of_python
 
 
 def test_a_notebook_escapes_what_files_say(measured: dict[str, Any]) -> None:
@@ -320,6 +402,19 @@ def test_a_report_of_an_object_says_what_that_of_its_files_says(tmp_path: Path, 
         (lambda m: sg.report("nowhere", "report.pdf"), "no such file"),
         (lambda m: sg.budget(m["run"], m["gauge"], MACHINE, coverage_percent=101.0), "coverage_percent: out of range"),
         (lambda m: sg.simulate(m["plan"], MACHINE, m["gauge"], m["placement"], seed=-1), "seed: out of range"),
+        (lambda m: sg.diagnose(m["run"]), "gauge: a recording of a gauge needs it; expected gauge and machine"),
+        (lambda m: sg.diagnose(m["run"], GAUGE), "machine: a recording of a gauge needs it"),
+        (
+            lambda m: sg.diagnose(m["axis recording"], GAUGE),
+            "gauge: a recording of one axis, a spot or distances needs",
+        ),
+        (lambda m: sg.diagnose([m["axis recording"], m["run"]]), "this is of one axis, the others are of a gauge"),
+        (lambda m: sg.diagnose_probe_map(m["gauge"], "omp40-2-50mm"), "probe_map: this is no probe_map; found Gauge"),
+        (lambda m: sg.probe_map("omp40-2-50mm", polar_deg="200"), "polar_deg: angle out of range; found 200"),
+        (lambda m: sg.evaluate(m["run"], m["gauge"], blocks="1:99"), "blocks: last block is not on this gauge"),
+        (lambda m: sg.evaluate(m["run"], m["gauge"], measured_at="02.03.26"), "measured_at: measured_at is no date"),
+        (lambda m: sg.plan(replace(m["placement"], tip_radius_mm=None), m["gauge"]), "expected tip_radius_mm, machine"),
+        (lambda m: sg.read_diagnosis(POINTS), "not valid JSON"),
         (lambda m: sg.probe_map("omp40-2-50mm", stylus_direction=(0, 0, 0)), "stylus_direction: not a direction"),
     ],
 )
@@ -330,8 +425,6 @@ def test_wrong_input_is_one_line(wrong: Any, message: str, measured: dict[str, A
 
 
 def test_a_program_that_is_stopped_raises_unless_it_is_kept(measured: dict[str, Any]) -> None:
-    from dataclasses import replace
-
     placement = measured["placement"]
     off_mm = np.array([40.0, 0.0, 0.0])
     aside = replace(placement, c1_mm=placement.c1_mm + off_mm, c2_mm=placement.c2_mm + off_mm)

@@ -6,10 +6,13 @@ import os
 import re
 from pathlib import Path
 
+import click
 import pytest
 
+from stepgauge.cli import VERBS, cli
+from stepgauge.project.file import check_options, read_project
 from tests.conftest import ROOT
-from tests.shell import run_blocks, shell_blocks
+from tests.shell import pages, run_blocks, shell_blocks
 
 
 @pytest.fixture
@@ -36,8 +39,34 @@ def test_the_commands_run_in_order(clone: Path, tmp_path_factory: pytest.TempPat
 
 
 def test_links_and_figures_of_the_documents_exist() -> None:
-    """Every file that a document links to is in the repository."""
-    for page in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "examples").glob("*/README.md")):
-        for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
-            if "://" not in target:
-                assert (page.parent / target).exists(), f"{page.name}: {target}"
+    """Every file that a document links to is in the repository, and every heading in it."""
+    links = 0
+    for page in (ROOT / "README.md", *pages(), *(ROOT / "examples").glob("*/README.md")):
+        for target, heading in re.findall(r"\]\(([^)#\s]*)(?:#([^)]*))?\)", page.read_text(encoding="utf-8")):
+            if "://" in target or not (target or heading):
+                continue
+            links += 1
+            found = page.parent / target if target else page
+            assert found.exists(), f"{page.name}: {target}"
+            assert not heading or heading in headings(found), f"{page.name}: {target}#{heading}"
+    assert links > 50
+
+
+def headings(page: Path) -> set[str]:
+    """What a link to a heading is called."""
+    titles = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.M)
+    return {re.sub(r"[^\w -]", "", title.lower()).strip().replace(" ", "-") for title in titles}
+
+
+def test_what_an_example_would_type_again_stands_in_its_project_file() -> None:
+    """Gauge, machine and placement are typed at most once each, and every project file can be read."""
+    for page in (ROOT / "examples").glob("*/README.md"):
+        for option in ("-g", "-m", "-p"):
+            assert len(re.findall(rf" {option} \S", page.read_text(encoding="utf-8"))) <= 1, f"{page}: {option}"
+    projects = list((ROOT / "examples").glob("*/stepgauge.toml"))
+    assert len(projects) >= 4
+    for path in projects:
+        project = read_project(path, VERBS)
+        for verb in (key for key, value in project.values.items() if isinstance(value, dict)):
+            known = [name for one in cli.get_command(click.Context(cli), verb).params for name in one.opts]
+            check_options(project, (verb,), [name.lstrip("-") for name in known])

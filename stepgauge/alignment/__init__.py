@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from stepgauge.alignment.blocks import Blocks, fit_up, solve_blocks
 from stepgauge.alignment.scatter import find_scatter
 from stepgauge.alignment.slips import check_points
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.tables import read_numbers
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import STANDING_COS, Placement, has_yaw, make_placement
@@ -148,7 +148,7 @@ def _check_lies(points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array 
     if abs(turn_deg) > TURNED_DEG:
         found = f"a gauge turned about its axis by {turn_deg:.1f} deg"
     if found:
-        expected = "a gauge that lies; where this one does not, say so with 'locate --turned'"
+        expected = naming("turned", words="a gauge that lies; where this one does not, state {}")
         raise InputError(
             where, "the columns look exchanged in turn (x, y, z for y, z, x)", found=found, expected=expected
         )

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from stepgauge.alignment.adjustment import Adjustment, expected_place, suspects
 from stepgauge.alignment.blocks import fit_up, rough_axis, solve_blocks
 from stepgauge.alignment.checks import check_tip, collinear, complaint, wrong_unit
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, Naming, naming
 from stepgauge.files.resources import folder
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import STANDING_COS, block_distance_mm, distance_tolerance_mm
@@ -70,7 +70,7 @@ def _judge(gauge: Gauge, blocks: tuple[int, int], turned: bool) -> Explains:
     return explains
 
 
-def _slips(points: Array, gauge: Gauge, blocks: tuple[int, int], turned: bool) -> Iterator[str]:
+def _slips(points: Array, gauge: Gauge, blocks: tuple[int, int], turned: bool) -> Iterator[str | Naming]:
     """Descriptions of the slips that, undone, leave no complaint; with ``turned`` the gauge may lie on its side."""
 
     explains = _judge(gauge, blocks, turned)
@@ -124,13 +124,13 @@ def _far(one: Array, other: Array) -> str:
     return f"{float(np.linalg.norm(one - other)):.3f}"
 
 
-def _others(points: Array, gauge: Gauge, blocks: tuple[int, int], explains: Explains) -> Iterator[str]:
+def _others(points: Array, gauge: Gauge, blocks: tuple[int, int], explains: Explains) -> Iterator[Naming]:
     """Other blocks of this gauge, or blocks of another available gauge."""
     ideas = list[str]()
     fitting = _fitting(points, gauge)
     if fitting and explains(points, fitting[0]):
         others = f" (and {len(fitting) - 1} other pairs as far apart)" if len(fitting) > 1 else ""
-        ideas.append(f"blocks {fitting[0][0]} and {fitting[0][1]}{others}; state them with --blocks")
+        ideas.append(f"blocks {fitting[0][0]} and {fitting[0][1]}{others}; state them with {{}}")
     whole, part = list[str](), list[str]()  # a gauge whose first and last block fit is likelier than one of many pairs
     for other in gauges_at_hand(gauge):
         ends = (1, other.n_blocks)
@@ -141,7 +141,8 @@ def _others(points: Array, gauge: Gauge, blocks: tuple[int, int], explains: Expl
             )
     ideas += [*whole, *part]
     if ideas:
-        yield f"these are not blocks {blocks[0]} and {blocks[1]}: the distance fits " + "; or ".join(ideas)
+        words = f"these are not blocks {blocks[0]} and {blocks[1]}: the distance fits " + "; or ".join(ideas)
+        yield naming("blocks", words=words)
 
 
 def _fitting(points: Array, gauge: Gauge) -> list[tuple[int, int]]:

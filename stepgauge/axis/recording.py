@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.axis.units import AxisUnits
 from stepgauge.errors import InputError, reader
+from stepgauge.files.shown import Shown, as_lines
 from stepgauge.files.text import read_text, write_text
 from stepgauge.recording import PROBINGS, comment_lines
 
@@ -30,14 +32,19 @@ STATIONS = ["from_station", "to_station"]
 OWN = ("placement", "cycle", "way", "target", "reading", "u_target", "time_s")
 LONGEST_COMMENT = 100_000
 SAME_PLACE = 1e-3
-"""Share of the span within which targets that differ are one place."""
+"""Share of the span within which targets that differ are one place.
+
+Between the closest targets of a test, a hundredth of the span, and the scatter of an axis that comes to a place again,
+at worst a ten thousandth of its travel (10 um in 100 mm): in proportion as far from the one as from the other. It is
+not taken from the gaps between targets: the faces of a step gauge lie in pairs, too.
+"""
 DIGITS = 12
 """Significant digits of a number: 0.1 um over 100 km."""
 
 
 @dataclass(frozen=True)
-class AxisRecording:
-    """Readings of one axis.
+class AxisRecording(Shown):
+    """Readings of one axis, of one spot over time, or of distances between stations.
 
     ``frame``: ``placement`` (which setting up), ``cycle``, ``way`` (+1 or -1, the sense of travel), ``target`` (of an
     axis) or the two ``STATIONS``, ``reading``, ``u_target`` (standard uncertainty of the target, where it is known),
@@ -45,6 +52,7 @@ class AxisRecording:
     in ``units.deviation``.
     """
 
+    drawn_by: ClassVar[str] = "axis.draw_recording"
     frame: pd.DataFrame
     form: str
     units: AxisUnits
@@ -54,6 +62,27 @@ class AxisRecording:
 
     def __len__(self) -> int:
         return len(self.frame)
+
+    def summary(self) -> str:
+        """How much was measured, by what, and what the recording says of itself."""
+        frame, words = self.frame, SENSORS[self.sensor].words
+        targets = (
+            f" at {len(np.unique(places_of(frame['target'].to_numpy(float))))} targets" if "target" in frame else ""
+        )
+        first = f"{self.form} by {words}: {len(self)} readings{targets}, {frame['cycle'].nunique()} cycles"
+        units = f"in {self.units.position}, deviations in {self.units.deviation}"
+        return as_lines(f"{first}, {units}", *(f"{key}: {value}" for key, value in self.comments.items()))
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per reading, with its deviation and with the units in the names of the columns."""
+        told = self.frame.rename(columns=_names(self.units))
+        return (
+            told if self.form == "distances" else told.assign(**{f"deviation_{self.units.deviation}": self.deviation})
+        )
+
+    def write(self, path: str | Path) -> None:
+        """Write the recording as CSV, numbers to 12 significant digits."""
+        write_axis_recording(path, self)
 
     @property
     def both_ways(self) -> bool:

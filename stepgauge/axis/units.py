@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.units import ANGLE_DEG, LENGTH_MM
 
 BASE = {"linear": (1.0, 1e3), "rotary": (1.0, 3600.0)}
@@ -35,7 +35,9 @@ class AxisUnits:
         place = plain_name(position)
         told = _FINER[place] if deviation is None else plain_name(deviation)
         if (told in ANGLE_DEG) != (place in ANGLE_DEG):
-            raise InputError("--deviation-unit", "not a unit of this axis", found=told, expected=f"as {_FINER[place]}")
+            raise InputError(
+                naming("deviation_unit"), "not a unit of this axis", found=told, expected=f"as {_FINER[place]}"
+            )
         return cls(place, told)
 
     @property

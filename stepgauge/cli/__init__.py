@@ -163,7 +163,7 @@ def run_command(command: click.Command, name: str, arguments: list[str] | None =
         _complain(name, "interrupted")
         sys.exit(130)
     except InputError as error:
-        _complain(name, str(error))
+        _complain(name, error.as_typed())
         sys.exit(2)
     except OSError as error:
         _complain(name, f"{error.filename or 'file system'}: {error.strerror or error}")

@@ -143,10 +143,11 @@ def _are_of_axis(recordings: tuple[str, ...]) -> bool:
     """Whether all recordings are of one axis, a spot or distances; one kind with the other is a mistake."""
     from stepgauge.axis.recording import is_axis_recording
 
-    found = [is_axis_recording(path) for path in recordings]
-    if any(found) and not all(found):
-        raise click.UsageError(f"{recordings[found.index(True)]} is of one axis, the others are of a gauge")
-    return all(found)
+    if not any(map(is_axis_recording, recordings)):  # without the functions of Python, which import all that diagnoses
+        return False
+    from stepgauge.public.diagnose import are_of_axis
+
+    return are_of_axis(recordings)
 
 
 def _diagnose_axis(
@@ -160,17 +161,16 @@ def _diagnose_axis(
     """Recordings without a gauge: together as settings up of one axis, or each into its own folder."""
     from pathlib import Path
 
-    from stepgauge.diagnosis.axis.diagnosis import diagnose_axis_files
     from stepgauge.diagnosis.files import read_diagnosis
-    from stepgauge.diagnosis.posterior.priors import read_priors
+    from stepgauge.public.diagnose import diagnose
     from stepgauge.reports.axis_diagnosis import first_of
 
-    table = None if priors is None else read_priors(priors)
-    sets = [recordings] if together else [(one,) for one in recordings]
+    sets = [list(recordings)] if together else [[one] for one in recordings]
     for paths in sets:
         folder = Path(output) if together else Path(output) / Path(paths[0]).stem
-        summary, files = diagnose_axis_files(paths, folder, suffix, without, table)
-        say(summary if together else f"{folder.name}: {summary}")
+        found = diagnose(paths, without=without, priors=priors)
+        files = found.write(folder, suffix)
+        say(found.summary() if together else f"{folder.name}: {found.summary()}")
         _say_first(first_of(read_diagnosis(files[0])) if together else ())
         say(f"wrote {folder}: " + ", ".join(path.name for path in files))
 
@@ -186,10 +186,7 @@ def _diagnose_map(
     if len(maps) != 1:
         raise click.UsageError("--probe takes one map at a time")
     table = None if priors is None else read_priors(priors)
-    found = diagnose_probe_map(maps[0], probe, output, parse_columns(columns), suffix, table)
-    said = ", ".join([*(change.kind for change in found.findings), *(one.where for one in found.unexplained)])
-    said = said or "; ".join(found.lacking)
-    say(f"{found.verdict}: {said}" if said else found.verdict)
+    say(diagnose_probe_map(maps[0], probe, output, parse_columns(columns), suffix, table).summary())
     _say_first(first_of(read_diagnosis(f"{output}/diagnosis.json")))
     say(f"wrote {output}")
 

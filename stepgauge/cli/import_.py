@@ -151,6 +151,12 @@ UNIT = _UnitName()
     " and standard uncertainties in um. Default: the targets of LOG, or the faces of --gauge.",
 )
 @click.option(
+    "--heights",
+    metavar="FILE",
+    help="Of distances: a table of stations and their heights, in the unit of the distances. Slope distances become"
+    " horizontal ones, with the heights of instrument and target where LOG has columns of them.",
+)
+@click.option(
     "--unit",
     type=UNIT,
     metavar="UNIT",
@@ -288,6 +294,7 @@ def _import_axis(log: str, output: str, options: dict[str, Any]) -> None:
         _constants(options),
         targets,
         "missing" in options["accept"],
+        options["heights"],
     )
     mark, decimal = DELIMITERS.get(options["delimiter"] or ""), DECIMALS.get(options["decimal"] or "")
     imported = import_axis(log, choice, TableLayout(mark, decimal, options["sheet"]))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stepgauge.cli.options import (
-    GAUGE,
+    GAUGE_IF_NEEDED,
     NOT_NEGATIVE,
     PLACEMENTS,
     POSITIVE,
@@ -20,12 +20,13 @@ from stepgauge.cli.options import (
 from stepgauge.cli.stated import stated_from, stated_options
 
 if TYPE_CHECKING:
+    from stepgauge.machine.file import Machine
     from stepgauge.standards.positioning import PositioningTest
 
 
 @click.command("iso230")
 @click.argument("recordings", nargs=-1, required=True, metavar="RECORDING...")
-@GAUGE
+@GAUGE_IF_NEEDED
 @output("Folder for iso230.json, iso230.csv, iso230-deviations.csv, the figures and iso230.pdf (made if missing).")
 @machine_option(False, "Machine file or shipped name: tells how much of the axis was measured.")
 @PLACEMENTS
@@ -46,6 +47,12 @@ if TYPE_CHECKING:
     " taken as they are, a block apart.",
 )
 @click.option(
+    "--actual",
+    type=click.Choice(["reading", "target"]),
+    help="Of a recording of one axis: what the actual position is. Default: the reading of an instrument; of a probe"
+    " that touches, the target.",
+)
+@click.option(
     "--tolerance",
     multiple=True,
     metavar="NAME=UM",
@@ -60,8 +67,8 @@ if TYPE_CHECKING:
 )
 @SUFFIX
 @stated_options()
-def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str | None, **options: Any) -> None:
-    """Accuracy and repeatability of positioning of an axis by ISO 230-2:2014, with the step gauge along it.
+def command(recordings: tuple[str, ...], gauge: str | None, output: str, machine: str | None, **options: Any) -> None:
+    """Accuracy and repeatability of positioning of an axis by ISO 230-2:2014, with a step gauge or an instrument.
 
     Every block is a target position, every cycle a run. Fronts are approached in one direction, backs in the other; the
     tip diameter is subtracted from the backs. Gives the accuracy A, the systematic deviation E, the repeatability R
@@ -69,31 +76,62 @@ def command(recordings: tuple[str, ...], gauge: str, output: str, machine: str |
     standard's figure. A deviation is the actual position minus the target, so its sign is opposite to that of XF and
     XB in evaluate.
 
+    A recording of one axis ('stepgauge import --sensor') needs no gauge: its targets are the target positions, its
+    cycles the runs, and each target is read in both directions.
+
     Several recordings are several axes. What the recording does not meet of the standard is named.
 
     \b
     stepgauge iso230 recording.csv -g step-gauge-420 -o positioning
     stepgauge iso230 x.csv y.csv -g my-gauge.toml -m my-machine.toml --tip-diameter 3.9940 -o positioning
+    stepgauge iso230 axis.csv --tolerance A=12 -o positioning
     """
-    from stepgauge.gauge.certified import read_gauge
-    from stepgauge.gauge.placement import read_placements
+    from stepgauge.axis.recording import is_axis_recording
     from stepgauge.machine.file import read_machine
-    from stepgauge.recording import read_recordings
     from stepgauge.reports.iso230 import report_positioning
-    from stepgauge.standards.iso230_decision import Requirement
-    from stepgauge.standards.positioning import positioning_test
 
-    requirement = Requirement.parse(options["tolerance"], options["expanded_uncertainty"])
-    steps = read_gauge(gauge)
     cmm = read_machine(machine) if machine else None
-    placements = read_placements(options["placement_files"], steps)
-    recording = read_recordings(recordings)
-    test = positioning_test(recording, steps, options["tip_diameter"], options["pairing"], cmm, placements, requirement)
+    of_axis = is_axis_recording(recordings[0])
+    test = _axis_test(recordings, options) if of_axis else _gauge_test(recordings, gauge, cmm, options)
     written, notes = report_positioning(output, test, stated_from(options), cmm, options["template"], options["suffix"])
     for note in notes:
         say(f"note: {note}")
     _tell(test)
     say_written(*written)
+
+
+def _gauge_test(
+    recordings: tuple[str, ...], gauge: str | None, cmm: Machine | None, options: dict[str, Any]
+) -> PositioningTest:
+    """The test from recordings of a step gauge."""
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placements
+    from stepgauge.recording import read_recordings
+    from stepgauge.standards.iso230_decision import Requirement
+    from stepgauge.standards.positioning import positioning_test
+
+    if gauge is None:
+        raise click.UsageError("a recording of a step gauge needs --gauge")
+    if options["actual"]:
+        raise click.UsageError("--actual is for a recording of one axis; a step gauge's positions are certified")
+    requirement = Requirement.parse(options["tolerance"], options["expanded_uncertainty"])
+    steps = read_gauge(gauge)
+    placements = read_placements(options["placement_files"], steps)
+    recording = read_recordings(recordings)
+    return positioning_test(recording, steps, options["tip_diameter"], options["pairing"], cmm, placements, requirement)
+
+
+def _axis_test(recordings: tuple[str, ...], options: dict[str, Any]) -> PositioningTest:
+    """The test from recordings of one axis, which have no tip."""
+    from stepgauge.axis.recording import join_axis_recordings, read_axis_recording
+    from stepgauge.standards.iso230_decision import Requirement
+    from stepgauge.standards.positioning_axis import axis_positioning_test
+
+    if options["tip_diameter"] is not None:
+        raise click.UsageError("--tip-diameter is for a step gauge; a recording of one axis has no tip")
+    requirement = Requirement.parse(options["tolerance"], options["expanded_uncertainty"])
+    recording = join_axis_recordings([read_axis_recording(path) for path in recordings])
+    return axis_positioning_test(recording, options["actual"], requirement)
 
 
 def _tell(test: PositioningTest) -> None:

@@ -58,6 +58,13 @@ GAUGE = click.option(
     metavar="GAUGE",
     help="Gauge file (TOML), or the name of a shipped one. Default: the variable STEPGAUGE_GAUGE.",
 )
+GAUGE_IF_NEEDED = click.option(
+    "--gauge",
+    "-g",
+    envvar=GAUGE_VARIABLE,
+    metavar="GAUGE",
+    help="Gauge file (TOML), or the name of a shipped one; not for a recording of one axis.",
+)
 BLOCKS = click.option(
     "--blocks", metavar="A:B", help="First and last block of the used section. Default: what was measured."
 )

@@ -14,7 +14,7 @@ from typing import Any
 
 from stepgauge import __version__
 from stepgauge.compensation.table import CompensationTable, Travel
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.resources import folder
 from stepgauge.files.templating import check_printable, fill_template
 from stepgauge.files.text import write_json, write_text
@@ -52,16 +52,19 @@ def check_format(table: CompensationTable, known: Format) -> None:
     """:class:`InputError` where a controller cannot take this table."""
     if table.travel == "both" and not known.both:
         raise InputError(
-            "--travel",
+            naming("travel"),
             f"{known.title} has one table for both senses of travel",
             found="both",
             expected="mean, positive or negative",
         )
     if table.step_mm is None and known.even:
-        raise InputError("--step", f"{known.title} needs even spacing", expected="a step in mm")
+        raise InputError(naming("step_mm"), f"{known.title} needs even spacing", expected="a step in mm")
     if known.most_rows and len(table) > known.most_rows:
         raise InputError(
-            "--step", f"too long for {known.title}", found=f"{len(table)} rows", expected=f"at most {known.most_rows}"
+            naming("step_mm"),
+            f"too long for {known.title}",
+            found=f"{len(table)} rows",
+            expected=f"at most {known.most_rows}",
         )
 
 

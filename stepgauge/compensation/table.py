@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.compensation.faces import AxisFaces
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 
 Array = NDArray[np.float64]
 Travel = Literal["both", "mean", "positive", "negative"]
@@ -137,11 +137,13 @@ def _grid(faces: AxisFaces, options: TableOptions) -> Array:
         first, last = np.ceil(low / options.step_mm - 1e-9), np.floor(high / options.step_mm + 1e-9)
         count = last - first + 1
         if count > LARGEST_TABLE:
-            raise InputError("--step", "the table is too long", found=f"{count:.0f} rows", expected="a larger step")
+            raise InputError(
+                naming("step_mm"), "the table is too long", found=f"{count:.0f} rows", expected="a larger step"
+            )
         grid = np.arange(first, last + 1) * options.step_mm + 0.0  # no negative zero
     if len(grid) < 2:
         raise InputError(
-            "--step" if options.step_mm else "--range",
+            naming("step_mm" if options.step_mm else "range"),
             "fewer than two rows in the table",
             found=f"{len(grid)} in {low:.3f} to {high:.3f} mm",
             expected="a smaller step, or a longer range",

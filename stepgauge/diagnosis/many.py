@@ -15,7 +15,7 @@ from typing import Any
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.files import read_diagnosis
 from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.recording import Recording, join_recordings, read_recording
@@ -111,7 +111,7 @@ def _one(
     try:
         return _diagnose([recording], gauge, machine, folder / name, suffix, without, priors)
     except InputError as error:
-        return Outcome(name, f"error: {error}")
+        return Outcome(name, f"error: {error.as_typed()}")
 
 
 def _diagnose(
@@ -142,5 +142,5 @@ def _check_names(paths: Sequence[str]) -> None:
         raise InputError(
             next(path for path in paths if Path(path).stem == name),
             f"{count} recordings would be diagnosed into the same folder {name!r}",
-            expected="files of different names with --each",
+            expected=naming("each", words="files of different names with {}"),
         )

@@ -7,22 +7,23 @@ as the simulation, polar rings and azimuth spokes as the groups held out.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from stepgauge.diagnosis.maps.data import read_map_data
+from stepgauge.diagnosis.maps.data import MapData, read_map_data
 from stepgauge.diagnosis.maps.engine import diagnose_map
 from stepgauge.diagnosis.maps.model import MapModel
 from stepgauge.diagnosis.maps.output import PROBE_FILE, write_map_diagnosis
 from stepgauge.diagnosis.maps.result import MapDiagnosis
 from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.config import read_toml
 from stepgauge.files.resources import find_data
 from stepgauge.files.text import check_output
 from stepgauge.probes.read import probe_table
 
-__all__ = ["diagnose_map", "diagnose_probe_map", "parse_columns", "read_probe_table"]
+__all__ = ["diagnose_map", "diagnose_probe_map", "judged_map", "parse_columns", "read_probe_table"]
 
 
 def diagnose_probe_map(
@@ -50,11 +51,16 @@ def diagnose_probe_map(
         unreadable maps and probe files, maps of a quantity that the probe file does not give, a folder that cannot be
         written to or that contains the tested probe file
     """
-    table, where = read_probe_table(probe_path)
-    check_output(Path(folder) / PROBE_FILE, where, map_path)
-    found = diagnose_map(MapModel(table, where, read_map_data(map_path, columns)), priors=priors)
-    write_map_diagnosis(found, where, folder, suffix)
+    check_output(Path(folder) / PROBE_FILE, find_data(probe_path, "probe", "probes"), map_path)
+    found = judged_map(read_map_data(map_path, columns), probe_path, priors)
+    write_map_diagnosis(found, found.probe_path, folder, suffix)
     return found
+
+
+def judged_map(data: MapData, probe_path: str | Path, priors: Priors | None = None) -> MapDiagnosis:
+    """The diagnosis of a map that was read, against a probe file or the shipped one of that name."""
+    table, where = read_probe_table(probe_path)
+    return replace(diagnose_map(MapModel(table, where, data), priors=priors), probe_path=where)
 
 
 def read_probe_table(probe_path: str | Path) -> tuple[dict[str, Any], str]:
@@ -74,6 +80,8 @@ def parse_columns(options: Sequence[str]) -> dict[str, str]:
     for option in options:
         name, equals, column = option.partition("=")
         if not (equals and name and column):
-            raise InputError("--column", "not a pair of names", found=option, expected="deflection_um=sensing_mm")
+            raise InputError(
+                naming("columns"), "not a pair of names", found=option, expected="deflection_um=sensing_mm"
+            )
         found[name.strip()] = column.strip()
     return found

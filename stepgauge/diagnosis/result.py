@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from stepgauge.diagnosis.unknown_law import UnknownLaw
 
 Array = NDArray[np.float64]
+NUMBERS = ["kind", "effect", "probability", "parameter", "value", "u", "unit"]
+"""Columns of the table of a diagnosis."""
 Verdict = Literal["adequate", "effects", "unknown", "insufficient"]
 
 
@@ -170,7 +172,7 @@ class Diagnosis(Shown):
             for one in self.findings
             for name, number in _numbers(one)
         ]
-        return pd.DataFrame(rows, columns=["kind", "effect", "probability", "parameter", "value", "u", "unit"])
+        return pd.DataFrame(rows, columns=NUMBERS)
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``diagnosis.json``, ``diagnosis.md``, the diagnosed machine file and the figures; returns the paths."""

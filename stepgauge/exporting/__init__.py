@@ -9,7 +9,7 @@ from __future__ import annotations
 from importlib import import_module
 from pathlib import Path
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.exporting.options import Export, ExportOptions, prepared
 from stepgauge.files.text import replacing
 from stepgauge.recording import Recording
@@ -37,7 +37,7 @@ def export_recording(recording: Recording, form: str, options: ExportOptions | N
     """
     options = options or ExportOptions()
     if form not in FORMS:
-        raise InputError("--to", "not a form", found=form, expected=", ".join(FORMS))
+        raise InputError(naming("to"), "not a form", found=form, expected=", ".join(FORMS))
     module = import_module(f"stepgauge.exporting.{_MODULES.get(form, form)}")
     export = module.render(prepared(recording, options), options, form)
     assert isinstance(export, Export)

@@ -6,7 +6,7 @@ import re
 import textwrap
 
 from stepgauge import __version__
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.exporting.options import DECIMALS, Export, ExportOptions, left_out, run_comments, tip_radius_mm
 from stepgauge.files.templating import fixed, plain
 from stepgauge.files.units import LENGTH_MM
@@ -19,7 +19,7 @@ LINE = 78
 def render(recording: Recording, options: ExportOptions, _: str) -> Export:
     """The text of an output file; lines stay below 80 characters."""
     if options.unit not in UNITS:
-        raise InputError("--length-unit", "not a unit of DMIS", found=options.unit, expected=", ".join(UNITS))
+        raise InputError(naming("length_unit"), "not a unit of DMIS", found=options.unit, expected=", ".join(UNITS))
     name = plain(recording.comments.get("gauge", "recording"))[:40]
     radius, factor = tip_radius_mm(recording, options), 1.0 / LENGTH_MM[options.unit]
     lines = [

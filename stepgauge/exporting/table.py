@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from typing import Any
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.exporting.options import DECIMALS, Export, ExportOptions
 from stepgauge.files.tables import csv_text
 from stepgauge.files.templating import fixed
@@ -23,7 +23,7 @@ def render(recording: Recording, options: ExportOptions, form: str) -> Export:
     if form == "xlsx":
         return Export(_workbook(comments, header, _columns(recording, names, options)), ())
     if options.decimal == options.delimiter:
-        raise InputError("--decimal", "the decimal mark is the delimiter, too", found=options.decimal)
+        raise InputError(naming("decimal"), "the decimal mark is the delimiter, too", found=options.decimal)
     columns = [
         [_text(value, name, options) for value in column]
         for name, column in zip(names, _columns(recording, names, options), strict=True)

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.evaluate import PlacementResult
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
 
@@ -62,7 +62,7 @@ def _check_inside(results: Sequence[PlacementResult], box: Array) -> None:
         if outside.any():
             axis = int(outside.argmax())
             raise InputError(
-                "--machine",
+                naming("machine"),
                 f"placement {result.placement} is outside the travel of {'xyz'[axis]}",
                 found=f"{ends[:, axis].min():.1f} to {ends[:, axis].max():.1f} mm",
                 expected=f"{box[axis, 0]:g} to {box[axis, 1]:g} mm",

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from stepgauge.axis.recording import AxisRecording
+    from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis
+
 Array = NDArray[np.float64]
 MOST_PANELS = 3
 MOST_POINTS = 4000
@@ -28,7 +31,7 @@ def axis_figure(found: Diagnosis, data: AxisData) -> Figure:
     factor = 1.0 / data.scaling.deviation / recording.units.base_deviation
     way = recording.frame["way"].to_numpy(float)
     panels = _panels(found, data)
-    unit = PRINTED.get(recording.units.deviation, recording.units.deviation)
+    unit = _printed(recording.units.deviation)
     with figure_style():
         figure = new_figure(70.0 + 55.0 * (len(panels) - 1) if len(panels) > 1 else 110.0, 100.0)
         grid = figure.subplots(2, len(panels), sharey="row", squeeze=False)
@@ -42,11 +45,45 @@ def axis_figure(found: Diagnosis, data: AxisData) -> Figure:
     return figure
 
 
+def draw_residuals(axes: Axes, told: AxisDiagnosis) -> None:
+    """Deviations before and after against the targets, or the time, on axes of somebody else."""
+    found, recording = told.found, told.data.recording
+    (label, x), unit = _panels(found, told.data)[0], _printed(recording.units.deviation)
+    factor = recording.frame["way"].to_numpy(float) / told.data.scaling.deviation / recording.units.base_deviation
+    for um, name in ((found.before_um, "before"), (found.after_um, "after")):
+        axes.plot(x, um * factor, ".", color=COLORS[name], label=name, markersize=3.0)
+    axes.set(xlabel=label, ylabel=f"deviation ({unit})")
+    axes.set_title(f"verdict: {told.verdict}", loc="left")
+    axes.legend(frameon=False)
+
+
+def draw_recording(axes: Axes, recording: AxisRecording) -> None:
+    """Deviations (of distances: readings) against the targets, or the time, on axes of somebody else."""
+    frame, of_distances = recording.frame, recording.form == "distances"
+    label, x = _places(recording)[-1 if of_distances else 0]
+    y = frame["reading"].to_numpy(float) if of_distances else recording.deviation
+    _draw(axes, x, y, frame["way"].to_numpy(float), None)
+    what, unit = ("distance", recording.units.position) if of_distances else ("deviation", recording.units.deviation)
+    axes.set(xlabel=label, ylabel=f"{what} ({_printed(unit)})")
+    if recording.both_ways:
+        axes.legend(frameon=False)
+
+
+def _printed(unit: str) -> str:
+    return PRINTED.get(unit, unit)
+
+
 def _panels(found: Diagnosis, data: AxisData) -> list[tuple[str, Array]]:
     """What the deviations are drawn against: targets, time or order, and the columns in which they were located."""
-    recording = data.recording
-    frame, unit = recording.frame, PRINTED.get(recording.units.position, recording.units.position)
-    panels = []
+    panels, frame = _places(data.recording), data.recording.frame
+    named = [one.covariate for one in (*found.unexplained, *found.located)]
+    wanted = [name for name in dict.fromkeys(named) if name in data.recording.covariates]
+    return [*panels, *((name, frame[name].to_numpy(float)) for name in wanted)][:MOST_PANELS]
+
+
+def _places(recording: AxisRecording) -> list[tuple[str, Array]]:
+    """Targets or distances where there are any, then the time or else the order."""
+    frame, unit, panels = recording.frame, _printed(recording.units.position), list[tuple[str, Array]]()
     if recording.form == "axis":
         panels.append((f"target ({unit})", frame["target"].to_numpy(float)))
     if recording.form == "distances":
@@ -55,19 +92,17 @@ def _panels(found: Diagnosis, data: AxisData) -> list[tuple[str, Array]]:
         panels.append(("time (min)", frame["time_s"].to_numpy(float) / 60.0))
     else:
         panels.append(("order of reading", np.arange(1.0, len(frame) + 1.0)))
-    named = [one.covariate for one in (*found.unexplained, *found.located)]
-    panels += [(name, frame[name].to_numpy(float)) for name in dict.fromkeys(named) if name in recording.covariates]
-    return panels[:MOST_PANELS]
+    return panels
 
 
-def _draw(axes: Axes, x: Array, y: Array, way: Array, two_sigma: float) -> None:
+def _draw(axes: Axes, x: Array, y: Array, way: Array, two_sigma: float | None) -> None:
     for sense, colour, marker, name in ((1, CYCLE[0], ">", "towards +"), (-1, CYCLE[1], "<", "towards -")):
         rows = np.flatnonzero(way == sense)
         rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), MOST_POINTS)).astype(int)] if len(rows) else rows
         if len(rows):
             style: dict[str, Any] = {"linestyle": "none", "markersize": 2.6, "markeredgewidth": 0.0, "alpha": 0.6}
             axes.plot(x[rows], y[rows], marker=marker, color=colour, label=name, rasterized=True, **style)
-    for level in (-two_sigma, two_sigma):
+    for level in () if two_sigma is None else (-two_sigma, two_sigma):
         axes.axhline(level, color="black", linewidth=0.7, linestyle=(0, (4, 3)))
     axes.axhline(0.0, color=COLORS["grey"], linewidth=0.7, zorder=1)
     axes.spines[["top", "right"]].set_visible(False)

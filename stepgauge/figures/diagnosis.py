@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from stepgauge.diagnosis.stored import StoredDiagnosis
+
 Array = NDArray[np.float64]
 OVERVIEW, RESIDUALS, EFFECTS = "overview", "residuals", "effects"
 MOST_COLUMNS = 3
@@ -134,6 +136,15 @@ def draw_residuals(axes: Axes, diagnosis: Diagnosis) -> None:
     axes.set(xlabel=label_of(covariate), ylabel="residual (µm)")
     axes.set_title(f"verdict: {diagnosis.verdict}", loc="left")
     axes.legend(handles=axes.get_lines()[:2], frameon=False)
+
+
+def draw_probabilities(axes: Axes, stored: StoredDiagnosis) -> None:
+    """The probability of every effect of a diagnosis that was read back, on axes of somebody else."""
+    effects = stored.data["effects"]
+    names = [textwrap.fill(str(one["label"]).replace("_", " "), 24) for one in effects] or ["no effect"]
+    axes.barh(names[::-1], [one["probability"] for one in effects][::-1] or [0.0], color=COLORS["after"], height=0.6)
+    axes.set(xlabel="probability", ylabel="effect", xlim=(0.0, 1.0))
+    axes.set_title(f"verdict: {stored.verdict}", loc="left")
 
 
 def effect_figure(diagnosis: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> Figure:

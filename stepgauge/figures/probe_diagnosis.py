@@ -91,6 +91,16 @@ def residual_figure(found: MapDiagnosis) -> Figure:
     return fig
 
 
+def draw_residuals(axes: Axes, found: MapDiagnosis) -> None:
+    """Residuals of the first quantity before and after against the azimuth, on axes of somebody else."""
+    fit = found.fits[0]
+    for name, values in (("before", fit.before), ("after", fit.after)):
+        axes.plot(found.data.azimuth_deg, values, ".", color=COLORS[name], label=name, markersize=3.0)
+    axes.set(xlabel=AZIMUTH, ylabel=f"{WORDS[fit.name]}: residual ({UNITS[fit.unit]})")
+    axes.set_title(f"verdict: {found.verdict}", loc="left")
+    axes.legend(frameon=False)
+
+
 @figure_style()
 def direction_figure(found: MapDiagnosis) -> Figure:
     """Where on the map residuals lie, before and after, mean of the repeats by colour; each with its own scale."""

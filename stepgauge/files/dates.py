@@ -6,12 +6,12 @@ import datetime
 import re
 from pathlib import Path
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, Place
 
 _IN_PATH = re.compile(r"(?<!\d)(\d{4})-(\d{2})-(\d{2})(?!\d)")
 
 
-def parse_moment(text: str, where: str | Path) -> datetime.datetime:
+def parse_moment(text: str, where: Place) -> datetime.datetime:
     """A date or a date with time as local time without zone; :class:`InputError` where it is none, or in the future."""
     try:
         moment = datetime.datetime.fromisoformat(text.strip())
@@ -32,7 +32,7 @@ def _in_order(text: str) -> str:
     return f"{match[3]}-{match[2]:0>2}-{match[1]:0>2}" if match else "2026-03-02"
 
 
-def first_moment(text: str | None, where: str | Path) -> str | None:
+def first_moment(text: str | None, where: Place) -> str | None:
     """The earliest of the dates that joined recordings carry (``"; "`` between them), as it was written."""
     if text is None:
         return None

@@ -18,14 +18,8 @@ LONGEST_LINE = 2000
 """Characters of a line of a summary."""
 
 
-class Shown:
-    """What all results can do; each says how in :meth:`summary` and :meth:`to_frame`.
-
-    ``drawn_by`` names the function of :mod:`stepgauge.figures` that draws the result on given axes: figures stand above
-    the results, so it is imported when a figure is asked for.
-    """
-
-    drawn_by: ClassVar[str]
+class Summarized:
+    """What says itself in lines and in a table: how stands in :meth:`summary` and :meth:`to_frame` of each."""
 
     def summary(self) -> str:
         """The lines that the command line prints."""
@@ -34,6 +28,24 @@ class Shown:
     def to_frame(self) -> pd.DataFrame:
         """The result as a table, with the units in the names of the columns."""
         raise NotImplementedError
+
+    def _repr_html_(self) -> str:
+        """The summary and the table for a notebook; every value is escaped."""
+        from html import escape
+
+        lines = "".join(f"<p>{escape(line)}</p>" for line in self.summary().splitlines())
+        table = self.to_frame().to_html(max_rows=MOST_ROWS, index=False, na_rep="", float_format="{:.6g}".format)
+        return lines + str(table)
+
+
+class Shown(Summarized):
+    """What can also be drawn.
+
+    ``drawn_by`` names the function of :mod:`stepgauge.figures` that draws the result on given axes: figures stand above
+    the results, so it is imported when a figure is asked for.
+    """
+
+    drawn_by: ClassVar[str]
 
     def plot(self, axes: Axes | None = None) -> Axes:
         """Draw the result on ``axes``, or on new ones of pyplot; returns the axes."""
@@ -45,14 +57,6 @@ class Shown:
         with figures("style").figure_style():
             getattr(figures(module), function)(on, self, **options)
         return on
-
-    def _repr_html_(self) -> str:
-        """The summary and the table for a notebook; every value is escaped."""
-        from html import escape
-
-        lines = "".join(f"<p>{escape(line)}</p>" for line in self.summary().splitlines())
-        table = self.to_frame().to_html(max_rows=MOST_ROWS, index=False, na_rep="", float_format="{:.6g}".format)
-        return lines + str(table)
 
 
 def figures(module: str) -> ModuleType:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
-from stepgauge.errors import InputError, reader
+from stepgauge.errors import InputError, naming, reader
 from stepgauge.files.config import Table, check_table, read_toml
 from stepgauge.files.resources import find_data
 from stepgauge.files.shown import Shown, as_lines
@@ -154,10 +154,12 @@ class Gauge(Shown):
         """Distance from the front to the back face of each block, shape ``(n_blocks,)``."""
         return self.position_mm[1::2] - self.position_mm[0::2]
 
-    def check_block(self, block: int, what: str = "block") -> int:
-        """``block`` if the gauge has it, else :class:`InputError`."""
+    def check_block(self, block: int, what: str = "block", argument: str = "") -> int:
+        """``block`` if the gauge has it, else :class:`InputError`, with the argument that stated it."""
         if not 1 <= block <= self.n_blocks:
-            raise InputError(self.path, f"{what} is not on this gauge", found=block, expected=f"1 to {self.n_blocks}")
+            words = f"{what} is not on this gauge"
+            said = naming(argument, words=f"{{}}: {words}") if argument else words
+            raise InputError(self.path, said, found=block, expected=f"1 to {self.n_blocks}")
         return block
 
 

@@ -159,7 +159,7 @@ def _replace(connection: sqlite3.Connection, path: Path, folder: Path, sha256: s
     try:
         entries = read_entries(path, folder, sha256, date_from)
     except InputError as error:
-        entries, remark = [], str(error)
+        entries, remark = [], error.as_typed()
     marks = ", ".join("?" * len(NAMES))
     connection.executemany(f"INSERT INTO entry VALUES ({marks})", [_row(entry) for entry in entries])
     connection.execute("INSERT INTO file VALUES (?, ?, ?, ?)", (name, sha256, date_from, remark))

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.units import Unit, find_unit
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION
 
@@ -162,6 +162,8 @@ def parse_mapping(texts: Sequence[str]) -> dict[str, str]:
         target, equals, header = text.partition("=")
         if not equals or not header.strip() or target.strip() not in TARGETS:
             names = ", ".join(TARGETS)
-            raise InputError("--column", "not understood", found=repr(text), expected=f"NAME=HEADER, NAME of {names}")
+            raise InputError(
+                naming("columns"), "not understood", found=repr(text), expected=f"NAME=HEADER, NAME of {names}"
+            )
         mapping[target.strip()] = header.strip()
     return mapping

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +16,14 @@ from stepgauge.errors import InputError
 from stepgauge.files.config import Table, Vector3, check_table, read_toml
 from stepgauge.files.numerals import number
 from stepgauge.files.resources import find_data
+from stepgauge.files.shown import Summarized, as_lines
 from stepgauge.machine.uncertain import Uncertain, split_uncertain
 from stepgauge.physics.chain import Chain
 from stepgauge.probes import Probe, make_probe, probe_table
 from stepgauge.probes.schema import ProbeTable
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 TIP_TOLERANCE_MM = 0.05
 """Largest difference between the recorded tip radius and that of the machine file: more means another tip."""
@@ -136,7 +140,7 @@ class UncertaintyTable(Table):
 
 
 @dataclass(frozen=True)
-class Machine:
+class Machine(Summarized):
     """A machine as its file describes it.
 
     ``probe`` is the checked table of the probe and ``probe_path`` its file; ``effects`` are the raw ``[[effect]]``
@@ -151,6 +155,31 @@ class Machine:
     uncertain: tuple[Uncertain, ...] = ()
     probe_path: str = ""
     stated: UncertaintyTable = field(default_factory=UncertaintyTable)
+
+    def summary(self) -> str:
+        """Name, travel, probe and speeds, and which effects and uncertainties the file states."""
+        own = self.table
+        travel = " x ".join(f"{high - low:g}" for low, high in self.travel_mm)
+        speeds = f"measuring at {own.measuring_speed_mm_s:g} mm/s, moving at {own.travel_speed_mm_s:g} mm/s"
+        probe = f"{self.probe.name or self.probe.model}, tip radius {self.probe.tip_radius_mm:g} mm"
+        kinds = ", ".join(str(one.get("kind")).replace("_", " ") for one in self.effects) or "none"
+        return as_lines(
+            f"{own.name}: travel {travel} mm, repeatability {own.repeatability_um:g} um, {speeds}",
+            f"probe: {probe}",
+            f"effects: {kinds}; uncertain values: {len(self.uncertain)}",
+        )
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per parameter of an effect: number of the effect, its kind, the parameter and its value."""
+        import pandas as pd
+
+        rows = [
+            {"effect": number, "kind": one.get("kind"), "parameter": name, "value": value}
+            for number, one in enumerate(self.effects, 1)
+            for name, value in one.items()
+            if name != "kind"
+        ]
+        return pd.DataFrame(rows, columns=["effect", "kind", "parameter", "value"])
 
     @cached_property
     def sensor(self) -> Probe:

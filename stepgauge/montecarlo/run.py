@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge import __version__
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.montecarlo.model import Model
 from stepgauge.montecarlo.store import open_store
 from stepgauge.montecarlo.summary import Summary, summarise
@@ -113,9 +113,9 @@ def run_monte_carlo(
 
 def _check(model: Model, runs: int, seed: int) -> None:
     if runs < 2:
-        raise InputError("--runs", "a distribution needs runs", found=runs, expected="at least 2, better 10000")
+        raise InputError(naming("runs"), "a distribution needs runs", found=runs, expected="at least 2, better 10000")
     if not 0 <= seed < 2**64:
-        raise InputError("--seed", "out of range", found=seed, expected="0 to 2^64 - 1")
+        raise InputError(naming("seed"), "out of range", found=seed, expected="0 to 2^64 - 1")
     if not model.inputs.names:
         raise InputError(
             model.machine.path,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.face_errors import REffOrigin
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -54,7 +54,7 @@ def read_model(
         recording = tables[0] if len(tables) == 1 else join_recordings(tables)
         check_recorded(recording.comments, machine)
         if options.gauge_temperature_C is not None:
-            raise InputError("--gauge-temperature", "belongs to a program; a recording has its own")
+            raise InputError(naming("gauge_temperature_C"), "belongs to a program; a recording has its own")
         section = parse_section(options.blocks, gauge)
         return recording_model(recording, machine, gauge, u_K, options.origin, section)
     _check_program(files, placements, options)
@@ -68,10 +68,10 @@ def _check_program(sources: Sequence[str | Path], placements: Sequence[Placement
         raise InputError(sources[1], "one program at a time", found=f"{len(sources)} files")
     if len(placements) != 1:
         raise InputError(
-            "--placement",
+            naming("placements"),
             "a program needs to know how the gauge lies",
             found=f"{len(placements)} placement files",
             expected="one",
         )
     if options.blocks:
-        raise InputError("--blocks", "belongs to a recording; a program measures what it was planned for")
+        raise InputError(naming("blocks"), "belongs to a recording; a program measures what it was planned for")

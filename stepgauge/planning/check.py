@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, Naming, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
@@ -106,20 +106,23 @@ def _check_part(
             f"point {_point_name(program, int(path.move[piece]))}, move '{_move_name(program, path, piece)}'",
             f"the {part.name} comes too close to {obstacles.name(box)}",
             found=f"a gap of {gap[piece, box]:.3f} mm",
-            expected=f"at least {allowed[piece, box]:g} mm{_remedy(part, obstacles.placement)}",
+            expected=_remedy(part, obstacles.placement, f"at least {allowed[piece, box]:g} mm"),
         )
     gap[pieces[touching], own[touching]] = np.inf
     return float(gap.min())
 
 
-def _remedy(part: ToolPart, placement: Placement) -> str:
+def _remedy(part: ToolPart, placement: Placement, expected: str) -> Naming:
+    """What is expected, and how to reach it."""
     if part.name == "tip ball":
-        return " (another --standoff, --clearance or --route, or a smaller tip)"
+        words = f"{expected} (another {{}}, {{}} or {{}}, or a smaller tip)"
+        return naming("standoff_mm", "clearance_mm", "route", words=words)
     square = ", ".join(f"{0.0 - value:.9f}" for value in placement.up)
-    return (
-        f" (probe higher with --height, take a longer stylus, or turn the head so that the stylus stands square to the"
-        f" gauge: stylus_direction = [{square}] in [probe])"
+    words = (
+        f"{expected} (probe higher with {{}}, take a longer stylus, or turn the head so that the stylus stands square"
+        f" to the gauge: stylus_direction = [{square}] in [probe])"
     )
+    return naming("height_mm", words=words)
 
 
 def _move_name(program: Program, path: Path, piece: int) -> str:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.motion.moves import ProbingSettings, Program, ProgramBuilder
@@ -109,7 +109,7 @@ def _check_height(gauge: Gauge, options: PlanOptions, settings: ProbingSettings)
     room = gauge.table.block_height_mm / 2.0
     if abs(options.height_mm) >= room:
         raise InputError(
-            "--height",
+            naming("height_mm"),
             "the probing point is not on the faces",
             found=f"{options.height_mm:g} mm from the middle",
             expected=f"less than half the block height, {room:g} mm",
@@ -202,11 +202,13 @@ def parse_blocks(text: str, gauge: Gauge) -> tuple[int, int]:
             int(part) if part.strip() else default for part, default in zip(parts, (1, gauge.n_blocks), strict=True)
         )
     except ValueError:
-        raise InputError("--blocks", "not a range of blocks", found=repr(text), expected="A:B, e.g. 1:21") from None
-    gauge.check_block(first, "--blocks: first block")
-    gauge.check_block(last, "--blocks: last block")
+        raise InputError(
+            naming("blocks"), "not a range of blocks", found=repr(text), expected="A:B, e.g. 1:21"
+        ) from None
+    gauge.check_block(first, "first block", "blocks")
+    gauge.check_block(last, "last block", "blocks")
     if first >= last:
-        raise InputError("--blocks", "needs at least two blocks", found=repr(text), expected="A:B with A < B")
+        raise InputError(naming("blocks"), "needs at least two blocks", found=repr(text), expected="A:B with A < B")
     return first, last
 
 
@@ -220,11 +222,13 @@ def parse_block_list(text: str, gauge: Gauge) -> tuple[int, ...]:
     try:
         blocks = sorted({int(part) for part in text.split(",")})
     except ValueError:
-        raise InputError("--blocks", "not a list of blocks", found=repr(text), expected="e.g. 1,2,13,25") from None
+        raise InputError(
+            naming("blocks"), "not a list of blocks", found=repr(text), expected="e.g. 1,2,13,25"
+        ) from None
     for block in blocks:
-        gauge.check_block(block, "--blocks: block")
+        gauge.check_block(block, "block", "blocks")
     if len(blocks) < 2:
-        raise InputError("--blocks", "needs at least two blocks", found=repr(text))
+        raise InputError(naming("blocks"), "needs at least two blocks", found=repr(text))
     return tuple(blocks)
 
 
@@ -233,7 +237,9 @@ def parse_position(text: str) -> tuple[float, float, float]:
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
-        raise InputError("--home", "not a position", found=repr(text), expected="X,Y,Z in mm, e.g. 0,0,400") from None
+        raise InputError(
+            naming("home_mm"), "not a position", found=repr(text), expected="X,Y,Z in mm, e.g. 0,0,400"
+        ) from None
     if not np.isfinite([x, y, z]).all():
-        raise InputError("--home", "not a position", found=repr(text), expected="finite numbers")
+        raise InputError(naming("home_mm"), "not a position", found=repr(text), expected="finite numbers")
     return x, y, z

@@ -29,7 +29,7 @@ class Plan(Shown):
     def summary(self) -> str:
         """Points, moves, time at full speed, and what the path was checked against."""
         minutes, seconds = divmod(round(duration_s(self.program)), 60)
-        travel = ", travel" if self.travel_checked else "; travel limits NOT checked (no --machine)"
+        travel = ", travel" if self.travel_checked else "; travel limits NOT checked (no machine)"
         size = f"{self.program.n_points} points, {len(self.program)} moves"
         return as_lines(f"{size}; about {minutes} min {seconds} s at full speed", f"path checked: gauge, rail{travel}")
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from stepgauge.alignment import locate, read_points
 from stepgauge.alignment.checks import RADIUS_TOLERANCE_MM
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.text import write_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, is_placement_file, read_placement
@@ -91,7 +91,11 @@ def agreed_tip_radius_mm(
     own = None if machine is None else machine.probe.tip_radius_mm
     radius = next((known for known in (stated_mm, own, probed) if known is not None), None)
     if radius is None:
-        raise InputError(source, "the tip radius is not known", expected="--tip-radius, --machine or key tip_radius_mm")
+        raise InputError(
+            source,
+            "the tip radius is not known",
+            expected=naming("tip_radius_mm", "machine", words="{}, {} or key tip_radius_mm"),
+        )
     if probed is not None and abs(radius - probed) > RADIUS_TOLERANCE_MM:
         found, expected = f"tip radius {probed:g} mm", f"{radius:g} mm"
         raise InputError(source, "the gauge was probed with another tip", found=found, expected=expected)
@@ -208,7 +212,7 @@ def _unread(error: InputError, where: str | Path, dialect: Dialect) -> InputErro
         where,
         f"the rendered text cannot be read back as {dialect.name}",
         found=str(error),
-        expected="statements that stepgauge reads, or --unchecked",
+        expected=naming("unchecked", words="statements that stepgauge reads, or {}"),
     )
 
 
@@ -231,9 +235,11 @@ def check_tool(name: str, dialect: str) -> None:
     if not name:
         return
     if not DIALECTS[dialect].tool:
-        raise InputError("--tool", f"a program in {dialect} does not name the tool", found=repr(name))
+        raise InputError(naming("tool"), f"a program in {dialect} does not name the tool", found=repr(name))
     if not re.fullmatch(r"[A-Za-z0-9_-]{1,32}", name):
-        raise InputError("--tool", "no name of a tool", found=repr(name), expected="1 to 32 letters, digits, _ and -")
+        raise InputError(
+            naming("tool"), "no name of a tool", found=repr(name), expected="1 to 32 letters, digits, _ and -"
+        )
 
 
 def duration_s(program: Program) -> float:

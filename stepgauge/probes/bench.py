@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.tables import write_table
 from stepgauge.files.text import write_json
 from stepgauge.physics.bench import (
@@ -83,7 +83,9 @@ def write_bench(path: str | Path, session: BenchSession, coverage_factor: float 
 def check_bench_output(path: str | Path) -> Path:
     """The path of the table; :class:`InputError` where it is the name of the JSON file beside it."""
     if Path(path).suffix.lower() == ".json":
-        raise InputError("--output", "this name is that of the summary", found=path, expected="a name ending in .csv")
+        raise InputError(
+            naming("output"), "this name is that of the summary", found=path, expected="a name ending in .csv"
+        )
     return Path(path)
 
 

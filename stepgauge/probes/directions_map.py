@@ -122,6 +122,10 @@ def _cells(rows: Rows, name: str) -> Array:
 
 def write_map(path: str | Path, found: DirectionMap) -> None:
     """The map as CSV with :data:`COLUMNS`; cells are empty if a model has no value, or never triggers."""
+    write_table(path, COLUMNS, map_rows(found))
+
+
+def map_rows(found: DirectionMap) -> list[list[str]]:
+    """The cells of a map, row by row, to six significant digits."""
     columns = [column.ravel() for column in found.columns()]
-    rows = [[f"{cell:.6g}" if np.isfinite(cell) else "" for cell in row] for row in zip(*columns, strict=True)]
-    write_table(path, COLUMNS, rows)
+    return [[f"{cell:.6g}" if np.isfinite(cell) else "" for cell in row] for row in zip(*columns, strict=True)]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from stepgauge import __version__
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.config import Table, Vector3, check_table
 from stepgauge.files.text import read_result, write_json
 from stepgauge.physics import wozniak
@@ -21,6 +21,7 @@ from stepgauge.physics.wozniak import LobeModel, Slip, Transducer
 from stepgauge.probes.files import ProbedPoints
 
 Array = NDArray[np.float64]
+WITH_TIP = naming("tip_diameter_mm", words="a qualification made with {}")
 LARGEST_PRETRAVEL_SHARE = 0.1
 """Pre-travel over tip radius above which a stated diameter must be wrong."""
 KIND = "qualification"
@@ -126,7 +127,7 @@ def _check_radius(points: ProbedPoints, reference: Reference, r_eff_mm: float) -
     if r_eff_mm <= 0.0:
         raise InputError(
             points.rows.path,
-            "the points lie on a smaller sphere than --sphere-diameter says",
+            naming("sphere_diameter_mm", words="the points lie on a smaller sphere than {} says"),
             found=f"a radius of {reference.sphere_diameter_mm / 2.0 + r_eff_mm:.4f} mm with the tip",
             expected=f"more than {reference.sphere_diameter_mm / 2.0:g} mm",
         )
@@ -134,7 +135,7 @@ def _check_radius(points: ProbedPoints, reference: Reference, r_eff_mm: float) -
     if known is not None and abs(known / 2.0 - r_eff_mm) > LARGEST_PRETRAVEL_SHARE * known / 2.0:
         raise InputError(
             points.rows.path,
-            "the points contradict --tip-diameter or --sphere-diameter",
+            naming("tip_diameter_mm", "sphere_diameter_mm", words="the points contradict {} or {}"),
             found=f"an effective tip radius of {r_eff_mm:.4f} mm",
             expected=f"about {known / 2.0:g} mm",
         )
@@ -154,7 +155,7 @@ def compensated_centres_mm(
         )
     else:
         if qualification.lobes is None:
-            raise InputError(where, "it has no lobes", expected="a qualification made with --tip-diameter")
+            raise InputError(where, "it has no lobes", expected=WITH_TIP)
         normals = -points.approach @ probe_frame(qualification.stylus_axis).T
         pretravel_um = qualification.lobes.model.pretravel_um(normals, qualification.lobes.constant_um)
     return points.position_mm - 1e-3 * pretravel_um[:, None] * points.approach, pretravel_um
@@ -163,7 +164,7 @@ def compensated_centres_mm(
 def tip_radius_mm(qualification: Qualification, where: str | Path = "qualification") -> float:
     """True radius of the tip; :class:`InputError` if the qualification was made without it."""
     if qualification.tip_diameter_mm is None:
-        raise InputError(where, "the tip diameter is missing", expected="a qualification made with --tip-diameter")
+        raise InputError(where, "the tip diameter is missing", expected=WITH_TIP)
     return qualification.tip_diameter_mm / 2.0
 
 

@@ -83,7 +83,7 @@ def _text(gauge: str, machine: str, new: NewProject) -> str:
         lines += ["", "[plan]", f'dialect = "{new.dialect}"', f'output = "program{_suffix(new.dialect)}"']
     for verb, output in OUTPUTS.items():
         lines += ["", f"[{verb}]", f'output = "{output}"']
-        lines += [f'placement = "{OUTPUTS["locate"]}"'] if verb == "report" else []
+        lines += [f'placement = "{OUTPUTS["locate"]}"'] if verb in ("budget", "report") else []
     return "\n".join(lines) + "\n"
 
 

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from stepgauge.axis.recording import is_axis_recording, read_axis_recording
+from stepgauge.diagnosis.stored import read_diagnosis
 from stepgauge.errors import InputError
 from stepgauge.files.text import read_result
 from stepgauge.gauge.certified import Gauge, read_gauge
@@ -14,7 +16,7 @@ from stepgauge.gauge.placement import Placement, read_placement
 from stepgauge.machine.file import read_machine
 from stepgauge.project.create import OUTPUTS, RECORDINGS
 from stepgauge.project.file import Project
-from stepgauge.recording import Recording, read_recording
+from stepgauge.recording import read_recording
 
 MOST = 1000
 """Recordings and results that are looked at; more belong into a store."""
@@ -62,7 +64,7 @@ def _named(project: Project, key: str, words: Callable[[str], str]) -> Item:
         path = _path(project, key)
         return Item(key, path, words(path))
     except InputError as error:
-        return Item(key, str(project.values.get(key, "")), str(error), wrong=True)
+        return Item(key, str(project.values.get(key, "")), error.as_typed(), wrong=True)
 
 
 def _gauge_words(path: str) -> str:
@@ -86,7 +88,7 @@ def _placement(project: Project, gauge: Gauge | None) -> Item:
     try:
         return Item("placement", path, _placement_words(read_placement(path, gauge)))
     except InputError as error:
-        return Item("placement", path, str(error), wrong=True)
+        return Item("placement", path, error.as_typed(), wrong=True)
 
 
 def _placement_words(placement: Placement) -> str:
@@ -99,12 +101,15 @@ def _recordings(project: Project) -> Iterator[Item]:
         if path.suffix.lower() in (".csv", ".parquet"):
             shown = os.path.relpath(path)
             try:
-                yield Item("recording", shown, _recording_words(read_recording(path)))
+                yield Item("recording", shown, _recording_words(path))
             except InputError as error:
-                yield Item("recording", shown, str(error), wrong=True)
+                yield Item("recording", shown, error.as_typed(), wrong=True)
 
 
-def _recording_words(recording: Recording) -> str:
+def _recording_words(path: Path) -> str:
+    if is_axis_recording(path):
+        return read_axis_recording(path).summary().splitlines()[0]
+    recording = read_recording(path)
     placements, rows = len(recording.placements), len(recording.frame)
     simulated = "; simulated" if "seed" in recording.comments else ""
     return f"{rows} probings in {placements} placement{'s' if placements > 1 else ''}{simulated}"
@@ -115,10 +120,21 @@ def _results(project: Project) -> Iterator[Item]:
         for path in sorted(project.folder.glob(f"**/{kind}.json"))[:MOST]:
             shown = os.path.relpath(path.parent)
             try:
-                read_result(path, kind)
-                yield Item(kind, shown, "up to date")
+                yield Item(kind, shown, _result_words(path, kind))
             except InputError as error:
-                yield Item(kind, shown, str(error), wrong=True)
+                yield Item(kind, shown, error.as_typed(), wrong=True)
+
+
+def _result_words(path: Path, kind: str) -> str:
+    """What a result says of itself; :class:`InputError` where it is not what its inputs now give."""
+    if kind != "diagnosis":
+        read_result(path, kind)
+        return "up to date"
+    found = read_diagnosis(path)
+    if found.changed():
+        what = f"{found.changed()[0]} has changed since this was made from it"
+        raise InputError(path, what, expected="the same verb again, with what is there now")
+    return found.verdict
 
 
 def _next(items: list[Item], recordings: list[Item], results: list[Item]) -> tuple[str, str]:

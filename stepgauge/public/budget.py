@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.face_errors import REffOrigin
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -89,11 +89,11 @@ def _silent(_: str) -> Progress:
 
 def _check(correlation: float | None, coverage_percent: float, runs: int) -> None:
     if correlation is not None and not 0.0 <= correlation <= 1.0:
-        raise InputError("certificate_correlation", "out of range", found=correlation, expected="0 to 1")
+        raise InputError(naming("certificate_correlation"), "out of range", found=correlation, expected="0 to 1")
     if not COVERAGE_PERCENT[0] <= coverage_percent <= COVERAGE_PERCENT[1]:
-        raise InputError("coverage_percent", "out of range", found=coverage_percent, expected="50 to 99.99")
+        raise InputError(naming("coverage_percent"), "out of range", found=coverage_percent, expected="50 to 99.99")
     if runs != 0 and runs < 2:
-        raise InputError("--runs", "too few runs", found=runs, expected="0 or at least 2")
+        raise InputError(naming("runs"), "too few runs", found=runs, expected="0 or at least 2")
 
 
 def _correlated(gauge: Gauge, correlation: float | None) -> Gauge:

@@ -1,36 +1,65 @@
-"""``diagnose``: recordings and machine model to what departs from it."""
+"""``diagnose``: recordings and machine model to what departs from it; recordings of an axis alone; maps of a probe."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
 
+from stepgauge.axis.recording import AxisRecording, is_axis_recording, read_axis_recording
 from stepgauge.diagnosis.engine import diagnose as diagnose_recording
-from stepgauge.diagnosis.posterior.priors import read_priors
+from stepgauge.diagnosis.posterior.priors import Priors, read_priors
 from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
-from stepgauge.public.inputs import File, as_gauge, as_machine, as_recordings, several
+from stepgauge.public.inputs import File, as_gauge, as_machine, as_recordings, of_kind, several
 from stepgauge.recording import Recording, join_recordings
 
 if TYPE_CHECKING:
+    from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis
+    from stepgauge.diagnosis.maps.result import MapDiagnosis
     from stepgauge.machine.virtual import Run
+    from stepgauge.probes.directions_map import DirectionMap
 
 
+@overload
 def diagnose(
     recordings: File | Recording | Run | Iterable[File | Recording | Run],
     gauge: File | Gauge,
     machine: File | Machine,
     *,
+    without: str | Iterable[str] = ...,
+    priors: File | None = ...,
+) -> Diagnosis: ...
+
+
+@overload
+def diagnose(
+    recordings: File | AxisRecording | Iterable[File | AxisRecording],
+    gauge: None = ...,
+    machine: None = ...,
+    *,
+    without: str | Iterable[str] = ...,
+    priors: File | None = ...,
+) -> AxisDiagnosis: ...
+
+
+def diagnose(
+    recordings: Any,
+    gauge: File | Gauge | None = None,
+    machine: File | Machine | None = None,
+    *,
     without: str | Iterable[str] = (),
     priors: File | None = None,
-) -> Diagnosis:
+) -> Diagnosis | AxisDiagnosis:
     """Find where a recording departs from the simulation, identify the physical effect, and model it.
 
     Parameters
     ----------
-    recordings : one recording, run or file, or several as placements of one machine
+    recordings : one recording, run or file, or several as placements of one machine; or recordings of one axis, of one
+        spot or of distances, which need neither gauge nor machine: several are settings up of one axis
     gauge : the certified gauge, its file or shipped name
     machine : the machine that is to be judged, with the effects it already has
     without : kinds of effects that are known not to be there, as ``stepgauge effects`` lists them
@@ -38,15 +67,84 @@ def diagnose(
 
     Returns
     -------
-    The verdict (adequate, effects, unknown, insufficient), the findings with values, uncertainties and probabilities.
+    The verdict (adequate, effects, unknown, insufficient), the findings with values, uncertainties and probabilities:
+    a ``Diagnosis``; of an axis an ``AxisDiagnosis``, told in the units of its recording.
 
     Raises
     ------
     InputError
-        recordings of another gauge or machine, or too small for a diagnosis
+        recordings of another gauge or machine, of different kinds, or too small for a diagnosis
     """
-    tables = as_recordings(recordings)
+    given, table = several(recordings), _priors(priors)
+    if are_of_axis(given):
+        if gauge is not None or machine is not None:
+            given_too = naming("gauge" if gauge is not None else "machine")
+            raise InputError(given_too, "a recording of one axis, a spot or distances needs none")
+        from stepgauge.diagnosis.axis.diagnosis import diagnose_axes
+
+        return diagnose_axes([_axis(one) for one in given], several(without), table)
+    if gauge is None or machine is None:
+        missing = "gauge" if gauge is None else "machine"
+        raise InputError(
+            naming(missing), "a recording of a gauge needs it", expected=naming("gauge", "machine", words="{} and {}")
+        )
+    tables = as_recordings(given)
     whole = tables[0] if len(tables) == 1 else join_recordings(tables)
-    table = None if priors is None else read_priors(priors)
     found = diagnose_recording(whole, as_gauge(gauge), as_machine(machine), several(without), table)
     return replace(found, recordings=tuple(tables))
+
+
+def diagnose_probe_map(
+    probe_map: File | DirectionMap,
+    probe: File,
+    *,
+    columns: Mapping[str, str] | None = None,
+    priors: File | None = None,
+) -> MapDiagnosis:
+    """Find which part of the construction of a probe is not as its file says, from a map of the probe.
+
+    Parameters
+    ----------
+    probe_map : a map, or a CSV file with ``polar_deg,azimuth_deg`` and one or more of ``trigger_force_N``,
+        ``deflection_um``, ``pretravel_um``
+    probe : probe file that is to be judged, or the name of a shipped one
+    columns : quantity to the name of its column in a foreign file, ``{"trigger_force_N": "force_mN"}``
+    priors : file that replaces a part of the shipped priors
+
+    Returns
+    -------
+    The verdict, the changes of the construction with values, uncertainties and probabilities, and the changed probe.
+
+    Raises
+    ------
+    InputError
+        a map that cannot be read, a quantity that the probe file does not give, a probe that is known by its map only
+    """
+    from stepgauge.diagnosis.maps.data import data_of_map, read_map_data
+    from stepgauge.diagnosis.probe_map import judged_map
+    from stepgauge.probes.directions_map import DirectionMap
+
+    if isinstance(probe_map, File):
+        data = read_map_data(probe_map, columns)
+    else:
+        data = data_of_map(of_kind(probe_map, DirectionMap, "probe_map"))
+    return judged_map(data, probe, _priors(priors))
+
+
+def are_of_axis(given: Iterable[object]) -> bool:
+    """Whether all recordings are of an axis, a spot or distances; some beside those of a gauge are a mistake."""
+    given = list(given)
+    found = [is_axis_recording(one) if isinstance(one, File) else isinstance(one, AxisRecording) for one in given]
+    if any(found) and not all(found):
+        one = given[found.index(True)]
+        where = one if isinstance(one, str | Path) else getattr(one, "path", "") or "recordings"
+        raise InputError(where, "this is of one axis, the others are of a gauge", expected="recordings of one kind")
+    return bool(found) and all(found)
+
+
+def _axis(given: File | AxisRecording) -> AxisRecording:
+    return read_axis_recording(given) if isinstance(given, File) else given
+
+
+def _priors(path: File | None) -> Priors | None:
+    return None if path is None else read_priors(path)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, cast
 
+from stepgauge.errors import naming
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.evaluate import evaluate as evaluate_recording
 from stepgauge.evaluation.face_errors import REffOrigin
@@ -52,7 +53,7 @@ def evaluate(
         recordings that are not of this gauge, or a section without a complete block
     """
     if measured_at:
-        parse_moment(measured_at, "--measured-at")
+        parse_moment(measured_at, naming("measured_at"))
     steps = as_gauge(gauge)
     origin = cast(REffOrigin, one_of("r_eff", r_eff, R_EFF))
     section = as_blocks(blocks, steps)

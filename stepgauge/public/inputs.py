@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, read_placement
 from stepgauge.planning.plan import parse_block_list, parse_blocks
@@ -87,14 +87,14 @@ def of_kind(given: object, kind: type[T], name: str) -> T:
     """What is given, where it is of the kind that ``name`` says (:class:`InputError` if not)."""
     if not isinstance(given, kind):
         expected = f"a {kind.__name__} or a file"
-        raise InputError(name, f"this is no {name}", found=type(given).__name__, expected=expected)
+        raise InputError(naming(name), f"this is no {name}", found=type(given).__name__, expected=expected)
     return given
 
 
 def one_of(name: str, given: str, choices: Iterable[str]) -> str:
     """A choice by its name (:class:`InputError` where it is none)."""
     if given not in choices:
-        raise InputError(name, "not a choice", found=repr(given), expected=", ".join(choices))
+        raise InputError(naming(name), "not a choice", found=repr(given), expected=", ".join(choices))
     return given
 
 
@@ -103,4 +103,4 @@ def at_least(name: str, given: float | None, least: float, unit: str = "", *, be
     good = given is None or (least < given < float("inf") if beyond else least <= given < float("inf"))
     if not good:
         expected = f"{'more than' if beyond else 'at least'} {least:g} {unit}".strip()
-        raise InputError(name, "out of range", found=given, expected=expected)
+        raise InputError(naming(name), "out of range", found=given, expected=expected)

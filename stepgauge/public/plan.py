@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
@@ -111,7 +111,9 @@ def _check(
     tip_radius_mm: float | None,
 ) -> None:
     if not (isinstance(cycles, int) and 1 <= cycles <= MOST_CYCLES):
-        raise InputError("cycles", "out of range", found=cycles, expected=f"a whole number from 1 to {MOST_CYCLES}")
+        raise InputError(
+            naming("cycles"), "out of range", found=cycles, expected=f"a whole number from 1 to {MOST_CYCLES}"
+        )
     at_least("clearance_mm", clearance_mm, 0.0, "mm", beyond=True)
     at_least("margin_mm", margin_mm, 0.0, "mm")
     at_least("standoff_mm", standoff_mm, 0.0, "mm", beyond=True)
@@ -126,5 +128,5 @@ def _home(home_mm: Sequence[float] | None) -> tuple[float, float, float] | None:
     try:
         x, y, z = (float(value) for value in home_mm)
     except (TypeError, ValueError):
-        raise InputError("home_mm", "not a position", found=home_mm, expected="x, y, z in mm") from None
+        raise InputError(naming("home_mm"), "not a position", found=home_mm, expected="x, y, z in mm") from None
     return parse_position(f"{x!r},{y!r},{z!r}")

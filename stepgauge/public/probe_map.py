@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.probes import read_probe
 from stepgauge.probes.angles import Angles, direction_grid
 from stepgauge.probes.directions_map import DirectionMap, map_directions
@@ -42,5 +42,7 @@ def _unit(direction: Sequence[float] | None) -> tuple[float, ...] | None:
         return None
     length = math.sqrt(sum(float(part) ** 2 for part in direction))
     if len(direction) != 3 or not 0.0 < length < math.inf:
-        raise InputError("stylus_direction", "not a direction", found=direction, expected="three numbers, 1,0,0")
+        raise InputError(
+            naming("stylus_direction"), "not a direction", found=direction, expected="three numbers, 1,0,0"
+        )
     return tuple(float(part) / length for part in direction)

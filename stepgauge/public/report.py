@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.gauge.certified import Gauge
@@ -146,7 +146,8 @@ def _signed(asked: _Asked, template: File | None) -> tuple[str, ...]:
     data = _evaluation_of(result)
     gauge = result.gauge if asked.gauge is None and isinstance(result, Evaluation) else asked.gauge
     if asked.placements and gauge is None:
-        raise InputError("placements", "are checked against their gauge, which is missing", expected="gauge=")
+        what = "are checked against their gauge, which is missing"
+        raise InputError(naming("placements"), what, expected=naming("gauge"))
     sources = read_sources(data, gauge, asked.placements, asked.machine, asked.budget, asked.certificate)
     stated = Stated(asked.date or datetime.date.today(), **asked.said)
     if sources.laboratory is not None:

@@ -112,7 +112,7 @@ def read_recording(path: str | Path) -> Recording:
     else:
         comments, skipped = _read_comments(path)
         if "recording" in comments and "sensor" in comments:
-            form, expected = comments["recording"], "a recording of a gauge; 'stepgauge diagnose' reads this one"
+            form, expected = comments["recording"], "a recording of a gauge; 'diagnose' and 'iso230' read this one"
             raise InputError(path, "this is no recording of a gauge", found=form, expected=expected)
         frame = _read_csv(path, skipped)
         _check_complete(comments.pop(PROBINGS, None), len(frame), path)

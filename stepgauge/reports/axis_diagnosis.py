@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from stepgauge.diagnosis.axis.diagnosis import named
 from stepgauge.diagnosis.axis.words import kind_name
 from stepgauge.diagnosis.posterior.told import MOST_LOCATED
 from stepgauge.diagnosis.report import VERDICTS, listed, percent, plus_minus, probability, significant
+from stepgauge.diagnosis.summary import name_at_axis
 from stepgauge.reports.blocks import Block, bullets, figure, heading, part, table, words
 from stepgauge.reports.diagnosis import check_blocks, recording_files, shown_figures, story
 from stepgauge.reports.findings import Words, do_first, first_lines, found_part
@@ -58,7 +58,7 @@ def axis_story(said: Said, figures: Sequence[str] = (), pictures: Mapping[str, s
 def sentence(said: Said) -> str:
     """The verdict in a sentence or two."""
     text = VERDICTS[said["verdict"]].replace("simulation", "targets" if said["axis"]["form"] == "axis" else "model")
-    names = listed([named(one, said["axis"]["form"]) for one in said["effects"]])
+    names = listed([name_at_axis(one, said["axis"]["form"]) for one in said["effects"]])
     if said["verdict"] == "effects":
         return f"{text} {names}."
     if said["verdict"] == "unknown" and said["unexplained"]:

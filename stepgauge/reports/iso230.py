@@ -30,16 +30,18 @@ def positioning_content(test: PositioningTest, stated: Stated, machine: Machine 
     data = positioning_to_dict(test)
     rules = [{**rule, "asks": _of(one, rule["asks"], data)} for one in data["axes"] for rule in one["rules"]]
     excluded = [{**part, "what": _of(one, part["what"], data)} for one in data["axes"] for part in one["excluded"]]
+    by = "a step gauge" if test.gauge else f"{'an' if data['instrument'][0] in 'aeio' else 'a'} {data['instrument']}"
+    reference = certificate_section(data, test.gauge) if test.gauge else _instrument(data)
     page = Page(
         "Positioning test",
-        "Accuracy and repeatability of positioning of numerically controlled axes by ISO 230-2:2014, with a step gauge",
+        f"Accuracy and repeatability of positioning of numerically controlled axes by ISO 230-2:2014, with {by}",
         (),
         _summary(data),
         ("iso230.json", data),
         overall=data["overall"],
         statements=unmet(rules),
         figures=[(figure_svg(positioning_figure(one)), caption(one)) for one in test.axes],
-        sections=[certificate_section(data, test.gauge), _conditions(data), _recording(data, machine)],
+        sections=[reference, _conditions(data), _recording(data, machine)],
         tables=[rules_table(rules, excluded), *(_targets(one) for one in data["axes"])],
         lists=[("What the results rest on", assumptions(test))],
         method=METHOD,
@@ -97,11 +99,20 @@ def _summary(data: dict[str, Any]) -> PrintedTable:
 
 def _conditions(data: dict[str, Any]) -> Section:
     section = Section("Conventions")
-    tip = data["tip_diameter"]
-    u = "" if tip["u_um"] is None else f" (u = {number(tip['u_um'], 2)} µm)"
-    section.add("Tip diameter", f"{number(tip['diameter_mm'], 5)} mm{u}, {tip['origin']}")
+    tip = data.get("tip_diameter")
+    if tip is not None:
+        u = "" if tip["u_um"] is None else f" (u = {number(tip['u_um'], 2)} µm)"
+        section.add("Tip diameter", f"{number(tip['diameter_mm'], 5)} mm{u}, {tip['origin']}")
     section.add("Deviation", data["sign_convention"])
     section.add("Temperature", data["temperature_convention"])
+    return section
+
+
+def _instrument(data: dict[str, Any]) -> Section:
+    section = Section("Instrument and targets")
+    section.add("Instrument", data["instrument"])
+    section.add("Targets", data["artefact"])
+    section.missing.append("calibration of the instrument")
     return section
 
 
@@ -130,7 +141,10 @@ def _targets(one: dict[str, Any]) -> PrintedTable:
         ("R↓", "µm", "r_down_um", 2),
         ("R", "µm", "r_um", 2),
     )
-    columns = [Column("Block"), *(Column(name, unit) for name, unit, _, _ in named)]
+    columns = [
+        Column("Block" if one["gauge_against_axis"] is not None else "No."),
+        *(Column(name, unit) for name, unit, _, _ in named),
+    ]
     rows = [
         [str(row["block"])]
         + [number((2.0 if key.startswith("s_") else 1.0) * row[key], decimals) for _, _, key, decimals in named]

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import ConfigDict, Field
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.files import read_evaluation
 from stepgauge.files.config import Table, check_table
 from stepgauge.files.text import in_folder
@@ -143,7 +143,10 @@ def check_placements(evaluation: dict[str, Any], placements: Sequence[Placement]
     results = evaluation["placements"]
     if placements and len(placements) != len(results):
         raise InputError(
-            "--placement", "one placement file per placement", found=len(placements), expected=f"{len(results)} or none"
+            naming("placements"),
+            "one placement file per placement",
+            found=len(placements),
+            expected=f"{len(results)} or none",
         )
     for placement, file, result in zip(placements, files, results, strict=False):
         _check_details(placement, file)

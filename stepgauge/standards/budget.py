@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.face_errors import face_errors
 from stepgauge.montecarlo.model import Model, Part, Quantity
 from stepgauge.montecarlo.summary import Summary
@@ -98,7 +98,7 @@ def make_budget(
     if asked.placements and len(asked.placements) != len(model.parts):
         expected = f"{len(model.parts)} or none"
         raise InputError(
-            "--placement", "one placement file per placement", found=len(asked.placements), expected=expected
+            naming("placements"), "one placement file per placement", found=len(asked.placements), expected=expected
         )
     lines: list[Line] = []
     sources: dict[str, Source] = {}

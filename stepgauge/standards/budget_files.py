@@ -290,7 +290,7 @@ def check_budget(budget: StoredBudget, evaluation: dict[str, Any], path: str | P
     for what, found, expected in (
         ("gauge", budget.gauge_serial, gauge["serial"]),
         ("certificate", budget.certificate, gauge["certificate"]),
-        ("origin of R_eff (--r-eff)", budget.r_eff_origin, evaluation["r_eff_origin"]),
+        ("origin of R_eff", budget.r_eff_origin, evaluation["r_eff_origin"]),
     ):
         if found != expected:
             raise InputError(path, f"budget of another evaluation: its {what}", found=found, expected=expected)

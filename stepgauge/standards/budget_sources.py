@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import StandardUncertainty
 from stepgauge.montecarlo.inputs import CERTIFICATE, EXPANSION, GAUGE_TEMPERATURE, REPEATABILITY, effect_key
@@ -144,7 +144,7 @@ def _repeats_by_face(model: Model, part: Part, count: NDArray[np.int64]) -> Term
         raise InputError(
             model.nominal.path,
             f"face {result.face[single][0]} was probed once: it has no standard deviation of its own",
-            expected="at least two cycles, or the pooled standard deviation (--repeats pooled)",
+            expected=naming("repeats", words="at least two cycles, or the pooled standard deviation ({} pooled)"),
         )
     u = np.nan_to_num(deviation) / np.sqrt(count)
     um = [ureal(0.0, float(v), float(n - 1)) if v > 0 else 0.0 for v, n in zip(u, count, strict=True)]

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.text import read_text
 from stepgauge.physics.sphere import SphereFit, fit_sphere
 from stepgauge.probes.files import ProbedPoints
@@ -177,7 +177,10 @@ def probing_test(
     diameters = list(tip_diameter_mm) * (len(points) if len(tip_diameter_mm) == 1 else 1)
     if len(diameters) != len(points):
         raise InputError(
-            "--tip-diameter", "one for all styli or one for each", found=len(diameters), expected=f"1 or {len(points)}"
+            naming("tip_diameter_mm"),
+            "one for all styli or one for each",
+            found=len(diameters),
+            expected=f"1 or {len(points)}",
         )
     _check_different(points)
     styli = tuple(_stylus(one, sphere, tip) for one, tip in zip(points, diameters, strict=True))

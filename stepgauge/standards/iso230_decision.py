@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.standards.decision import DECISION_SOURCE, Outcome, decide, together
 from stepgauge.standards.iso230 import AxisParameters
 
@@ -42,7 +42,7 @@ class Requirement:
                 limit = float("nan")
             if name not in names or not 0.0 < limit < float("inf"):
                 expected = f"NAME=UM with NAME one of {', '.join(names)}, e.g. {names[0]}=10"
-                raise InputError("--tolerance", "this is no tolerance", found=repr(text), expected=expected)
+                raise InputError(naming("tolerances"), "this is no tolerance", found=repr(text), expected=expected)
             limits[name] = limit
         return cls(limits, expanded_um)
 

@@ -18,6 +18,7 @@ STANDARD = "ISO 230-2:2014 with Amendment 1:2016"
 SIGN_CONVENTION = (
     "a deviation is the actual position minus the target position, that is certified minus indicated position"
 )
+AS_READ = "readings are taken as they are: what the instrument corrects for temperature, it has corrected"
 TARGET_COLUMNS = (
     "target_mm",
     "along_gauge_mm",
@@ -43,17 +44,26 @@ def positioning_to_dict(test: PositioningTest) -> dict[str, Any]:
         "standard": STANDARD,
         "recording": test.path,
         "comments": dict(test.comments),
-        "gauge": gauge_to_dict(test.gauge),
-        "tip_diameter": {"diameter_mm": test.tip.diameter_mm, "u_um": test.tip.u_um, "origin": test.tip.origin},
-        "pairing": PAIRINGS[test.pairing],
-        "sign_convention": SIGN_CONVENTION,
-        "temperature_convention": TEMPERATURE_CONVENTION,
+        **_reference(test),
         "complete": test.complete,
         "tolerances_um": dict(test.requirement.tolerance_um),
         "expanded_uncertainty_um": test.requirement.expanded_um,
         "overall": test.requirement.text([(one.name, parameters_um(one.parameters)) for one in test.axes]),
         "statements": statements(test),
         "axes": [axis_to_dict(one) for one in test.axes],
+    }
+
+
+def _reference(test: PositioningTest) -> dict[str, Any]:
+    """What realises the positions: the gauge, or an instrument beside the axis."""
+    if test.gauge is None or test.tip is None or test.pairing is None:
+        return {**test.instrument, "temperature_convention": AS_READ}
+    return {
+        "gauge": gauge_to_dict(test.gauge),
+        "tip_diameter": {"diameter_mm": test.tip.diameter_mm, "u_um": test.tip.u_um, "origin": test.tip.origin},
+        "pairing": PAIRINGS[test.pairing],
+        "sign_convention": SIGN_CONVENTION,
+        "temperature_convention": TEMPERATURE_CONVENTION,
     }
 
 
@@ -65,7 +75,7 @@ def axis_to_dict(one: AxisTest) -> dict[str, Any]:
         "axis": one.axis,
         "name": one.name,
         "off_deg": one.off_deg,
-        "gauge_against_axis": one.reversed,
+        "gauge_against_axis": None if one.title else one.reversed,
         "runs": list(one.runs),
         "measured_mm": [float(one.targets.machine_mm.min()), float(one.targets.machine_mm.max())],
         "axis_travel_mm": one.travel_mm,
@@ -107,14 +117,22 @@ def statements(test: PositioningTest) -> list[str]:
 
 
 def assumptions(test: PositioningTest) -> list[str]:
-    """What is taken for granted to see probed faces as positioning."""
+    """What is taken for granted to see readings, or probed faces, as positioning."""
+    scatter = "The scatter is that of positioning and {} together."
+    if test.tip is None or test.pairing is None:
+        return [
+            f"The {'readings are the actual' if test.instrument['actual'] == 'reading' else 'targets are the actual'}"
+            " positions; the reversal of the instrument, if it has one, is in every B.",
+            f"{AS_READ[0].upper()}{AS_READ[1:]}.",
+            scatter.format(test.instrument["instrument"]),
+        ]
     return [
         "Every block is a target position: the face probed in the positive direction stands for the positive"
         " approach, the"
         " other face, minus the tip diameter, for the negative approach; " + PAIRINGS[test.pairing] + ".",
         f"Tip diameter {test.tip.diameter_mm:.5f} mm: {test.tip.origin}. An error of it moves every reversal value B by"
         " as much. A diameter qualified on a sphere of this machine has the machine's reversal in it.",
-        "The scatter is that of positioning and probe together.",
+        scatter.format("probe"),
     ]
 
 

@@ -6,6 +6,8 @@ differently.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,8 +28,7 @@ def rules_of(
     target_mm: Array, runs: int, off_deg: float, along_deg: float, tip: TipDiameter, temperature_C: float | None
 ) -> tuple[Rule, ...]:
     """Every rule, in the order of the standard; ``target_mm (m,)`` are the target positions, rising."""
-    span_mm = float(np.ptp(target_mm))
-    asked = max(LEAST_TARGETS, int(np.ceil(TARGETS_PER_M * span_mm * 1e-3)))
+    known = "not recorded" if temperature_C is None else f"{temperature_C:.2f} °C (mean), positions corrected to it"
     return (
         Rule(
             "ISO 230-2:2014, scope",
@@ -35,6 +36,27 @@ def rules_of(
             f"the gauge lies {off_deg:.2f}° off the nearest axis",
             off_deg <= along_deg,
         ),
+        *_runs_and_targets(target_mm, runs),
+        _reversal(tip),
+        _temperature(known, temperature_C is not None),
+    )
+
+
+def axis_rules(target_mm: Array, runs: int, temperatures: Sequence[str]) -> tuple[Rule, ...]:
+    """Every rule for an axis that an instrument read; ``temperatures``: columns that were recorded besides."""
+    known = f"recorded ({', '.join(temperatures)}), readings taken as they are" if temperatures else "not recorded"
+    return (*_runs_and_targets(target_mm, runs), _temperature(known, bool(temperatures)))
+
+
+def _temperature(found: str, met: bool) -> Rule:
+    return Rule("ISO 230-2:2014, test conditions", "temperature of the reference known", found, met)
+
+
+def _runs_and_targets(target_mm: Array, runs: int) -> tuple[Rule, ...]:
+    """What is asked of the runs and of the target positions, whatever realises them."""
+    span_mm = float(np.ptp(target_mm))
+    asked = max(LEAST_TARGETS, int(np.ceil(TARGETS_PER_M * span_mm * 1e-3)))
+    return (
         Rule(LINEAR, f"{RUNS} runs in each direction", f"{runs} runs", runs >= RUNS),
         Rule(
             LINEAR,
@@ -44,13 +66,6 @@ def rules_of(
         ),
         Rule(LINEAR, f"measurement travel up to {LONGEST_MM:g} mm", f"{span_mm:.1f} mm", span_mm <= LONGEST_MM),
         _steps(target_mm),
-        _reversal(tip),
-        Rule(
-            "ISO 230-2:2014, test conditions",
-            "temperature of the reference known",
-            "not recorded" if temperature_C is None else f"{temperature_C:.2f} °C (mean), positions corrected to it",
-            temperature_C is not None,
-        ),
     )
 
 

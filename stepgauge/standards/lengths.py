@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.evaluate import Readings, project_readings
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -152,7 +152,7 @@ def _nearest(sizes: Array, wanted_mm: float) -> int:
     index = int(np.abs(sizes - wanted_mm).argmin()) if sizes.size else 0
     if not sizes.size or abs(sizes[index] - wanted_mm) > SAME_LENGTH_MM:
         raise InputError(
-            "--lengths",
+            naming("lengths"),
             f"no length of {wanted_mm:g} mm was measured",
             found=", ".join(f"{size:g}" for size in sizes[:40]) + " mm",
             expected=f"one of these to {SAME_LENGTH_MM:g} mm",

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 
 _NUMBER = r"(?:\d+(?:\.\d*)?|\.\d+)"
 _FORM = re.compile(
@@ -41,9 +41,14 @@ class Mpe:
         capped = re.fullmatch(rf"min\((.+),({_NUMBER})\)", compact, re.I)
         match = _FORM.fullmatch(capped[1] if capped else compact)
         if match is None:
-            raise InputError("--mpe", "this is no maximum permissible error", found=repr(text), expected=EXPECTED)
+            raise InputError(naming("mpe"), "this is no maximum permissible error", found=repr(text), expected=EXPECTED)
         if capped and cap_um is not None:
-            raise InputError("--mpe-cap", "--mpe has a cap already", found=repr(text), expected="one of the two")
+            raise InputError(
+                naming("mpe_cap"),
+                naming("mpe", words="{} has a cap already"),
+                found=repr(text),
+                expected="one of the two",
+            )
         if capped:
             cap_um = float(capped[2])
         constant = match["constant"] or "0"
@@ -52,7 +57,7 @@ class Mpe:
             float(match["k"] or match["divisor"] or "inf"),
         )
         if 0.0 in (factor, divisor, cap_um) or (float(constant) == 0.0 and np.isinf(divisor)):
-            raise InputError("--mpe", "a limit of zero or without bound", found=repr(text), expected=EXPECTED)
+            raise InputError(naming("mpe"), "a limit of zero or without bound", found=repr(text), expected=EXPECTED)
         return cls(float(constant), divisor / factor, np.inf if cap_um is None else cap_um)
 
     def at_um(self, length_mm: ArrayLike) -> NDArray[np.float64]:

@@ -60,8 +60,9 @@ class Targets:
 class AxisTest:
     """Positioning of one axis from one placement.
 
-    ``axis``: x, y or z, None where several axes move; ``off_deg``: angle of the gauge to the nearest axis;
-    ``reversed``: whether the gauge runs against the axis, its backs then being touched on the way up.
+    ``axis``: x, y or z, None where several axes move (of an instrument: its name, as ``title``); ``off_deg``: angle
+    of the gauge to the nearest axis; ``reversed``: whether the gauge runs against the axis, its backs then being
+    touched on the way up.
     """
 
     placement: int
@@ -76,24 +77,30 @@ class AxisTest:
     travel_mm: float | None
     rules: tuple[Rule, ...]
     excluded: tuple[Excluded, ...]
+    title: str = ""
 
     @property
     def name(self) -> str:
         """How the axis is called in a title."""
-        return f"axis {self.axis}" if self.axis else f"line near {self.nearest} (several axes move)"
+        return self.title or f"axis {self.axis}" if self.axis else f"line near {self.nearest} (several axes move)"
 
 
 @dataclass(frozen=True)
 class PositioningTest:
-    """Positioning from all placements of a recording."""
+    """Positioning from all placements of a recording.
 
-    gauge: Gauge
-    tip: TipDiameter
-    pairing: Pairing
+    ``gauge``, ``tip``, ``pairing``: None where an instrument read the axis; ``instrument`` then says what it was, what
+    its targets were, and the sign.
+    """
+
+    gauge: Gauge | None
+    tip: TipDiameter | None
+    pairing: Pairing | None
     axes: tuple[AxisTest, ...]
     path: str = ""
     comments: Mapping[str, str] = field(default_factory=dict)
     requirement: Requirement = NO_REQUIREMENT
+    instrument: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def complete(self) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -50,7 +50,7 @@ def tip_diameter(
     if own is not None and abs(own.diameter_mm - stated_mm) > FAR_OFF_MM:
         hint = " (a radius?)" if abs(own.diameter_mm - 2.0 * stated_mm) < FAR_OFF_MM else ""
         raise InputError(
-            "--tip-diameter",
+            naming("tip_diameter_mm"),
             f"the gauge was probed with another tip{hint}",
             found=f"{stated_mm:g} mm",
             expected=f"about {own.diameter_mm:.4f} mm, from the blocks of {recording.path}",

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from stepgauge.axis.sensors import SENSORS, kinds_of
+from stepgauge.axis.sensors import SENSORS, kinds_of, not_candidates
 from stepgauge.axis.units import AxisUnits
 from stepgauge.diagnosis import forms, located
 from stepgauge.diagnosis.axis.residuals import Scaling
 from stepgauge.diagnosis.axis.told import Teller
+from stepgauge.diagnosis.axis.words import About, kind_name, meaning
 from stepgauge.diagnosis.covariates import REST, TOUCHES, TURNING, WAY
 from stepgauge.diagnosis.forms import Form
 from stepgauge.effects import effect_kinds
@@ -76,6 +77,67 @@ def test_every_unit_of_a_candidate_is_turned_into_the_users() -> None:
     assert teller("mm").told(joint)["size"] == {"value": pytest.approx(20.0), "u": pytest.approx(10.0), "unit": "um"}
     slope = teller("mm").told({**joint, "order": {"value": 1}})["size"]
     assert (slope["value"], slope["unit"]) == (pytest.approx(20.0), "um/m")
+
+
+NEVER = {
+    *("angular_error", "error_motion", "roll", "squareness", "straightness", "thermal_bending"),
+    *("block_defect", "gauge_bending", "gauge_temperature", "misalignment"),
+    *("kinematic_pretravel", "lever_arm", "pretravel_scale", "probe_lobing", "seat_defect", "tip_change"),
+    *("scale_temperature", "scale_warm_up", "servo_lag"),
+    *("axis_compensation", "empirical", "error_map"),
+}
+"""What one axis cannot show: motions across it, a gauge, the directions of a probe, what a machine file states.
+
+And what is there to simulate only."""
+KINDS = {kind for name in SENSORS for form in ("axis", "spot", "distances") for kind in kinds_of(name, form)} & {
+    *effect_kinds()
+}
+
+
+def test_every_kind_is_one_that_an_axis_can_have_or_cannot() -> None:
+    """A new kind has to be put on one side; what cannot be is no candidate, whatever the sensor and the form."""
+    assert {*effect_kinds(), *NEVER} == KINDS | NEVER
+    assert set() == KINDS & NEVER
+    for sensor in SENSORS:
+        for form in ("axis", "spot", "distances"):
+            assert not_candidates(sensor, form) >= NEVER & set(effect_kinds())
+
+
+@pytest.mark.parametrize("kind", sorted(KINDS))
+def test_every_kind_of_an_axis_has_words_of_its_own(kind: str) -> None:
+    """In the units of the user, and with the numbers of the parameters."""
+    about = About(500.0, 60.0, "inch", "uin", "laser", "axis")
+    told = teller("inch").told({"parameters": parameters(kind)})["parameters"]
+    for order in (0, 1):
+        told = {**told, "order": {"value": order}} if "order" in told else told
+        said = meaning(kind, told, about)
+        assert said != f"{effect_kinds()[kind].title()}."
+        assert not [word for word in ("nan", "gauge", "face", "probing", " um ", " mm ", "um_per") if word in said], (
+            said
+        )
+        assert name_words(kind)[0].isalpha()
+    if kind == "thermal_shift":
+        assert "follow air_C less body_C, 2.0 min late" in said
+
+
+def parameters(kind: str) -> dict[str, dict[str, object]]:
+    """Every parameter of a kind, numbers as 120 in its unit."""
+    choices = {"axis": "x", "column": "air_C", "minus": "body_C", "per": "machine x", "order": 0, "of": "x"}
+    law = effect_kinds()[kind]
+    return {
+        one.name: {"value": choices.get(one.name, "x")}
+        if one.role == "choice"
+        else {"value": 120.0, "u": 1.0, "unit": one.unit.replace("um or um/m", "um")}
+        for one in law.parameters()
+    }
+
+
+def name_words(kind: str) -> str:
+    """Its name, without the underscores of the vocabulary and without a preposition at its end."""
+    name = kind_name(kind, "axis")
+    assert "_" not in name
+    assert not name.endswith(" of")
+    return name
 
 
 def test_labels_of_laws_are_told_as_their_names() -> None:

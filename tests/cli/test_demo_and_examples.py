@@ -42,7 +42,7 @@ def example(run: Run, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     for command in commands:
         result = run(*shlex.split(command))
         assert result.code == 0, result.err
-    return json.loads((tmp_path / "result/evaluation.json").read_text())
+    return json.loads((tmp_path / "results/evaluation/evaluation.json").read_text())
 
 
 def test_the_x_axis_of_fig_6(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -62,7 +62,7 @@ def test_the_commands_of_the_example_give_one_evaluation(
     Path("out/lost.txt").write_text("\n".join([*rows[:2], *rows[3:]]) + "\n")
     lost = run(*shlex.split(commands[6]))
     assert lost.code == 2
-    assert " ".join(re.search(r"stepgauge: error:[^`]*", readme)[0].split()) == " ".join(lost.err.split())  # type: ignore[index]
+    assert " ".join(re.search(r"stepgauge: error:[^`]*", readme)[0].split()) in " ".join(lost.err.split())  # type: ignore[index]
     assert not Path("out/lost.csv").exists()
 
 

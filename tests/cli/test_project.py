@@ -68,6 +68,19 @@ def test_the_command_line_wins_then_the_environment(run: Run, project: Path, mon
     assert "--machine" not in said.err
 
 
+def test_status_reads_axes_and_diagnoses(run: Run, project: Path) -> None:
+    """A recording of an axis is one, and what was diagnosed from it is told until the recording changes."""
+    table = ROOT / "examples/line-spacing/spacings.csv"
+    assert run("import", table, "--sensor", "optical", "-o", "recordings/axis.csv").code == 0
+    assert run("diagnose", "recordings/axis.csv").code == 0
+    shown = run("status").out
+    assert re.search(r"recording +recordings/axis.csv\n +axis by optical sensor: 40 readings at 10 targets", shown)
+    assert re.search(r"diagnosis +results/diagnosis\n +unknown", shown)
+    path = project / "recordings/axis.csv"
+    path.write_text(path.read_text() + "\n")
+    assert re.search(r"diagnosis +results/diagnosis\n +! .*axis.csv has changed", run("status").out)
+
+
 def test_status_says_what_comes_next(run: Run, project: Path) -> None:
     assert re.search(r"placement +placement.toml\n +! not there yet\nnext +stepgauge locate", run("status").out)
     (project / "gauge/step-gauge-420.csv").unlink()

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.files import Inputs, diagnosis_to_dict, read_diagnosis, write_diagnosis
+from stepgauge.diagnosis.files import Inputs, diagnosis_to_dict, write_diagnosis
 from stepgauge.diagnosis.machine_text import machine_text
 from stepgauge.diagnosis.practice import in_practice, name_of
 from stepgauge.diagnosis.remedies import remedy
@@ -22,6 +22,7 @@ from stepgauge.diagnosis.report import plus_minus, probability, significant, um,
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.diagnosis.result import Diagnosis, Finding, Located
 from stepgauge.diagnosis.solve import Estimate
+from stepgauge.diagnosis.stored import read_diagnosis
 from stepgauge.diagnosis.summary import summary_line
 from stepgauge.diagnosis.unknown_law import model_unknown, rest_um
 from stepgauge.effects import Probings, along_approach_um, effect_kinds, make_effects
@@ -132,7 +133,7 @@ def test_all_files_are_written_and_read_back(tmp_path: Path) -> None:
     assert {"diagnosis.json", "diagnosis.md", "machine.diagnosed.toml", "residuals.png", "effects.png"} <= names
     assert set(found.placements) <= names
     assert {path.name for path in (tmp_path / "new").iterdir()} == names
-    assert read_diagnosis(paths[0])["verdict"] == "effects"
+    assert read_diagnosis(paths[0]).verdict == "effects"
 
 
 def test_checksums_are_those_of_the_files(tmp_path: Path) -> None:
@@ -500,7 +501,7 @@ def test_a_value_outside_the_vocabulary_is_left_out_with_its_reason(tmp_path: Pa
     wild = replace(first, effect=first.effect.with_values(ppm=1e9))
     write_diagnosis(tmp_path, replace(found, findings=(wild,)), [recording])
     assert read_machine(tmp_path / "machine.diagnosed.toml").effects == ()
-    assert any("scale_error_x" in remark for remark in read_diagnosis(tmp_path / "diagnosis.json")["remarks"])
+    assert any("scale_error_x" in remark for remark in read_diagnosis(tmp_path / "diagnosis.json").data["remarks"])
 
 
 FORMS: list[tuple[str, str, str, Any, str]] = [

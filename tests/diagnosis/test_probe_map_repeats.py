@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stepgauge.diagnosis.files import read_diagnosis
 from stepgauge.diagnosis.maps.data import MapData, Measured
 from stepgauge.diagnosis.maps.model import MapModel
 from stepgauge.diagnosis.maps.scatter import estimate_scatter
 from stepgauge.diagnosis.probe_map import diagnose_map, diagnose_probe_map
+from stepgauge.diagnosis.stored import read_diagnosis
 from stepgauge.errors import InputError
 from stepgauge.probes import read_probe
 
@@ -135,7 +135,7 @@ class TestUnknown:
 
     def test_lobes_are_given_with_amplitude_and_place(self, tmp_path, probe_file):
         diagnose_probe_map(written(tmp_path, made(two_lobes)), probe_file, tmp_path / "out")
-        law = read_diagnosis(tmp_path / "out" / "diagnosis.json")["empirical"][0]
+        law = read_diagnosis(tmp_path / "out" / "diagnosis.json").data["empirical"][0]
         assert law["form"] == "harmonic 2"
         assert law["amplitude"] == pytest.approx(0.5, abs=0.08)
         assert law["maximum_deg"] == pytest.approx(30.0, abs=5.0)
@@ -202,7 +202,7 @@ class TestOutliers:
         lines = path.read_text().splitlines()
         path.write_text("\n".join([lines[0], "150,0,", *lines[1:]]) + "\n")
         diagnose_probe_map(path, probe_file, tmp_path / "out")
-        said = read_diagnosis(tmp_path / "out" / "diagnosis.json")
+        said = read_diagnosis(tmp_path / "out" / "diagnosis.json").data
         assert [row["row"] for row in said["effects"][0]["rows"]] == [22]
         assert said["measured"]["rows_without_values"] == 1
         assert "| 22 |" in (tmp_path / "out" / "diagnosis.md").read_text()
@@ -224,7 +224,7 @@ class TestInsufficient:
         found = diagnose_probe_map(path, probe_file, tmp_path / "out")
         assert found.verdict == "insufficient"
         assert not found.findings
-        said = read_diagnosis(tmp_path / "out" / "diagnosis.json")
+        said = read_diagnosis(tmp_path / "out" / "diagnosis.json").data
         assert any(missing in one for one in said["lacking"])
         assert missing in (tmp_path / "out" / "diagnosis.md").read_text()
 

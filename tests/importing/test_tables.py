@@ -149,7 +149,7 @@ def test_columns_are_mapped_by_hand_and_the_others_kept_or_dropped(tmp_path: Pat
     assert "dropped: columns Bemerkung (not numbers in every row)" in imported.report
     with pytest.raises(InputError, match="there is no column 'Ergebnis 9'; found Ergebnis 1, Ergebnis 2"):
         read(case, path, TableLayout(columns={**mapping, "x_mm": "Ergebnis 9"}))
-    with pytest.raises(InputError, match="--column: not understood; found 'w_mm=A'; expected NAME=HEADER"):
+    with pytest.raises(InputError, match="columns: not understood; found 'w_mm=A'; expected NAME=HEADER"):
         parse_mapping(["w_mm=A"])
 
 

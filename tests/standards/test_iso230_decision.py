@@ -48,5 +48,5 @@ def test_without_tolerance_or_uncertainty_nothing_is_claimed() -> None:
 
 @pytest.mark.parametrize("text", ["A", "A=", "Q=3", "A=-1", "A=nan", "A=inf", "=3"])
 def test_no_tolerance(text: str) -> None:
-    with pytest.raises(InputError, match="--tolerance: this is no tolerance"):
+    with pytest.raises(InputError, match="tolerances: this is no tolerance"):
         Requirement.parse([text])

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
 
-from stepgauge.axis.recording import AxisRecording, join_axis_recordings, places_of, read_axis_recording
+from stepgauge.axis.recording import AxisRecording, join_axis_recordings, places_of
 from stepgauge.axis.sensors import SCALE, SENSORS, not_candidates
 from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
 from stepgauge.diagnosis.axis.told import Teller
@@ -19,10 +19,12 @@ from stepgauge.diagnosis.covariates import WAY
 from stepgauge.diagnosis.engine import diagnose_residuals
 from stepgauge.diagnosis.files import Inputs, checksum, diagnosis_to_dict, without_nan
 from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.report import listed, significant
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.diagnosis.rows import ROWS_FILE, row_table, rows_csv
+from stepgauge.diagnosis.summary import axis_line, numbers_of
 from stepgauge.effects import effect_kinds
+from stepgauge.files.outputs import open_set
+from stepgauge.files.shown import Shown, as_lines
 from stepgauge.files.text import write_json, write_text
 
 OF_POSITION = ("position", "machine x", "face", WAY)
@@ -32,23 +34,35 @@ UNUSED = ("empirical", "inputs")
 
 
 @dataclass(frozen=True)
-class AxisDiagnosis:
-    """A diagnosis with its data, and what is said of it: JSON types in the user's units."""
+class AxisDiagnosis(Shown):
+    """The diagnosis of an axis, a spot or distances, with its data.
 
+    ``said``: what is said of it, JSON types in the user's units; ``recordings``: as they were read.
+    """
+
+    drawn_by: ClassVar[str] = "axis.draw_residuals"
     found: Diagnosis
     data: AxisData
-    said: dict[str, Any]
+    said: dict[str, Any] = field(repr=False)
+    recordings: tuple[AxisRecording, ...] = ()
 
     @property
+    def verdict(self) -> str:
+        """``adequate``, ``effects``, ``unknown`` or ``insufficient``."""
+        return self.found.verdict
+
     def summary(self) -> str:
-        """Verdict, effects and fit in a line."""
-        unit, fit = self.data.recording.units.deviation, self.said["fit"]
-        names = [named(one, self.data.recording.form) for one in self.said["effects"]]
-        left = [f"without a law: {one['where']}" for one in self.said["unexplained"][:1]]
-        before, after, noise = (significant(fit[f"{key}_{unit}"]) for key in ("rms_before", "rms_after", "noise"))
-        what = ", ".join(names + left)
-        numbers = f"rms {before} -> {after} {unit}, noise {noise} {unit}"
-        return f"{self.said['verdict']}{f': {what}' if what else ''} ({numbers})"
+        """Verdict, effects and fit in a line, in the user's unit."""
+        return as_lines(axis_line(self.said))
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per number of an effect: its probability, value, standard uncertainty u, and the user's unit."""
+        return numbers_of(self.said)
+
+    def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
+        """Write ``diagnosis.json``, ``diagnosis.md`` and the figure; returns the paths."""
+        with open_set():
+            return write_axis_diagnosis(folder, self, figure)
 
 
 def diagnose_axis(
@@ -66,26 +80,18 @@ def diagnose_axis(
         one.kind in SCALE for one in found.findings
     ):
         found = diagnose_residuals(data.residuals, absent | (SCALE & set(effect_kinds())), priors)
-    return AxisDiagnosis(found, data, _said(found, data))
+    return AxisDiagnosis(found, data, _said(found, data), (recording,))
 
 
-def diagnose_axis_files(
-    paths: Sequence[str | Path],
-    output: str | Path,
-    suffix: str = "png",
-    without: Collection[str] = (),
-    priors: Priors | None = None,
-) -> tuple[str, list[Path]]:
-    """Diagnose recordings of one axis together into a folder; the verdict in a line, and the files written."""
-    recordings = [read_axis_recording(path) for path in paths]
+def diagnose_axes(
+    recordings: Sequence[AxisRecording], without: Collection[str] = (), priors: Priors | None = None
+) -> AxisDiagnosis:
+    """Recordings of one axis together, as its settings up."""
     whole = recordings[0] if len(recordings) == 1 else join_axis_recordings(recordings)
-    told = diagnose_axis(whole, without, priors)
-    return told.summary, write_axis_diagnosis(output, told, recordings, suffix)
+    return replace(diagnose_axis(whole, without, priors), recordings=tuple(recordings))
 
 
-def write_axis_diagnosis(
-    output: str | Path, told: AxisDiagnosis, recordings: Sequence[AxisRecording], suffix: str = "png"
-) -> list[Path]:
+def write_axis_diagnosis(output: str | Path, told: AxisDiagnosis, suffix: str = "png") -> list[Path]:
     """Write ``diagnosis.json``, ``diagnosis.md`` and the figure into a folder (made if missing)."""
     from stepgauge.figures.axis import axis_figure
     from stepgauge.figures.style import save_figure
@@ -93,10 +99,10 @@ def write_axis_diagnosis(
     from stepgauge.reports.render import markdown
 
     target, figure = Path(output), f"residuals.{suffix}"
-    files = [{"path": str(one.path), "sha256": checksum(one.path)} for one in recordings]
+    files = [{"path": str(one.path), "sha256": checksum(one.path)} for one in told.recordings]
     said = {**told.said, "inputs": {"recordings": files}}
     write_json(target / "diagnosis.json", said)
-    names = [(Path(one.path).name, len(one)) for one in recordings]
+    names = [(Path(one.path).name, len(one)) for one in told.recordings]
     write_text(target / ROWS_FILE, rows_csv(_rows(told, names)))
     write_text(target / "diagnosis.md", markdown(axis_story(said, [figure])))
     save_figure(axis_figure(told.found, told.data), target / figure)
@@ -184,9 +190,3 @@ def _target_of(recording: AxisRecording, row: int) -> str:
     if recording.form == "distances":
         return f"{frame['from_station']} to {frame['to_station']}"
     return f"{frame['target']:.12g} {recording.units.position}" if "target" in frame else "-"
-
-
-def named(effect: Mapping[str, Any], form: str) -> str:
-    """An effect with the kinds that could replace it."""
-    others = [kind_name(kind, form) for kind in effect["confounded_with"]]
-    return f"{effect['name']} (or {listed(others, 'or')})" if others else str(effect["name"])

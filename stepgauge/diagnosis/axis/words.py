@@ -29,6 +29,13 @@ class About:
         return {"axis": "axis", "spot": "spot", "distances": "line"}[self.form]
 
 
+_NAMES = {
+    "thermal_drift": "drift",
+    "temperature_cycle": "slow cycle",
+    "thermal_expansion_of": "thermal expansion",
+    "stick_slip": "stick-slip",
+}
+"""Kinds whose names say more than an axis shows, or less."""
 Parameters = Mapping[str, Mapping[str, Any]]
 Sentence = Callable[[Parameters, About], str]
 
@@ -37,7 +44,7 @@ def kind_name(kind: str, form: str) -> str:
     """A kind in the words of an axis."""
     if kind == "effective_radius":
         return "additive constant" if form == "distances" else "pre-travel"
-    return {"thermal_drift": "drift", "temperature_cycle": "slow cycle"}.get(kind, name_of(kind))
+    return _NAMES.get(kind, name_of(kind))
 
 
 def meaning(kind: str, parameters: Parameters, about: About) -> str:
@@ -176,6 +183,59 @@ def _outliers(p: Parameters, a: About) -> str:
     )
 
 
+def _wear(p: Parameters, a: About) -> str:
+    at, width = value_of(p, name="at"), value_of(p, name="width")
+    return (
+        f"About {significant(at, 4)} {a.position}, over a width of {significant(width, 2)} {a.position}, the reversal"
+        f" is {_size(_um(p, a), a.deviation)} {'larger' if _um(p, a) > 0 else 'smaller'} than elsewhere: look there for"
+        " wear of the screw or its nut, or for a guide that binds."
+    )
+
+
+def _joint(p: Parameters, a: About) -> str:
+    at, of_slope = value_of(p, name="at"), bool(p["order"]["value"])
+    size = p["size"]
+    changed = "the slope of the error changes" if of_slope else "the readings jump"
+    return (
+        f"At {significant(at, 4)} {a.position} {changed} by {_size(float(size['value']), str(size['unit']))}: two"
+        " pieces of a scale, or of a compensation table, meet there."
+    )
+
+
+def _stick(p: Parameters, a: About) -> str:
+    return (
+        f"Just after it turns, the axis lags by up to {_size(_um(p, a), a.deviation)} and catches up within"
+        f" about {significant(value_of(p, name='decay'), 2)} {a.position}: friction in the guides or the drive."
+        " Approach every target from farther away."
+    )
+
+
+def _column(p: Parameters) -> str:
+    """The recorded quantity that is followed, and how late."""
+    minus, lag_s = p.get("minus", {}).get("value"), value_of(p, name="lag")
+    name = f"{p['column']['value']}" + (f" less {minus}" if minus else "")
+    return name + (f", {_size(lag_s / 60.0, 'min')} late" if lag_s > 0.0 else "")
+
+
+def _rate(p: Parameters) -> str:
+    rate = next(one for name, one in p.items() if name.startswith("um_per"))
+    return _size(float(rate["value"]), str(rate["unit"]))
+
+
+def _expansion(p: Parameters, a: About) -> str:
+    return (
+        f"In proportion to position the readings follow {_column(p)}, by {_rate(p)}: the scale, or what realises the"
+        " targets, expands. Correct it, or measure at one temperature."
+    )
+
+
+def _shift(p: Parameters, a: About) -> str:
+    return (
+        f"All readings follow {_column(p)} alike, by {_rate(p)}: zero moves, not the scale. Look at what holds the"
+        " instrument and the part, or measure at one temperature."
+    )
+
+
 _SENTENCES: dict[str, Sentence] = {
     "scale_error": _scale,
     "scale_curvature": _curvature,
@@ -190,6 +250,11 @@ _SENTENCES: dict[str, Sentence] = {
     "vibration": _vibration,
     "trigger_delay": _delay,
     "approach_memory": _memory,
+    "reversal_wear": _wear,
+    "scale_joint": _joint,
+    "stick_slip": _stick,
+    "thermal_expansion_of": _expansion,
+    "thermal_shift": _shift,
     "noise_growth": _growth,
     "outliers": _outliers,
 }

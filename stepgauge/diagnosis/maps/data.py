@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError
 from stepgauge.files.tables import Rows, read_rows
 from stepgauge.physics.directions import unit_vectors
+from stepgauge.probes.directions_map import COLUMNS, DirectionMap, map_rows
 
 Array = NDArray[np.float64]
 
@@ -100,6 +101,17 @@ def read_map_data(path: str | Path, columns: Mapping[str, str] | None = None) ->
     chosen = _chosen(path, columns)
     angles = [chosen.get(name, name) for name in ANGLES]
     rows = read_rows(path, [*angles, *(name for key, name in chosen.items() if key not in ANGLES)])
+    return _data(rows, chosen, columns)
+
+
+def data_of_map(found: DirectionMap) -> MapData:
+    """A map that was computed or read, as the data of a diagnosis: with the digits of its file."""
+    rows = map_rows(found)
+    return _data(Rows(found.name, list(COLUMNS), rows, list(range(2, len(rows) + 2))), {}, None)
+
+
+def _data(rows: Rows, chosen: Mapping[str, str], columns: Mapping[str, str] | None) -> MapData:
+    path, angles = rows.path, [chosen.get(name, name) for name in ANGLES]
     names = chosen if columns else {name: name for name in QUANTITIES if name in rows.header}
     found = {key: name for key, name in names.items() if key in QUANTITIES and _filled(rows, name).any()}
     if not found:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.maps.data import MapData
@@ -15,6 +17,8 @@ from stepgauge.diagnosis.maps.scatter import MapScatter
 from stepgauge.diagnosis.posterior.search import Step
 from stepgauge.diagnosis.result import Check, Finding, Located, Verdict
 from stepgauge.diagnosis.solve import Estimate
+from stepgauge.files.outputs import open_set
+from stepgauge.files.shown import Shown, as_lines
 
 Array = NDArray[np.float64]
 OUTLIERS = "outliers"
@@ -73,13 +77,15 @@ class QuantityFit:
 
 
 @dataclass(frozen=True)
-class MapDiagnosis:
+class MapDiagnosis(Shown):
     """The whole result.
 
     ``data`` has all rows, ``kept (n,)`` marks those that are not outliers; ``terms`` are the changes found, with the
-    empirical laws, ``probe`` is the original ``[probe]`` table, ``table`` that with the changes.
+    empirical laws, ``probe`` is the original ``[probe]`` table, ``table`` that with the changes, ``probe_path`` the
+    file that was judged.
     """
 
+    drawn_by: ClassVar[str] = "probe_diagnosis.draw_residuals"
     verdict: Verdict
     fits: tuple[QuantityFit, ...]
     chi2_dof_before: float
@@ -100,6 +106,28 @@ class MapDiagnosis:
     lacking: tuple[str, ...] = ()
     odds: dict[str, Any] = field(default_factory=dict)
     checks: tuple[Check, ...] = ()
+    probe_path: str = ""
+
+    def summary(self) -> str:
+        """Verdict, and the changes of the probe or what the map lacks, in a line."""
+        from stepgauge.diagnosis.summary import map_line
+
+        kinds, left = [one.kind for one in self.findings], [one.where for one in self.unexplained]
+        return as_lines(map_line(self.verdict, kinds, left, self.lacking))
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per number of a change: its probability, value, standard uncertainty u, and the unit."""
+        from stepgauge.diagnosis.maps.said import as_json
+        from stepgauge.diagnosis.summary import numbers_of
+
+        return numbers_of(as_json(self, self.probe_path))
+
+    def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
+        """Write ``diagnosis.json``, ``diagnosis.md``, the changed probe file and the figures; returns the paths."""
+        from stepgauge.diagnosis.maps.output import write_map_diagnosis
+
+        with open_set():
+            return write_map_diagnosis(self, self.probe_path, folder, figure)
 
 
 def rms(values: Sequence[float] | Array) -> float:

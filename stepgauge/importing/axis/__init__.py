@@ -15,6 +15,7 @@ from stepgauge.axis.recording import FORM, FORMS, AxisRecording, places_of
 from stepgauge.errors import InputError, reading
 from stepgauge.importing.axis.build import AxisOptions, build_axis
 from stepgauge.importing.axis.grid import Grid, find_grid
+from stepgauge.importing.axis.heights import read_heights, reduced
 from stepgauge.importing.axis.laserfile import is_laser_file, read_laser_file
 from stepgauge.importing.axis.long import Long, to_long
 from stepgauge.importing.axis.roles import Role, read_roles
@@ -57,6 +58,8 @@ def import_axis(path: str | Path, options: AxisOptions, layout: TableLayout | No
         _check_chosen(grid, roles, options)
         found = to_long(grid, roles, options.missing)
         recording = build_axis(found, grid, options)
+    if options.heights is not None:
+        recording = reduced(recording, read_heights(options.heights), options.heights)
     report = (*notes, *grid.left_out, *_words(roles, found, recording))
     said = {**recording.comments, **comments, "log": Path(path).name, "import": "\n".join(report)}
     return AxisImport(AxisRecording(recording.frame, recording.form, recording.units, recording.sensor, said), report)
@@ -103,6 +106,8 @@ def _words(roles: list[Role], found: Long, recording: AxisRecording) -> list[str
     else:
         what = "one spot" if recording.form == "spot" else "distances between stations"
         words.append(f"{len(frame)} readings of {what}")
+    if "reduced" in recording.comments:
+        words.append(f"reduced: {recording.comments['reduced']}")
     words.append(f"told in {units.position}, deviations in {units.deviation}")
     if recording.covariates:
         words.append(f"kept as covariates: {', '.join(recording.covariates)}")

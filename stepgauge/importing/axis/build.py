@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from stepgauge.axis.recording import OWN, STATIONS, AxisRecording, places_of
 from stepgauge.axis.units import AxisUnits, base_of, plain_name
-from stepgauge.errors import InputError
-from stepgauge.files.units import LENGTH_MM, Unit, unit_hint
+from stepgauge.errors import InputError, naming
+from stepgauge.files.units import ANGLE_DEG, LENGTH_MM, Unit, unit_hint
 from stepgauge.importing.axis.grid import Grid
 from stepgauge.importing.axis.long import Long
 from stepgauge.importing.axis.roles import DEVIATION, READING
@@ -24,8 +24,18 @@ from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
 
 Array = NDArray[np.float64]
-NEAR = 0.02
-"""Slope of readings against targets: within this of one, or of nought for deviations."""
+UNIT_RATIOS = [a / b for units in (LENGTH_MM, ANGLE_DEG) for a in units.values() for b in units.values() if a != b]
+NEAR_ONE = min(abs(ratio - 1.0) for ratio in UNIT_RATIOS) / 2.0
+"""Slope of readings against targets: within this of one.
+
+Half of the way to the nearest ratio of two units (gon and deg, 0.9), so that no wrong unit is taken for a scale error.
+"""
+NEAR_NOUGHT = LENGTH_MM["mm"] / LENGTH_MM["inch"] / 2.0
+"""Slope of deviations: within this of nought.
+
+Half of what readings in inch of targets in mm have, 0.039. A smaller ratio, as um for mm, may be a deviation's slope as
+well: the unit of the deviations is then asked for.
+"""
 
 
 @dataclass(frozen=True)
@@ -35,7 +45,7 @@ class AxisOptions:
     ``sensor``: what read it (:data:`stepgauge.axis.sensors.SENSORS`); ``unit``, ``deviation_unit``: of columns that
     state none; ``columns``: headers by role; ``header``: names of the columns in place of those of the file;
     ``constants``: columns that are the same in every row; ``targets``: the artefact; ``missing``: whether readings may
-    be missing.
+    be missing; ``heights``: file of the heights of stations, by which slope distances become horizontal ones.
     """
 
     sensor: str = "other"
@@ -46,6 +56,7 @@ class AxisOptions:
     constants: Mapping[str, str] = field(default_factory=dict)
     targets: Targets | None = None
     missing: bool = False
+    heights: str | None = None
 
 
 def build_axis(found: Long, grid: Grid, options: AxisOptions) -> AxisRecording:
@@ -95,9 +106,9 @@ def _role(found: Long, grid: Grid, target: Array | None) -> str:
     if found.value_unit is not None and found.target_unit is not None:
         scale = found.value_unit.factor / found.target_unit.factor
     slope *= scale
-    if abs(slope - 1.0) < NEAR:
+    if abs(slope - 1.0) < NEAR_ONE:
         return READING
-    if abs(slope) < NEAR or (found.value_role == DEVIATION and scale == 1.0):
+    if abs(slope) < NEAR_NOUGHT or (found.value_role == DEVIATION and scale == 1.0):
         return DEVIATION
     if found.value_unit is None and found.value_role != READING:
         return DEVIATION
@@ -150,7 +161,9 @@ def _value_factor(found: Long, units: AxisUnits, options: AxisOptions, role: str
 
 def _check_kind(name: str, units: AxisUnits) -> None:
     if (name in LENGTH_MM) != (units.axis == "linear"):
-        raise InputError("--deviation-unit", "not a unit of this axis", found=name, expected=f"as {units.deviation}")
+        raise InputError(
+            naming("deviation_unit"), "not a unit of this axis", found=name, expected=f"as {units.deviation}"
+        )
 
 
 def _known(target: Array | None) -> Array:

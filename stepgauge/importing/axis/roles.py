@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.units import Unit, find_unit
 from stepgauge.importing.axis.labels import LABEL, Label, parse_label
 from stepgauge.importing.headers import split_unit
@@ -122,7 +122,7 @@ def parse_roles(texts: Sequence[str]) -> dict[str, str]:
         role, equals, header = text.partition("=")
         if not equals or not header.strip() or role.strip() not in ROLES:
             expected = f"NAME=HEADER, NAME of {', '.join(ROLES)}"
-            raise InputError("--column", "not understood", found=repr(text), expected=expected)
+            raise InputError(naming("columns"), "not understood", found=repr(text), expected=expected)
         found[role.strip()] = header.strip()
     return found
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.numerals import Numerals, number, tidy
 from stepgauge.gauge.certified import Gauge
 from stepgauge.importing.cells import read_column_cells
@@ -82,7 +82,7 @@ def parse_targets(text: str) -> Targets:
     if np.isfinite(values).all() and len(values) > 1:
         return _checked(_plain(values, text), text)
     expected = "FIRST:LAST:STEP, a list such as 0,50,100, or a file"
-    raise InputError("--targets", "not understood", found=repr(text), expected=expected)
+    raise InputError(naming("targets"), "not understood", found=repr(text), expected=expected)
 
 
 def _plain(values: Array, name: str) -> Targets:
@@ -109,5 +109,5 @@ def _from_file(path: str) -> Targets:
 
 def _checked(found: Targets, where: str) -> Targets:
     if len(np.unique(found.nominal)) < len(found.nominal):
-        raise InputError("--targets", "a target is there twice", found=where, expected="every target once")
+        raise InputError(naming("targets"), "a target is there twice", found=where, expected="every target once")
     return found

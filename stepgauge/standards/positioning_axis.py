@@ -1,0 +1,145 @@
+"""A recording of one axis as positioning by ISO 230-2: targets are target positions, cycles are runs.
+
+Sign. The deviation of the standard is actual minus target position. An instrument beside the axis (laser, dial gauge)
+reads the actual position. A probe that touches reads what the machine indicates, and the targets are the actual
+positions: certified faces or gauge blocks.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from stepgauge.axis.recording import AxisRecording, places_of
+from stepgauge.axis.sensors import SENSORS
+from stepgauge.errors import InputError
+from stepgauge.standards.iso230 import axis_parameters
+from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement
+from stepgauge.standards.iso230_rules import axis_rules
+from stepgauge.standards.positioning import AxisTest, PositioningTest, Targets
+from stepgauge.standards.rules import Excluded
+
+Array = NDArray[np.float64]
+Actual = Literal["reading", "target"]
+ACTUAL: tuple[Actual, ...] = ("reading", "target")
+TEMPERATURE = re.compile(r"temp|°C|_C$", re.IGNORECASE)
+"""Names of columns with a temperature."""
+EACH_RUN = "ISO 230-2:2014 (each target in each run, in both directions)"
+
+
+def actual_of(recording: AxisRecording) -> Actual:
+    """What the actual position is where nobody states it: of a probe that touches the target, else the reading."""
+    return "target" if SENSORS[recording.sensor].touches else "reading"
+
+
+def axis_positioning_test(
+    recording: AxisRecording, actual: Actual | None = None, requirement: Requirement = NO_REQUIREMENT
+) -> PositioningTest:
+    """Accuracy and repeatability of positioning from readings at the targets of a linear axis (ISO 230-2).
+
+    Parameters
+    ----------
+    recording : every setting up (``placement``) is an axis of its own, every cycle a run
+    actual : whether the ``"reading"`` or the ``"target"`` is the actual position; default: :func:`actual_of`
+    requirement : tolerances of the parameters, and their expanded uncertainty
+
+    Raises
+    ------
+    InputError
+        a spot or distances, a rotary axis, targets that were approached from one side, a target that was read twice in
+        one run, fewer than two complete runs or targets
+    """
+    _check_kind(recording)
+    known = actual or actual_of(recording)
+    several = recording.frame["placement"].nunique() > 1
+    axes = tuple(
+        _axis_test(recording, rows, int(str(number)), known, several)
+        for number, rows in recording.frame.groupby("placement")
+    )
+    return PositioningTest(
+        None, None, None, axes, recording.path, recording.comments, requirement, _words(recording, known)
+    )
+
+
+def _check_kind(recording: AxisRecording) -> None:
+    found = recording.form if recording.form != "axis" else "a rotary axis" if recording.units.axis == "rotary" else ""
+    if found:
+        raise InputError(
+            recording.path, "no positioning of a linear axis", found=found, expected="targets in mm, inch, .."
+        )
+    if not recording.both_ways:
+        expected = "each target from both directions (column way), as the reversal needs"
+        raise InputError(recording.path, "all targets were approached from one side", expected=expected)
+
+
+def _words(recording: AxisRecording, actual: Actual) -> dict[str, str]:
+    """What was read by what, and the sign."""
+    difference = "reading minus target" if actual == "reading" else "target minus reading"
+    return {
+        "instrument": SENSORS[recording.sensor].words,
+        "artefact": recording.comments.get("artefact", "none"),
+        "actual": actual,
+        "sign_convention": f"a deviation is the actual position minus the target position, here {difference}",
+    }
+
+
+def _axis_test(recording: AxisRecording, rows: pd.DataFrame, placement: int, actual: Actual, several: bool) -> AxisTest:
+    table, target_mm = _table(recording, rows)
+    complete, runs, excluded = _complete(table, target_mm, recording.path)
+    sign = 1.0 if actual == "reading" else -1.0
+    up, down = (sign * table.xs(way, level="way").loc[complete, runs].to_numpy(float) for way in (1, -1))
+    at = target_mm[complete]
+    name = recording.comments.get("axis", "axis")
+    return AxisTest(
+        placement,
+        name,
+        name,
+        0.0,
+        False,
+        Targets(np.array(complete) + 1, at - at[0], at),
+        tuple(runs),
+        axis_parameters(up, down),
+        None,
+        None,
+        axis_rules(at, len(runs), [one for one in recording.covariates if TEMPERATURE.search(one)]),
+        excluded,
+        f"{name}, setting up {placement}" if several else name,
+    )
+
+
+def _table(recording: AxisRecording, rows: pd.DataFrame) -> tuple[pd.DataFrame, Array]:
+    """Reading minus target, um, by (place, way) and run; and the targets in mm, rising."""
+    mm = recording.units.base_position
+    target = rows["target"].to_numpy(float) * mm
+    place = places_of(target)
+    um = (rows["reading"].to_numpy(float) * mm - target) * 1e3
+    frame = pd.DataFrame({"place": place, "way": rows["way"].to_numpy(), "run": rows["cycle"].to_numpy(), "um": um})
+    double = frame.duplicated(["place", "way", "run"])
+    if double.any():
+        first = frame[double].iloc[0]
+        found = f"target {target[int(double.to_numpy().argmax())]:g} mm, run {first['run']:g}"
+        expected = "each target once in a run and direction: number the runs in a column cycle"
+        raise InputError(recording.path, "a target was read twice", found=found, expected=expected)
+    table = frame.pivot_table(index=["place", "way"], columns="run", values="um")
+    return table, np.bincount(place, target) / np.bincount(place)
+
+
+def _complete(table: pd.DataFrame, target_mm: Array, path: str) -> tuple[list[int], list[int], tuple[Excluded, ...]]:
+    """Places with both directions in every run that is used, and these runs: those with the most readings."""
+    counts = table.notna().sum()
+    runs = [int(run) for run in table.columns[counts == counts.max()]]
+    full = table.index[table[runs].notna().all(axis=1)]
+    complete = sorted(place for place, way in full if way > 0 and (place, -1) in full)
+    if len(complete) < 2 or len(runs) < 2:
+        found, expected = f"{len(complete)} targets, {len(runs)} runs", "5 targets in 5 runs, in both directions"
+        raise InputError(path, "too few complete targets or runs", found=found, expected=expected)
+    short = [str(run) for run in table.columns if int(run) not in runs]
+    lone = [f"{target_mm[place]:g}" for place in range(len(target_mm)) if place not in complete]
+    parts = [Excluded(f"runs {', '.join(short)}", "fewer readings than the other runs", EACH_RUN)] if short else []
+    if lone:
+        parts.append(Excluded(f"targets {', '.join(lone)} mm", "missing in a run or direction", EACH_RUN))
+    return complete, runs, tuple(parts)
