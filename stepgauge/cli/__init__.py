@@ -95,6 +95,8 @@ TASKS: Tasks = {
         "locate": ("stepgauge.cli.locate", "16 probed points -> how the gauge lies"),
         "plan": ("stepgauge.cli.plan", "placement + gauge -> a checked measuring program"),
         "simulate": ("stepgauge.cli.simulate", "program -> recording, on the virtual CMM"),
+        "measure": ("stepgauge.cli.measure", "program -> recording, on a CMM over I++ DME"),
+        "serve": ("stepgauge.cli.serve", "the virtual CMM as an I++ DME server"),
         "import": ("stepgauge.cli.import_", "controller's log, DMIS output, table -> recording"),
         "export": ("stepgauge.cli.export", "recording -> DMIS, I++ DME, LinuxCNC, CSV, Excel"),
     },

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.importing.ippdme import OWN_TIME
 from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.codes import DmeError
 from stepgauge.live.coordinates import Coordinates
@@ -18,8 +19,6 @@ Array = NDArray[np.float64]
 NO_TOOL, UNDEFINED = "NoTool", "UnDefTool"
 REPORTED = ("X", "Y", "Z")
 POSITIONS = {"X": 0, "Y": 1, "Z": 2}
-OWN_TIME = "Server.Time"
-"""Time of the machine's clock, s: a property of this server alone."""
 KNOWN_AXES = ("R", "Phi", "C", "Tool.A", "Tool.B", "Tool.C", "A", "B")
 """Quantities of the standard that this machine does not have."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from stepgauge.live.codes import CODES, DmeError
 from stepgauge.live.coordinates import DEFINABLE, SELECTABLE, Transformation
 from stepgauge.live.daemons import SHORTEST_S, Daemon
-from stepgauge.live.machine_state import OWN_TIME, REPORTED
+from stepgauge.live.machine_state import REPORTED
 from stepgauge.live.motion_methods import MOTION
 from stepgauge.live.protocol import Call, Text, Word, fixed
 from stepgauge.live.session import Data, Handler, Session
@@ -200,4 +200,3 @@ HANDLERS: dict[str, Handler] = {
     **TOOLS,
 }
 """Every command that the server has."""
-__all__ = ["HANDLERS", "MACHINE_CLASS", "NOT_HERE", "OWN_TIME", "VERSION"]

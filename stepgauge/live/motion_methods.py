@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.importing.ippdme import OWN_TIME
 from stepgauge.live.codes import DmeError
-from stepgauge.live.machine_state import KNOWN_AXES, NO_TOOL, OWN_TIME, POSITIONS
+from stepgauge.live.machine_state import KNOWN_AXES, NO_TOOL, POSITIONS
 from stepgauge.live.protocol import Call, fixed
 from stepgauge.live.session import Data, Handler, Session
 
@@ -149,18 +150,19 @@ async def _measure(session: Session, probing: _Probing) -> Data:
         raise
     assert touch is not None
     indicated = cmm.indicate(touch)
-    session.report(_told(session, indicated, probing.normal))
+    session.report(_told(session, indicated, touch.time_s, probing.normal))
     retract = settings.number("PtMeasPar", "Retract")
     back = probing.start if retract < 0.0 else touch.trigger_mm + retract * probing.normal
     await session.travel(cmm.leg(np.clip(back, cmm.limits_mm[:, 0], cmm.limits_mm[:, 1]), travel))
     return None
 
 
-def _told(session: Session, indicated: Array, normal: Array) -> str:
+def _told(session: Session, indicated: Array, time_s: float, normal: Array) -> str:
     """The answer of a measurement, in the order that was asked for."""
     state = session.state
     ijk = ", ".join(fixed(value, 9) for value in state.coordinates.direction_to_part(normal))
     own = {"IJK": f"IJK({ijk})", "ER": f"ER({fixed(session.cmm.tip_radius_mm)})", "Q": "Q(0)"}
+    own[OWN_TIME] = f"{OWN_TIME}({fixed(time_s, 6)})"
     return ", ".join(own[name] if name in own else state.quantity(name, indicated) for name in state.report)
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from stepgauge.importing.ippdme import OWN_TIME
 from stepgauge.live.codes import DmeError
-from stepgauge.live.machine_state import OWN_TIME, UNDEFINED
+from stepgauge.live.machine_state import UNDEFINED
 from stepgauge.live.protocol import Call, Text, fixed
 from stepgauge.live.session import Data, Handler, Session
 

@@ -1,0 +1,169 @@
+"""``stepgauge measure``: a program, measured on an I++ DME server."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from stepgauge.cli.options import DIALECTS, GAUGE, GAUGE_TEMPERATURE, SEARCH, machine_option, output, say, say_written
+
+if TYPE_CHECKING:
+    from stepgauge.live.job import Job
+    from stepgauge.live.journal import Journal
+    from stepgauge.recording import Recording
+
+
+@click.command("measure")
+@click.argument("program", metavar="PROGRAM")
+@machine_option(True, "Machine file (TOML), or the name of a shipped one: travel, speeds, probe.")
+@GAUGE
+@click.option("--placement", "-p", required=True, metavar="P", help="Placement file: how the gauge lies.")
+@click.option("--server", required=True, metavar="HOST:PORT", help="The I++ DME server. Default of the port: 1294.")
+@output("Recording to write (CSV); its journal is kept beside it.")
+@click.option("--resume", is_flag=True, help="Go on with a measurement that was stopped, from its journal.")
+@click.option(
+    "--home", is_flag=True, help="The machine may home itself if it is not. Without it, such a machine is refused."
+)
+@GAUGE_TEMPERATURE
+@click.option(
+    "--placement-number",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    help="Which placing of the gauge this is, in a calibration with several.",
+)
+@click.option(
+    "--tool", default="StepGaugeProbe", show_default=True, metavar="NAME", help="The server's name of the probe."
+)
+@click.option("--spy", metavar="FILE", help="Write down every line of both sides, as 'stepgauge import' reads it.")
+@click.option(
+    "--dialect", "-d", type=click.Choice(DIALECTS), help="Language of the program. Default: recognised from its text."
+)
+@SEARCH
+def command(program: str, machine: str, gauge: str, placement: str, server: str, output: str, **options: Any) -> None:
+    """Measure a program on a CMM, over I++ DME, the standard interface of CMM controllers.
+
+    PROGRAM is what 'stepgauge plan' wrote for DMIS or I++ DME. Before the machine moves, the whole path is checked
+    once more against gauge, rail and travel; the server must be a Cartesian CMM, homed, with the tool, and take the
+    speeds of the program. From wherever the machine stands a safe way to the path is looked for; if there is none,
+    nothing moves.
+
+    Every point is in the journal, PATH.journal, before the next one is measured. After Ctrl-C (the machine stops, draws
+    back and ends the session), an error of the machine, or the loss of the connection, the same command with --resume
+    goes on: no point is lost, none measured twice. Times are the server's where it tells its own, else those of this
+    computer; temperatures are the server's, or --gauge-temperature.
+
+    \b
+    stepgauge plan placement.toml -g step-gauge-420 -m bridge-cmm -d ippdme -o gauge.ipp
+    stepgauge measure gauge.ipp -m bridge-cmm -g step-gauge-420 -p placement.toml \\
+        --server 127.0.0.1:1294 --home -o recording.csv
+    stepgauge evaluate recording.csv -g step-gauge-420 -o result
+    """
+    from stepgauge.files.text import check_output
+    from stepgauge.live.connection import Address
+    from stepgauge.live.journal import journal_of, resume, start
+    from stepgauge.recording import write_recording
+
+    check_output(output, program, machine, gauge, placement, options["spy"])
+    address = Address.parse(server)
+    job = _job(program, machine, gauge, placement, options)
+    journal = (resume if options["resume"] else start)(journal_of(output), job.head())
+    try:
+        recording = _measured(job, journal, address, options)
+    finally:
+        journal.close()
+    write_recording(output, recording)
+    say(f"{len(recording)} points measured")
+    say_written(output)
+
+
+def _job(program: str, machine: str, gauge: str, placement: str, options: dict[str, Any]) -> Job:
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placement
+    from stepgauge.live.job import make_job
+    from stepgauge.machine.file import read_machine
+    from stepgauge.machine.virtual import probing_settings
+    from stepgauge.programs import read_program
+
+    steps, cmm = read_gauge(gauge), read_machine(machine)
+    moves = read_program(program, probing_settings(cmm, options["search"]), options["dialect"])
+    lies = read_placement(placement, steps)
+    return make_job(
+        moves,
+        cmm,
+        steps,
+        lies,
+        placement_number=options["placement_number"],
+        gauge_temperature_C=options["gauge_temperature"],
+    )
+
+
+def _measured(job: Job, journal: Journal, address: Any, options: dict[str, Any]) -> Recording:
+    """The recording; where all points are there already, without a server."""
+    from stepgauge.live.connection import Connection, Spy
+    from stepgauge.live.measuring import StoppedByPersonError, Wishes, measure
+
+    if len(journal.rows) == len(job):
+        say("the journal is complete")
+        return job.recording(journal, {"server": str(address)})
+    spy = Spy(options["spy"], {"server": str(address)}) if options["spy"] else None
+    with _interruptible() as stop:
+        connection = Connection(address, spy, stop)
+        try:
+            with _bar(job, journal) as progress:
+                return measure(
+                    job, connection, journal, wishes=Wishes(options["tool"], options["home"]), progress=progress
+                )
+        except StoppedByPersonError as stopped:
+            say(f"stopped: {stopped}; the same command with --resume goes on")
+            raise click.exceptions.Exit(130) from None
+        finally:
+            connection.close()
+            if spy is not None:
+                spy.close()
+
+
+@contextmanager
+def _interruptible() -> Iterator[Callable[[], bool]]:
+    """Whether somebody wants to stop; a second Ctrl-C ends at once, without waiting for the machine."""
+    asked: list[int] = []
+
+    def ask(number: int, _: object) -> None:
+        if asked:
+            raise KeyboardInterrupt
+        asked.append(number)
+
+    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: bool(asked)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def _bar(job: Job, journal: Journal) -> Iterator[Callable[[int, int, float], None]]:
+    """A progress bar with the time of day at which the measurement will end."""
+    import datetime
+    import sys
+    import time
+
+    began, before_s = time.monotonic(), float(sum(job.durations_s()[[n - 1 for n in journal.rows]]))
+    total_s = float(job.durations_s().sum())
+
+    def end(left_s: float | None) -> str:
+        if left_s is None:
+            return ""
+        done_s = total_s - before_s - left_s
+        pace = (time.monotonic() - began) / done_s if done_s > 0.0 else 1.0
+        return f"end {datetime.datetime.now() + datetime.timedelta(seconds=left_s * pace):%H:%M:%S}"
+
+    with click.progressbar(
+        length=len(job), label="measuring", item_show_func=end, show_pos=True, show_eta=False, file=sys.stderr
+    ) as bar:
+        bar.update(len(journal.rows))
+        yield lambda done, total, left_s: bar.update(done - bar.pos, left_s)
