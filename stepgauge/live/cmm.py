@@ -6,6 +6,7 @@ repeatability of the machine. Here they act at the time of the machine's clock.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass, replace
 from typing import Any
@@ -61,8 +62,9 @@ class Leg:
 
 @dataclass(frozen=True)
 class Touch:
-    """A contact at the end of a search: true tip centre at the trigger, and the number of the face (the nearest)."""
+    """The end of a search: true tip centre at the contact and at the trigger, and the number of the (nearest) face."""
 
+    contact_mm: Array
     trigger_mm: Array
     approach: Array
     face: int
@@ -70,11 +72,18 @@ class Touch:
     time_s: float
 
 
+class _Row(dict[str, Any]):
+    """The columns of one probing; made arrays when they are asked for, for most effects ask for few."""
+
+    def __getitem__(self, name: str) -> Any:
+        return np.array([super().__getitem__(name)])
+
+
 class _Remembering(Probings):
     """The last probing alone; tells whether an effect asked for those before it."""
 
-    def __init__(self, columns: Any, setting: Setting, first_row: int) -> None:
-        super().__init__(columns, setting)
+    def __init__(self, row: dict[str, float], setting: Setting, first_row: int) -> None:
+        super().__init__(_Row(row), setting)
         self._first_row, self.asked = first_row, False
 
     @property
@@ -137,6 +146,7 @@ class LiveCmm:
         self.gauge_temperature_C = gauge.temperature_C(gauge_temperature_C)
         self.effects: list[Effect] = [*machine_effects(machine), *self.faults.effects]
         self.limits_mm = machine.travel_mm
+        self._limits = self.limits_mm.tolist()
         self.position_mm = self.home_mm
         self.homed = False
         self.points = 0
@@ -146,6 +156,7 @@ class LiveCmm:
         self._random = np.random.default_rng(seed)
         self._rows: deque[dict[str, float]] = deque(maxlen=MEMORY)
         self._remembers = False
+        self._contact_mm: Array | None = None
         self._pretravel_um: dict[bytes, float] = {}
 
     @property
@@ -168,7 +179,8 @@ class LiveCmm:
 
     def inside(self, position_mm: Array) -> bool:
         """Whether a position is within the travel."""
-        return bool(((position_mm >= self.limits_mm[:, 0]) & (position_mm <= self.limits_mm[:, 1])).all())
+        pairs = zip(position_mm.tolist(), self._limits, strict=True)
+        return all(low <= value <= high for value, (low, high) in pairs)
 
     def leg(self, target_mm: Array, speed_mm_s: float, searching: bool = False) -> Leg:
         """The move from here to a target; it ends where something stops it, with the error.
@@ -176,9 +188,10 @@ class LiveCmm:
         ``searching``: the ball may touch what it meets at the end.
         """
         begin_s, start = self.clock.now_s, self.position_mm
-        length = float(np.linalg.norm(target_mm - start))
+        length = math.dist(target_mm, start)
         whole = Leg(start, target_mm, begin_s, begin_s + length / speed_mm_s)
-        hit = self._around.hit(start, target_mm, with_tip=not searching) if length > LEAST_MM else None
+        clear = start if self._contact_mm is None else self._contact_mm
+        hit = self._around.hit(clear, target_mm, with_tip=not searching) if length > LEAST_MM else None
         if hit is not None:
             is_tip = hit.part is self._around.tool.parts[0]
             whole = whole.cut(hit.share, DmeError(1001 if is_tip else 2504))
@@ -189,19 +202,22 @@ class LiveCmm:
 
     def arrive(self, leg: Leg) -> None:
         """The leg is done."""
-        self.position_mm = leg.end_mm
+        self.position_mm, self._contact_mm = leg.end_mm, None
         self.clock.advance_to(leg.end_s)
 
     def halt(self, leg: Leg) -> None:
-        """The leg is broken off now."""
-        self.position_mm = leg.at(self.clock.now_s)
+        """The leg is broken off now; a probe that is still deflected springs back to the contact."""
+        here, contact = leg.at(self.clock.now_s), self._contact_mm
+        if contact is not None and float((here - contact) @ (leg.start_mm - contact)) > 0.0:
+            here = contact
+        self.position_mm, self._contact_mm = here, None
 
     def search(self, start_mm: Array, end_mm: Array, speed_mm_s: float) -> tuple[Leg, Touch | None]:
         """The search from here: its leg, and the touch that ends it. Without one the leg has the error.
 
         Beyond the travel there is no search: it ends at the limit, with error 2500 where nothing was met before.
         """
-        approach = (end_mm - start_mm) / np.linalg.norm(end_mm - start_mm)
+        approach = (end_mm - start_mm) / math.dist(end_mm, start_mm)
         share = self._share_inside(start_mm, end_mm)
         end = start_mm + share * (end_mm - start_mm)
         found = self._around.contact(start_mm, end)
@@ -215,11 +231,12 @@ class LiveCmm:
             return (leg if leg.error else replace(leg, error=DmeError(2504))), None
         trigger = contact + pretravel_um * 1e-3 * approach
         time_s = leg.end_s + pretravel_um * 1e-3 / speed_mm_s
-        return leg, Touch(trigger, approach, self._face(contact, approach, found[1]), speed_mm_s, time_s)
+        return leg, Touch(contact, trigger, approach, self._face(contact, approach, found[1]), speed_mm_s, time_s)
 
     def indicate(self, touch: Touch) -> Array:
         """The indicated tip centre of a touch, mm: effects and repeatability added to where it truly was."""
         self.clock.advance_to(touch.time_s)
+        self.position_mm, self._contact_mm = touch.trigger_mm, touch.contact_mm
         row = self._row(touch)
         self._rows.append(row)
         displacement_um = self._displacement_um(row, touch.approach)
@@ -228,7 +245,7 @@ class LiveCmm:
 
     def _displacement_um(self, row: dict[str, float], approach: Array) -> Array:
         if not self._remembers:
-            alone = _Remembering({name: np.array([value]) for name, value in row.items()}, self._setting, self.points)
+            alone = _Remembering(row, self._setting, self.points)
             um, sigma = self._sums(alone)
             if not alone.asked:
                 return um + sigma * self._random.standard_normal() * approach
@@ -266,6 +283,8 @@ class LiveCmm:
 
     def _share_inside(self, start_mm: Array, end_mm: Array) -> float:
         """How much of a way is within the travel, from its beginning."""
+        if self.inside(end_mm):
+            return 1.0
         step = end_mm - start_mm
         with np.errstate(divide="ignore", invalid="ignore"):
             to_limit = np.where(step > 0.0, self.limits_mm[:, 1] - start_mm, self.limits_mm[:, 0] - start_mm) / step

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Awaitable
 from dataclasses import dataclass
 
@@ -117,8 +118,7 @@ def _normal(session: Session, given: Call | None, surface: Array, method: str) -
         if len(numbers) != 3:
             raise DmeError(502, method)
         vector = session.state.coordinates.direction_to_machine(np.array(numbers))
-    with np.errstate(over="ignore"):
-        size = float(np.linalg.norm(vector))
+    size = math.hypot(*vector)
     if not 1e-9 < size < 1e9:
         raise DmeError(1010, method)
     return vector / size

@@ -54,14 +54,14 @@ class Call(NamedTuple):
     def numbers(self) -> list[float]:
         """The arguments, all of which are numbers (error 0509 if not)."""
         if not all(isinstance(one, float) for one in self.arguments):
-            raise DmeError(509, self.name)
+            raise DmeError(509)
         return [one for one in self.arguments if isinstance(one, float)]
 
     def number(self) -> float:
         """The only argument, a number (error 0509 if not)."""
         numbers = self.numbers()
         if len(numbers) != 1:
-            raise DmeError(509, self.name)
+            raise DmeError(509)
         return numbers[0]
 
 
@@ -145,7 +145,7 @@ def parse_call(text: str, method: str = "") -> Call:
     """``Name(arguments)``; :class:`DmeError` 0507 where there is no name with parentheses, 0502 for its arguments."""
     values = parse_values(text, method)
     if len(values) != 1 or not isinstance(values[0], Call):
-        raise DmeError(507 if not method else 502, method)
+        raise DmeError(502 if method else 507, method)
     return values[0]
 
 
@@ -155,59 +155,63 @@ def parse_values(text: str, method: str = "") -> tuple[Value, ...]:
 
 
 class _Parser:
-    """Recursive descent over the tokens of one line."""
+    """Recursive descent over the tokens of one line: number, name, text in quotes, mark."""
 
     def __init__(self, text: str, method: str) -> None:
-        self.text, self.method, self.at = text.rstrip(" "), method, 0
+        self.method, self.at = method, 0
+        text = text.rstrip(" ")
+        self.tokens, end = list[tuple[str, ...]](), 0
+        while end < len(text):
+            match = _TOKEN.match(text, end)
+            if match is None:
+                self._fail()
+            self.tokens.append(match.groups())
+            end = match.end()
 
     def all(self) -> tuple[Value, ...]:
         values = self._values(0)
-        if self.at != len(self.text):
+        if self.at != len(self.tokens):
             self._fail()
         return values
 
     def _fail(self, number: int = 502) -> NoReturn:
-        raise DmeError(number, self.method)
+        """Arguments that are wrong; what has no method is no command at all."""
+        raise DmeError(number if self.method else 507, self.method)
 
-    def _token(self) -> re.Match[str]:
-        match = _TOKEN.match(self.text, self.at)
-        if match is None:
-            self._fail(502 if self.method else 507)
-        self.at = match.end()
-        return match
-
-    def _peek(self, mark: str) -> bool:
-        match = _TOKEN.match(self.text, self.at)
-        if match is None or match[4] != mark:
-            return False
-        self.at = match.end()
-        return True
+    def _is_next(self, mark: str) -> bool:
+        """Whether a mark is next, which is then taken."""
+        found = self.at < len(self.tokens) and self.tokens[self.at][3] == mark
+        self.at += found
+        return found
 
     def _values(self, depth: int) -> tuple[Value, ...]:
         if depth > DEEPEST:
             self._fail()
         values = [self._value(depth)]
-        while self._peek(","):
+        while self._is_next(","):
             values.append(self._value(depth))
             if len(values) > MOST_ARGUMENTS:
                 self._fail()
         return tuple(values)
 
     def _value(self, depth: int) -> Value:
-        token = self._token()
-        number, name, quoted, _ = token.groups()
+        if self.at >= len(self.tokens):
+            self._fail()
+        number, name, quoted, _ = self.tokens[self.at]
+        self.at += 1
         if number is not None:
             return self._number(number)
         if quoted is not None:
             return Text(quoted)
         if name is None:
             self._fail()
-        if not self._peek("("):
-            return Word(name)
-        if self._peek(")"):
+        return self._call(name, depth) if self._is_next("(") else Word(name)
+
+    def _call(self, name: str, depth: int) -> Call:
+        if self._is_next(")"):
             return Call(name)
         arguments = self._values(depth + 1)
-        if not self._peek(")"):
+        if not self._is_next(")"):
             self._fail()
         return Call(name, arguments)
 

@@ -36,9 +36,9 @@ class Surroundings:
 
     def __init__(self, obstacles: Obstacles, tool: Tool) -> None:
         self.obstacles, self.tool = obstacles, tool
-        self._rotation = obstacles.placement.rotation
-        self._origin = obstacles.placement.origin_mm(obstacles.gauge)
-        self._upward: Point = tuple((self._rotation @ tool.upward).tolist())
+        self._rotation: list[Point] = [tuple(row) for row in obstacles.placement.rotation.tolist()]
+        self._origin: Point = tuple(obstacles.placement.origin_mm(obstacles.gauge).tolist())
+        self._upward: Point = tuple((obstacles.placement.rotation @ tool.upward).tolist())
         self._low, self._high = obstacles.low_mm.tolist(), obstacles.high_mm.tolist()
         blocks = obstacles.rail_row
         self._starts = [low[0] for low in self._low[:blocks]]
@@ -67,21 +67,44 @@ class Surroundings:
         return min(hits, default=None, key=lambda hit: hit.share)
 
     def _to_gauge(self, point_mm: Array) -> Point:
-        return tuple((self._rotation @ (point_mm - self._origin)).tolist())
+        x, y, z = point_mm.tolist()
+        x, y, z = x - self._origin[0], y - self._origin[1], z - self._origin[2]
+        a, s, u = self._rotation
+        return (
+            a[0] * x + a[1] * y + a[2] * z,
+            s[0] * x + s[1] * y + s[2] * z,
+            u[0] * x + u[1] * y + u[2] * z,
+        )
 
     def _near(self, start: Point, end: Point, reach: float) -> list[int]:
         """Rows of the boxes that a ball of this radius may come to."""
-        low = [min(a, b) - reach for a, b in zip(start, end, strict=True)]
-        high = [max(a, b) + reach for a, b in zip(start, end, strict=True)]
+        low, high = self._swept(start, end, 0.0, 0.0, reach)
         return [row for row in self._rows(low[0], high[0]) if self._overlaps(row, low, high)]
 
     def _rows(self, low: float, high: float) -> list[int]:
         """Blocks between two places along the gauge, and the rail."""
         return [*range(bisect_left(self._ends, low), bisect_right(self._starts, high)), self.obstacles.rail_row]
 
-    def _overlaps(self, row: int, low: list[float], high: list[float]) -> bool:
-        pairs = zip(low, high, self._low[row], self._high[row], strict=True)
-        return all(a < box_high - TOUCH_MM and b > box_low + TOUCH_MM for a, b, box_low, box_high in pairs)
+    def _overlaps(self, row: int, low: Point, high: Point) -> bool:
+        """Whether an axis-parallel box in gauge coordinates comes into an obstacle."""
+        box_low, box_high = self._low[row], self._high[row]
+        return (
+            low[0] < box_high[0] - TOUCH_MM
+            and high[0] > box_low[0] + TOUCH_MM
+            and low[1] < box_high[1] - TOUCH_MM
+            and high[1] > box_low[1] + TOUCH_MM
+            and low[2] < box_high[2] - TOUCH_MM
+            and high[2] > box_low[2] + TOUCH_MM
+        )
+
+    def _swept(self, start: Point, end: Point, near: float, far: float, radius: float) -> tuple[Point, Point]:
+        """The axis-parallel box around a round part from ``near`` to ``far`` above the tip, along a move."""
+        low, high = [0.0] * 3, [0.0] * 3
+        for i in range(3):
+            first, last, foot, head = start[i], end[i], near * self._upward[i], far * self._upward[i]
+            low[i] = (first if first < last else last) + (foot if foot < head else head) - radius
+            high[i] = (last if first < last else first) + (head if foot < head else foot) + radius
+        return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
     def _face_share(self, start: Point, end: Point, radius: float, row: int) -> float | None:
         """Where a ball in front of a face meets it (more than 1: not at all); None if it does not stay in front."""
@@ -99,14 +122,9 @@ class Surroundings:
         return None if row[0] < 0 else (float(share[0]), int(row[0]))
 
     def _may_hit(self, part: ToolPart, start: Point, end: Point) -> bool:
-        upward = self._upward
-        ends = [
-            tuple(p + h * u for p, u in zip(point, upward, strict=True)) for point in (start, end) for h in _ends(part)
-        ]
-        low = [min(column) - part.radius_mm for column in zip(*ends, strict=True)]
-        high = [max(column) + part.radius_mm for column in zip(*ends, strict=True)]
-        rows = [row for row in self._rows(low[0], high[0]) if self._overlaps(row, low, high)]
-        return any(self._reaches(part, start, end, row) for row in rows)
+        low, high = self._swept(start, end, part.near_mm, part.far_mm, part.radius_mm)
+        rows = self._rows(low[0], high[0])
+        return any(self._overlaps(row, low, high) and self._reaches(part, start, end, row) for row in rows)
 
     def _reaches(self, part: ToolPart, start: Point, end: Point, row: int) -> bool:
         """Whether the piece of a shank that is at the height of a box may come to it."""
@@ -118,11 +136,7 @@ class Surroundings:
         far = min(part.far_mm, (self._high[row][2] + part.radius_mm - lowest) / rise)
         if near > far:
             return False
-        ends = [
-            tuple(p + h * u for p, u in zip(q, self._upward, strict=True)) for q in (start, end) for h in (near, far)
-        ]
-        low = [min(column) - part.radius_mm for column in zip(*ends, strict=True)]
-        high = [max(column) + part.radius_mm for column in zip(*ends, strict=True)]
+        low, high = self._swept(start, end, near, far, part.radius_mm)
         return self._overlaps(row, low, high)
 
     def _exact(self, part: ToolPart, start_mm: Array, end_mm: Array) -> Hit | None:
@@ -139,10 +153,6 @@ class Surroundings:
 
     def _gaps(self, part: ToolPart, start_mm: Array, end_mm: Array) -> Array:
         return clearance_mm(_piece(start_mm, end_mm), self.obstacles, self.tool, part, 0.0)[0]
-
-
-def _ends(part: ToolPart) -> tuple[float, float]:
-    return part.near_mm, part.far_mm
 
 
 def _piece(start_mm: Array, end_mm: Array) -> Path:
