@@ -154,9 +154,9 @@ def run_command(command: click.Command, name: str, arguments: list[str] | None =
     Exit code 2 for wrong input, 130 where it was interrupted.
     """
     try:
-        command.main(args=arguments, prog_name=name, standalone_mode=False)
-    except click.exceptions.Exit as stop:
-        sys.exit(stop.exit_code)
+        code = command.main(args=arguments, prog_name=name, standalone_mode=False)
+        if isinstance(code, int) and code:  # what click makes of its Exit
+            sys.exit(code)
     except click.ClickException as error:
         verb = getattr(getattr(error, "ctx", None), "command_path", name)
         _complain(name, f"{one_line(error.format_message(), LONGEST - 50)} ('{verb} --help' explains)")

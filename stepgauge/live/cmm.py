@@ -149,7 +149,7 @@ class LiveCmm:
         self._limits = self.limits_mm.tolist()
         self.position_mm = self.home_mm
         self.homed = False
-        self.points = 0
+        self.points = self.completed = 0
         self._obstacles = make_obstacles(gauge, placement, self.gauge_temperature_C)
         self._around = Surroundings(self._obstacles, make_tool(machine.probe))
         self._setting = Setting.of(machine, gauge, {1: placement.axis})
@@ -195,7 +195,7 @@ class LiveCmm:
         if hit is not None:
             is_tip = hit.part is self._around.tool.parts[0]
             whole = whole.cut(hit.share, DmeError(1001 if is_tip else 2504))
-        event = self.faults.take(self.points, begin_s, whole.end_s, searching)
+        event = self.faults.take(self.completed, begin_s, whole.end_s, searching)
         if event is None or event[0].kind == "missed_face":
             return whole if event is None else replace(whole, error=DmeError(1006))
         return whole.cut(event[1], DmeError(NUMBERS[event[0].kind]), lost=event[0].kind == "connection_lost")

@@ -184,7 +184,8 @@ class _Run:
         way = [*self.job.program.moves(0)] if point == 1 else []
         stops = [move.position for move in [*way, *self.job.moves(point)[0]]]
         stops.append(self._start_of(point))
-        moves, first = self.ways.to_path(self._position(), self._near(point), stops)
+        here = self._position()
+        moves, first = self.ways.to_path(here, self._near(point, here), stops)
         for place in [*moves, *stops[first + 1 : -1]]:
             self._go(place)
 
@@ -194,9 +195,13 @@ class _Run:
         assert measure.approach is not None
         return measure.position - self.job.program.settings.standoff_mm * measure.approach
 
-    def _near(self, point: int) -> list[Array]:
-        """Where to back off to from a face: the starts of the searches of this point and of the one before."""
-        return [self._start_of(n) for n in (point, point - 1) if 1 <= n <= len(self.job)]
+    def _near(self, point: int, here: Array) -> list[Array]:
+        """Where to back off to from a face: the starts of the searches of this point and of the one before.
+
+        Of a measurement that was begun anew, somewhere else along the gauge: a stand-off from there.
+        """
+        step = self.job.program.settings.standoff_mm * self.job.placement.axis
+        return [*(self._start_of(n) for n in (point, point - 1) if 1 <= n <= len(self.job)), here - step, here + step]
 
     def _go(self, place: Array) -> None:
         settings = self.job.program.settings
@@ -257,7 +262,7 @@ class _Run:
         self.connection.heeds_stop = False
         self.connection.forget_errors()
         here = self._position()
-        for place in self.ways.out(here, self._near(self.next_point)):
+        for place in self.ways.out(here, self._near(self.next_point, here)):
             if np.linalg.norm(place - here) > HAND_MM:
                 self._go(place)
         self.connection.ask("EndSession()")

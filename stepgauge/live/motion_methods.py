@@ -154,6 +154,7 @@ async def _measure(session: Session, probing: _Probing) -> Data:
     retract = settings.number("PtMeasPar", "Retract")
     back = probing.start if retract < 0.0 else touch.trigger_mm + retract * probing.normal
     await session.travel(cmm.leg(np.clip(back, cmm.limits_mm[:, 0], cmm.limits_mm[:, 1]), travel))
+    cmm.completed += 1
     return None
 
 

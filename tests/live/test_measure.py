@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import random
 import re
@@ -36,7 +37,6 @@ from stepgauge.live.measuring import (
     Wishes,
     measure,
 )
-from stepgauge.live.ways import Ways
 from stepgauge.machine.virtual import run_program
 from stepgauge.programs import DIALECTS
 from stepgauge.programs.render import render
@@ -47,7 +47,7 @@ from tests.live.made import events, lying, make_state, serving, small_gauge, sma
 from tests.live.test_server import files, serve  # noqa: F401
 
 CYCLES = 3
-KILLS = 3
+KILLS = 2
 """Of client and of server; benchmarks/live.py kills a hundred times."""
 
 
@@ -135,13 +135,11 @@ def test_an_error_of_the_machine_ends_in_one_line_and_is_resumed(tmp_path: Path,
         assert "cycle 1, face 8, 7 of 24 points measured" in line
         assert "--resume" in line
         assert len((tmp_path / "j").read_text().splitlines()) == 8
-        clear = Ways(small_machine(), small_gauge(), lying(small_gauge())).gap_mm(
-            state.cmm.position_mm, state.cmm.position_mm
-        )
-        assert (clear > 0.9) == (NUMBERS[kind] in RETREATS), "it draws back only where nothing is wrong with it"
-        assert state.cmm.points == 7
+        drawn_back = state.cmm.position_mm[2] > 290.0
+        assert drawn_back == (NUMBERS[kind] in RETREATS), "only where nothing is wrong with it"
+        assert state.cmm.completed == 7
         check_whole(run(make(), port, tmp_path / "j", again=True))
-        assert state.cmm.points == 24
+        assert state.cmm.completed == 24
 
 
 def test_a_connection_that_is_lost_is_resumed(tmp_path: Path) -> None:
@@ -151,7 +149,7 @@ def test_a_connection_that_is_lost_is_resumed(tmp_path: Path) -> None:
             run(make(), port, tmp_path / "j")
         time.sleep(0.2)
         check_whole(run(make(), port, tmp_path / "j", again=True))
-    assert state.cmm.points == 24
+    assert state.cmm.completed == 24
 
 
 def test_a_real_collision_ends_in_one_line(tmp_path: Path) -> None:
@@ -177,18 +175,12 @@ def test_a_gauge_that_is_not_there_is_a_missed_face(tmp_path: Path) -> None:
 
 def test_a_person_stops_and_goes_on(tmp_path: Path) -> None:
     state = make_state()
-    asked: list[int] = []
-
-    def stop() -> bool:
-        asked.append(state.cmm.points)
-        return state.cmm.points >= 5
-
     with serving(state) as port:
         with pytest.raises(StoppedByPersonError, match=r"5 of 24 points measured"):
-            run(make(), port, tmp_path / "j", stop=stop)
+            run(make(), port, tmp_path / "j", stop=lambda: state.cmm.completed >= 5)
         assert state.cmm.position_mm[2] > 290.0
         check_whole(run(make(), port, tmp_path / "j", again=True))
-    assert state.cmm.points == 24
+    assert state.cmm.completed == 24
 
 
 def test_a_stop_in_a_move_aborts_it_and_draws_back(tmp_path: Path) -> None:
@@ -198,10 +190,10 @@ def test_a_stop_in_a_move_aborts_it_and_draws_back(tmp_path: Path) -> None:
         with pytest.raises(StoppedByPersonError):
             run(make(), port, tmp_path / "j", stop=lambda: time.monotonic() > began + 1.5)
         assert state.cmm.position_mm[2] > 290.0
-        measured = state.cmm.points
+        measured = state.cmm.completed
         assert 0 <= measured < 24
         check_whole(run(make(), port, tmp_path / "j", again=True))
-    assert state.cmm.points == 24
+    assert state.cmm.completed == 24
 
 
 REFUSED: dict[str, tuple[Callable[[MachineState], object], Wishes, str]] = {
@@ -250,7 +242,7 @@ def test_there_is_no_way_out_of_the_gauge(tmp_path: Path) -> None:
     assert (state.cmm.position_mm == here).all()
 
 
-@pytest.mark.parametrize("place", [(15.0, 0.0, 0.0), (18.0 - 1e-4, 0.0, 0.0), (15.0, 14.0, 0.0), (-40.0, 0.0, 60.0)])
+@pytest.mark.parametrize("place", [(15.0, 0.0, 0.0), (17.99, 0.0, 0.0), (15.0, 14.0, 0.0), (-40.0, 0.0, 60.0)])
 def test_a_safe_way_leads_from_wherever_the_machine_stands(tmp_path: Path, place: tuple[float, ...]) -> None:
     """Between two blocks, at a face, beside the gauge, before it."""
     state = make_state()
@@ -267,7 +259,7 @@ def test_speeds_and_travel_are_checked_again() -> None:
     fast = replace(program, settings=replace(program.settings, measuring_speed_mm_s=90.0))
     with pytest.raises(InputError, match=r"the measuring speed is beyond the limit of Small CMM"):
         make_job(fast, machine, gauge, lying(gauge))
-    with pytest.raises(InputError, match=r"comes too close|does not meet its own face|not on this gauge|no face"):
+    with pytest.raises(InputError, match=r"comes too close|does not meet its own face|does not stand before face"):
         make_job(program, machine, gauge, make_pose(0.5, 0.03, 0.01, (151.5, 150.0, 105.0)).placement(gauge))
     with pytest.raises(InputError, match=r"do not all start at one distance"):
         make_job(replace(program, settings=replace(program.settings, standoff_mm=1.0)), machine, gauge, lying(gauge))
@@ -305,7 +297,7 @@ def fake(*answers: bytes | None) -> Iterator[int]:
 
         def answer() -> None:
             client, _ = listener.accept()
-            with client:
+            with client, contextlib.suppress(OSError):
                 client.settimeout(10.0)
                 client.recv(100)
                 for one in answers:
