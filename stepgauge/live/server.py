@@ -47,6 +47,7 @@ class _Link(asyncio.Protocol):
         self.session: Session | None = None
         self.work: asyncio.Task[None] | None = None
         self._stuck: asyncio.TimerHandle | None = None
+        self._out: list[bytes] = []
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
@@ -79,10 +80,18 @@ class _Link(asyncio.Protocol):
             self.session.receive(line, cut)
 
     def _send(self, line: str) -> None:
+        """Lines of one moment go out together, for a packet costs more than a command."""
+        if _log.isEnabledFor(logging.DEBUG):
+            _log.debug("> %s", line)
+        if not self._out:
+            loop = asyncio.get_running_loop()
+            loop.call_soon(loop.call_soon, self._write)  # after the command that this moment brought
+        self._out.append(line.encode("ascii") + END)
+
+    def _write(self) -> None:
+        data, self._out = b"".join(self._out), []
         if self.transport is not None and not self.transport.is_closing():
-            if _log.isEnabledFor(logging.DEBUG):
-                _log.debug("> %s", line)
-            self.transport.write(line.encode("ascii") + END)
+            self.transport.write(data)
 
     def pause_writing(self) -> None:
         """The client does not read: no further command is taken, and after a while it is cut off."""
@@ -155,6 +164,7 @@ class Server:
         link = self.link
         if link is None or link.transport is None:
             return
+        link._write()
         link.transport.close()
         if link.work is not None:
             link.work.cancel()
