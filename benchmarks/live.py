@@ -75,7 +75,7 @@ class Files:
 
     def measure(self, port: int, output: Path, again: bool) -> multiprocessing.Process:
         """A client, at work."""
-        words = ["measure", str(self.program), *self.common, "--server", f"127.0.0.1:{port}", "--home"]
+        words = ["measure", str(self.program), *self.common, "--server", f"127.0.0.1:{port}", "--homing"]
         return start([*words, "-o", str(output), *["--resume"] * again])
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @output("Recording to write (CSV); its journal is kept beside it.")
 @click.option("--resume", is_flag=True, help="Go on with a measurement that was stopped, from its journal.")
 @click.option(
-    "--home", is_flag=True, help="The machine may home itself if it is not. Without it, such a machine is refused."
+    "--homing", is_flag=True, help="The machine may home itself if it is not. Without it, such a machine is refused."
 )
 @GAUGE_TEMPERATURE
 @click.option(
@@ -60,7 +60,7 @@ def command(program: str, machine: str, gauge: str, placement: str, server: str,
     \b
     stepgauge plan placement.toml -g step-gauge-420 -m bridge-cmm -d ippdme -o gauge.ipp
     stepgauge measure gauge.ipp -m bridge-cmm -g step-gauge-420 -p placement.toml \\
-        --server 127.0.0.1:1294 --home -o recording.csv
+        --server 127.0.0.1:1294 --homing -o recording.csv
     stepgauge evaluate recording.csv -g step-gauge-420 -o result
     """
     from stepgauge.files.text import check_output
@@ -116,7 +116,7 @@ def _measured(job: Job, journal: Journal, address: Any, options: dict[str, Any])
         try:
             with _bar(job, journal) as progress:
                 return measure(
-                    job, connection, journal, wishes=Wishes(options["tool"], options["home"]), progress=progress
+                    job, connection, journal, wishes=Wishes(options["tool"], options["homing"]), progress=progress
                 )
         except StoppedByPersonError as stopped:
             say(f"stopped: {stopped}; the same command with --resume goes on")

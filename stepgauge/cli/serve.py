@@ -69,7 +69,7 @@ def command(machine: str, gauge: str, placement: str, port: int, host: str, **op
     \b
     stepgauge serve -m bridge-cmm -g step-gauge-420 -p placement.toml --speed 10
     stepgauge measure gauge.ipp -m bridge-cmm -g step-gauge-420 -p placement.toml \\
-        --server 127.0.0.1:1294 --home -o recording.csv
+        --server 127.0.0.1:1294 --homing -o recording.csv
 
     A file of faults, to try what a client or a diagnosis makes of it:
 

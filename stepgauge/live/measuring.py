@@ -142,7 +142,7 @@ class _Run:
         if any("IsHomed(1)" in line for line in self.connection.ask("IsHomed()")):
             return
         if not self.wishes.home:
-            raise self._refused("the machine is not homed", "IsHomed(0)", "a machine that is homed, or --home")
+            raise self._refused("the machine is not homed", "IsHomed(0)", "a machine that is homed, or --homing")
         self.connection.ask("Home()", takes_s=SLOWER * 60.0)
 
     def _set(self, name: str, value: float) -> None:

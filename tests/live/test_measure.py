@@ -197,7 +197,7 @@ def test_a_stop_in_a_move_aborts_it_and_draws_back(tmp_path: Path) -> None:
 
 
 REFUSED: dict[str, tuple[Callable[[MachineState], object], Wishes, str]] = {
-    "not homed": (lambda _: None, Wishes(), "the machine is not homed.*--home"),
+    "not homed": (lambda _: None, Wishes(), "the machine is not homed.*--homing"),
     "slower": (lambda state: _limit(state, "PtMeasPar", 2.0), Wishes(home=True), "does not take Tool.PtMeasPar.Speed"),
     "slow way": (lambda state: _limit(state, "GoToPar", 10.0), Wishes(home=True), "does not take Tool.GoToPar.Speed"),
 }
@@ -388,7 +388,7 @@ class Verb:
 
     def __init__(self, files: dict[str, str], program: Path, port: int, *more: str) -> None:  # noqa: F811
         self.output = program.parent / "recording.csv"
-        command = [sys.executable, "-m", "stepgauge", "measure", str(program), *words(files), "--home"]
+        command = [sys.executable, "-m", "stepgauge", "measure", str(program), *words(files), "--homing"]
         self.command = [*command, "--server", f"127.0.0.1:{port}", "-o", str(self.output), *more]
 
     def start(self, *more: str) -> subprocess.Popen[str]:
