@@ -105,7 +105,8 @@ def _job(program: str, machine: str, gauge: str, placement: str, options: dict[s
 def _measured(job: Job, journal: Journal, address: Any, options: dict[str, Any]) -> Recording:
     """The recording; where all points are there already, without a server."""
     from stepgauge.live.connection import Connection, Spy
-    from stepgauge.live.measuring import StoppedByPersonError, Wishes, measure
+    from stepgauge.live.controller import Wishes
+    from stepgauge.live.measuring import StoppedByPersonError, measure
 
     if len(journal.rows) == len(job):
         say("the journal is complete")

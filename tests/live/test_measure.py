@@ -26,6 +26,7 @@ from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.importing import import_log
 from stepgauge.live.codes import DmeError
 from stepgauge.live.connection import Address, Connection, Spy
+from stepgauge.live.controller import Wishes
 from stepgauge.live.faults import NUMBERS, Faults
 from stepgauge.live.job import Job, make_job
 from stepgauge.live.journal import journal_of, resume, start
@@ -34,7 +35,6 @@ from stepgauge.live.measuring import (
     RETREATS,
     MeasurementStoppedError,
     StoppedByPersonError,
-    Wishes,
     measure,
 )
 from stepgauge.machine.virtual import run_program
