@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from stepgauge.public.diagnose import diagnose as diagnose
     from stepgauge.public.evaluate import evaluate as evaluate
     from stepgauge.public.locate import locate as locate
+    from stepgauge.public.measure import measure as measure
     from stepgauge.public.plan import plan as plan
     from stepgauge.public.probe_map import probe_map as probe_map
     from stepgauge.public.read import read_evaluation as read_evaluation
@@ -45,6 +46,7 @@ _PLACES = {
     "diagnose": "public.diagnose",
     "evaluate": "public.evaluate",
     "locate": "public.locate",
+    "measure": "public.measure",
     "plan": "public.plan",
     "probe_map": "public.probe_map",
     "read_budget": "standards.budget_files",

@@ -31,6 +31,9 @@ budget(sources, gauge, machine, *, placements=(), blocks=None, r_eff="first", u_
 diagnose(recordings, gauge, machine, *, without=(), priors=None)
 evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff="first", measured_at=None, machine_name=None)
 locate(points, gauge, *, machine=None, blocks=None, tip_radius_mm=None, repeatability_um=None, turned=False)
+measure(program, machine, gauge, placement, *, server, journal, resume=False, homing=False,
+    tool="StepGaugeProbe", gauge_temperature_C=None, placement_number=1, dialect=None, search_mm=2.0, spy=None,
+    progress=None, stop=None)
 plan(placement, gauge, machine=None, *, cycles=5, blocks=None, route="side", around="+s", order="blocks",
     clearance_mm=5.0, margin_mm=0.5, height_mm=0.0, home_mm=None, standoff_mm=None, search_mm=2.0,
     measuring_speed_mm_s=None, travel_speed_mm_s=None, tip_radius_mm=None, points_on=None)

@@ -5,16 +5,11 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from stepgauge.cli.options import DIALECTS, GAUGE, GAUGE_TEMPERATURE, SEARCH, machine_option, output, say, say_written
-
-if TYPE_CHECKING:
-    from stepgauge.live.job import Job
-    from stepgauge.live.journal import Journal
-    from stepgauge.recording import Recording
 
 
 @click.command("measure")
@@ -64,68 +59,38 @@ def command(program: str, machine: str, gauge: str, placement: str, server: str,
     stepgauge evaluate recording.csv -g step-gauge-420 -o result
     """
     from stepgauge.files.text import check_output
-    from stepgauge.live.connection import Address
-    from stepgauge.live.journal import journal_of, resume, start
+    from stepgauge.live.journal import journal_of
+    from stepgauge.live.measuring import StoppedByPersonError
+    from stepgauge.public.measure import measure
     from stepgauge.recording import write_recording
 
     check_output(output, program, machine, gauge, placement, options["spy"])
-    address = Address.parse(server)
-    job = _job(program, machine, gauge, placement, options)
-    journal = (resume if options["resume"] else start)(journal_of(output), job.head())
-    try:
-        recording = _measured(job, journal, address, options)
-    finally:
-        journal.close()
-    write_recording(output, recording)
-    say(f"{len(recording)} points measured")
-    say_written(output)
-
-
-def _job(program: str, machine: str, gauge: str, placement: str, options: dict[str, Any]) -> Job:
-    from stepgauge.gauge.certified import read_gauge
-    from stepgauge.gauge.placement import read_placement
-    from stepgauge.live.job import make_job
-    from stepgauge.machine.file import read_machine
-    from stepgauge.machine.virtual import probing_settings
-    from stepgauge.programs import read_program
-
-    steps, cmm = read_gauge(gauge), read_machine(machine)
-    moves = read_program(program, probing_settings(cmm, options["search"]), options["dialect"])
-    lies = read_placement(placement, steps)
-    return make_job(
-        moves,
-        cmm,
-        steps,
-        lies,
-        placement_number=options["placement_number"],
-        gauge_temperature_C=options["gauge_temperature"],
-    )
-
-
-def _measured(job: Job, journal: Journal, address: Any, options: dict[str, Any]) -> Recording:
-    """The recording; where all points are there already, without a server."""
-    from stepgauge.live.connection import Connection, Spy
-    from stepgauge.live.controller import Wishes
-    from stepgauge.live.measuring import StoppedByPersonError, measure
-
-    if len(journal.rows) == len(job):
-        say("the journal is complete")
-        return job.recording(journal, {"server": str(address)})
-    spy = Spy(options["spy"], {"server": str(address)}) if options["spy"] else None
-    with _interruptible() as stop:
-        connection = Connection(address, spy, stop)
+    with _interruptible() as stop, _bar() as progress:
         try:
-            with _bar(job, journal) as progress:
-                return measure(
-                    job, connection, journal, wishes=Wishes(options["tool"], options["homing"]), progress=progress
-                )
+            recording = measure(
+                program,
+                machine,
+                gauge,
+                placement,
+                server=server,
+                journal=journal_of(output),
+                resume=options["resume"],
+                homing=options["homing"],
+                tool=options["tool"],
+                gauge_temperature_C=options["gauge_temperature"],
+                placement_number=options["placement_number"],
+                dialect=options["dialect"],
+                search_mm=options["search"],
+                spy=options["spy"],
+                progress=progress,
+                stop=stop,
+            )
         except StoppedByPersonError as stopped:
             say(f"stopped: {stopped}; the same command with --resume goes on")
             raise click.exceptions.Exit(130) from None
-        finally:
-            connection.close()
-            if spy is not None:
-                spy.close()
+    write_recording(output, recording)
+    say(f"{len(recording)} points measured")
+    say_written(output)
 
 
 @contextmanager
@@ -147,24 +112,28 @@ def _interruptible() -> Iterator[Callable[[], bool]]:
 
 
 @contextmanager
-def _bar(job: Job, journal: Journal) -> Iterator[Callable[[int, int, float], None]]:
-    """A progress bar with the time of day at which the measurement will end."""
+def _bar() -> Iterator[Callable[[int, int, float], None]]:
+    """A progress bar with the time of day at which the measurement will end, by its pace up to now."""
     import datetime
     import sys
     import time
 
-    began, before_s = time.monotonic(), float(sum(job.durations_s()[[n - 1 for n in journal.rows]]))
-    total_s = float(job.durations_s().sum())
+    began: list[tuple[float, float]] = []
 
     def end(left_s: float | None) -> str:
         if left_s is None:
             return ""
-        done_s = total_s - before_s - left_s
-        pace = (time.monotonic() - began) / done_s if done_s > 0.0 else 1.0
+        began.append((time.monotonic(), left_s)) if not began else None
+        took_s, done_s = time.monotonic() - began[0][0], began[0][1] - left_s
+        pace = took_s / done_s if done_s > 0.0 else 1.0
         return f"end {datetime.datetime.now() + datetime.timedelta(seconds=left_s * pace):%H:%M:%S}"
 
     with click.progressbar(
-        length=len(job), label="measuring", item_show_func=end, show_pos=True, show_eta=False, file=sys.stderr
+        length=1, label="measuring", item_show_func=end, show_pos=True, show_eta=False, file=sys.stderr
     ) as bar:
-        bar.update(len(journal.rows))
-        yield lambda done, total, left_s: bar.update(done - bar.pos, left_s)
+
+        def progress(done: int, total: int, left_s: float) -> None:
+            bar.length = total
+            bar.update(done - bar.pos, left_s)
+
+        yield progress

@@ -159,7 +159,7 @@ class Connection:
                     return answer
                 self._other(answer)
             if self.heeds_stop and self._stop():
-                self._abort(tag)
+                self.abort()
                 raise StopAskedError
             if time.monotonic() > until:
                 raise ConnectionLostError(f"the server was silent for {takes_s + self.silence_s:.0f} s")
@@ -187,13 +187,12 @@ class Connection:
                 raise ConnectionLostError(f"this is no answer of I++ DME: {line[:60].decode('latin-1')!r}")
             self._received.append(answer)
 
-    def _abort(self, tag: str) -> None:
-        """Motion stops at once; the running command is awaited, and the abort itself."""
+    def abort(self) -> None:
+        """Motion stops at once; complete when the command that runs is. From now on ``stop`` is not asked any more."""
         self.heeds_stop = False
         self._send(ABORT_TAG, "AbortE()")
-        for waiting in (tag, ABORT_TAG):
-            with contextlib.suppress(DmeError):
-                self._complete(waiting, 0.0)
+        with contextlib.suppress(DmeError):
+            self._complete(ABORT_TAG, 0.0)
 
     def forget_errors(self) -> None:
         """ClearAllErrors, and what was reported without being asked for."""

@@ -50,7 +50,7 @@ class MeasurementStoppedError(PartlyDoneError):
     """The measurement stopped; what was measured is in the journal."""
 
 
-class StoppedByPersonError(Exception):
+class StoppedByPersonError(KeyboardInterrupt):
     """The person stopped the measurement; the message says how far it came."""
 
 
@@ -198,7 +198,9 @@ def measure(
     run = _Run(job, controller, journal, ways, progress or (lambda *_: None))
     try:
         run.measure_all(wishes or Wishes())
-    except StopAskedError:
+    except (StopAskedError, KeyboardInterrupt) as asked:
+        if isinstance(asked, KeyboardInterrupt):
+            _after(connection.abort)
         _after(run.retreat)
         raise StoppedByPersonError(_so_far(run)) from None
     except DmeError as error:

@@ -21,6 +21,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import stepgauge as sg
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.importing import import_log
@@ -181,6 +182,33 @@ def test_a_person_stops_and_goes_on(tmp_path: Path) -> None:
         assert state.cmm.position_mm[2] > 290.0
         check_whole(run(make(), port, tmp_path / "j", again=True))
     assert state.cmm.completed == 24
+
+
+def test_an_interrupt_of_python_stops_the_machine_too(tmp_path: Path) -> None:
+    """As the stop button of a notebook does, in the middle of whatever runs."""
+    state = make_state(speed=30.0)
+
+    def stop() -> bool:
+        if state.cmm.completed >= 3:
+            raise KeyboardInterrupt
+        return False
+
+    with serving(state) as port:
+        with pytest.raises(KeyboardInterrupt, match=r"3 of 24 points measured"):
+            run(make(), port, tmp_path / "j", stop=stop)
+        assert state.cmm.position_mm[2] > 290.0
+        check_whole(run(make(), port, tmp_path / "j", again=True))
+
+
+def test_the_public_function_measures_a_plan_and_resumes_it(tmp_path: Path) -> None:
+    gauge, machine = small_gauge(), small_machine()
+    plan = sg.plan(lying(gauge), gauge, machine, cycles=CYCLES)
+    with serving() as port:
+        more: dict[str, Any] = {"server": f"127.0.0.1:{port}", "journal": tmp_path / "j", "homing": True}
+        check_whole(sg.measure(plan, machine, gauge, lying(gauge), **more, spy=tmp_path / "spy.log"))
+    check_whole(sg.measure(plan, machine, gauge, lying(gauge), **more, resume=True))
+    with pytest.raises(InputError, match="this is no program|this is no plan|program"):
+        sg.measure(3, machine, gauge, lying(gauge), **more)  # type: ignore[arg-type]
 
 
 def test_a_stop_in_a_move_aborts_it_and_draws_back(tmp_path: Path) -> None:
@@ -483,7 +511,7 @@ def test_a_journal_that_is_complete_needs_no_server(files: dict[str, str], progr
     verb.output.unlink()
     done = subprocess.run([*verb.command, "--resume"], capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 0, done.stderr
-    assert "the journal is complete" in done.stderr
+    assert "24 points measured" in done.stderr
     assert verb.output.read_bytes() == first
     assert "EndSession()" in (program.parent / "spy.log").read_text()
 

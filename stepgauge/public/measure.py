@@ -1,0 +1,126 @@
+"""``measure``: a measuring program on a CMM, over I++ DME."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.live.connection import Address, Connection, Spy
+from stepgauge.live.controller import Wishes
+from stepgauge.live.job import Job, make_job
+from stepgauge.live.journal import Journal, start
+from stepgauge.live.journal import resume as go_on
+from stepgauge.live.measuring import Progress
+from stepgauge.live.measuring import measure as measure_job
+from stepgauge.machine.file import Machine
+from stepgauge.machine.virtual import probing_settings
+from stepgauge.programs import DIALECTS, read_program
+from stepgauge.public.inputs import File, as_gauge, as_machine, as_placement, at_least, of_kind, one_of
+from stepgauge.recording import Recording
+
+if TYPE_CHECKING:
+    from stepgauge.planning.planned import Plan
+
+
+def measure(
+    program: File | Plan,
+    machine: File | Machine,
+    gauge: File | Gauge,
+    placement: File | Placement,
+    *,
+    server: str,
+    journal: File,
+    resume: bool = False,
+    homing: bool = False,
+    tool: str = DIALECTS["ippdme"].tool,
+    gauge_temperature_C: float | None = None,
+    placement_number: int = 1,
+    dialect: str | None = None,
+    search_mm: float = 2.0,
+    spy: File | None = None,
+    progress: Progress | None = None,
+    stop: Callable[[], bool] | None = None,
+) -> Recording:
+    """Measure a program on a CMM through its I++ DME server.
+
+    Parameters
+    ----------
+    program : file of the program's text (DMIS, I++ DME), or a plan
+    machine : travel, speeds and probe
+    gauge : the certified gauge, its file or shipped name
+    placement : how the gauge lies
+    server : ``"HOST:PORT"``; the port is 1294 by default
+    journal : file that gets every point before the next one is measured
+    resume : go on with the measurement of which this is the journal
+    homing : the machine may home itself; without it one that is not homed is refused
+    tool : what the server calls the probe
+    gauge_temperature_C : default: what the server says, if it does
+    placement_number : which placing of the gauge this is
+    dialect : language of the text; default: recognised
+    search_mm : search beyond the target, where the text does not state it
+    spy : file that gets every line of both sides
+    progress : called after every point with points done, points of the program, and time left at full speed, s
+    stop : asked ten times a second whether to stop
+
+    Returns
+    -------
+    The recording. An interrupt (Ctrl-C) or ``stop`` stops the machine, draws it back and ends the session; it is
+    raised as a ``KeyboardInterrupt``.
+
+    Raises
+    ------
+    InputError
+        what is refused before the machine moves; an error of the machine or the loss of the connection, after which
+        the measurement can be resumed
+    """
+    at_least("placement_number", placement_number, 1)
+    at_least("search_mm", search_mm, 0.0, "mm", beyond=True)
+    steps, cmm = as_gauge(gauge), as_machine(machine)
+    if isinstance(program, File):
+        known = None if dialect is None else one_of("dialect", dialect, DIALECTS)
+        moves = read_program(program, probing_settings(cmm, search_mm), known)
+    else:
+        from stepgauge.planning.planned import Plan  # with all that plans, which a program's text does not need
+
+        moves = of_kind(program, Plan, "program").program
+    job = make_job(
+        moves,
+        cmm,
+        steps,
+        as_placement(placement, steps),
+        placement_number=placement_number,
+        gauge_temperature_C=gauge_temperature_C,
+    )
+    address = Address.parse(server)
+    book = (go_on if resume else start)(Path(journal), job.head())
+    try:
+        return _measured(job, book, address, Wishes(tool, homing), spy, progress, stop)
+    finally:
+        book.close()
+
+
+def _measured(
+    job: Job,
+    journal: Journal,
+    address: Address,
+    wishes: Wishes,
+    spy: File | None,
+    progress: Progress | None,
+    stop: Callable[[], bool] | None,
+) -> Recording:
+    """The recording; where all points are there already, without a server."""
+    if len(journal.rows) == len(job):
+        return job.recording(journal, {"server": str(address)})
+    watching = None if spy is None else Spy(spy, {"server": str(address)})
+    try:
+        connection = Connection(address, watching, stop)
+        try:
+            return measure_job(job, connection, journal, wishes=wishes, progress=progress)
+        finally:
+            connection.close()
+    finally:
+        if watching is not None:
+            watching.close()
