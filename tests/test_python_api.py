@@ -191,8 +191,8 @@ def test_a_room_does_not_take_the_place_of_its_verb() -> None:
 
 
 def test_unknown_and_renamed_names(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(AttributeError, match="has no attribute 'measure'"):
-        _ = sg.measure  # type: ignore[attr-defined]
+    with pytest.raises(AttributeError, match="has no attribute 'calibrate'"):
+        _ = sg.calibrate  # type: ignore[attr-defined]
     monkeypatch.setitem(sg._RENAMED, "assess", "evaluate")
     with pytest.warns(DeprecationWarning, match=r"stepgauge\.assess is now stepgauge\.evaluate"):
         assert sg.assess is sg.evaluate  # type: ignore[attr-defined]

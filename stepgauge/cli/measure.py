@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from stepgauge.cli.options import DIALECTS, GAUGE, GAUGE_TEMPERATURE, SEARCH, machine_option, output, say, say_written
+from stepgauge.cli.options import DIALECTS, GAUGE, SEARCH, TEMPERATURE_C, machine_option, output, say, say_written
 
 
 @click.command("measure")
@@ -23,7 +23,12 @@ from stepgauge.cli.options import DIALECTS, GAUGE, GAUGE_TEMPERATURE, SEARCH, ma
 @click.option(
     "--homing", is_flag=True, help="The machine may home itself if it is not. Without it, such a machine is refused."
 )
-@GAUGE_TEMPERATURE
+@click.option(
+    "--gauge-temperature",
+    type=TEMPERATURE_C,
+    metavar="C",
+    help="Temperature of the gauge as you measure it, deg C. Default: Part.Temperature of the server, if it has it.",
+)
 @click.option(
     "--placement-number",
     type=click.IntRange(1),

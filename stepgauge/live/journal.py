@@ -164,7 +164,9 @@ def _is_unfinished(path: Path) -> bool:
 
 
 def _sync_folder(folder: Path) -> None:
-    """A new file is on the disk only when its folder says so."""
+    """A new file is on the disk only when its folder says so; where folders cannot be opened, the system sees to it."""
+    if os.name != "posix":
+        return
     handle = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(handle)

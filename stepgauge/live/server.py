@@ -144,7 +144,8 @@ class Server:
         )
         if signals:
             for number in (signal.SIGINT, signal.SIGTERM):
-                loop.add_signal_handler(number, self._end.set)
+                with suppress(NotImplementedError):  # Windows: an interrupt ends the loop
+                    loop.add_signal_handler(number, self._end.set)
         host, port = listener.sockets[0].getsockname()[:2]
         self.client_left()
         ready(host, port)
