@@ -180,11 +180,14 @@ def run_command(command: click.Command, name: str, arguments: list[str] | None =
         raise
 
 
-def show_and_run(*arguments: object) -> None:
-    """Run a verb and show it as a user would type it; errors are raised, for whoever runs several."""
+def show_and_run(*arguments: object) -> int:
+    """Run a verb and show it as a user would type it; errors are raised, for whoever runs several.
+
+    Returns 130 for one that was stopped, else 0.
+    """
     words = [str(argument) for argument in arguments]
     click.echo(f"$ stepgauge {shlex.join(words)}", err=True)
-    cli.main(args=words, prog_name="stepgauge", standalone_mode=False)
+    return cli.main(args=words, prog_name="stepgauge", standalone_mode=False) or 0
 
 
 def _complain(name: str, message: str) -> None:

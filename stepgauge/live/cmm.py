@@ -238,7 +238,6 @@ class LiveCmm:
         self.clock.advance_to(touch.time_s)
         self.position_mm, self._contact_mm = touch.trigger_mm, touch.contact_mm
         row = self._row(touch)
-        self._rows.append(row)
         displacement_um = self._displacement_um(row, touch.approach)
         self.points += 1
         return touch.trigger_mm + displacement_um * 1e-3
@@ -249,7 +248,8 @@ class LiveCmm:
             um, sigma = self._sums(alone)
             if not alone.asked:
                 return um + sigma * self._random.standard_normal() * approach
-            self._remembers = True
+            self._remembers = True  # effects ask at every probing or at none: no earlier one is missed
+        self._rows.append(row)
         um, sigma = self._sums(Probings(pd.DataFrame(list(self._rows)), self._setting))
         return um + sigma * self._random.standard_normal() * approach
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,8 +51,48 @@ class Measured(NamedTuple):
     time_s: float | None
 
 
+class Link(Protocol):
+    """What a machine must be able to do to be measured on; errors as :meth:`Connection.ask` raises them."""
+
+    @property
+    def name(self) -> str:
+        """Which machine it is, for messages."""
+
+    def prepare(self, wishes: Wishes) -> None:
+        """Be ready for the program, without a move but to home, where that is wished (:class:`InputError` if not)."""
+
+    def position_mm(self) -> Array:
+        """Where the machine stands, shape ``(3,)``."""
+
+    def temperatures_C(self) -> dict[str, float]:
+        """Temperatures that the machine tells, deg C, by the column of a recording."""
+
+    def time_s(self) -> float | None:
+        """The machine's own clock, s; None where it has none that it tells."""
+
+    def go(self, place_mm: Array) -> None:
+        """Move to a place, shape ``(3,)``."""
+
+    def probe(self, surface_mm: Array, approach: Array, takes_s: float) -> Measured:
+        """Measure a point: nominal surface point and unit approach, both ``(3,)``; ``takes_s`` at full speed."""
+
+    def abort(self) -> None:
+        """Motion stops at once."""
+
+    def clear(self) -> None:
+        """Errors are cleared; the wish to stop, which led here, is heeded no more."""
+
+    def end(self) -> None:
+        """End of the session."""
+
+
+def refused(link: Link, what: str, found: str, expected: str) -> InputError:
+    """The error of a machine that may not be measured on."""
+    return InputError(link.name, what, found=found, expected=expected)
+
+
 class Controller:
-    """A CMM over an open connection.
+    """A CMM over an open I++ DME connection.
 
     Errors are those of :meth:`stepgauge.live.connection.Connection.ask`; ``travel_mm`` is the longest move that there
     may be.
@@ -84,20 +124,21 @@ class Controller:
         self.connection.ask_first_of([f"OnPtMeasReport({report})" for report in REPORTS])
         self._find_temperatures()
 
-    def refused(self, what: str, found: str, expected: str) -> InputError:
-        """The error of a machine that may not be measured on."""
-        return InputError(str(self.connection.address), what, found=found, expected=expected)
+    @property
+    def name(self) -> str:
+        """The address of the server."""
+        return str(self.connection.address)
 
     def _check_class(self) -> None:
         said = ", ".join(self.connection.ask("GetMachineClass()"))
         if "CartCMM" not in said:
-            raise self.refused("the server is no Cartesian CMM", said or "nothing", "GetMachineClass(CartCMM)")
+            raise refused(self, "the server is no Cartesian CMM", said or "nothing", "GetMachineClass(CartCMM)")
 
     def _check_home(self, wishes: Wishes) -> None:
         if any("IsHomed(1)" in line for line in self.connection.ask("IsHomed()")):
             return
         if not wishes.home:
-            raise self.refused("the machine is not homed", "IsHomed(0)", "a machine that is homed, or --homing")
+            raise refused(self, "the machine is not homed", "IsHomed(0)", "a machine that is homed, or --homing")
         self.connection.ask("Home()", takes_s=HOMING_S)
 
     def _set(self, name: str, value: float) -> None:
@@ -106,7 +147,7 @@ class Controller:
         self.connection.ask(f"SetProp({path}({fixed(value, 6)}))")
         found = _number(_data(self.connection.ask(f"GetProp({path}())")), path)
         if not abs(found - value) <= SPEED_TOLERANCE * value:
-            raise self.refused(f"the server does not take {path} of the program", f"{found:g}", f"{value:g}")
+            raise refused(self, f"the server does not take {path} of the program", f"{found:g}", f"{value:g}")
 
     def _find_temperatures(self) -> None:
         """Which temperatures the server tells; real ones have few of them."""
@@ -147,6 +188,10 @@ class Controller:
         found = _data(self.connection.ask(command, SLOWER * (takes_s + 1.0)))
         told = [_number(found, name) if name in found else None for name in ("ER", OWN_TIME)]
         return Measured(_xyz(found), *told)
+
+    def abort(self) -> None:
+        """Motion stops at once."""
+        self.connection.abort()
 
     def clear(self) -> None:
         """Errors are cleared; the wish to stop, which led here, is heeded no more."""

@@ -1,4 +1,4 @@
-"""A program, measured point by point on an I++ DME server; what was measured survives whatever happens.
+"""A program, measured point by point on a machine; what was measured survives whatever happens.
 
 A point counts once the server has completed it and the journal has it on the disk. After a stop of any kind the next
 run goes on with the first point that the journal has not.
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, PartlyDoneError
 from stepgauge.live.codes import DmeError
-from stepgauge.live.connection import Connection, ConnectionLostError, StopAskedError
-from stepgauge.live.controller import Controller, Measured, Wishes
+from stepgauge.live.connection import ConnectionLostError, StopAskedError
+from stepgauge.live.controller import Link, Measured, Wishes, refused
 from stepgauge.live.job import Job
 from stepgauge.live.journal import Journal, Row
 from stepgauge.live.ways import HAND_MM, Ways
@@ -59,7 +59,7 @@ class _Run:
     """One session of a measurement. ``touched``: points of this session, after which the machine stands at a face."""
 
     job: Job
-    controller: Controller
+    link: Link
     journal: Journal
     ways: Ways
     progress: Progress
@@ -76,7 +76,7 @@ class _Run:
 
     def measure_all(self, wishes: Wishes) -> None:
         """From the beginning of the session to its end."""
-        self.controller.prepare(wishes)
+        self.link.prepare(wishes)
         self._set_clock()
         if self.next_point <= len(self.job):
             self._enter(self.next_point)
@@ -86,7 +86,7 @@ class _Run:
 
     def _set_clock(self) -> None:
         """The clock of a server that was started anew counts on from the last point."""
-        now_s = self.controller.time_s()
+        now_s = self.link.time_s()
         last_s = max((row.get("time_s", 0.0) for row in self.journal.rows.values()), default=0.0)
         self.offset_s = max(0.0, last_s - now_s) if now_s is not None else 0.0
 
@@ -94,10 +94,10 @@ class _Run:
         """A safe way from wherever the machine stands to the path, at the first point that is missing."""
         before = [move.position for move in self.job.program.moves(0)] if point == 1 else []
         stops = [*before, *(move.position for move in self.job.moves(point)[0]), self._start_of(point)]
-        here = self.controller.position_mm()
+        here = self.link.position_mm()
         way, first = self.ways.to_path(here, self._near(point, here), stops)
         for place in [*way, *stops[first + 1 : -1]]:
-            self.controller.go(place)
+            self.link.go(place)
 
     def _start_of(self, point: int) -> Array:
         """Where the search of a point starts."""
@@ -118,10 +118,10 @@ class _Run:
         assert measure.approach is not None
         if point - 1 in self.touched:
             for move in way:
-                self.controller.go(move.position)
-        row: Row = dict(self.controller.temperatures_C())
+                self.link.go(move.position)
+        row: Row = dict(self.link.temperatures_C())
         surface = measure.position + self.job.machine.probe.tip_radius_mm * measure.approach
-        found = self.controller.probe(surface, measure.approach, float(self.durations_s[point - 1]))
+        found = self.link.probe(surface, measure.approach, float(self.durations_s[point - 1]))
         self._check_tip(found)
         self.journal.add(point, self._row(row, found))
         self.touched.add(point)
@@ -139,42 +139,42 @@ class _Run:
         radius, machine = self.job.machine.probe.tip_radius_mm, self.job.machine
         if found.radius_mm is not None and abs(found.radius_mm - radius) > TIP_TOLERANCE_MM:
             expected = f"{radius:g} mm, as in {machine.path or 'the machine file'}"
-            raise self.controller.refused("the server's tool has another tip", f"ER {found.radius_mm:g} mm", expected)
+            raise refused(self.link, "the server's tool has another tip", f"ER {found.radius_mm:g} mm", expected)
 
     def _leave(self) -> None:
         for move in self.job.program.moves(len(self.job) + 1):
-            self.controller.go(move.position)
-        self.controller.end()
+            self.link.go(move.position)
+        self.link.end()
 
     def retreat(self) -> None:
         """After a stop: errors cleared, back from the face, out along the stylus, end of the session."""
-        self.controller.clear()
-        here = self.controller.position_mm()
+        self.link.clear()
+        here = self.link.position_mm()
         for place in self.ways.out(here, self._near(self.next_point, here)):
             if np.linalg.norm(place - here) > HAND_MM:
-                self.controller.go(place)
-        self.controller.end()
+                self.link.go(place)
+        self.link.end()
 
     def end(self) -> None:
         """End of the session without a move."""
-        self.controller.clear()
-        self.controller.end()
+        self.link.clear()
+        self.link.end()
 
 
 def measure(
     job: Job,
-    connection: Connection,
+    link: Link,
     journal: Journal,
     *,
     wishes: Wishes | None = None,
     progress: Progress | None = None,
 ) -> Recording:
-    """Measure a program through a connection.
+    """Measure a program through a link to a machine.
 
     Parameters
     ----------
     job : the checked program, see :func:`stepgauge.live.job.make_job`
-    connection : open, and used by nobody else
+    link : to the machine, used by nobody else: :class:`stepgauge.live.controller.Controller` over I++ DME, or LinuxCNC
     journal : new, or of the same measurement broken off before; gets every point
     wishes : tool and homing
     progress : called after every point
@@ -193,14 +193,12 @@ def measure(
         a server that is refused before it moves
     """
     ways = Ways(job.machine, job.gauge, job.placement)
-    travel_mm = float(np.linalg.norm(np.ptp(ways.limits_mm, axis=1)))
-    controller = Controller(connection, job.program.settings, travel_mm)
-    run = _Run(job, controller, journal, ways, progress or (lambda *_: None))
+    run = _Run(job, link, journal, ways, progress or (lambda *_: None))
     try:
         run.measure_all(wishes or Wishes())
     except (StopAskedError, KeyboardInterrupt) as asked:
         if isinstance(asked, KeyboardInterrupt):
-            _after(connection.abort)
+            _after(link.abort)
         _after(run.retreat)
         raise StoppedByPersonError(_so_far(run)) from None
     except DmeError as error:
@@ -212,7 +210,7 @@ def measure(
         _after(run.end)
         raise
     journal.finish()
-    return job.recording(journal, {"server": str(connection.address)})
+    return job.recording(journal, {"server": link.name})
 
 
 def _after(what: Callable[[], None]) -> None:
@@ -231,7 +229,7 @@ def _stopped(run: _Run, what: str, found: str) -> MeasurementStoppedError:
     point = run.next_point
     place = f"at {run.job.name(point)}, " if point <= len(run.job) else ""
     return MeasurementStoppedError(
-        str(run.controller.connection.address),
+        run.link.name,
         what,
         found=f"{found}{place}{_so_far(run)}",
         expected="the cause removed, then the same command with --resume",

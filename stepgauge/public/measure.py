@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.live.connection import Address, Connection, Spy
-from stepgauge.live.controller import Wishes
+from stepgauge.live.controller import Controller, Link, Wishes
 from stepgauge.live.job import Job, make_job
-from stepgauge.live.journal import Journal, start
 from stepgauge.live.journal import resume as go_on
+from stepgauge.live.journal import start
 from stepgauge.live.measuring import Progress
 from stepgauge.live.measuring import measure as measure_job
 from stepgauge.machine.file import Machine
@@ -23,6 +25,9 @@ from stepgauge.recording import Recording
 
 if TYPE_CHECKING:
     from stepgauge.planning.planned import Plan
+
+LINUXCNC = "linuxcnc"
+"""Instead of an address: the controller that runs on this computer."""
 
 
 def measure(
@@ -44,7 +49,7 @@ def measure(
     progress: Progress | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> Recording:
-    """Measure a program on a CMM through its I++ DME server.
+    """Measure a program on a CMM through its I++ DME server, or on LinuxCNC.
 
     Parameters
     ----------
@@ -52,7 +57,7 @@ def measure(
     machine : travel, speeds and probe
     gauge : the certified gauge, its file or shipped name
     placement : how the gauge lies
-    server : ``"HOST:PORT"``; the port is 1294 by default
+    server : ``"HOST:PORT"``, the port is 1294 by default; or ``"linuxcnc"``, the one that runs on this computer
     journal : file that gets every point before the next one is measured
     resume : go on with the measurement of which this is the journal
     homing : the machine may home itself; without it one that is not homed is refused
@@ -94,33 +99,31 @@ def measure(
         placement_number=placement_number,
         gauge_temperature_C=gauge_temperature_C,
     )
-    address = Address.parse(server)
     book = (go_on if resume else start)(Path(journal), job.head())
     try:
-        return _measured(job, book, address, Wishes(tool, homing), spy, progress, stop)
+        if len(book.rows) == len(job):  # nothing is missing: no machine is needed
+            return job.recording(book, {"server": server})
+        with linked(job, server, spy, stop) as link:
+            return measure_job(job, link, book, wishes=Wishes(tool, homing), progress=progress)
     finally:
         book.close()
 
 
-def _measured(
-    job: Job,
-    journal: Journal,
-    address: Address,
-    wishes: Wishes,
-    spy: File | None,
-    progress: Progress | None,
-    stop: Callable[[], bool] | None,
-) -> Recording:
-    """The recording; where all points are there already, without a server."""
-    if len(journal.rows) == len(job):
-        return job.recording(journal, {"server": str(address)})
-    watching = None if spy is None else Spy(spy, {"server": str(address)})
-    try:
-        connection = Connection(address, watching, stop)
-        try:
-            return measure_job(job, connection, journal, wishes=wishes, progress=progress)
-        finally:
-            connection.close()
-    finally:
+@contextmanager
+def linked(job: Job, server: str, spy: File | None, stop: Callable[[], bool] | None) -> Iterator[Link]:
+    """The machine that ``server`` names, for as long as it is needed."""
+    if server == LINUXCNC:
+        from stepgauge.live.linuxcnc import LinuxCnc
+
+        if spy is not None:
+            raise InputError("spy", "LinuxCNC has no session to write down", found=spy, expected="an I++ DME server")
+        yield LinuxCnc(job.program.settings, stop)
+        return
+    address = Address.parse(server)
+    with ExitStack() as open_files:
+        watching = None if spy is None else Spy(spy, {"server": str(address)})
         if watching is not None:
-            watching.close()
+            open_files.callback(watching.close)
+        connection = Connection(address, watching, stop)
+        open_files.callback(connection.close)
+        yield Controller(connection, job.program.settings, job.longest_mm)

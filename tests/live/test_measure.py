@@ -27,7 +27,7 @@ from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.importing import import_log
 from stepgauge.live.codes import DmeError
 from stepgauge.live.connection import Address, Connection, Spy
-from stepgauge.live.controller import Wishes
+from stepgauge.live.controller import Controller, Wishes
 from stepgauge.live.faults import NUMBERS, Faults
 from stepgauge.live.job import Job, make_job
 from stepgauge.live.journal import journal_of, resume, start
@@ -64,7 +64,8 @@ def run(job: Job, port: int, path: Path, again: bool = False, **more: Any) -> Re
     )
     journal = (resume if again else start)(path, job.head())
     try:
-        return measure(job, connection, journal, wishes=more.pop("wishes", Wishes(home=True)), **more)
+        link = Controller(connection, job.program.settings, job.longest_mm)
+        return measure(job, link, journal, wishes=more.pop("wishes", Wishes(home=True)), **more)
     finally:
         journal.close()
         connection.close()
