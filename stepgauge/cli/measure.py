@@ -17,7 +17,12 @@ from stepgauge.cli.options import DIALECTS, GAUGE, SEARCH, TEMPERATURE_C, machin
 @machine_option(True, "Machine file (TOML), or the name of a shipped one: travel, speeds, probe.")
 @GAUGE
 @click.option("--placement", "-p", required=True, metavar="P", help="Placement file: how the gauge lies.")
-@click.option("--server", required=True, metavar="HOST:PORT", help="The I++ DME server. Default of the port: 1294.")
+@click.option(
+    "--server",
+    required=True,
+    metavar="HOST:PORT",
+    help="The I++ DME server, port 1294 by default; or linuxcnc, for the LinuxCNC that runs on this computer.",
+)
 @output("Recording to write (CSV); its journal is kept beside it.")
 @click.option("--resume", is_flag=True, help="Go on with a measurement that was stopped, from its journal.")
 @click.option(
@@ -45,7 +50,7 @@ from stepgauge.cli.options import DIALECTS, GAUGE, SEARCH, TEMPERATURE_C, machin
 )
 @SEARCH
 def command(program: str, machine: str, gauge: str, placement: str, server: str, output: str, **options: Any) -> None:
-    """Measure a program on a CMM, over I++ DME, the standard interface of CMM controllers.
+    """Measure a program on a CMM, over I++ DME, the standard interface of CMM controllers; or on LinuxCNC.
 
     PROGRAM is what 'stepgauge plan' wrote for DMIS or I++ DME. Before the machine moves, the whole path is checked
     once more against gauge, rail and travel; the server must be a Cartesian CMM, homed, with the tool, and take the
