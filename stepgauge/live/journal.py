@@ -159,8 +159,9 @@ def _point(line: Row, journal: Journal, number: int) -> int:
 
 
 def _is_unfinished(path: Path) -> bool:
+    """Whether points are in a journal that has no end; one that was refused before its first point is none."""
     whole = path.read_bytes().split(b"\n")[:-1]
-    return bool(whole) and not whole[-1].startswith(b'{"end"')
+    return len(whole) > 1 and not whole[-1].startswith(b'{"end"')
 
 
 def _sync_folder(folder: Path) -> None:
