@@ -17,7 +17,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, reading
 from stepgauge.motion.moves import Program
 
 FORMAT = "stepgauge measurement journal 1"
@@ -84,7 +84,7 @@ class Journal:
 
 def start(path: Path, head: Row) -> Journal:
     """A new journal; :class:`InputError` where an unfinished one is in its place."""
-    if path.exists() and _is_unfinished(path):
+    if _is_unfinished(path):
         expected = "--resume to go on with it, or delete it to begin anew"
         raise InputError(path, "an unfinished measurement is here", expected=expected)
     journal = Journal(path, {"format": FORMAT, **head})
@@ -159,8 +159,15 @@ def _point(line: Row, journal: Journal, number: int) -> int:
 
 
 def _is_unfinished(path: Path) -> bool:
-    """Whether points are in a journal that has no end; one that was refused before its first point is none."""
-    whole = path.read_bytes().split(b"\n")[:-1]
+    """Whether points are in a journal that has no end; one that was refused before its first point is none.
+
+    :class:`InputError` for a file that is no journal: it is somebody's.
+    """
+    with reading(path, "journal"):
+        data = path.read_bytes() if path.exists() else b""
+    whole = data.split(b"\n")[:-1]
+    if data and FORMAT.encode() not in (whole or [data])[0] and not b'{"format": '.startswith(data[:11]):
+        raise InputError(path, "this file is no journal of a measurement", expected="another name")
     return len(whole) > 1 and not whole[-1].startswith(b'{"end"')
 
 

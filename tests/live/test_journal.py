@@ -77,6 +77,22 @@ def test_an_unfinished_measurement_is_not_overwritten_and_a_finished_one_is(tmp_
     assert len((tmp_path / "j").read_text().splitlines()) == 1
 
 
+def test_one_that_was_refused_before_its_first_point_stands_in_nobodys_way(tmp_path: Path) -> None:
+    written(tmp_path / "j", 0)
+    written(tmp_path / "j", 2)
+    assert len((tmp_path / "j").read_text().splitlines()) == 3
+
+
+@pytest.mark.parametrize("text", ["my notes", "my notes\n", "x,y\n1,2\n"])
+def test_a_file_that_is_no_journal_is_not_overwritten(tmp_path: Path, text: str) -> None:
+    (tmp_path / "j").write_text(text)
+    with pytest.raises(InputError, match="no journal of a measurement"):
+        start(tmp_path / "j", HEAD)
+    assert (tmp_path / "j").read_text() == text
+    with pytest.raises(InputError, match="a folder"):
+        start(tmp_path, HEAD)
+
+
 @pytest.mark.parametrize("key", ["plan", "machine", "gauge", "points"])
 def test_the_journal_of_something_else_is_refused(tmp_path: Path, key: str) -> None:
     written(tmp_path / "j")
