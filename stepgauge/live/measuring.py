@@ -64,6 +64,7 @@ class _Run:
     ways: Ways
     progress: Progress
     offset_s: float = 0.0
+    moved: bool = False
     touched: set[int] = field(default_factory=set)
 
     def __post_init__(self) -> None:
@@ -96,6 +97,7 @@ class _Run:
         stops = [*before, *(move.position for move in self.job.moves(point)[0]), self._start_of(point)]
         here = self.link.position_mm()
         way, first = self.ways.to_path(here, self._near(point, here), stops)
+        self.moved = True
         for place in [*way, *stops[first + 1 : -1]]:
             self.link.go(place)
 
@@ -147,8 +149,14 @@ class _Run:
         self.link.end()
 
     def retreat(self) -> None:
-        """After a stop: errors cleared, back from the face, out along the stylus, end of the session."""
+        """After a stop: errors cleared, back from the face, out along the stylus, end of the session.
+
+        A machine that was not moved stays where it is.
+        """
         self.link.clear()
+        if not self.moved:
+            self.link.end()
+            return
         here = self.link.position_mm()
         for place in self.ways.out(here, self._near(self.next_point, here)):
             if np.linalg.norm(place - here) > HAND_MM:

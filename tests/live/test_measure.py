@@ -185,6 +185,16 @@ def test_a_person_stops_and_goes_on(tmp_path: Path) -> None:
     assert state.cmm.completed == 24
 
 
+def test_a_stop_before_the_first_move_moves_nothing(tmp_path: Path) -> None:
+    state = make_state()
+    state.cmm.homed = True
+    gauge = small_gauge()
+    state.cmm.position_mm = here = lying(gauge).to_machine(gauge, [-40.0, 0.0, 60.0])
+    with serving(state) as port, pytest.raises(StoppedByPersonError, match="0 of 24 points measured"):
+        run(make(), port, tmp_path / "j", stop=lambda: True)
+    assert (state.cmm.position_mm == here).all()
+
+
 def test_an_interrupt_of_python_stops_the_machine_too(tmp_path: Path) -> None:
     """As the stop button of a notebook does, in the middle of whatever runs."""
     state = make_state(speed=30.0)
