@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from stepgauge.live.codes import CODES
 from stepgauge.live.faults import NUMBERS
 from stepgauge.live.methods import HANDLERS, NOT_HERE
+from stepgauge.live.protocol import fields
 from stepgauge.live.session import LONGEST_QUEUE
-from tests.live.made import Memory, events, make_state
+from tests.live.made import Memory, events, lying, make_state, small_gauge
 
 SURFACE = "X(300), Y(50), Z(50), IJK(0, 0, 1)"
 
@@ -297,6 +299,47 @@ def test_coordinates_of_a_part(client: Memory) -> None:
     assert machine == "# X(10.0000000), Y(50.0000000), Z(100.0000000)"
     client.ask("SetCoordSystem(PartCsy)")
     assert client.ask("Get(X(), Y(), Z())") == ["# X(60.0000000), Y(10.0000000), Z(130.0000000)"]
+
+
+def test_a_face_is_measured_in_the_coordinates_of_a_part(client: Memory) -> None:
+    """The same point, commanded and answered in two coordinate systems."""
+    gauge = small_gauge()
+    lies = lying(gauge)
+    surface, normal, before = lies.to_machine(gauge, [0.0, 0.0, 0.0]), -lies.axis, [-20.0, 0.0, 0.0]
+    start = lies.to_machine(gauge, before)
+    client.ask(f"GoTo(X({start[0]:.6f}), Y({start[1]:.6f}))")
+    client.ask(f"GoTo(Z({start[2]:.6f}))")
+    client.ask("OnPtMeasReport(X(), Y(), Z(), IJK(), ER(), Q())")
+    answers = []
+    for csy in ("MachineCsy", "PartCsy"):
+        client.ask("SetCsyTransformation(PartCsy, 10, 20, 30, 25, 90, -40)")
+        client.ask(f"SetCoordSystem({csy})")
+        of_part = client.state.coordinates
+        place, out = of_part.to_part(surface), of_part.direction_to_part(normal)
+        x, y, z = (f"{axis}({value:.7f})" for axis, value in zip("XYZ", place, strict=True))
+        (line,) = client.ask(f"PtMeas({x}, {y}, {z}, IJK({out[0]:.9f}, {out[1]:.9f}, {out[2]:.9f}))")
+        found = fields(line[2:])
+        answers.append(of_part.to_machine(np.array([found[axis][0] for axis in "XYZ"], float)))
+        assert np.array(found["IJK"], float) == pytest.approx(out, abs=1e-8)
+        assert found["ER"] == (2.0,)
+        assert found["Q"] == (0.0,)
+    assert answers[0] == pytest.approx(answers[1], abs=1e-6)
+    assert answers[0] == pytest.approx(surface + (2.0 - 0.003) * normal, abs=1e-6)
+
+
+def test_without_a_normal_the_way_back_is_the_direction(client: Memory) -> None:
+    gauge = small_gauge()
+    lies = lying(gauge)
+    start, surface = lies.to_machine(gauge, [-20.0, 0.0, 0.0]), lies.to_machine(gauge, [0.0, 0.0, 0.0])
+    client.ask(f"GoTo(X({start[0]:.6f}), Y({start[1]:.6f}))")
+    client.ask(f"GoTo(Z({start[2]:.6f}))")
+    client.ask("SetProp(Tool.PtMeasPar.Retract(-1))")
+    (line,) = client.ask(f"PtMeas(X({surface[0]:.7f}), Y({surface[1]:.7f}), Z({surface[2]:.7f}))")
+    found = np.array([fields(line[2:])[axis][0] for axis in "XYZ"], float)
+    assert found == pytest.approx(surface - (2.0 - 0.003) * lies.axis, abs=1e-6)
+    (here,) = client.ask("Get(X(), Y(), Z())")
+    back = np.array([fields(here[2:])[axis][0] for axis in "XYZ"], float)
+    assert back == pytest.approx(surface - 5.0 * lies.axis, abs=1e-6), "a negative retract leads back to the approach"
 
 
 def test_a_daemon_reports_with_its_own_tag_until_it_is_stopped() -> None:
