@@ -136,12 +136,13 @@ def _serve(state: MachineState, listening: Any) -> None:
     import ipaddress
 
     from stepgauge.errors import InputError
+    from stepgauge.live.connection import Address
     from stepgauge.live.server import Server
 
     def ready(host: str, port: int) -> None:
         if not ipaddress.ip_address(host.partition("%")[0]).is_loopback:
             say(f"warning: whoever can reach {host} can drive this machine; I++ DME knows no passwords")
-        say(f"{state.cmm.machine.table.name} listens at {host}:{port}")
+        say(f"{state.cmm.machine.table.name} listens at {Address(host, port)}")
 
     try:
         asyncio.run(Server(state, listening).run(ready))

@@ -23,6 +23,8 @@ from stepgauge.motion.moves import Path
 Array = NDArray[np.float64]
 READING_MM = 0.05
 """How far an indicated position may be off the true one, and how deep a ball at a face may seem to be in it."""
+INSIDE_MM = 1.0
+"""Ways across stay so far inside the travel, clear of the machine's limit switches."""
 HAND_MM = 1e-3
 """Positions nearer than this are the same."""
 
@@ -99,6 +101,6 @@ class Ways:
         """How far the stylus can be drawn back along itself within the travel, mm."""
         upward = self._tool.upward
         with np.errstate(divide="ignore", invalid="ignore"):
-            wall = np.where(upward > 0.0, self.limits_mm[:, 1], self.limits_mm[:, 0])
+            wall = np.where(upward > 0.0, self.limits_mm[:, 1] - INSIDE_MM, self.limits_mm[:, 0] + INSIDE_MM)
             room = np.where(np.abs(upward) > 1e-9, (wall - point) / upward, np.inf)
         return max(0.0, float(np.nanmin(room)))
