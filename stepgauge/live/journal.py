@@ -19,6 +19,7 @@ import numpy as np
 
 from stepgauge.errors import InputError, reading
 from stepgauge.motion.moves import Program
+from stepgauge.recording import POSITION
 
 FORMAT = "stepgauge measurement journal 1"
 SUFFIX = ".journal"
@@ -83,16 +84,18 @@ class Journal:
 
 
 def start(path: Path, head: Row) -> Journal:
-    """A new journal; :class:`InputError` where an unfinished one is in its place."""
-    if _is_unfinished(path):
-        expected = "--resume to go on with it, or delete it to begin anew"
-        raise InputError(path, "an unfinished measurement is here", expected=expected)
-    journal = Journal(path, {"format": FORMAT, **head})
+    """A new journal; :class:`InputError` where an unfinished one, or a file of another kind, is in its place."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    file = _held(path)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        journal._file = path.open("wb")
-    except OSError as error:
-        raise InputError(path, f"cannot write here: {error.strerror or error}") from None
+        if _is_unfinished(path):
+            expected = "--resume to go on with it, or delete it to begin anew"
+            raise InputError(path, "an unfinished measurement is here", expected=expected)
+        file.truncate(0)
+    except BaseException:
+        file.close()
+        raise
+    journal = Journal(path, {"format": FORMAT, **head}, _file=file)
     journal._write(journal.head)
     _sync_folder(path.parent)
     return journal
@@ -103,29 +106,59 @@ def resume(path: Path, head: Row) -> Journal:
 
     :class:`InputError` where there is none, and where it is that of another plan, machine, gauge or placement.
     """
-    journal, whole = _read(path)
-    if whole == 0:  # it was broken off before its first line was on the disk
-        return start(path, head)
+    if not path.is_file():
+        raise InputError(path, "there is no journal to resume", expected="a measurement that was begun")
+    file = _held(path)
+    try:
+        journal, whole = _read(path)
+        if whole:  # else it was broken off before its first line was on the disk
+            _check_same(journal, head)
+        file.truncate(whole)
+    except BaseException:
+        file.close()
+        raise
+    journal._file = file
+    if not whole:
+        journal.head = {"format": FORMAT, **head}
+        journal._write(journal.head)
+    return journal
+
+
+def _check_same(journal: Journal, head: Row) -> None:
     for key, value in head.items():
         found = journal.head.get(key)
         if key != "started" and found != value:
-            what = f"this is the journal of another {key}" if key != "plan" else "this is the journal of another plan"
-            raise InputError(path, what, found=str(found)[:40], expected=str(value)[:40])
+            what = f"this is the journal of another {key}"
+            raise InputError(journal.path, what, found=str(found)[:40], expected=str(value)[:40])
+
+
+def _held(path: Path) -> BinaryIO:
+    """The file, open for appending, for this process alone until it is closed."""
     try:
-        journal._file = path.open("r+b")
-        journal._file.truncate(whole)
-        journal._file.seek(whole)
+        file = path.open("ab")
     except OSError as error:
         raise InputError(path, f"cannot write here: {error.strerror or error}") from None
-    return journal
+    _hold(file, path)
+    return file
+
+
+def _hold(file: BinaryIO, path: Path) -> None:
+    """Two measurements that write one journal would spoil it; where files cannot be locked, nobody looks."""
+    try:
+        import fcntl
+    except ImportError:
+        return
+    try:
+        fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        file.close()
+        raise InputError(path, "another measurement is writing this journal", expected="one at a time") from None
 
 
 def _read(path: Path) -> tuple[Journal, int]:
     """The journal of a file, and how many of its bytes are whole lines."""
-    try:
+    with reading(path, "journal"):
         data = path.read_bytes()
-    except OSError:
-        raise InputError(path, "there is no journal to resume", expected="a measurement that was begun") from None
     journal, whole = Journal(path, {}), 0
     for number, raw in enumerate(data.split(b"\n")[:-1], 1):
         line = _line(raw, path, number)
@@ -153,7 +186,8 @@ def _point(line: Row, journal: Journal, number: int) -> int:
     point = line["point"]
     values = [value for key, value in line.items() if key != "point"]
     good = all(isinstance(value, int | float) and math.isfinite(value) for value in values)
-    if not (isinstance(point, int) and point >= 1 and point not in journal.rows and good):
+    good = good and isinstance(point, int) and set(POSITION) <= line.keys()
+    if not (good and 1 <= point <= journal.head.get("points", 0) and point not in journal.rows):
         raise InputError(f"{journal.path}:{number}", "the journal is damaged", found=f"point {point}")
     return point
 

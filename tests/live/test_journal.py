@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -89,8 +90,21 @@ def test_a_file_that_is_no_journal_is_not_overwritten(tmp_path: Path, text: str)
     with pytest.raises(InputError, match="no journal of a measurement"):
         start(tmp_path / "j", HEAD)
     assert (tmp_path / "j").read_text() == text
-    with pytest.raises(InputError, match="a folder"):
+    with pytest.raises(InputError, match="cannot write here"):
         start(tmp_path, HEAD)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="files are locked on POSIX")
+def test_two_measurements_do_not_write_one_journal(tmp_path: Path) -> None:
+    first = start(tmp_path / "j", HEAD)
+    first.add(1, ROW)
+    with pytest.raises(InputError, match="another measurement is writing this journal"):
+        resume(tmp_path / "j", HEAD)
+    first.add(2, ROW)
+    first.close()
+    again = resume(tmp_path / "j", HEAD)
+    assert sorted(again.rows) == [1, 2]
+    again.close()
 
 
 @pytest.mark.parametrize("key", ["plan", "machine", "gauge", "points"])
@@ -100,16 +114,23 @@ def test_the_journal_of_something_else_is_refused(tmp_path: Path, key: str) -> N
         resume(tmp_path / "j", {**HEAD, key: "other"})
 
 
+FIRST = json.dumps({"format": FORMAT, **HEAD}) + "\n"
+GOOD = '"x_mm": 1, "y_mm": 2, "z_mm": 3}\n'
+
+
 @pytest.mark.parametrize(
     ("text", "wrong"),
     [
         ('{"format": "x"}\n', "this is no journal"),
         ("hello\n", "j:1: the journal is damaged"),
-        (f'{{"format": "{FORMAT}"}}\n{{"point": 0}}\n', "j:2: the journal is damaged"),
-        (f'{{"format": "{FORMAT}"}}\n{{"point": 1}}\n{{"point": 1}}\n', "j:3: the journal is damaged"),
-        (f'{{"format": "{FORMAT}"}}\n{{"point": 1, "x_mm": NaN}}\n', "j:2: the journal is damaged"),
-        (f'{{"format": "{FORMAT}"}}\n{{"point": 1, "x_mm": "a"}}\n', "j:2: the journal is damaged"),
-        (f'{{"format": "{FORMAT}"}}\n[1]\n', "j:2: the journal is damaged"),
+        (f'{FIRST}{{"point": 0, {GOOD}', "j:2: the journal is damaged"),
+        (f'{FIRST}{{"point": 5, {GOOD}', "j:2: the journal is damaged"),
+        (f'{FIRST}{{"point": "1", {GOOD}', "j:2: the journal is damaged"),
+        (f'{FIRST}{{"point": 1, {GOOD}{{"point": 1, {GOOD}', "j:3: the journal is damaged"),
+        (f'{FIRST}{{"point": 1, "t": NaN, {GOOD}', "j:2: the journal is damaged"),
+        (f'{FIRST}{{"point": 1, "t": "a", {GOOD}', "j:2: the journal is damaged"),
+        (f'{FIRST}{{"point": 1, "x_mm": 1}}\n', "j:2: the journal is damaged"),
+        (f"{FIRST}[1]\n", "j:2: the journal is damaged"),
     ],
 )
 def test_damage_is_told_with_its_line(tmp_path: Path, text: str, wrong: str) -> None:
