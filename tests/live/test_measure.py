@@ -446,7 +446,7 @@ class Verb:
 
 
 def test_ctrl_c_stops_draws_back_and_says_how_to_go_on(files: dict[str, str], program: Path) -> None:  # noqa: F811
-    server, said = serve(files, "--speed", "40", "--seed", "1")
+    server, said = serve(files, "--speed", "15", "--seed", "1")
     verb = Verb(files, program, int(said.strip().rpartition(":")[2]))
     process = verb.start()
     verb.wait_for(4)
