@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from stepgauge.public.diagnose import diagnose_probe_map as diagnose_probe_map
     from stepgauge.public.evaluate import evaluate as evaluate
     from stepgauge.public.locate import locate as locate
+    from stepgauge.public.measure import measure as measure
     from stepgauge.public.plan import plan as plan
     from stepgauge.public.probe_map import probe_map as probe_map
     from stepgauge.public.read import read_evaluation as read_evaluation
@@ -53,6 +54,7 @@ _PLACES = {
     "diagnose_probe_map": "public.diagnose",
     "evaluate": "public.evaluate",
     "locate": "public.locate",
+    "measure": "public.measure",
     "plan": "public.plan",
     "probe_map": "public.probe_map",
     "read_axis_recording": "axis.recording",

@@ -35,6 +35,9 @@ diagnose(recordings, gauge=None, machine=None, *, without=(), priors=None)
 diagnose_probe_map(probe_map, probe, *, columns=None, priors=None)
 evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff="first", measured_at=None, machine_name=None)
 locate(points, gauge, *, machine=None, blocks=None, tip_radius_mm=None, repeatability_um=None, turned=False)
+measure(program, machine, gauge, placement, *, server, journal, resume=False, homing=False,
+    tool="StepGaugeProbe", gauge_temperature_C=None, placement_number=1, dialect=None, search_mm=2.0, spy=None,
+    progress=None, stop=None)
 plan(placement, gauge, machine=None, *, cycles=5, blocks=None, route="side", around="+s", order="blocks",
     clearance_mm=5.0, margin_mm=0.5, height_mm=0.0, home_mm=None, standoff_mm=None, search_mm=2.0,
     measuring_speed_mm_s=None, travel_speed_mm_s=None, tip_radius_mm=None, points_on=None)
@@ -221,8 +224,8 @@ def test_a_room_does_not_take_the_place_of_its_verb() -> None:
 
 
 def test_unknown_and_renamed_names(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(AttributeError, match="has no attribute 'measure'"):
-        _ = sg.measure  # type: ignore[attr-defined]
+    with pytest.raises(AttributeError, match="has no attribute 'calibrate'"):
+        _ = sg.calibrate  # type: ignore[attr-defined]
     monkeypatch.setitem(sg._RENAMED, "assess", "evaluate")
     with pytest.warns(DeprecationWarning, match=r"stepgauge\.assess is now stepgauge\.evaluate"):
         assert sg.assess is sg.evaluate  # type: ignore[attr-defined]

@@ -226,8 +226,49 @@ def _refuse_other_instances() -> None:
             )
 
 
+@contextmanager
+def running(program: Program, machine: Machine, hal: str, keep: Path) -> Iterator[None]:
+    """LinuxCNC on and homed, above the first position of a program, for whoever moves it by its Python interface.
+
+    Parameters and errors as :func:`run_program`.
+    """
+    require_linuxcnc()
+    with _turn(), tempfile.TemporaryDirectory(prefix="stepgauge-linuxcnc-") as name:
+        folder = Path(name)
+        _write_configuration(folder, "", machine, hal, Drives())
+        user = _ordinary_user(folder)
+        environment = {**_environment(folder, program, machine), "STEPGAUGE_IDLE": "yes"}
+        try:
+            with _started(folder, user, environment) as process:
+                _until_ready(folder, process, keep)
+                yield
+                (folder / "end").touch()
+                with suppress(subprocess.TimeoutExpired):
+                    process.wait(STOP_S)
+        finally:
+            _keep(folder, keep)
+
+
+def _until_ready(folder: Path, process: subprocess.Popen[bytes], keep: Path) -> None:
+    deadline = time.monotonic() + 2.0 * START_S
+    while not (folder / "ready").exists():
+        if process.poll() is not None or time.monotonic() > deadline:
+            raise InputError(keep / "output.txt", "LinuxCNC did not come up; what it printed stands here")
+        time.sleep(0.05)
+
+
 def _run(folder: Path, user: dict[str, object], environment: dict[str, str], limit_s: float) -> None:
     """Start LinuxCNC, wait for its end, and leave no process behind."""
+    with (
+        _started(folder, user, environment) as process,
+        suppress(subprocess.TimeoutExpired),  # no outcome is written then, and that is what is reported
+    ):
+        process.wait(limit_s + START_S)
+
+
+@contextmanager
+def _started(folder: Path, user: dict[str, object], environment: dict[str, str]) -> Iterator[subprocess.Popen[bytes]]:
+    """LinuxCNC's process; at the end none is left of those that it started."""
     _adopt_orphans()
     before = _descendants()
     with (folder / "output.txt").open("wb") as output:
@@ -242,8 +283,7 @@ def _run(folder: Path, user: dict[str, object], environment: dict[str, str], lim
             **user,  # type: ignore[call-overload]
         )
     try:
-        with suppress(subprocess.TimeoutExpired):  # no outcome is written then, and that is what is reported
-            process.wait(limit_s + START_S)
+        yield process
     finally:
         _end(process, folder / "driver.pid", before)
 

@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 """What LinuxCNC starts as its display: switch the simulated machine on, run program.ngc, write outcome.json, end.
 
+With STEPGAUGE_IDLE the program is not run: the machine is left to another process until there is a file ``end``.
+
 Runs under the system's Python, which has the ``linuxcnc`` module; so it imports nothing of stepgauge. The time limit in
 seconds and the moves to make beforehand come from the environment.
 """
@@ -80,6 +82,12 @@ class Driver:
         self.command.auto(linuxcnc.AUTO_RUN, 0)
         self.idle()
 
+    def serve(self, folder):
+        """Leave the machine to another process until that says that it is done; its messages are for that one."""
+        (folder / "ready").touch()
+        while not (folder / "end").exists() and time.monotonic() < self.deadline:
+            time.sleep(0.1)
+
     def switch_off(self):
         """Stop whatever moves."""
         self.command.abort()
@@ -98,7 +106,10 @@ def main():
         driver.switch_on()
         driver.go(json.loads(os.environ["STEPGAUGE_BEFORE"]))
         began = time.monotonic()
-        driver.run(str(folder / "program.ngc"))
+        if "STEPGAUGE_IDLE" in os.environ:
+            driver.serve(folder)
+        else:
+            driver.run(str(folder / "program.ngc"))
     except (StoppedError, linuxcnc.error) as reason:
         error = str(reason)
     outcome = {"error": error, "line": driver.status.motion_line, "seconds": round(time.monotonic() - began, 2)}

@@ -95,6 +95,8 @@ TASKS: Tasks = {
         "locate": ("stepgauge.cli.locate", "16 probed points -> how the gauge lies"),
         "plan": ("stepgauge.cli.plan", "placement + gauge -> a checked measuring program"),
         "simulate": ("stepgauge.cli.simulate", "program -> recording, on the virtual CMM"),
+        "measure": ("stepgauge.cli.measure", "program -> recording, on a CMM over I++ DME"),
+        "serve": ("stepgauge.cli.serve", "the virtual CMM as an I++ DME server"),
         "import": ("stepgauge.cli.import_", "controller's log, DMIS output, table -> recording"),
         "export": ("stepgauge.cli.export", "recording -> DMIS, I++ DME, LinuxCNC, CSV, Excel"),
     },
@@ -152,9 +154,9 @@ def run_command(command: click.Command, name: str, arguments: list[str] | None =
     Exit code 2 for wrong input, 130 where it was interrupted.
     """
     try:
-        command.main(args=arguments, prog_name=name, standalone_mode=False)
-    except click.exceptions.Exit as stop:
-        sys.exit(stop.exit_code)
+        code = command.main(args=arguments, prog_name=name, standalone_mode=False)
+        if isinstance(code, int) and code:  # what click makes of its Exit
+            sys.exit(code)
     except click.ClickException as error:
         verb = getattr(getattr(error, "ctx", None), "command_path", name)
         _complain(name, f"{one_line(error.format_message(), LONGEST - 50)} ('{verb} --help' explains)")
@@ -178,11 +180,14 @@ def run_command(command: click.Command, name: str, arguments: list[str] | None =
         raise
 
 
-def show_and_run(*arguments: object) -> None:
-    """Run a verb and show it as a user would type it; errors are raised, for whoever runs several."""
+def show_and_run(*arguments: object) -> int:
+    """Run a verb and show it as a user would type it; errors are raised, for whoever runs several.
+
+    Returns 130 for one that was stopped, else 0.
+    """
     words = [str(argument) for argument in arguments]
     click.echo(f"$ stepgauge {shlex.join(words)}", err=True)
-    cli.main(args=words, prog_name="stepgauge", standalone_mode=False)
+    return cli.main(args=words, prog_name="stepgauge", standalone_mode=False) or 0
 
 
 def _complain(name: str, message: str) -> None:

@@ -30,6 +30,8 @@ _FIELD = re.compile(r"([A-Za-z][\w.]{0,99})\(([^()]*)\)")
 OTHER_NORMAL = 0.02
 """A reported IJK that differs from the commanded one by more is said to be another."""
 _RADIUS_MM = (0.05, 20.0)
+OWN_TIME = "Server.Time"
+"""Time of the machine's clock at a touch, s: a property of stepgauge's own server."""
 _TEMPERATURES = {"part.temperature": "gauge_temperature_C", "parttemperature": "gauge_temperature_C"}
 _TEMPERATURES |= {f"scale{axis}.temperature": f"scale_temperature_{axis}_C" for axis in "xyz"}
 
@@ -193,7 +195,13 @@ def read(text: str, path: str) -> ProbeLog:
 
 
 def _time_s(session: _Session) -> tuple[Array | None, tuple[str, ...]]:
-    """Seconds since the first line of the session at each point; with words on what was mapped, or left out and why."""
+    """Seconds of the machine's own clock where every answer tells them, else since the first line of the session.
+
+    With words on what was mapped, or left out and why.
+    """
+    told = np.array([number(point.fields.get(OWN_TIME, "").strip()) for point in session.points])
+    if np.isfinite(told).all() and (np.diff(told) >= 0.0).all():
+        return told, (f"time_s is {OWN_TIME} of the answers",)
     stamps = [session.first, *(point.stamp for point in session.points)]
     if not any(stamps):
         return None, ()
@@ -263,6 +271,10 @@ def _columns(session: _Session) -> tuple[dict[str, Array], tuple[str, ...]]:
             columns[name] = np.array(values)
     for name in session.points[0].fields:
         values = [number(point.fields.get(name, "").strip()) for point in session.points]
-        if name not in ("X", "Y", "Z", "IJK") and name.lower() not in _TEMPERATURES and np.isfinite(values).all():
+        if (
+            name not in ("X", "Y", "Z", "IJK", OWN_TIME)
+            and name.lower() not in _TEMPERATURES
+            and np.isfinite(values).all()
+        ):
             columns[name] = np.array(values)
     return columns, ((f"kept: {', '.join(columns)}",) if columns else ())

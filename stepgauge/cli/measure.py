@@ -1,0 +1,149 @@
+"""``stepgauge measure``: a program, measured on an I++ DME server."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import click
+
+from stepgauge.cli.options import DIALECTS, GAUGE, SEARCH, TEMPERATURE_C, machine_option, output, say, say_written
+
+
+@click.command("measure")
+@click.argument("program", metavar="PROGRAM")
+@machine_option(True, "Machine file (TOML), or the name of a shipped one: travel, speeds, probe.")
+@GAUGE
+@click.option("--placement", "-p", required=True, metavar="P", help="Placement file: how the gauge lies.")
+@click.option(
+    "--server",
+    required=True,
+    metavar="HOST:PORT",
+    help="The I++ DME server, port 1294 by default; or linuxcnc, for the LinuxCNC that runs on this computer.",
+)
+@output("Recording to write (CSV); its journal is kept beside it.")
+@click.option("--resume", is_flag=True, help="Go on with a measurement that was stopped, from its journal.")
+@click.option(
+    "--homing", is_flag=True, help="The machine may home itself if it is not. Without it, such a machine is refused."
+)
+@click.option(
+    "--gauge-temperature",
+    type=TEMPERATURE_C,
+    metavar="C",
+    help="Temperature of the gauge as you measure it, deg C. Default: Part.Temperature of the server, if it has it.",
+)
+@click.option(
+    "--placement-number",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    help="Which placing of the gauge this is, in a calibration with several.",
+)
+@click.option(
+    "--tool", default="StepGaugeProbe", show_default=True, metavar="NAME", help="The server's name of the probe."
+)
+@click.option("--spy", metavar="FILE", help="Write down every line of both sides, as 'stepgauge import' reads it.")
+@click.option(
+    "--dialect", "-d", type=click.Choice(DIALECTS), help="Language of the program. Default: recognised from its text."
+)
+@SEARCH
+def command(program: str, machine: str, gauge: str, placement: str, server: str, output: str, **options: Any) -> None:
+    """Measure a program on a CMM, over I++ DME, the standard interface of CMM controllers; or on LinuxCNC.
+
+    PROGRAM is what 'stepgauge plan' wrote for DMIS or I++ DME. Before the machine moves, the whole path is checked
+    once more against gauge, rail and travel; the server must be a Cartesian CMM, homed, with the tool, and take the
+    speeds of the program. From wherever the machine stands a safe way to the path is looked for; if there is none,
+    nothing moves.
+
+    Every point is in the journal, PATH.journal, before the next one is measured. After Ctrl-C (the machine stops, draws
+    back and ends the session), an error of the machine, or the loss of the connection, the same command with --resume
+    goes on: no point is lost, none measured twice. Times are the server's where it tells its own, else those of this
+    computer; temperatures are the server's, or --gauge-temperature.
+
+    \b
+    stepgauge plan placement.toml -g step-gauge-420 -m bridge-cmm -d ippdme -o gauge.ipp
+    stepgauge measure gauge.ipp -m bridge-cmm -g step-gauge-420 -p placement.toml \\
+        --server 127.0.0.1:1294 --homing -o recording.csv
+    stepgauge evaluate recording.csv -g step-gauge-420 -o result
+    """
+    from stepgauge.files.text import check_output
+    from stepgauge.live.journal import journal_of
+    from stepgauge.live.measuring import StoppedByPersonError
+    from stepgauge.public.measure import measure
+    from stepgauge.recording import write_recording
+
+    check_output(output, program, machine, gauge, placement, options["spy"])
+    with _interruptible() as stop, _bar() as progress:
+        try:
+            recording = measure(
+                program,
+                machine,
+                gauge,
+                placement,
+                server=server,
+                journal=journal_of(output),
+                resume=options["resume"],
+                homing=options["homing"],
+                tool=options["tool"],
+                gauge_temperature_C=options["gauge_temperature"],
+                placement_number=options["placement_number"],
+                dialect=options["dialect"],
+                search_mm=options["search"],
+                spy=options["spy"],
+                progress=progress,
+                stop=stop,
+            )
+        except StoppedByPersonError as stopped:
+            say(f"stopped: {stopped}; the same command with --resume goes on")
+            raise click.exceptions.Exit(130) from None
+    write_recording(output, recording)
+    say(f"{len(recording)} points measured")
+    say_written(output)
+
+
+@contextmanager
+def _interruptible() -> Iterator[Callable[[], bool]]:
+    """Whether somebody wants to stop; a second Ctrl-C ends at once, without waiting for the machine."""
+    asked: list[int] = []
+
+    def ask(number: int, _: object) -> None:
+        if asked:
+            raise KeyboardInterrupt
+        asked.append(number)
+
+    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: bool(asked)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def _bar() -> Iterator[Callable[[int, int, float], None]]:
+    """A progress bar with the time of day at which the measurement will end, by its pace up to now."""
+    import datetime
+    import sys
+    import time
+
+    began: list[tuple[float, float]] = []
+
+    def end(left_s: float | None) -> str:
+        if left_s is None:
+            return ""
+        began.append((time.monotonic(), left_s)) if not began else None
+        took_s, done_s = time.monotonic() - began[0][0], began[0][1] - left_s
+        pace = took_s / done_s if done_s > 0.0 else 1.0
+        return f"end {datetime.datetime.now() + datetime.timedelta(seconds=left_s * pace):%H:%M:%S}"
+
+    with click.progressbar(
+        length=1, label="measuring", item_show_func=end, show_pos=True, show_eta=False, file=sys.stderr
+    ) as bar:
+
+        def progress(done: int, total: int, left_s: float) -> None:
+            bar.length = total
+            bar.update(done - bar.pos, left_s)
+
+        yield progress

@@ -1,0 +1,228 @@
+"""A client's line to an I++ DME server: one command after the other, each awaited until it is complete."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import re
+import socket
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TextIO
+
+from stepgauge.errors import InputError
+from stepgauge.live.codes import DmeError
+from stepgauge.live.protocol import END, NO_TAG, PORT, Answer, Lines, parse_answer, parse_error
+
+CONNECT_S = 10.0
+SILENCE_S = 30.0
+"""A server that says nothing for longer than the command may take and this besides is gone."""
+LOOK_S = 0.1
+"""How often it is looked whether the person wants to stop."""
+ABORT_TAG = "E0001"
+
+
+class ConnectionLostError(Exception):
+    """The server is gone, silent, or speaks another language; the message says which."""
+
+
+class StopAskedError(Exception):
+    """The person wants to stop; the machine stands still, and its errors are not cleared."""
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where a server listens."""
+
+    host: str
+    port: int = PORT
+
+    @classmethod
+    def parse(cls, text: str) -> Address:
+        """``HOST:PORT``, ``[IPv6]:PORT``, or the host alone (:class:`InputError` for anything else)."""
+        match = re.fullmatch(r"(?:\[([0-9A-Fa-f:.]+)\]|([^\s:\[\]]+))(?::(\d{1,5}))?", text, re.ASCII)
+        port = PORT if match is None or match[3] is None else int(match[3])
+        if match is None or not 0 < port < 65536:
+            raise InputError("--server", "no address", found=repr(text), expected="HOST:PORT, e.g. 127.0.0.1:1294")
+        return cls(match[1] or match[2], port)
+
+    def __str__(self) -> str:
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+
+
+class Spy:
+    """Writes down every line of both sides with the time of day, in the form that ``stepgauge import`` reads."""
+
+    def __init__(self, path: str | Path, comments: dict[str, str]) -> None:
+        try:
+            self._file: TextIO = Path(path).open("a", encoding="ascii", errors="replace", newline="")  # noqa: SIM115
+        except OSError as error:
+            raise InputError(path, f"cannot write here: {error.strerror or error}") from None
+        self._file.writelines(f"# {key}: {value}\r\n" for key, value in comments.items())
+
+    def note(self, line: str) -> None:
+        """One line, as it was sent or received."""
+        self._file.write(f"{datetime.datetime.now():%Y-%m-%d %H:%M:%S.%f} {line}\r\n")
+        self._file.flush()
+
+    def close(self) -> None:
+        """No more lines."""
+        self._file.close()
+
+
+class Connection:
+    """An open connection. ``stop``: asked again and again whether to stop; ``warnings``: errors of severity 0 and 1.
+
+    :class:`InputError` where there is no server.
+    """
+
+    def __init__(
+        self,
+        address: Address,
+        spy: Spy | None = None,
+        stop: Callable[[], bool] | None = None,
+        silence_s: float = SILENCE_S,
+    ) -> None:
+        self.address, self.silence_s = address, silence_s
+        self.warnings: list[DmeError] = []
+        self.heeds_stop = True
+        self._spy, self._stop = spy, stop or (lambda: False)
+        self._lines, self._tag = Lines(), 0
+        self._received: list[Answer] = []
+        self._unasked: DmeError | None = None
+        try:
+            self._socket = socket.create_connection((address.host, address.port), CONNECT_S)
+        except OSError as error:
+            found = error.strerror or str(error)
+            raise InputError(str(address), "no I++ DME server answers here", found=found) from None
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._socket.settimeout(LOOK_S)
+
+    def close(self) -> None:
+        """Hang up."""
+        with contextlib.suppress(OSError):
+            self._socket.close()
+
+    def ask(self, command: str, takes_s: float = 0.0) -> list[str]:
+        """Send a command and wait until it is complete; the texts of its data.
+
+        Parameters
+        ----------
+        command : the method with its arguments
+        takes_s : how long it may take besides :data:`SILENCE_S`
+
+        Raises
+        ------
+        DmeError
+            the server's error, of severity 2 or more
+        ConnectionLostError
+            no answer, or none that I++ DME has
+        StopAskedError
+            the person wants to stop: the command was aborted
+        """
+        if self.heeds_stop and self._stop():
+            raise StopAskedError
+        self._tag = self._tag % 99999 + 1
+        tag = f"{self._tag:05d}"
+        self._send(tag, command)
+        return self._complete(tag, takes_s)
+
+    def _complete(self, tag: str, takes_s: float) -> list[str]:
+        """The data of a command, once it is complete."""
+        data, failed = list[str](), None
+        while (answer := self._next(tag, takes_s)).kind != "%":
+            if answer.kind == "#":
+                data.append(answer.text)
+            elif answer.kind == "!":
+                failed = failed or self._error(answer.text)
+        if failed is None:
+            return data
+        raise self._unasked if failed.number == 6 and self._unasked is not None else failed
+
+    def _error(self, text: str) -> DmeError | None:
+        """An error that ends a command; a warning is kept."""
+        error = parse_error(text)
+        if error.aborts:
+            return error
+        self.warnings.append(error)
+        return None
+
+    def _next(self, tag: str, takes_s: float) -> Answer:
+        """The next line for a tag; what else comes is looked at by the way."""
+        until = time.monotonic() + takes_s + self.silence_s
+        while True:
+            while self._received:
+                answer = self._received.pop(0)
+                if answer.tag == tag:
+                    return answer
+                self._other(answer)
+            if self.heeds_stop and self._stop():
+                self.abort()
+                raise StopAskedError
+            if time.monotonic() > until:
+                raise ConnectionLostError(f"the server was silent for {takes_s + self.silence_s:.0f} s")
+            self._receive()
+
+    def _other(self, answer: Answer) -> None:
+        """Events and reports; an error that nobody asked for explains why the next command fails."""
+        if answer.kind == "!" and answer.tag == NO_TAG:
+            self._unasked = self._error(answer.text) or self._unasked
+
+    def _receive(self) -> None:
+        """Lines that have come, after :data:`LOOK_S` at the latest."""
+        try:
+            data = self._socket.recv(65536)
+        except TimeoutError:
+            return
+        except OSError as error:
+            raise ConnectionLostError(f"the connection broke: {error.strerror or error}") from None
+        if not data:
+            raise ConnectionLostError("the server closed the connection")
+        for line, cut in self._lines.feed(data):
+            self._note(line.decode("latin-1"))
+            answer = None if cut else parse_answer(line)
+            if answer is None:
+                raise ConnectionLostError(f"this is no answer of I++ DME: {line[:60].decode('latin-1')!r}")
+            self._received.append(answer)
+
+    def abort(self) -> None:
+        """Motion stops at once; complete when the command that runs is. From now on ``stop`` is not asked any more."""
+        self.heeds_stop = False
+        self._send(ABORT_TAG, "AbortE()")
+        with contextlib.suppress(DmeError):
+            self._complete(ABORT_TAG, 0.0)
+
+    def forget_errors(self) -> None:
+        """ClearAllErrors, and what was reported without being asked for."""
+        self._unasked = None
+        self.ask("ClearAllErrors()")
+
+    def ask_first_of(self, commands: Sequence[str]) -> tuple[int, list[str]]:
+        """The first command that the server takes, by its number, and its data; what it does not take is cleared.
+
+        :class:`DmeError` of the last one where it takes none.
+        """
+        for number, command in enumerate(commands):
+            try:
+                return number, self.ask(command)
+            except DmeError:
+                self.forget_errors()
+                if number == len(commands) - 1:
+                    raise
+        raise AssertionError("no command was given")
+
+    def _send(self, tag: str, command: str) -> None:
+        line = f"{tag} {command}"
+        self._note(line)
+        try:
+            self._socket.settimeout(CONNECT_S)
+            self._socket.sendall(line.encode("ascii") + END)
+            self._socket.settimeout(LOOK_S)
+        except OSError as error:
+            raise ConnectionLostError(f"the connection broke: {error.strerror or error}") from None
+
+    def _note(self, line: str) -> None:
+        if self._spy is not None:
+            self._spy.note(line)

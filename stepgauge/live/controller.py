@@ -1,0 +1,226 @@
+"""The CMM behind a connection, as a client sees it: prepared for a program, moved, and asked for points.
+
+:class:`stepgauge.live.measuring.measure` needs no more of a machine than this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError
+from stepgauge.importing.ippdme import OWN_TIME
+from stepgauge.live.codes import DmeError
+from stepgauge.live.connection import Connection, ConnectionLostError
+from stepgauge.live.protocol import Call, fields, fixed
+from stepgauge.motion.moves import ProbingSettings
+from stepgauge.programs import DIALECTS
+
+Array = NDArray[np.float64]
+REPORTS = (f"X(), Y(), Z(), ER(), {OWN_TIME}()", "X(), Y(), Z(), ER()", "X(), Y(), Z()")
+"""What is asked of a measurement: with the server's own time, which only stepgauge's has; without; the least."""
+TEMPERATURES = {
+    "Part.Temperature": "gauge_temperature_C",
+    **{f"Scale{axis}.Temperature": f"scale_temperature_{axis.lower()}_C" for axis in "XYZ"},
+}
+"""Properties of servers, and the columns of a recording that they are."""
+SPEED_TOLERANCE = 1e-3
+"""Relative; a server that keeps another speed measures something else."""
+SLOWER = 5.0
+"""A real machine accelerates, and may take so many times as long as a move at full speed."""
+HOMING_S = 300.0
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """How to measure: ``tool``: what the server calls the probe; ``home``: the machine may home itself."""
+
+    tool: str = DIALECTS["ippdme"].tool
+    home: bool = False
+
+
+class Measured(NamedTuple):
+    """The answer of a measurement: indicated tip centre, mm; effective tip radius and time where the server tells."""
+
+    position_mm: list[float]
+    radius_mm: float | None
+    time_s: float | None
+
+
+class Link(Protocol):
+    """What a machine must be able to do to be measured on; errors as :meth:`Connection.ask` raises them."""
+
+    @property
+    def name(self) -> str:
+        """Which machine it is, for messages."""
+
+    def prepare(self, wishes: Wishes) -> None:
+        """Be ready for the program, without a move but to home, where that is wished (:class:`InputError` if not)."""
+
+    def position_mm(self) -> Array:
+        """Where the machine stands, shape ``(3,)``."""
+
+    def temperatures_C(self) -> dict[str, float]:
+        """Temperatures that the machine tells, deg C, by the column of a recording."""
+
+    def time_s(self) -> float | None:
+        """The machine's own clock, s; None where it has none that it tells."""
+
+    def go(self, place_mm: Array) -> None:
+        """Move to a place, shape ``(3,)``."""
+
+    def probe(self, surface_mm: Array, approach: Array, takes_s: float) -> Measured:
+        """Measure a point: nominal surface point and unit approach, both ``(3,)``; ``takes_s`` at full speed."""
+
+    def abort(self) -> None:
+        """Motion stops at once."""
+
+    def clear(self) -> None:
+        """Errors are cleared; the wish to stop, which led here, is heeded no more."""
+
+    def end(self) -> None:
+        """End of the session."""
+
+
+def refused(link: Link, what: str, found: str, expected: str) -> InputError:
+    """The error of a machine that may not be measured on."""
+    return InputError(link.name, what, found=found, expected=expected)
+
+
+class Controller:
+    """A CMM over an open I++ DME connection.
+
+    Errors are those of :meth:`stepgauge.live.connection.Connection.ask`; ``travel_mm`` is the longest move that there
+    may be.
+    """
+
+    def __init__(self, connection: Connection, settings: ProbingSettings, travel_mm: float) -> None:
+        self.connection, self.settings = connection, settings
+        self._longest_s = SLOWER * travel_mm / settings.travel_speed_mm_s
+        self._temperatures: tuple[str, ...] = ()
+
+    def prepare(self, wishes: Wishes) -> None:
+        """Start a session, and set what the program states; nothing moves but to home, where that is wished.
+
+        :class:`InputError` for a machine that is none for this, is not homed, or does not take a setting.
+        """
+        ask, settings = self.connection.ask, self.settings
+        ask("EndSession()")
+        ask("StartSession()")
+        self.connection.forget_errors()
+        self._check_class()
+        self._check_home(wishes)
+        ask("SetCoordSystem(MachineCsy)")
+        ask(f'SetTool("{wishes.tool}")')
+        self._set("PtMeasPar.Speed", settings.measuring_speed_mm_s)
+        self._set("PtMeasPar.Approach", settings.standoff_mm)
+        self._set("PtMeasPar.Search", settings.search_mm)
+        self._set("PtMeasPar.Retract", settings.retract_mm)
+        self._set("GoToPar.Speed", settings.travel_speed_mm_s)
+        self.connection.ask_first_of([f"OnPtMeasReport({report})" for report in REPORTS])
+        self._find_temperatures()
+
+    @property
+    def name(self) -> str:
+        """The address of the server."""
+        return str(self.connection.address)
+
+    def _check_class(self) -> None:
+        said = ", ".join(self.connection.ask("GetMachineClass()"))
+        if "CartCMM" not in said:
+            raise refused(self, "the server is no Cartesian CMM", said or "nothing", "GetMachineClass(CartCMM)")
+
+    def _check_home(self, wishes: Wishes) -> None:
+        if any("IsHomed(1)" in line for line in self.connection.ask("IsHomed()")):
+            return
+        if not wishes.home:
+            raise refused(self, "the machine is not homed", "IsHomed(0)", "a machine that is homed, or --homing")
+        self.connection.ask("Home()", takes_s=HOMING_S)
+
+    def _set(self, name: str, value: float) -> None:
+        """Set a parameter of the tool and read it back: a server may limit it."""
+        path = f"Tool.{name}"
+        self.connection.ask(f"SetProp({path}({fixed(value, 6)}))")
+        found = _number(_data(self.connection.ask(f"GetProp({path}())")), path)
+        if not abs(found - value) <= SPEED_TOLERANCE * value:
+            raise refused(self, f"the server does not take {path} of the program", f"{found:g}", f"{value:g}")
+
+    def _find_temperatures(self) -> None:
+        """Which temperatures the server tells; real ones have few of them."""
+        for name in TEMPERATURES:
+            try:
+                self.connection.ask(f"GetProp({name}())")
+                self._temperatures += (name,)
+            except DmeError:
+                self.connection.forget_errors()
+
+    def position_mm(self) -> Array:
+        """Where the machine stands, shape ``(3,)``."""
+        return np.array(_xyz(_data(self.connection.ask("Get(X(), Y(), Z())"))))
+
+    def temperatures_C(self) -> dict[str, float]:
+        """What the server tells of temperatures now, deg C, by the column of a recording."""
+        if not self._temperatures:
+            return {}
+        found = _data(self.connection.ask(f"GetProp({', '.join(f'{name}()' for name in self._temperatures)})"))
+        return {TEMPERATURES[name]: _number(found, name) for name in self._temperatures}
+
+    def time_s(self) -> float | None:
+        """The machine's own clock, s; None where it has none that it tells."""
+        try:
+            return _number(_data(self.connection.ask(f"GetProp({OWN_TIME}())")), OWN_TIME)
+        except DmeError:
+            self.connection.forget_errors()
+            return None
+
+    def go(self, place_mm: Array) -> None:
+        """Move to a place, shape ``(3,)``."""
+        self.connection.ask(f"GoTo({_written(place_mm)})", takes_s=self._longest_s)
+
+    def probe(self, surface_mm: Array, approach: Array, takes_s: float) -> Measured:
+        """Measure a point: nominal surface point and unit approach, both ``(3,)``; ``takes_s`` at full speed."""
+        ijk = ", ".join(fixed(-value, 9) for value in approach)
+        command = f"PtMeas({_written(surface_mm)}, IJK({ijk}))"
+        found = _data(self.connection.ask(command, SLOWER * (takes_s + 1.0)))
+        told = [_number(found, name) if name in found else None for name in ("ER", OWN_TIME)]
+        return Measured(_xyz(found), *told)
+
+    def abort(self) -> None:
+        """Motion stops at once."""
+        self.connection.abort()
+
+    def clear(self) -> None:
+        """Errors are cleared; the wish to stop, which led here, is heeded no more."""
+        self.connection.heeds_stop = False
+        self.connection.forget_errors()
+
+    def end(self) -> None:
+        """End of the session."""
+        self.connection.ask("EndSession()")
+
+
+def _written(place_mm: Array) -> str:
+    return ", ".join(f"{axis}({fixed(value, 6)})" for axis, value in zip("XYZ", place_mm, strict=True))
+
+
+def _data(lines: Sequence[str]) -> dict[str, Call]:
+    """Named values of all lines of data (:class:`ConnectionLostError` where they are none)."""
+    try:
+        return {name: Call(name, values) for line in lines for name, values in fields(line).items()}
+    except DmeError:
+        raise ConnectionLostError(f"these are no data of I++ DME: {'; '.join(lines)[:60]!r}") from None
+
+
+def _number(found: dict[str, Call], name: str) -> float:
+    try:
+        return found[name].number()
+    except (KeyError, DmeError):
+        raise ConnectionLostError(f"the server did not answer {name}(..) with a number") from None
+
+
+def _xyz(found: dict[str, Call]) -> list[float]:
+    return [_number(found, axis) for axis in "XYZ"]

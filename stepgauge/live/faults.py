@@ -1,0 +1,92 @@
+"""Concealed faults of the virtual CMM: effects, and events that stop it, in a file that the client never sees."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, get_args
+
+from pydantic import Field, model_validator
+
+from stepgauge.effects import Effect, make_effects
+from stepgauge.errors import InputError
+from stepgauge.files.config import Table, check_table, read_toml
+
+EventKind = Literal[
+    "air_pressure",
+    "collision",
+    "connection_lost",
+    "emergency_stop",
+    "illegal_touch",
+    "limit_switch",
+    "missed_face",
+    "probe_not_armed",
+]
+NUMBERS: dict[str, int] = {
+    "air_pressure": 1009,
+    "collision": 2504,
+    "connection_lost": 503,
+    "emergency_stop": 500,
+    "illegal_touch": 1001,
+    "limit_switch": 2500,
+    "missed_face": 1006,
+    "probe_not_armed": 1501,
+}
+"""The standard's error of each event."""
+assert set(NUMBERS) == set(get_args(EventKind))
+IN_SEARCH = ("missed_face", "probe_not_armed")
+"""Events of a probing; the others happen in any move."""
+
+
+class EventTable(Table):
+    """The keys of an ``[[event]]``: something that stops the machine, once."""
+
+    kind: EventKind = Field(description=", ".join(NUMBERS))
+    time_s: float | None = Field(None, ge=0, description="when it happens, s of the machine's clock")
+    after_points: int | None = Field(None, ge=0, description="or after how many measured points")
+
+    @model_validator(mode="after")
+    def _once(self) -> EventTable:
+        if (self.time_s is None) == (self.after_points is None):
+            raise ValueError("either time_s or after_points")
+        return self
+
+
+@dataclass
+class Faults:
+    """Effects that are not in the machine file, and events that are still to come."""
+
+    effects: Sequence[Effect] = ()
+    events: list[EventTable] = field(default_factory=list)
+
+    def take(self, points: int, begin_s: float, end_s: float, searching: bool) -> tuple[EventTable, float] | None:
+        """The event that happens in a move, and at what share of its time; it does not happen again."""
+        for event in self.events:
+            share = self._share(event, points, begin_s, end_s)
+            if share is not None and (searching or event.kind not in IN_SEARCH):
+                self.events.remove(event)
+                return event, share
+        return None
+
+    def _share(self, event: EventTable, points: int, begin_s: float, end_s: float) -> float | None:
+        if event.time_s is None:
+            return 0.5 if event.after_points is not None and points >= event.after_points else None
+        if event.time_s > end_s:
+            return None
+        return max(0.0, event.time_s - begin_s) / (end_s - begin_s) if end_s > begin_s else 0.0
+
+
+def read_faults(path: str | Path) -> Faults:
+    """Read a file of ``[[effect]]`` tables, as a machine file has them, and ``[[event]]`` tables.
+
+    :class:`InputError` names the key that is wrong.
+    """
+    data = read_toml(path)
+    for key in data:
+        if key not in ("effect", "event"):
+            raise InputError(path, f"table [{key}] is not known", expected="[[effect]] and [[event]]")
+        if not isinstance(data[key], list):
+            raise InputError(path, f"[{key}] is an array of tables", expected=f"[[{key}]]")
+    events = [check_table(EventTable, one, path, f"event[{n}]") for n, one in enumerate(data.get("event", []), 1)]
+    return Faults(make_effects(data.get("effect", []), path), events)

@@ -1,0 +1,216 @@
+"""The journal of a measurement: one JSON line per point, on the disk before the next one is measured.
+
+The first line says what is measured. A line that a power cut or a kill left unfinished is dropped: its point was never
+acknowledged, and is measured again.
+"""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import json
+import math
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from stepgauge.errors import InputError, reading
+from stepgauge.motion.moves import Program
+from stepgauge.recording import POSITION
+
+FORMAT = "stepgauge measurement journal 1"
+SUFFIX = ".journal"
+Row = dict[str, Any]
+
+
+def journal_of(output: str | Path) -> Path:
+    """The journal beside an output."""
+    return Path(f"{output}{SUFFIX}")
+
+
+def fingerprint(program: Program, **others: object) -> str:
+    """By which a plan is known again: SHA-256 of its moves, its settings, and what else may not change."""
+    arrays = (program.position_mm, program.approach, program.point)
+    moves = b"".join(np.ascontiguousarray(np.round(array, 6) + 0.0).tobytes() for array in arrays)
+    stated = json.dumps([repr(program.settings), sorted((key, str(value)) for key, value in others.items())])
+    return hashlib.sha256(moves + stated.encode()).hexdigest()
+
+
+@dataclass
+class Journal:
+    """An open journal; ``rows`` are the points that are on the disk, by their number in the program, from 1."""
+
+    path: Path
+    head: Row
+    rows: dict[int, Row] = field(default_factory=dict)
+    _file: BinaryIO | None = None
+
+    @property
+    def began_s(self) -> float:
+        """When the measurement was begun, by the clock of the computer (``time.time()``)."""
+        try:
+            return datetime.datetime.fromisoformat(str(self.head["started"])).timestamp()
+        except (KeyError, ValueError):
+            raise InputError(self.path, "the journal does not say when it was begun") from None
+
+    def add(self, point: int, row: Row) -> None:
+        """Put a point on the disk; when this returns, it is acknowledged."""
+        if point in self.rows:
+            raise InputError(self.path, f"point {point} is there twice")
+        self._write({"point": point, **row})
+        self.rows[point] = row
+
+    def finish(self) -> None:
+        """The measurement is complete."""
+        self._write({"end": len(self.rows)})
+
+    def close(self) -> None:
+        """No more lines; the file stays."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def _write(self, line: Row) -> None:
+        assert self._file is not None
+        try:
+            self._file.write(json.dumps(line, allow_nan=False).encode("ascii") + b"\n")
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            raise InputError(self.path, f"cannot be written: {error.strerror or error}") from None
+
+
+def start(path: Path, head: Row) -> Journal:
+    """A new journal; :class:`InputError` where an unfinished one, or a file of another kind, is in its place."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    file = _held(path)
+    try:
+        if _is_unfinished(path):
+            expected = "--resume to go on with it, or delete it to begin anew"
+            raise InputError(path, "an unfinished measurement is here", expected=expected)
+        file.truncate(0)
+    except BaseException:
+        file.close()
+        raise
+    journal = Journal(path, {"format": FORMAT, **head}, _file=file)
+    journal._write(journal.head)
+    _sync_folder(path.parent)
+    return journal
+
+
+def resume(path: Path, head: Row) -> Journal:
+    """The journal of a measurement that was broken off, to go on with.
+
+    :class:`InputError` where there is none, and where it is that of another plan, machine, gauge or placement.
+    """
+    if not path.is_file():
+        raise InputError(path, "there is no journal to resume", expected="a measurement that was begun")
+    file = _held(path)
+    try:
+        journal, whole = _read(path)
+        if whole:  # else it was broken off before its first line was on the disk
+            _check_same(journal, head)
+        file.truncate(whole)
+    except BaseException:
+        file.close()
+        raise
+    journal._file = file
+    if not whole:
+        journal.head = {"format": FORMAT, **head}
+        journal._write(journal.head)
+    return journal
+
+
+def _check_same(journal: Journal, head: Row) -> None:
+    for key, value in head.items():
+        found = journal.head.get(key)
+        if key != "started" and found != value:
+            what = f"this is the journal of another {key}"
+            raise InputError(journal.path, what, found=str(found)[:40], expected=str(value)[:40])
+
+
+def _held(path: Path) -> BinaryIO:
+    """The file, open for appending, for this process alone until it is closed."""
+    try:
+        file = path.open("ab")
+    except OSError as error:
+        raise InputError(path, f"cannot write here: {error.strerror or error}") from None
+    _hold(file, path)
+    return file
+
+
+def _hold(file: BinaryIO, path: Path) -> None:
+    """Two measurements that write one journal would spoil it; where files cannot be locked, nobody looks."""
+    try:
+        import fcntl
+    except ImportError:
+        return
+    try:
+        fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        file.close()
+        raise InputError(path, "another measurement is writing this journal", expected="one at a time") from None
+
+
+def _read(path: Path) -> tuple[Journal, int]:
+    """The journal of a file, and how many of its bytes are whole lines."""
+    with reading(path, "journal"):
+        data = path.read_bytes()
+    journal, whole = Journal(path, {}), 0
+    for number, raw in enumerate(data.split(b"\n")[:-1], 1):
+        line = _line(raw, path, number)
+        if number == 1:
+            journal.head = line
+        elif "point" in line:
+            journal.rows[_point(line, journal, number)] = {key: value for key, value in line.items() if key != "point"}
+        whole += len(raw) + 1
+    if whole and journal.head.get("format") != FORMAT:
+        raise InputError(path, "this is no journal of a measurement", expected=FORMAT)
+    return journal, whole
+
+
+def _line(raw: bytes, path: Path, number: int) -> Row:
+    try:
+        line = json.loads(raw)
+    except (ValueError, RecursionError):
+        line = None
+    if not isinstance(line, dict):
+        raise InputError(f"{path}:{number}", "the journal is damaged", found=repr(raw[:40]))
+    return line
+
+
+def _point(line: Row, journal: Journal, number: int) -> int:
+    point = line["point"]
+    values = [value for key, value in line.items() if key != "point"]
+    good = all(isinstance(value, int | float) and math.isfinite(value) for value in values)
+    good = good and isinstance(point, int) and set(POSITION) <= line.keys()
+    if not (good and 1 <= point <= journal.head.get("points", 0) and point not in journal.rows):
+        raise InputError(f"{journal.path}:{number}", "the journal is damaged", found=f"point {point}")
+    return point
+
+
+def _is_unfinished(path: Path) -> bool:
+    """Whether points are in a journal that has no end; one that was refused before its first point is none.
+
+    :class:`InputError` for a file that is no journal: it is somebody's.
+    """
+    with reading(path, "journal"):
+        data = path.read_bytes() if path.exists() else b""
+    whole = data.split(b"\n")[:-1]
+    if data and FORMAT.encode() not in (whole or [data])[0] and not b'{"format": '.startswith(data[:11]):
+        raise InputError(path, "this file is no journal of a measurement", expected="another name")
+    return len(whole) > 1 and not whole[-1].startswith(b'{"end"')
+
+
+def _sync_folder(folder: Path) -> None:
+    """A new file is on the disk only when its folder says so; where folders cannot be opened, the system sees to it."""
+    if os.name != "posix":
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -1,0 +1,244 @@
+"""A program, measured point by point on a machine; what was measured survives whatever happens.
+
+A point counts once the server has completed it and the journal has it on the disk. After a stop of any kind the next
+run goes on with the first point that the journal has not.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.errors import InputError, PartlyDoneError
+from stepgauge.live.codes import DmeError
+from stepgauge.live.connection import ConnectionLostError, StopAskedError
+from stepgauge.live.controller import Link, Measured, Wishes, refused
+from stepgauge.live.job import Job
+from stepgauge.live.journal import Journal, Row
+from stepgauge.live.ways import HAND_MM, Ways
+from stepgauge.machine.file import TIP_TOLERANCE_MM
+from stepgauge.recording import POSITION, Recording
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int, float], None]
+"""Called with points done, points of the program, and the time left at full speed, s."""
+MEANING = {
+    500: "emergency stop: the machine stands where it was",
+    503: "the controller has lost its machine",
+    1000: "the machine is in an error state",
+    1001: "the probe touched something on its way",
+    1003: "the probe did not trigger",
+    1005: "the machine could not home",
+    1006: "no face where the program expects it",
+    1008: "a position is outside the machine's volume",
+    1009: "air pressure out of range",
+    1011: "the machine cannot move",
+    1501: "the probe is not free: it is deflected or not armed",
+    1502: "the server does not know the tool",
+    2500: "a limit switch or the end of the travel",
+    2504: "collision",
+}
+RETREATS = (1003, 1006)
+"""Errors after which the machine may move: it searched in vain, and nothing is wrong with it."""
+
+
+class MeasurementStoppedError(PartlyDoneError):
+    """The measurement stopped; what was measured is in the journal."""
+
+
+class StoppedByPersonError(KeyboardInterrupt):
+    """The person stopped the measurement; the message says how far it came."""
+
+
+@dataclass
+class _Run:
+    """One session of a measurement. ``touched``: points of this session, after which the machine stands at a face."""
+
+    job: Job
+    link: Link
+    journal: Journal
+    ways: Ways
+    progress: Progress
+    offset_s: float = 0.0
+    moved: bool = False
+    touched: set[int] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.durations_s = self.job.durations_s()
+
+    @property
+    def next_point(self) -> int:
+        """The first point that the journal has not, from 1; one more than there are where all are done."""
+        return next((n for n in range(1, len(self.job) + 1) if n not in self.journal.rows), len(self.job) + 1)
+
+    def measure_all(self, wishes: Wishes) -> None:
+        """From the beginning of the session to its end."""
+        self.link.prepare(wishes)
+        self._set_clock()
+        if self.next_point <= len(self.job):
+            self._enter(self.next_point)
+        while (point := self.next_point) <= len(self.job):
+            self._measure(point)
+        self._leave()
+
+    def _set_clock(self) -> None:
+        """The clock of a server that was started anew counts on from the last point."""
+        now_s = self.link.time_s()
+        last_s = max((row.get("time_s", 0.0) for row in self.journal.rows.values()), default=0.0)
+        self.offset_s = max(0.0, last_s - now_s) if now_s is not None else 0.0
+
+    def _enter(self, point: int) -> None:
+        """A safe way from wherever the machine stands to the path, at the first point that is missing."""
+        before = [move.position for move in self.job.program.moves(0)] if point == 1 else []
+        stops = [*before, *(move.position for move in self.job.moves(point)[0]), self._start_of(point)]
+        here = self.link.position_mm()
+        way, first = self.ways.to_path(here, self._near(point, here), stops)
+        self.moved = True
+        for place in [*way, *stops[first + 1 : -1]]:
+            self.link.go(place)
+
+    def _start_of(self, point: int) -> Array:
+        """Where the search of a point starts."""
+        measure = self.job.moves(point)[1]
+        assert measure.approach is not None
+        return measure.position - self.job.program.settings.standoff_mm * measure.approach
+
+    def _near(self, point: int, here: Array) -> list[Array]:
+        """Where to back off to from a face: the starts of the searches of this point and of the one before.
+
+        Of a measurement that was begun anew, somewhere else along the gauge: a stand-off from there.
+        """
+        step = self.job.program.settings.standoff_mm * self.job.placement.axis
+        return [*(self._start_of(n) for n in (point, point - 1) if 1 <= n <= len(self.job)), here - step, here + step]
+
+    def _measure(self, point: int) -> None:
+        way, measure = self.job.moves(point)
+        assert measure.approach is not None
+        if point - 1 in self.touched:
+            for move in way:
+                self.link.go(move.position)
+        row: Row = dict(self.link.temperatures_C())
+        surface = measure.position + self.job.machine.probe.tip_radius_mm * measure.approach
+        found = self.link.probe(surface, measure.approach, float(self.durations_s[point - 1]))
+        self._check_tip(found)
+        self.journal.add(point, self._row(row, found))
+        self.touched.add(point)
+        self.progress(len(self.journal.rows), len(self.job), float(self.durations_s[point:].sum()))
+
+    def _row(self, row: Row, found: Measured) -> Row:
+        """A point as the journal keeps it; the temperature that the person states wins."""
+        if self.job.gauge_temperature_C is not None:
+            row["gauge_temperature_C"] = self.job.gauge_temperature_C
+        own = time.time() - self.journal.began_s if found.time_s is None else found.time_s + self.offset_s
+        row |= dict(zip(POSITION, found.position_mm, strict=True))
+        return row | {"time_s": round(own, 6), "speed_mm_s": self.job.program.settings.measuring_speed_mm_s}
+
+    def _check_tip(self, found: Measured) -> None:
+        radius, machine = self.job.machine.probe.tip_radius_mm, self.job.machine
+        if found.radius_mm is not None and abs(found.radius_mm - radius) > TIP_TOLERANCE_MM:
+            expected = f"{radius:g} mm, as in {machine.path or 'the machine file'}"
+            raise refused(self.link, "the server's tool has another tip", f"ER {found.radius_mm:g} mm", expected)
+
+    def _leave(self) -> None:
+        for move in self.job.program.moves(len(self.job) + 1):
+            self.link.go(move.position)
+        self.link.end()
+
+    def retreat(self) -> None:
+        """After a stop: errors cleared, back from the face, out along the stylus, end of the session.
+
+        A machine that was not moved stays where it is.
+        """
+        self.link.clear()
+        if not self.moved:
+            self.link.end()
+            return
+        here = self.link.position_mm()
+        for place in self.ways.out(here, self._near(self.next_point, here)):
+            if np.linalg.norm(place - here) > HAND_MM:
+                self.link.go(place)
+        self.link.end()
+
+    def end(self) -> None:
+        """End of the session without a move."""
+        self.link.clear()
+        self.link.end()
+
+
+def measure(
+    job: Job,
+    link: Link,
+    journal: Journal,
+    *,
+    wishes: Wishes | None = None,
+    progress: Progress | None = None,
+) -> Recording:
+    """Measure a program through a link to a machine.
+
+    Parameters
+    ----------
+    job : the checked program, see :func:`stepgauge.live.job.make_job`
+    link : to the machine, used by nobody else: :class:`stepgauge.live.controller.Controller` over I++ DME, or LinuxCNC
+    journal : new, or of the same measurement broken off before; gets every point
+    wishes : tool and homing
+    progress : called after every point
+
+    Returns
+    -------
+    The recording of all points, those of earlier sessions too, with times (s) and temperatures (deg C).
+
+    Raises
+    ------
+    MeasurementStoppedError
+        an error of the server, or the loss of the connection; the machine stands or has drawn back, as documented
+    StoppedByPersonError
+        the person asked to stop; the machine has drawn back, the session is ended
+    InputError
+        a server that is refused before it moves
+    """
+    ways = Ways(job.machine, job.gauge, job.placement)
+    run = _Run(job, link, journal, ways, progress or (lambda *_: None))
+    try:
+        run.measure_all(wishes or Wishes())
+    except (StopAskedError, KeyboardInterrupt) as asked:
+        if isinstance(asked, KeyboardInterrupt):
+            _after(link.abort)
+        _after(run.retreat)
+        raise StoppedByPersonError(_so_far(run)) from None
+    except DmeError as error:
+        _after(run.retreat if error.number in RETREATS else run.end)
+        raise _stopped(run, MEANING.get(error.number, "the server reports an error"), f"error {error} ") from None
+    except ConnectionLostError as error:
+        raise _stopped(run, "the connection was lost", f"{error} ") from None
+    except InputError:
+        _after(run.end)
+        raise
+    journal.finish()
+    return job.recording(journal, {"server": link.name})
+
+
+def _after(what: Callable[[], None]) -> None:
+    """Come to an end as far as the server lets; what stopped the measurement is what is told."""
+    try:
+        what()
+    except (DmeError, ConnectionLostError, InputError):
+        return
+
+
+def _so_far(run: _Run) -> str:
+    return f"{len(run.journal.rows)} of {len(run.job)} points measured"
+
+
+def _stopped(run: _Run, what: str, found: str) -> MeasurementStoppedError:
+    point = run.next_point
+    place = f"at {run.job.name(point)}, " if point <= len(run.job) else ""
+    return MeasurementStoppedError(
+        run.link.name,
+        what,
+        found=f"{found}{place}{_so_far(run)}",
+        expected="the cause removed, then the same command with --resume",
+    )

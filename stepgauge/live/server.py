@@ -1,0 +1,183 @@
+"""The virtual CMM on a TCP port: one client at a time, lines in and out, and a clean end."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import signal
+import socket
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+from stepgauge.live.machine_state import MachineState
+from stepgauge.live.methods import HANDLERS
+from stepgauge.live.protocol import END, PORT, Lines
+from stepgauge.live.session import LinkLostError, Session
+
+LOOPBACK = "127.0.0.1"
+STUCK_S = 30.0
+"""A client that does not read for so long is cut off."""
+KEEPALIVE = {"TCP_KEEPIDLE": 10, "TCP_KEEPINTVL": 5, "TCP_KEEPCNT": 3}
+"""Seconds, seconds and tries after which a peer that has vanished is known to be gone."""
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Listening:
+    """Where the server listens, and when it ends by itself.
+
+    ``port``: 0 for a free one; ``idle_s``: it ends after so long without a client (None: never); ``stuck_s``: see
+    :data:`STUCK_S`.
+    """
+
+    host: str = LOOPBACK
+    port: int = PORT
+    idle_s: float | None = None
+    stuck_s: float = STUCK_S
+
+
+class _Link(asyncio.Protocol):
+    """The connection of one client."""
+
+    def __init__(self, server: Server) -> None:
+        self.server, self.lines = server, Lines()
+        self.transport: asyncio.Transport | None = None
+        self.session: Session | None = None
+        self.work: asyncio.Task[None] | None = None
+        self._stuck: asyncio.TimerHandle | None = None
+        self._out: list[bytes] = []
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        self.transport = transport
+        if self.server.link is not None:
+            _log.info("a second client was refused")
+            transport.abort()
+            return
+        _keep_alive(transport.get_extra_info("socket"))
+        self.server.link = self
+        self.session = Session(self.server.state, self._send, HANDLERS)
+        self.work = asyncio.get_running_loop().create_task(self._work(self.session))
+        self.server.client_came()
+        _log.info("client %s", transport.get_extra_info("peername"))
+
+    async def _work(self, session: Session) -> None:
+        try:
+            await session.work()
+        except LinkLostError:
+            assert self.transport is not None
+            _log.info("the connection is dropped, as the faults say")
+            self.transport.abort()
+
+    def data_received(self, data: bytes) -> None:
+        if self.session is None:
+            return
+        for line, cut in self.lines.feed(data):
+            if _log.isEnabledFor(logging.DEBUG):
+                _log.debug("< %s", line.decode("latin-1"))
+            self.session.receive(line, cut)
+
+    def _send(self, line: str) -> None:
+        """Lines of one moment go out together, for a packet costs more than a command."""
+        if _log.isEnabledFor(logging.DEBUG):
+            _log.debug("> %s", line)
+        if not self._out:
+            loop = asyncio.get_running_loop()
+            loop.call_soon(loop.call_soon, self._write)  # after the command that this moment brought
+        self._out.append(line.encode("ascii") + END)
+
+    def _write(self) -> None:
+        data, self._out = b"".join(self._out), []
+        if self.transport is not None and not self.transport.is_closing():
+            self.transport.write(data)
+
+    def pause_writing(self) -> None:
+        """The client does not read: no further command is taken, and after a while it is cut off."""
+        assert self.transport is not None
+        self.transport.pause_reading()
+        self._stuck = asyncio.get_running_loop().call_later(self.server.listening.stuck_s, self.transport.abort)
+
+    def resume_writing(self) -> None:
+        assert self.transport is not None
+        if self._stuck is not None:
+            self._stuck.cancel()
+        self.transport.resume_reading()
+
+    def connection_lost(self, error: Exception | None) -> None:
+        if self._stuck is not None:
+            self._stuck.cancel()
+        if self.session is None:
+            return
+        self.session.close()
+        if self.work is not None:
+            self.work.cancel()
+        _log.info("client gone%s", f": {error}" if error else "")
+        self.server.link = None
+        self.server.client_left()
+
+
+def _keep_alive(connection: socket.socket) -> None:
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    for name, value in KEEPALIVE.items():
+        if hasattr(socket, name):
+            connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
+
+
+class Server:
+    """A virtual CMM that listens; :meth:`run` until it is told to end."""
+
+    def __init__(self, state: MachineState, listening: Listening | None = None) -> None:
+        self.state, self.listening = state, listening or Listening()
+        self.link: _Link | None = None
+        self._end: asyncio.Event | None = None
+        self._idle: asyncio.TimerHandle | None = None
+
+    async def run(self, ready: Callable[[str, int], Any], signals: bool = True) -> None:
+        """Serve until SIGINT, SIGTERM, :meth:`stop`, or the idle time; ``ready`` is told the address and the port."""
+        loop = asyncio.get_running_loop()
+        self._end = asyncio.Event()
+        listener = await loop.create_server(
+            lambda: _Link(self), self.listening.host, self.listening.port, reuse_address=True
+        )
+        if signals:
+            for number in (signal.SIGINT, signal.SIGTERM):
+                with suppress(NotImplementedError):  # Windows: an interrupt ends the loop
+                    loop.add_signal_handler(number, self._end.set)
+        host, port = listener.sockets[0].getsockname()[:2]
+        self.client_left()
+        ready(host, port)
+        try:
+            await self._end.wait()
+        finally:
+            listener.close()
+            await self._close_link()
+
+    def stop(self) -> None:
+        """End from within the loop."""
+        if self._end is not None:
+            self._end.set()
+
+    async def _close_link(self) -> None:
+        """What was written is sent, the machine stops."""
+        link = self.link
+        if link is None or link.transport is None:
+            return
+        link._write()
+        link.transport.close()
+        if link.work is not None:
+            link.work.cancel()
+            with suppress(asyncio.CancelledError):
+                await link.work
+
+    def client_came(self) -> None:
+        """No end while a client is there."""
+        if self._idle is not None:
+            self._idle.cancel()
+
+    def client_left(self) -> None:
+        """From now on the time without a client counts."""
+        if self.listening.idle_s is not None:
+            self._idle = asyncio.get_running_loop().call_later(self.listening.idle_s, self.stop)

@@ -1,0 +1,129 @@
+"""``measure``: a measuring program on a CMM, over I++ DME."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stepgauge.errors import InputError
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.live.connection import Address, Connection, Spy
+from stepgauge.live.controller import Controller, Link, Wishes
+from stepgauge.live.job import Job, make_job
+from stepgauge.live.journal import resume as go_on
+from stepgauge.live.journal import start
+from stepgauge.live.measuring import Progress
+from stepgauge.live.measuring import measure as measure_job
+from stepgauge.machine.file import Machine
+from stepgauge.machine.virtual import probing_settings
+from stepgauge.programs import DIALECTS, read_program
+from stepgauge.public.inputs import File, as_gauge, as_machine, as_placement, at_least, of_kind, one_of
+from stepgauge.recording import Recording
+
+if TYPE_CHECKING:
+    from stepgauge.planning.planned import Plan
+
+LINUXCNC = "linuxcnc"
+"""Instead of an address: the controller that runs on this computer."""
+
+
+def measure(
+    program: File | Plan,
+    machine: File | Machine,
+    gauge: File | Gauge,
+    placement: File | Placement,
+    *,
+    server: str,
+    journal: File,
+    resume: bool = False,
+    homing: bool = False,
+    tool: str = DIALECTS["ippdme"].tool,
+    gauge_temperature_C: float | None = None,
+    placement_number: int = 1,
+    dialect: str | None = None,
+    search_mm: float = 2.0,
+    spy: File | None = None,
+    progress: Progress | None = None,
+    stop: Callable[[], bool] | None = None,
+) -> Recording:
+    """Measure a program on a CMM through its I++ DME server, or on LinuxCNC.
+
+    Parameters
+    ----------
+    program : file of the program's text (DMIS, I++ DME), or a plan
+    machine : travel, speeds and probe
+    gauge : the certified gauge, its file or shipped name
+    placement : how the gauge lies
+    server : ``"HOST:PORT"``, the port is 1294 by default; or ``"linuxcnc"``, the one that runs on this computer
+    journal : file that gets every point before the next one is measured
+    resume : go on with the measurement of which this is the journal
+    homing : the machine may home itself; without it one that is not homed is refused
+    tool : what the server calls the probe
+    gauge_temperature_C : default: what the server says, if it does
+    placement_number : which placing of the gauge this is
+    dialect : language of the text; default: recognised
+    search_mm : search beyond the target, where the text does not state it
+    spy : file that gets every line of both sides
+    progress : called after every point with points done, points of the program, and time left at full speed, s
+    stop : asked ten times a second whether to stop
+
+    Returns
+    -------
+    The recording. An interrupt (Ctrl-C) or ``stop`` stops the machine, draws it back and ends the session; it is
+    raised as a ``KeyboardInterrupt``.
+
+    Raises
+    ------
+    InputError
+        what is refused before the machine moves; an error of the machine or the loss of the connection, after which
+        the measurement can be resumed
+    """
+    at_least("placement_number", placement_number, 1)
+    at_least("search_mm", search_mm, 0.0, "mm", beyond=True)
+    steps, cmm = as_gauge(gauge), as_machine(machine)
+    if isinstance(program, File):
+        known = None if dialect is None else one_of("dialect", dialect, DIALECTS)
+        moves = read_program(program, probing_settings(cmm, search_mm), known)
+    else:
+        from stepgauge.planning.planned import Plan  # with all that plans, which a program's text does not need
+
+        moves = of_kind(program, Plan, "program").program
+    job = make_job(
+        moves,
+        cmm,
+        steps,
+        as_placement(placement, steps),
+        placement_number=placement_number,
+        gauge_temperature_C=gauge_temperature_C,
+    )
+    book = (go_on if resume else start)(Path(journal), job.head())
+    try:
+        if len(book.rows) == len(job):  # nothing is missing: no machine is needed
+            return job.recording(book, {"server": server})
+        with linked(job, server, spy, stop) as link:
+            return measure_job(job, link, book, wishes=Wishes(tool, homing), progress=progress)
+    finally:
+        book.close()
+
+
+@contextmanager
+def linked(job: Job, server: str, spy: File | None, stop: Callable[[], bool] | None) -> Iterator[Link]:
+    """The machine that ``server`` names, for as long as it is needed."""
+    if server == LINUXCNC:
+        from stepgauge.live.linuxcnc import LinuxCnc
+
+        if spy is not None:
+            raise InputError("spy", "LinuxCNC has no session to write down", found=spy, expected="an I++ DME server")
+        yield LinuxCnc(job.program.settings, stop)
+        return
+    address = Address.parse(server)
+    with ExitStack() as open_files:
+        watching = None if spy is None else Spy(spy, {"server": str(address)})
+        if watching is not None:
+            open_files.callback(watching.close)
+        connection = Connection(address, watching, stop)
+        open_files.callback(connection.close)
+        yield Controller(connection, job.program.settings, job.longest_mm)
