@@ -227,7 +227,7 @@ def _parameters(finding: Finding) -> dict[str, dict[str, Any]]:
     if finding.effect is not None:
         units = {p.name: p.unit for p in finding.effect.parameters()}
         for name, value in effect_table(finding.effect).items():
-            if name != "kind" and name not in said:
+            if name not in ("kind", "when") and name not in said:  # a condition is in "where"
                 said[name] = {"value": value, "u": None, "unit": units[name]}
     return said
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from stepgauge.cli import main
 from stepgauge.diagnosis.clock import told_by_clock
 from stepgauge.diagnosis.laws import law_candidates
 from stepgauge.diagnosis.library import signatures
@@ -20,7 +23,8 @@ from stepgauge.diagnosis.practice import in_practice
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.effects import along_approach_um, make_effects
-from stepgauge.recording import Recording
+from stepgauge.machine.file import read_machine
+from stepgauge.recording import Recording, write_recording
 from tests.diagnosis.made import machine
 from tests.diagnosis.test_further_laws import STEPS, THREE, Axis, bent, measured, named, told, turned
 
@@ -46,6 +50,18 @@ def test_a_law_in_a_part_of_the_record_is_named_with_its_condition(name: str) ->
     assert one.effect is not None
     assert effect_table(one.effect)["when"] == one.where
     assert in_practice(one, found.data).startswith(f"Only where {one.where}: ")
+
+
+def test_the_files_of_a_diagnosis_have_the_condition(tmp_path: Path) -> None:
+    path = tmp_path / "recording.csv"
+    write_recording(path, bent(measured(ALONG_X, 3), WAVE | {"when": "x_mm > 350"}))
+    main(["diagnose", str(path), "-g", "step-gauge-420", "-m", "bridge-cmm", "-o", str(tmp_path / "out")])
+    (effect,) = json.loads((tmp_path / "out/diagnosis.json").read_text())["effects"]
+    assert effect["where"].startswith("x_mm > 35")
+    assert "when" not in effect["parameters"]
+    (added,) = read_machine(tmp_path / "out/machine.diagnosed.toml").effects
+    assert added["when"] == effect["where"]
+    assert f"Only where {effect['where']}" in (tmp_path / "out/diagnosis.md").read_text()
 
 
 @pytest.mark.parametrize("table", [SQUARE, WAVE])
