@@ -50,6 +50,7 @@ class Family:
     ``law``: the effect class, None for a form. ``directions (k, 3)``: unit vectors whose components make the direction
     of motion, where that is free. ``prior``: standard deviation of what is expected of its sizes, infinite for none.
     ``taken``: non-linear parameters that the recording does not determine; they are taken to be what is usual.
+    ``within``: the ranges of the family of which these are some shapes, None for the ranges of its own.
     """
 
     kind: str
@@ -65,6 +66,7 @@ class Family:
     prior: float = np.inf
     shares: Array | None = None
     taken: frozenset[str] = frozenset()
+    within: dict[str, tuple[float, float]] | None = None
 
     @cached_property
     def dimension(self) -> int:
@@ -84,6 +86,8 @@ class Family:
     @cached_property
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Least and largest value on the grid of every non-linear parameter that is one number and no angle."""
+        if self.within is not None:
+            return self.within
         names = [name for name, value in self.atoms[-1].items() if isinstance(value, float | int)]
         names = [name for name in names if not name.endswith("_deg")]  # an angle goes on beyond a turn
         values = {name: [atom[name] for atom in self.atoms if atom[name] is not None] for name in names}

@@ -69,7 +69,7 @@ def _under(condition: Condition, law: Law, family: Family, shape: dict[str, Any]
     atoms = [{**shape, "when": formula} for formula in condition.formulas]
     pattern = np.array([family_signatures(family, atom, data) for atom in atoms])
     label = f"{family.label} where {condition.name}"
-    own = replace(family, label=label, atoms=atoms, pattern=pattern, shares=None)
+    own = replace(family, label=label, atoms=atoms, pattern=pattern, shares=None, within=family.ranges)
     return replace(
         law,
         label=f"{law.label} where {condition.name}",
