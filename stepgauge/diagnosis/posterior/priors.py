@@ -102,7 +102,7 @@ class LawPriors(Table):
     """All kinds of laws; ``part``: odds of one in a part of the record only, over one everywhere."""
 
     odds: float = Field(gt=0.0)
-    part: float = Field(gt=0.0)
+    part: float = Field(0.01, gt=0.0)
     kinds: dict[str, KindPrior]
 
     def of(self, kind: str) -> KindPrior:
