@@ -34,7 +34,7 @@ class Numerals:
             return math.nan
         plain = text if self.decimal == "." else text.replace(",", ".") if "." not in text else ""
         if _PLAIN.fullmatch(plain):
-            return number(plain)
+            return _measured(number(plain))
         text = tidy(text)
         mark = "," if self.decimal == "." else "."
         whole, point, rest = text.partition(self.decimal)
@@ -42,7 +42,15 @@ class Numerals:
         first, three = "[1-9][0-9]{0,2}", "[0-9]{3}"
         if re.fullmatch(rf"{first}(?:{re.escape(mark)}{three})+|{first}(?:[ ']{three})+", digits):
             digits = re.sub(r"[ ',.]", "", digits)
-        return number(sign + digits + ("." if point else "") + rest)
+        return _measured(number(sign + digits + ("." if point else "") + rest))
+
+
+LARGEST = 1e100
+"""No cell of a measurement holds a larger number, in any unit; products of such numbers would overflow."""
+
+
+def _measured(value: float) -> float:
+    return value if abs(value) <= LARGEST else math.nan
 
 
 def tidy(text: str) -> str:

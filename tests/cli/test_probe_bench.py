@@ -76,7 +76,7 @@ def test_wrong_recordings_are_named(series, tmp_path, change, parts):
 
 @pytest.mark.parametrize(
     ("options", "part"),
-    [(["-k", 0], "--coverage-factor"), (["-o", "b.json"], "--output")],
+    [(["-k", 0], "--coverage-factor"), (["-o", "b.json"], "output: this name is that of the summary")],
 )
 def test_impossible_options_are_named(series, tmp_path, options, part):
     result = run(series, "-o", tmp_path / "b.csv", *options)
