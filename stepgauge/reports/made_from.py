@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.reports.reading import check_gauge, find_evaluation
 
@@ -22,7 +22,9 @@ def recordings_of(evaluation: dict[str, Any], path: str | Path) -> list[Path]:
         place = near.get(Path(typed).name, Path(typed))
         if not typed or not place.is_file():
             what = "a recording of this evaluation is not there"
-            raise InputError(path, what, found=typed or "not in a file", expected="it, given with --recording")
+            raise InputError(
+                path, what, found=typed or "not in a file", expected="it, among the recordings that are given"
+            )
         found.append(place)
     return found
 
@@ -38,7 +40,9 @@ def gauge_of(evaluation: dict[str, Any], path: str | Path) -> Path | str:
             except InputError:
                 continue
             return one
-    raise InputError(path, "the gauge of this evaluation is not there", expected="it, given with --gauge")
+    raise InputError(
+        path, "the gauge of this evaluation is not there", expected=naming("gauge", words="it, given with {}")
+    )
 
 
 def _near(evaluation: dict[str, Any], path: str | Path) -> Iterator[Path]:
