@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from typing import TYPE_CHECKING
 
@@ -71,7 +72,7 @@ def _describe(effect: type[Effect], given: Given) -> str:
 def _usual(effect: type[Effect], gauge: Gauge | None, machine: Machine | None) -> list[str]:
     """What a diagnosis expects of the effect before it has seen a reading."""
     from stepgauge.diagnosis.posterior.priors import shipped_priors
-    from stepgauge.diagnosis.usual import odds_of, shape_range, usual_size
+    from stepgauge.diagnosis.usual import odds_of, shape_range, usual_shape, usual_size
 
     priors = shipped_priors()
     if effect.kind not in priors.laws.kinds:
@@ -89,6 +90,10 @@ def _usual(effect: type[Effect], gauge: Gauge | None, machine: Machine | None) -
             ends = {axis: "{:.4g} to {:.4g}".format(*shape_range(p.name, priors, machine, axis)) for axis in axes}
             told = ", ".join(f"{axis} {words}".strip() for axis, words in ends.items())
             lines.append(f"  {p.name}: {told} {p.unit}, as likely in every decade")
+        if (about := usual_shape(p.name, priors, machine)) is not None:
+            centre, factor, reason = about[0], math.exp(about[1]), priors.usual_shapes[p.name].why
+            range_ = f"{centre / factor:.3g} to {centre * factor:.3g}"
+            lines.append(f"  {p.name}: usually {centre:.3g} {p.unit}, two thirds from {range_} {p.unit} ({reason})")
     odds = 1.0 / odds_of(effect.kind, priors)
     return [*lines, f"  prior odds: 1 to {odds:.2g}, shared among its axes, faces and columns"]
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, Parameter
 from stepgauge.effects.base import Axis, Vector
@@ -161,13 +162,14 @@ def is_spanned(law: type[Effect], atoms: Sequence[dict[str, Any]], columns: Arra
     """Whether signatures ``(atoms, d, n)`` beside the origins have as many patterns as the law has parameters.
 
     Asked of laws of the direction of approach or of the way to the touch, of which few may occur. A parameter that
-    may be left out counts where it is varied.
+    may be left out counts where it is varied and nothing is usual of it.
     """
     if law.kind not in _SPANNED:
         return True
     patterns = columns.reshape(-1, columns.shape[-1])
     value = np.linalg.eigvalsh(patterns @ patterns.T)
     varied = {name for name in atoms[0] if any(atom[name] != atoms[0][name] for atom in atoms)}
+    varied -= set(shipped_priors().usual_shapes)
     shaped = [p for p in law.parameters() if p.role == "nonlinear" and (p.required or p.name in varied)]
     free = len(shaped) + sum(p.role == "linear" for p in law.parameters())
     return bool((value > SPANNED**2 * value[-1]).sum() >= free)

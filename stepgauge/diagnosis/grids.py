@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.usual import usual_shape
 from stepgauge.effects import Effect, Parameter
 
 Array = NDArray[np.float64]
@@ -30,19 +32,20 @@ LEVEL = np.sin(np.radians(2.0))
 AZIMUTH_STEP_DEG = 5.0
 SEAT_SHARE = 0.2
 """Of its reaction at rest, at which a bad seat opens: readings show its product with the compliance."""
-USUAL_ALONG = 0.03
-"""Compliance along the stylus over that across it: OMP40-2 with 50 mm, most of it where the tip meets the face."""
-CARRIER_MM = 15.0
-"""From the arms of a tripod to the root of its stylus: 14.5 mm in Rodrigues' probe, hidden in all."""
+SPREAD = np.linspace(-2.0, 2.0, 5)
+"""Points about what is usual, in standard deviations."""
 MOST_TOUCHES = 50.0
 """A probe has settled after some dozens of touches; a longer relaxation depends on time, not on touches."""
 
 
 def parameter_grid(kind: type[Effect], parameter: Parameter, choices: dict[str, Any], data: Residuals) -> list[Any]:
-    """Values of one non-linear parameter to try; a rule by its name, else a dozen over its sensible range.
+    """Values of one non-linear parameter to try: about what is usual, by a rule, or a dozen over its sensible range.
 
     None stands for what is there without it: at once, from the beginning, for ever.
     """
+    usual = usual_shape(parameter.name, shipped_priors(), data.machine)
+    if usual is not None:
+        return list(usual[0] * np.exp(usual[1] * SPREAD))
     rule = _RULES.get(f"{kind.kind}.{parameter.name}", _RULES.get(parameter.name))
     if rule is not None:
         return [value for value in rule(choices, data) if value is not None or not parameter.required]
@@ -166,18 +169,6 @@ def _touches(choices: dict[str, Any], data: Residuals) -> Array:
     return np.geomspace(0.3, float(np.clip(most / 3.0, 1.0, MOST_TOUCHES)), 14)
 
 
-def _levers_mm(_: dict[str, Any], data: Residuals) -> Array:
-    """From the shortest stylus that is in use to the longest; of level gauges it scales the size and is not told."""
-    return (
-        np.array([data.machine.probe.shank_length_mm + CARRIER_MM]) if lie_level(data) else np.geomspace(20.0, 150.0, 5)
-    )
-
-
-def _alongs(_: dict[str, Any], data: Residuals) -> list[float]:
-    """From a stylus that is stiff along itself, and its contact, to a soft module; of level gauges it is not told."""
-    return [USUAL_ALONG] if lie_level(data) else [0.005, USUAL_ALONG, 0.15]
-
-
 def _arm_azimuths_deg(choices: dict[str, Any], data: Residuals) -> Array:
     """Over what the law repeats in: three arms alike, and of gauges that lie level fronts and backs together, six."""
     turn = 360.0 if "arm" in choices else 120.0
@@ -208,8 +199,6 @@ _RULES: dict[str, Callable[[dict[str, Any], Residuals], Any]] = {
     "width_mm": _widths_mm,
     "supports_mm": _supports,
     "touches": _touches,
-    "lever_mm": _levers_mm,
-    "along": _alongs,
     "arm_azimuth_deg": _arm_azimuths_deg,
     "share": lambda choices, data: [SEAT_SHARE],
     "mrad": lambda choices, data: [1.0],

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Law, Refined, Sizes
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.solve import solve
-from stepgauge.diagnosis.usual import odds_of, shape_range, usual_size
+from stepgauge.diagnosis.usual import odds_of, shape_range, usual_shape, usual_size
 
 Array = NDArray[np.float64]
 LATE = ("lag_s", "start_s")
@@ -32,6 +33,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
     for family in families:
         labels[family.label] += 1
         label = family.label if labels[family.label] == 1 else f"{family.label} #{labels[family.label]}"
+        family = replace(family, about=_about(family, priors, data))
         sizes = sizes_of(family, priors, data)
         found.append(
             Law(
@@ -71,8 +73,8 @@ def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
     """Logarithms of the prior of each shape ``(atoms,)``.
 
     For a period or a frequency every decade of the physically possible range is equally likely, so that each point of
-    the grid has the share of its step. All other shapes are equally likely, except late ones: all with a lag
-    or with a beginning during the measurement have the odds of a lag.
+    the grid has the share of its step. A shape of which something is usual is log-normal about it. All other shapes are
+    equally likely, except late ones: all with a lag or with a beginning during the measurement have the odds of a lag.
     """
     count = len(family.atoms)
     for name in priors.shapes:
@@ -85,11 +87,27 @@ def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
             high = max(high, float(np.ptp(data.frame["time_s"])) / 2.0)
         share = np.minimum(np.abs(np.median(np.diff(rate))) / rate, 1.0)
         return np.asarray(np.log(share / np.log(high / low)))
+    if family.about:
+        weight = np.array([_log_prior(family, atom) for atom in family.atoms])
+        return weight - np.logaddexp.reduce(weight)
     late = np.array([any(atom.get(name) is not None for name in LATE) for atom in family.atoms])
     if late.any() and not late.all():
         share = np.where(late, priors.forms.lag / late.sum(), 1.0 / (~late).sum()) / (1.0 + priors.forms.lag)
         return np.asarray(np.log(share))
     return np.full(count, -np.log(count))
+
+
+def _about(family: Family, priors: Priors, data: Residuals) -> dict[str, tuple[float, float]]:
+    """The shapes of a family of which something is usual."""
+    every = {name: usual_shape(name, priors, data.machine) for name in family.atoms[0]}
+    return {name: usual for name, usual in every.items() if usual is not None}
+
+
+def _log_prior(family: Family, shape: Mapping[str, Any]) -> float:
+    """Logarithm of the prior density of a shape, up to a constant."""
+    return -0.5 * sum(
+        float(np.log(shape[name] / median) / spread) ** 2 for name, (median, spread) in family.about.items()
+    )
 
 
 def _has_shape(family: Family) -> bool:
@@ -111,4 +129,7 @@ def _refined(family: Family, data: Residuals, metric: Metric, atom: int, left_um
             min(low / BEYOND, low * BEYOND) <= value <= max(high / BEYOND, high * BEYOND)
         ):
             return None
-    return Refined(family_signatures(family, shape, data), shape)
+    if any(shape[name] <= 0.0 for name in family.about):
+        return None
+    gain = _log_prior(family, shape) - _log_prior(family, family.atoms[atom])
+    return Refined(family_signatures(family, shape, data), shape, gain)

@@ -51,6 +51,7 @@ class Family:
     of motion, where that is free. ``prior``: standard deviation of what is expected of its sizes, infinite for none.
     ``taken``: non-linear parameters that the recording does not determine; they are taken to be what is usual.
     ``within``: the ranges of the family of which these are some shapes, None for the ranges of its own.
+    ``about``: median and logarithmic standard deviation of shapes with a log-normal prior.
     """
 
     kind: str
@@ -67,6 +68,7 @@ class Family:
     shares: Array | None = None
     taken: frozenset[str] = frozenset()
     within: dict[str, tuple[float, float]] | None = None
+    about: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @cached_property
     def dimension(self) -> int:
@@ -89,7 +91,8 @@ class Family:
         if self.within is not None:
             return self.within
         names = [name for name, value in self.atoms[-1].items() if isinstance(value, float | int)]
-        names = [name for name in names if not name.endswith("_deg")]  # an angle goes on beyond a turn
+        # an angle goes on beyond a turn, what is usual is no bound
+        names = [name for name in names if not name.endswith("_deg") and name not in self.about]
         values = {name: [atom[name] for atom in self.atoms if atom[name] is not None] for name in names}
         return {name: (float(min(tried)), float(max(tried))) for name, tried in values.items()}
 

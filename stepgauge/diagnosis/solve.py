@@ -107,8 +107,12 @@ class _Law:
         self.sized = self.free or len(self.linear)
         ranges = [self.family.ranges.get(name, (-UNBOUNDED, UNBOUNDED)) for name in self.names]
         self.range = np.array([(low, high) if low < high else (-UNBOUNDED, UNBOUNDED) for low, high in ranges]).T
+        # of what is usual nothing is known where a name has no prior: infinitely wide about one
+        about = [family.about.get(name, (1.0, np.inf)) for name in self.names]
+        self.usual, self.spread = np.array(about).reshape(-1, 2).T
         # a step of the search may end where a time would run backwards, which no law can compute
-        self.least = np.where(self.range[0] > 0.0, SMALLEST_SHARE * self.range[0], -UNBOUNDED)
+        low = np.where(np.isfinite(self.spread), self.usual, self.range[0])
+        self.least = np.where(low > 0.0, SMALLEST_SHARE * low, -UNBOUNDED)
         self._shapes: dict[bytes, Array] = {}
 
     @property
@@ -197,16 +201,22 @@ class _Law:
         um = self._scaled(parameters, shape)
         return np.vstack([shape[0, : self.sized], (um[1:] - um[0]) / steps[self.sized :, None]])
 
-    def sizes(self, parameters: Array) -> Array:
-        """Linear parameters over their prior standard deviation."""
-        if not np.isfinite(self.family.prior):
-            return np.zeros(0)
-        return parameters[: self.sized] / self.family.prior
+    def known(self, parameters: Array) -> Array:
+        """Distance of sizes and shapes from the medians of their priors, in standard deviations."""
+        sizes = parameters[: self.sized] / self.family.prior
+        value, inside = self._positive(parameters)
+        far = np.log(value / self.usual) + (inside - value) / value  # below the least value on a straight line
+        return np.concatenate([sizes, far / self.spread])
 
-    def size_slopes(self) -> Array:
-        """Slope of :meth:`sizes` in every parameter."""
-        count = self.sized if np.isfinite(self.family.prior) else 0
-        return np.eye(count, len(self.names)) / self.family.prior
+    def known_slopes(self, parameters: Array) -> Array:
+        """Slope of :meth:`known` in every parameter."""
+        sizes = np.eye(self.sized, len(self.names)) / self.family.prior
+        return np.vstack([sizes, np.diag(1.0 / (self._positive(parameters)[0] * self.spread))])
+
+    def _positive(self, parameters: Array) -> tuple[Array, Array]:
+        """Shapes of which something is usual, not below their least value and as they are; one for all others."""
+        known = np.isfinite(self.spread)
+        return np.where(known, np.maximum(parameters, self.least), 1.0), np.where(known, parameters, 1.0)
 
     def strays(self, parameters: Array) -> tuple[Array, Array]:
         """Distance of parameters beyond their grid, in standard deviations, and the derivative of each.
@@ -250,20 +260,20 @@ def _sine(coefficients: Array) -> tuple[Array, float]:
 def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Metric, white: Array) -> Fitted:
     cuts = np.cumsum([len(law.names) for law in laws])[:-1]
     scale = np.concatenate([law.scales(part) for law, part in zip(laws, np.split(start, cuts), strict=True)])
-    size_slopes = block_diag(*(law.size_slopes() for law in laws))
 
     def left(moved: Array) -> Array:
         parts = np.split(start + moved * scale, cuts)
         shares = [law.displacement_um(part, data) for law, part in zip(laws, parts, strict=True)]
-        sizes = np.concatenate([law.sizes(part) for law, part in zip(laws, parts, strict=True)])
+        known = np.concatenate([law.known(part) for law, part in zip(laws, parts, strict=True)])
         strays = np.concatenate([law.strays(part)[0] for law, part in zip(laws, parts, strict=True)])
-        return np.concatenate([white - whitening(np.sum(shares, axis=0)), sizes, strays])
+        return np.concatenate([white - whitening(np.sum(shares, axis=0)), known, strays])
 
     def slopes(moved: Array) -> Array:
         parts, steps = np.split(start + moved * scale, cuts), np.split(_steps(moved) * scale, cuts)
         um = [law.slopes(part, step, data) for law, part, step in zip(laws, parts, steps, strict=True)]
         strays = np.diag(np.concatenate([law.strays(part)[1] for law, part in zip(laws, parts, strict=True)]))
-        return np.vstack([-whitening(np.vstack(um)).T, size_slopes, strays]) * scale
+        known = block_diag(*(law.known_slopes(part) for law, part in zip(laws, parts, strict=True)))
+        return np.vstack([-whitening(np.vstack(um)).T, known, strays]) * scale
 
     method = "lm" if len(white) > len(start) else "trf"
     found = least_squares(left, np.zeros(len(start)), slopes, method=method, ftol=SAME_COST, max_nfev=60 * len(start))

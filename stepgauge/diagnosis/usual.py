@@ -110,6 +110,15 @@ def odds_of(kind: str, priors: Priors) -> float:
     return priors.laws.odds * priors.laws.of(kind).odds
 
 
+def usual_shape(name: str, priors: Priors, machine: Machine | None = None) -> tuple[float, float] | None:
+    """Median of a shape's log-normal prior and the logarithm of its factor; None for a shape without one."""
+    prior = priors.usual_shapes.get(name)
+    if prior is None:
+        return None
+    stylus_mm = machine.probe.shank_length_mm if machine is not None else STYLUS_MM
+    return prior.usual + (stylus_mm if prior.basis == "stylus" else 0.0), float(np.log(prior.factor))
+
+
 def shape_range(name: str, priors: Priors, machine: Machine | None = None, axis: str = "") -> tuple[float, float]:
     """Range of a period or a frequency that is physically possible.
 

@@ -87,10 +87,11 @@ def test_with_a_constant_in_the_machine_file_the_tripod_is_named_and_its_lever_f
     assert off(one, "arm_azimuth_deg", 0.0, 120.0) < 2.0
 
 
-def test_from_level_gauges_the_tripod_is_named_and_its_lever_taken_as_usual() -> None:
+def test_from_level_gauges_the_tripod_is_named_and_its_lever_is_hardly_told() -> None:
     one = named(diagnose(recorded(THREE, 13), STEPS, machine()), "kinematic_pretravel")
     assert off(one, "arm_azimuth_deg", 0.0, 60.0) < 3.0
-    assert one.parameters["lever_mm"].u is None
+    assert off(one, "lever_mm", LEVER_MM / CONTACT_RADIUS_MM * 10.0) < 2.0
+    assert one.parameters["lever_mm"].u > 0.2 * one.parameters["lever_mm"].value
 
 
 def test_with_the_existing_method_in_the_machine_file_the_lever_is_what_differs() -> None:

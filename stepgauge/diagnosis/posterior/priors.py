@@ -98,6 +98,18 @@ class KindPrior(Table):
     why: str = ""
 
 
+class ShapePrior(Table):
+    """Log-normal prior of a shape: median, and the factor of one standard deviation.
+
+    With the basis "stylus" the median is ``usual`` beyond the length of the stylus.
+    """
+
+    usual: float = Field(gt=0.0)
+    factor: float = Field(gt=1.0)
+    basis: Literal["", "stylus"] = ""
+    why: str = ""
+
+
 class LawPriors(Table):
     """All kinds of laws; ``part``: odds of one in a part of the record only, over one everywhere."""
 
@@ -127,6 +139,7 @@ class Priors(Table):
     scatter: ScatterPriors
     forms: FormPriors
     shapes: dict[str, list[float]]
+    usual_shapes: dict[str, ShapePrior]
     laws: LawPriors
     maps: MapPriors
 

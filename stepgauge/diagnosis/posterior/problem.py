@@ -27,10 +27,14 @@ class Sizes:
 
 @dataclass(frozen=True)
 class Refined:
-    """A signature between the points of a grid: ``columns (d, n)`` and its shape parameters."""
+    """A signature between the points of a grid: ``columns (d, n)`` and its shape parameters.
+
+    ``gain``: logarithm of its prior over that of the point of the grid.
+    """
 
     columns: Array
     shape: Any
+    gain: float = 0.0
 
 
 Refine = Callable[[int, Array], Refined | None]

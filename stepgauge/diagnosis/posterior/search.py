@@ -104,7 +104,7 @@ class Search:
         refined = law.refine(atom, state.left_um) if isinstance(law, Law) and law.refine is not None else None
         if refined is None:
             return grid
-        log_prior = law.log_odds + look.volume_of(atom)
+        log_prior = law.log_odds + look.volume_of(atom) + refined.gain
         return self._narrowed(state, Term(law, atom, refined.columns, look.sd, log_prior, refined.shape), grid)
 
     def _narrowed(self, state: State, term: Term, grid: State) -> State:
