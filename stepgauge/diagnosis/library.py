@@ -115,6 +115,8 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
             if not atoms:
                 continue
             try:
+                if not _is_shown(law, choices, atoms[0], data):
+                    continue
                 columns = signatures(law, choices, atoms, data)
             except (InputError, ValueError):
                 continue  # impossible choices (travel and direction the same), or a column this recording lacks
@@ -125,6 +127,20 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
                 seen = columns if _has_phase(law) else _beside_origins(columns, data)
                 families = _family(law, choices, atoms, seen, size) if is_spanned(law, atoms, seen) else iter(())
             yield from families
+
+
+def _is_shown(law: type[Effect], choices: dict[str, Any], atom: dict[str, Any], data: Residuals) -> bool:
+    """Whether a motion along one machine axis shows along some gauge.
+
+    Where it does not, a step of some millimetres along that axis would stand for one of some micrometres along the
+    gauge.
+    """
+    linear = [p.name for p in law.parameters() if p.role == "linear"]
+    moved = _made(law, fixed_values(law) | choices | atom | dict.fromkeys(linear, 1.0)).displacement_um(data.probings)
+    if len(moved) != 1 or not set(moved) <= set("xyz"):
+        return True
+    place = "xyz".index(next(iter(moved)))
+    return max(abs(axis[place]) for axis in data.probings.setting.axis.values()) > SEEN_SHARE
 
 
 def _beside_origins(columns: Array, data: Residuals) -> Array:
@@ -316,9 +332,12 @@ def _has_phase(law: type[Effect]) -> bool:
 
 
 def _column(law: type[Effect], values: dict[str, Any], data: Residuals, count: int) -> Array:
+    return np.broadcast_to(along_approach_um(_made(law, values), data.probings), (count, len(data))).astype(float)
+
+
+def _made(law: type[Effect], values: dict[str, Any]) -> Effect:
     known = stated(values)
-    effect = law.model_validate(known) if _needs_check(law) else law.model_construct(**known)
-    return np.broadcast_to(along_approach_um(effect, data.probings), (count, len(data))).astype(float)
+    return law.model_validate(known) if _needs_check(law) else law.model_construct(**known)
 
 
 def stated(values: dict[str, Any]) -> dict[str, Any]:

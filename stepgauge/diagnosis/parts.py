@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.choices import goes_both_ways, temperatures
-from stepgauge.diagnosis.library import Family, family_signatures, whole
+from stepgauge.diagnosis.library import SEEN_SHARE, Family, family_signatures, whole
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Law
 from stepgauge.diagnosis.residuals import Residuals
@@ -38,7 +38,7 @@ class Condition:
 def conditions(data: Residuals) -> Iterator[Condition]:
     """The conditions by which this recording has two parts."""
     for name in (*POSITION, *(("time_s",) if data.has_time else ()), *temperatures(data)):
-        edges = _edges(data.probings.column(name))
+        edges = [edge for edge in _edges(data.probings.column(name)) if _parts_places(name, edge, data)]
         for sense in (">", "<"):
             if edges:
                 yield Condition(f"{name} {sense}", tuple(f"{name} {sense} {edge:.{DIGITS}g}" for edge in edges))
@@ -56,18 +56,40 @@ def _edges(values: Array) -> list[float]:
     return sorted({float((met[i - 1] + met[i]) / 2.0) for i in place})
 
 
+def _parts_places(name: str, edge: float, data: Residuals) -> bool:
+    """Whether an edge does not divide a placing by a coordinate along which its gauge does not reach.
+
+    Its touches differ there by how the gauge lies, not by where the machine is.
+    """
+    if name not in POSITION:
+        return True
+    values, place = data.probings.column(name), POSITION.index(name)
+    return all(
+        abs(axis[place]) > SEEN_SHARE or not own.min() < edge < own.max()
+        for number, axis in data.probings.setting.axis.items()
+        if (own := values[data.frame["placement"].to_numpy() == number]).size
+    )
+
+
 def in_part(data: Residuals, priors: Priors, every: tuple[Condition, ...], law: Law, atom: int) -> list[Law]:
     """A law with one of its shapes, under every condition; none of a law that has a condition already."""
     family: Family = law.source
     if "when" in family.atoms[atom]:
         return []
     odds = law.log_odds + float(law.log_weight[atom] + np.log(priors.laws.part / max(len(every), 1)))
-    return [_under(one, law, family, family.atoms[atom], odds, data) for one in every]
+    tried = (_under(one, law, family, family.atoms[atom], odds, data) for one in every)
+    return [one for one in tried if one is not None]
 
 
-def _under(condition: Condition, law: Law, family: Family, shape: dict[str, Any], odds: float, data: Residuals) -> Law:
+def _under(
+    condition: Condition, law: Law, family: Family, shape: dict[str, Any], odds: float, data: Residuals
+) -> Law | None:
     atoms = [{**shape, "when": formula} for formula in condition.formulas]
     pattern = np.array([family_signatures(family, atom, data) for atom in atoms])
+    told = [is_told(family, one, data) for one in pattern]
+    if not any(told):
+        return None
+    atoms, pattern = [atom for atom, tell in zip(atoms, told, strict=True) if tell], pattern[told]
     label = f"{family.label} where {condition.name}"
     own = replace(family, label=label, atoms=atoms, pattern=pattern, shares=None, within=family.ranges)
     return replace(
@@ -80,6 +102,14 @@ def _under(condition: Condition, law: Law, family: Family, shape: dict[str, Any]
         log_weight=np.full(len(atoms), -np.log(len(atoms))),
         refine=None,
     )
+
+
+def is_told(family: Family, signature: Array, data: Residuals) -> bool:
+    """Whether a part has more faces, probed in some direction, than the law and its edge have parameters."""
+    assert family.law is not None
+    free = [p for p in family.law.parameters() if p.role == "nonlinear" and p.name in family.atoms[0]]
+    inside = np.abs(signature).max(axis=0) > 0.0
+    return len(np.unique(data.group[inside])) > family.dimension + len(free) + 1
 
 
 def laws_in_parts(data: Residuals, priors: Priors) -> partial[list[Law]]:

@@ -13,9 +13,9 @@ from numpy.testing import assert_allclose
 from stepgauge.cli import main
 from stepgauge.diagnosis.clock import told_by_clock
 from stepgauge.diagnosis.laws import law_candidates
-from stepgauge.diagnosis.library import signatures
+from stepgauge.diagnosis.library import effect_families, signatures
 from stepgauge.diagnosis.machine_text import effect_table
-from stepgauge.diagnosis.parts import EDGES, conditions, in_part, laws_in_parts
+from stepgauge.diagnosis.parts import EDGES, conditions, in_part, is_told, laws_in_parts
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.scatter import Scatters
@@ -105,3 +105,31 @@ def test_a_condition_in_time_is_told_by_the_clock_of_the_recording() -> None:
     assert float(later.where.split()[-1]) == pytest.approx(86_400.0 + float(one.where.split()[-1]))
     assert later.effect is not None
     assert later.effect.when == later.where
+
+
+def test_a_gauge_that_lies_a_little_aslant_tells_nothing_of_the_axis_it_hardly_moves_along() -> None:
+    """Its heights tell the faces apart: a step of some millimetres in z would stand for one along the gauge."""
+    level = make_residuals(measured((turned(2.0, 0.3), turned(80.0, -0.3)), 1), STEPS, machine())
+    kinds = {(one.kind, one.choices.get("axis")) for one in effect_families(level)}
+    assert {("scale_joint", "x"), ("scale_joint", "y"), ("scale_error", "x")} <= kinds
+    assert not any(axis == "z" for kind, axis in kinds if kind.startswith("scale"))
+    raised = make_residuals(measured((turned(2.0, 20.0), turned(80.0, -0.3)), 1), STEPS, machine())
+    assert ("scale_error", "z") in {(one.kind, one.choices.get("axis")) for one in effect_families(raised)}
+    assert level.frame["z_mm"].nunique() > EDGES
+    found = {one.name: one.formulas for one in conditions(level)}
+    assert "x_mm >" in found
+    for formula in found.get("z_mm >", ()):
+        edge = float(formula.split()[-1])
+        for _, own in level.frame.groupby("placement"):
+            assert not own["z_mm"].min() < edge < own["z_mm"].max()
+
+
+def test_a_part_of_few_faces_tells_no_law_with_as_many_parameters() -> None:
+    data = make_residuals(measured(ALONG_X, 3), STEPS, machine())
+    every = {one.label: one for one in effect_families(data)}
+    last = np.flatnonzero(data.group >= np.unique(data.group)[-3])
+    few = np.zeros(len(data))
+    few[last] = 1.0
+    for label, told_by_three in (("effective_radius", True), ("periodic_scale_error_x", False)):
+        signature = every[label].signature(0) * few
+        assert is_told(every[label], signature, data) is told_by_three
