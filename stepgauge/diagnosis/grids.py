@@ -32,8 +32,8 @@ LEVEL = np.sin(np.radians(2.0))
 AZIMUTH_STEP_DEG = 5.0
 SEAT_SHARE = 0.2
 """Of its reaction at rest, at which a bad seat opens: readings show its product with the compliance."""
-SPREAD = np.linspace(-2.0, 2.0, 5)
-"""Points about what is usual, in standard deviations."""
+SPREAD, COARSE_SPREAD = np.linspace(-2.0, 2.0, 5), np.linspace(-1.5, 1.5, 3)
+"""Points about what is usual, in standard deviations; of level gauges, which hardly show it, fewer."""
 MOST_TOUCHES = 50.0
 """A probe has settled after some dozens of touches; a longer relaxation depends on time, not on touches."""
 
@@ -45,7 +45,7 @@ def parameter_grid(kind: type[Effect], parameter: Parameter, choices: dict[str, 
     """
     usual = usual_shape(parameter.name, shipped_priors(), data.machine)
     if usual is not None:
-        return list(usual[0] * np.exp(usual[1] * SPREAD))
+        return list(usual[0] * np.exp(usual[1] * (COARSE_SPREAD if lie_level(data) else SPREAD)))
     rule = _RULES.get(f"{kind.kind}.{parameter.name}", _RULES.get(parameter.name))
     if rule is not None:
         return [value for value in rule(choices, data) if value is not None or not parameter.required]
