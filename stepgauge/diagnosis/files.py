@@ -20,7 +20,7 @@ from stepgauge import __version__
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.machine_text import effect_table, machine_text
 from stepgauge.diagnosis.posterior.search import Step
-from stepgauge.diagnosis.practice import in_practice
+from stepgauge.diagnosis.practice import aliases_of, in_practice
 from stepgauge.diagnosis.probe_file import probe_file
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Member
@@ -175,6 +175,7 @@ def _finding(finding: Finding, diagnosis: Diagnosis, inputs: Inputs, folder: Pat
         "set": [_member(one, diagnosis.data) for one in finding.members],
         "several": [{"labels": list(labels), "odds": odds} for labels, odds in finding.several],
         "where": finding.where,
+        "aliases": aliases_of(finding, diagnosis.data),
         "reason": finding.reason,
         "separate_by": separate_by,
         "commands": re.findall(r"stepgauge plan .+?\.dmi", separate_by),
