@@ -185,10 +185,22 @@ def is_from_project(name: str) -> bool:
 
 
 def say(message: str) -> None:
-    """A line for the person at the screen, to stderr; stdout is for tables and texts that were asked for."""
-    from stepgauge.errors import one_line
+    """A line for the person at the screen, to stderr; stdout is for tables and texts that were asked for.
 
-    click.echo(one_line(message, 2000), err=True)
+    What follows the writing of files is said when they are in place.
+    """
+    from stepgauge.errors import one_line
+    from stepgauge.files.outputs import when_in_place
+
+    line = one_line(message, 2000)
+    when_in_place(lambda: click.echo(line, err=True))
+
+
+def show(text: str) -> None:
+    """Text that was asked for, to stdout; with :func:`say`, in the order in which both are called."""
+    from stepgauge.files.outputs import when_in_place
+
+    when_in_place(lambda: click.echo(text))
 
 
 def say_lines(text: str) -> None:

@@ -27,8 +27,7 @@ from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Membe
 from stepgauge.diagnosis.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.solve import Estimate
 from stepgauge.diagnosis.unknown_law import UnknownLaw, model_unknown, rest_rms_um
-from stepgauge.errors import InputError
-from stepgauge.files.text import read_json, write_json, write_text
+from stepgauge.files.text import write_json, write_text
 from stepgauge.recording import Recording
 
 FORMAT = "stepgauge diagnosis 1"
@@ -389,11 +388,3 @@ def without_nan(value: Any) -> Any:
     if isinstance(value, float | np.floating):
         return float(value) if math.isfinite(value) else None
     return value
-
-
-def read_diagnosis(path: str | Path) -> dict[str, Any]:
-    """The content of a ``diagnosis.json`` (:class:`InputError` where it is not one)."""
-    data = read_json(path)
-    if (kind := data.get("format") if isinstance(data, dict) else None) == FORMAT:
-        return dict(data)
-    raise InputError(path, "not a diagnosis", found=repr(kind), expected="diagnosis.json of stepgauge diagnose")

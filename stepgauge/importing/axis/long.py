@@ -119,7 +119,19 @@ def _value_columns(grid: Grid, roles: Sequence[Role]) -> list[Role]:
         names = " and ".join(repr(one.header) for one in found[:3])
         expected = f'--column {found[0].role}="HEADER" for the right one'
         raise InputError(grid.path, f"several columns may be the {found[0].role}", found=names, expected=expected)
+    _check_labels(grid, found)
     return sorted(found, key=lambda one: (one.label.cycle, one.place))
+
+
+def _check_labels(grid: Grid, columns: Sequence[Role]) -> None:
+    """Every column of a wide table is a cycle and a direction of its own."""
+    seen: dict[Label, Role] = {}
+    for one in columns:
+        other = seen.setdefault(one.label, one)
+        if one.label.cycle and other is not one:
+            found = f"{other.header!r} and {one.header!r}"
+            expected = "cycle and direction in the name of every column, as +1 and -1, or 'Run 1 fwd' and 'Run 1 back'"
+            raise InputError(grid.path, "two columns are the same cycle and direction", found=found, expected=expected)
 
 
 def _only_length(grid: Grid, roles: Sequence[Role]) -> list[Role]:
