@@ -169,10 +169,15 @@ def test_what_is_said_of_files_is_said_when_they_are_in_place(tmp_path: Path, mo
         write_text(tmp_path / "a.txt", "new")
         show("a table")
         say("wrote a.txt")
-    with pytest.raises(InputError), one_set():
-        write_text(tmp_path / "b.txt", "new")
-        say("wrote b.txt")
-        raise InputError("b.txt", "wrong after all")
+
+    def fail() -> None:
+        with one_set():
+            write_text(tmp_path / "b.txt", "new")
+            say("wrote b.txt")
+            raise InputError("b.txt", "wrong after all")
+
+    with pytest.raises(InputError):
+        fail()
     assert there == [("begun", False), ("a table", True), ("wrote a.txt", True)]
 
 
