@@ -53,7 +53,7 @@ class Units:
     deviation_symbol: str
 
 
-LINEAR, ROTARY = Units("mm", "um", "mm", "µm"), Units("deg", "arcsec", "°", "″")
+LINEAR, ROTARY = Units("mm", "um", "mm", "µm"), Units("deg", "arcsec", "°", "arcsec")
 
 
 @dataclass(frozen=True)

@@ -113,7 +113,7 @@ def test_a_rotary_axis_is_told_in_arcsec_by_the_same_formulas(tmp_path: Path, ru
     done = run("iso230", tmp_path / "table.csv", "--tolerance", "A=15", "--expanded-uncertainty", 0.5, "-o", tmp_path)
     assert "A 14.00 arcsec" in done.err
     said = json.loads((tmp_path / "iso230.json").read_text())
-    assert said["overall"].startswith("The parameters conform. axis: A = 14.00 ″, tolerance 15 ″")
+    assert said["overall"].startswith("The parameters conform. axis: A = 14.00 arcsec, tolerance 15 arcsec")
     assert said["axes"][0]["parameters_arcsec"]["M"] == pytest.approx(10.0)
     assert said["axes"][0]["measured_deg"] == [0.0, 360.0]
     assert not any(key.endswith(("_um", "_mm")) for key in [*said, *said["axes"][0], *said["axes"][0]["targets"][0]])
