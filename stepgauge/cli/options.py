@@ -118,6 +118,13 @@ def placement_option(text: str) -> Decorator:
     return click.option("--placement", "-p", "placement_files", multiple=True, metavar="P", help=text)
 
 
+PLACEMENT_NUMBER = click.option(
+    "--placement-number",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    help="Which placing of the gauge this is, in a calibration with several.",
+)
 PLACEMENTS = placement_option(
     "Placement file; once per placement in the recordings, in order. Default: the axis is the mean approach."
 )
