@@ -240,5 +240,5 @@ def _stopped(run: _Run, what: str, found: str) -> MeasurementStoppedError:
         run.link.name,
         what,
         found=f"{found}{place}{_so_far(run)}",
-        expected=naming("resume", words="the cause removed, then the same with {}"),
+        expected=naming("resume", words="the cause removed, then the same command with {}"),
     )
