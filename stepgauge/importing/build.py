@@ -141,7 +141,7 @@ def _check_names(log: ProbeLog) -> None:
     for name in log.columns:
         near = None if name in (*OPTIONAL, "cycle", "face") else near_miss(name, absent)
         if near is not None:
-            expected = f'--column {near}="{name}" if it is that, or another name if it is not'
+            expected = naming("columns", words=f'{{}} {near}="{name}" if it is that, or another name if it is not')
             raise InputError(log.path, f"column {name!r} looks like {near}", found=name, expected=expected)
 
 
