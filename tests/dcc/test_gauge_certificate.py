@@ -187,7 +187,7 @@ def test_a_foreign_layout_is_found_by_names_and_options(tmp_path: Path) -> None:
     )
     found = import_gauge(path, STATED)
     same(write_gauge(tmp_path / "g.toml", found), shipped()[0])
-    assert "expansion_per_K = 1.15e-05: --expansion" in found.report
+    assert "expansion_per_K = 1.15e-05: as stated" in found.report
 
 
 def test_two_candidates_are_an_error_and_can_be_told_apart(tmp_path: Path) -> None:
