@@ -19,15 +19,22 @@ LONGEST = 300
 _SHORTEST = 40
 """Characters that are left of a part of a message that is too long."""
 _UNIT = re.compile(r"_(mm|um|mm_s|s|C|K|deg|percent)$")
-_SINGULAR = {"columns": "column", "placements": "placement", "tolerances": "tolerance"}
-"""Arguments that take several values, by which the command line has an option that is repeated."""
+_CALLED = {
+    "columns": "column",
+    "placements": "placement",
+    "tolerances": "tolerance",
+    "constants": "set",
+    "expansion_per_K": "expansion",
+    "expansion_uncertainty_per_K": "u-expansion",
+}
+"""Arguments whose options have other names: those of several values, which are repeated, and some that are shorter."""
 P = ParamSpec("P")
 T = TypeVar("T")
 
 
 def option_of(name: str) -> str:
     """The option of the command line that stands for an argument: without its unit, which ``--help`` states."""
-    return "--" + _UNIT.sub("", _SINGULAR.get(name, name)).replace("_", "-")
+    return "--" + _UNIT.sub("", _CALLED.get(name, name)).replace("_", "-")
 
 
 @dataclass(frozen=True)

@@ -133,7 +133,7 @@ def test_certificate_and_expansion_are_in_the_uncertainty() -> None:
 
 def test_nothing_is_extrapolated_unless_asked_for() -> None:
     recording = measured(GAUGE, lambda x: 0.1 * x)
-    with pytest.raises(InputError, match=r"outside what was measured on x; found 100\.000 to .* or --extend"):
+    with pytest.raises(InputError, match=r"outside what was measured on x; found 100\.000 to .* or extend"):
         table_of(GAUGE, recording, range_mm=(100.0, 200.0))
     with pytest.raises(InputError, match=r"the zero of the table is outside"):
         table_of(GAUGE, recording, zero_at_mm=0.0)
@@ -157,7 +157,9 @@ def test_a_gauge_across_is_refused_with_its_angle() -> None:
 def test_several_placements_along_the_axis_need_a_choice() -> None:
     joined = join_recordings([measured(GAUGE), measured(GAUGE, yaw_deg=180.0), measured(GAUGE, yaw_deg=90.0)])
     data = evaluation_to_dict(evaluate(joined, GAUGE))
-    with pytest.raises(InputError, match="several placements lie along x; found 1, 2; expected one, with --placement"):
+    with pytest.raises(
+        InputError, match="several placements lie along x; found 1, 2; expected one, with placement_number"
+    ):
         axis_faces(data, "e.json", "x")
     assert axis_faces(data, "e.json", "x", placement=2).share == pytest.approx(-1.0)
     assert axis_faces(data, "e.json", "y").about["placement"] == 3

@@ -225,6 +225,25 @@ def test_a_click_on_a_finding_tells_it_and_a_link_opens_a_face(diagnosed: Path, 
     assert len(re.findall(r'<tr class="out">', document)) == 1
 
 
+def test_the_map_of_a_probe_has_a_page_with_its_quantities(tmp_path: Path) -> None:
+    """Over the noise, so that forces and deflections stand beside each other; findings explain what was removed."""
+    fea = Path(__file__).parents[1] / "examples/omp40-fea"
+    found = sg.diagnose_probe_map(fea / "map.csv", fea / "existing-method.toml")
+    found.write(tmp_path / "map")
+    table = read_rows(tmp_path / "map")
+    assert len(table) == len(found.fits) * len(found.data)
+    force = table[table["placement"] == 1]
+    shares = force[[name for name in table if str(name).startswith("finding_")]].sum(axis=1)
+    np.testing.assert_allclose(shares, force["before_sd"] - force["after_sd"], rtol=1e-5, atol=1e-5)
+    sg.report(tmp_path / "map", tmp_path / "x.html", interactive=True)
+    told = scene((tmp_path / "x.html").read_text("utf-8"))
+    assert [one["name"] for one in told["placements"]] == ["trigger force N", "deflection um"]
+    assert [one["name"] for one in told["against"]] == ["azimuth (°)", "polar angle (°)", "order of the rows"]
+    document = browsed(tmp_path / "x.html", "document.querySelectorAll('#findings button')[1].click()", "#face=3")
+    assert re.search(r"Direction [0-9.]+° polar, [0-9.]+° azimuth", document)
+    assert "of this quantity are moved by more than the noise" in document
+
+
 def test_what_a_page_cannot_be_made_from_is_said(run: Command, diagnosed: Path, tmp_path: Path) -> None:  # noqa: F811
     done = run("report", diagnosed, "--interactive", "-o", tmp_path / "x.pdf")
     assert done.code == 2

@@ -5,14 +5,18 @@ from __future__ import annotations
 import errno
 import json
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
+from stepgauge.cli.options import say, show
 from stepgauge.errors import InputError, PartlyDoneError
 from stepgauge.files import outputs
 from stepgauge.files.outputs import READY, UNFINISHED
 from stepgauge.files.text import one_set, read_json, read_result, read_text, replacing, write_json, write_text
+from tests.conftest import ROOT
 
 
 def test_files_of_a_set_appear_together_or_not_at_all(tmp_path: Path) -> None:
@@ -155,3 +159,37 @@ def test_json_that_is_no_result_of_ours(tmp_path: Path, text: str, words: str) -
 
 def test_no_set_is_open_after_all_this() -> None:
     assert outputs._current() is None
+
+
+def test_what_is_said_of_files_is_said_when_they_are_in_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    there: list[tuple[str, bool]] = []
+    monkeypatch.setattr("click.echo", lambda text, err=False: there.append((text, (tmp_path / "a.txt").is_file())))
+    with one_set():
+        say("begun")
+        write_text(tmp_path / "a.txt", "new")
+        show("a table")
+        say("wrote a.txt")
+
+    def fail() -> None:
+        with one_set():
+            write_text(tmp_path / "b.txt", "new")
+            say("wrote b.txt")
+            raise InputError("b.txt", "wrong after all")
+
+    with pytest.raises(InputError):
+        fail()
+    assert there == [("begun", False), ("a table", True), ("wrote a.txt", True)]
+
+
+@pytest.mark.parametrize(
+    "verb", [["effects"], ["probe", "map", "omp40-2-50mm", "--polar", "90", "--azimuth", "0:360:90", "-o", "map.csv"]]
+)
+def test_a_reader_that_leaves_ends_no_verb_before_its_files(tmp_path: Path, verb: list[str]) -> None:
+    """As ``| head -0``: the pipe is closed before anything is written to it."""
+    near, far = os.pipe()
+    os.close(near)
+    command = [sys.executable, "-m", "stepgauge", *verb]
+    code = subprocess.run(command, stdout=far, stderr=far, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(ROOT)})
+    os.close(far)
+    assert code.returncode == 0
+    assert [path.name for path in tmp_path.iterdir()] == verb[-1:] * (verb[0] == "probe")

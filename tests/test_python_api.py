@@ -232,6 +232,14 @@ def test_unknown_and_renamed_names(monkeypatch: pytest.MonkeyPatch) -> None:
     assert set(dir(sg)) == set(sg.__all__)
 
 
+def test_an_argument_under_its_earlier_name_works_with_a_warning(measured: dict[str, Any], tmp_path: Path) -> None:
+    with pytest.warns(DeprecationWarning, match="the argument evaluation of report is now result"):
+        sg.report(evaluation=measured["evaluation"], path=tmp_path / "a.html")  # type: ignore[call-arg]
+    assert (tmp_path / "a.html").stat().st_size > 10_000
+    with pytest.raises(TypeError, match="got result twice"):
+        sg.report(measured["evaluation"], tmp_path / "b.html", evaluation=measured["evaluation"])  # type: ignore[call-arg]
+
+
 def test_what_the_command_line_writes(tmp_path: Path, run: Command) -> None:  # noqa: F811
     def cli(*words: object) -> None:
         done = run(*words)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 import pytest
+from pypdf import PdfReader
 
 from stepgauge.cli import VERBS, cli
 from stepgauge.project.file import check_options, read_project
@@ -34,6 +35,9 @@ def test_the_commands_run_in_order(clone: Path, tmp_path_factory: pytest.TempPat
     assert done.returncode == 0, done.stderr
     for made in ("report.pdf", "certificate.pdf", "certificate.xml", "iso10360/iso10360.pdf", "history/history.json"):
         assert (clone / made).stat().st_size > 0
+    certificate = "".join(page.extract_text() for page in PdfReader(clone / "certificate.pdf").pages)
+    assert "Calibration certificate" in certificate
+    assert "Report of measurement" not in certificate
     for folder, name in (("iso10360-5", "iso10360-5"), ("iso230", "iso230"), ("iso230-3", "iso230-3")):
         assert (clone / folder / f"{name}.pdf").stat().st_size > 0
 

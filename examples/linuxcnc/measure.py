@@ -9,19 +9,16 @@ import sys
 from pathlib import Path
 
 import click
-from comparison import compare
-from controller import latch_bound_um, running
+from controller import running
 from hal_gauge import HERE, read_truth, render_hal
-from run import STANDOFF_MM, report
+from run import STANDOFF_MM, Evaluated, judge
 
 from stepgauge.cli import run_command, show_and_run
-from stepgauge.evaluation.files import read_evaluation
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import read_placement
 from stepgauge.machine.file import read_machine
 from stepgauge.machine.virtual import probing_settings
 from stepgauge.programs import read_program
-from stepgauge.recording import read_recording
 
 
 @click.command(context_settings={"show_default": True})
@@ -49,18 +46,7 @@ def main(output: Path, gauge_name: str, placement: str, true_placement: str | No
         line = ["measure", program, *common, "--placement", placement, "--server", "linuxcnc", *go_on]
         if show_and_run(*line, "-o", recording):
             sys.exit(130)
-    show_and_run("evaluate", recording, "--gauge", gauge_name, "-o", str(output))
-    comparison = compare(
-        read_recording(recording),
-        read_evaluation(output / "evaluation.json"),
-        gauge,
-        lies,
-        deviation_um,
-        tip_radius_mm,
-        latch_bound_um(machine.table.measuring_speed_mm_s),
-    )
-    report(comparison)
-    sys.exit(0 if comparison.agrees else 1)
+    judge(Evaluated(output, recording, gauge_name), gauge, lies, deviation_um, machine)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,9 @@ controller stopped; 2: wrong input, or LinuxCNC is not installed.
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
+from typing import NoReturn
 
 import click
 import numpy as np
@@ -17,9 +19,9 @@ from hal_gauge import HERE, read_truth, render_hal
 
 from stepgauge.cli import run_command, show_and_run
 from stepgauge.evaluation.files import read_evaluation
-from stepgauge.gauge.certified import read_gauge
-from stepgauge.gauge.placement import read_placement
-from stepgauge.machine.file import read_machine
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import Placement, read_placement
+from stepgauge.machine.file import Machine, read_machine
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.programs import read_program
 from stepgauge.recording import read_recording
@@ -66,14 +68,28 @@ def main(output: Path, gauge_name: str, placement: str, true_placement: str | No
     log = str(output / LOG)
     run = ["--program", program, "--gauge", gauge_name, "--placement", placement]
     show_and_run("import", log, "--from", "linuxcnc", *run, "-o", recording)
-    show_and_run("evaluate", recording, "--gauge", gauge_name, "-o", str(output))
+    judge(Evaluated(output, recording, gauge_name), gauge, true_place, deviation_um, machine)
+
+
+@dataclass(frozen=True)
+class Evaluated:
+    """A recording that LinuxCNC made, the folder of its results, and the name of its gauge."""
+
+    output: Path
+    recording: str
+    gauge_name: str
+
+
+def judge(made: Evaluated, gauge: Gauge, place: Placement, deviation_um: np.ndarray, machine: Machine) -> NoReturn:
+    """Evaluate the recording, compare it with the deviations in HAL, and end with the exit code."""
+    show_and_run("evaluate", made.recording, "--gauge", made.gauge_name, "-o", str(made.output))
     comparison = compare(
-        read_recording(recording),
-        read_evaluation(output / "evaluation.json"),
+        read_recording(made.recording),
+        read_evaluation(made.output / "evaluation.json"),
         gauge,
-        true_place,
+        place,
         deviation_um,
-        tip_radius_mm,
+        machine.probe.tip_radius_mm,
         latch_bound_um(machine.table.measuring_speed_mm_s),
     )
     report(comparison)

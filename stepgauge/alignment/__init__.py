@@ -39,6 +39,9 @@ ROLL_RESIDUAL_MM = 0.2
 
 def read_points(path: str | Path) -> Array:
     """Read the 16 points, shape ``(16, 3)`` in mm; :class:`InputError` for missing, repeated or unknown points."""
+    if not Path(path).exists():
+        expected = f"{','.join(POINT_COLUMNS)} with points 1 to 16; 'stepgauge demo' writes an example"
+        raise InputError(path, "no such file", expected=expected)
     table = read_numbers(path, POINT_COLUMNS)
     numbers = table["point"]
     for row, number in enumerate(numbers):

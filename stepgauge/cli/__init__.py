@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from stepgauge import __version__
+from stepgauge.cli.pipes import readers_may_leave
 from stepgauge.errors import LONGEST, InputError, one_line
 from stepgauge.project.find import find_project
 
@@ -151,8 +152,13 @@ def main(arguments: list[str] | None = None) -> None:
 def run_command(command: click.Command, name: str, arguments: list[str] | None = None) -> None:
     """Run a click command (ours, or that of an example) so that whatever goes wrong ends with one line.
 
-    Exit code 2 for wrong input, 130 where it was interrupted.
+    Exit code 2 for wrong input, 130 where it was interrupted. A reader of what is printed may leave at any time.
     """
+    with readers_may_leave():
+        _run(command, name, arguments)
+
+
+def _run(command: click.Command, name: str, arguments: list[str] | None) -> None:
     try:
         code = command.main(args=arguments, prog_name=name, standalone_mode=False)
         if isinstance(code, int) and code:  # what click makes of its Exit

@@ -74,6 +74,7 @@ def _telling(callback: Any) -> Any:
     """The verb, after one line on what it takes from the project file: a value that nobody typed must be seen."""
 
     def run(*args: Any, **kwargs: Any) -> Any:
+        """The line, then the verb."""
         ctx = click.get_current_context()
         taken = [
             f"--{_long(option)} {_shown(ctx.params[option.name])}"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import SUFFIX, output, say, say_written
+from stepgauge.cli.options import SUFFIX, output, say, say_written, show
 
 if TYPE_CHECKING:
     from stepgauge.history import HistoryEntry, Series
@@ -91,8 +91,8 @@ def command(folder: str, output: str, limits: dict[str, float], **options: Any) 
     written = write_history(output, series, warnings, limits)
     figure = Path(output) / f"history.{options['suffix']}"
     draw_history(figure, series, limits, entries[0].machine)
-    click.echo(_table(entries))
-    click.echo(_trends(series))
+    show(_table(entries))
+    show(_trends(series))
     for warning in warnings:
         say(f"warning: {warning.measured_at:%Y-%m-%d}, along {warning.direction}: {warning.quantity} {warning.text}")
     say_written(*written, figure, store)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from stepgauge.cli.options import TEMPERATURE_C, FiniteRange, machine_option, output, say
+from stepgauge.cli.options import PLACEMENT_NUMBER, TEMPERATURE_C, FiniteRange, machine_option, output, say
 
 if TYPE_CHECKING:
     from stepgauge.gauge.placement import Placement
@@ -67,13 +67,7 @@ UNIT = _UnitName()
 )
 @machine_option(False, "Machine file or shipped name: the name and the tip radius in LOG are compared with it.")
 @output("Recording (CSV, or .parquet) to write.")
-@click.option(
-    "--placement-number",
-    type=click.IntRange(min=1),
-    default=1,
-    show_default=True,
-    help="Which placing of the gauge this is, in a calibration with several.",
-)
+@PLACEMENT_NUMBER
 @click.option(
     "--gauge-temperature",
     type=TEMPERATURE_C,

@@ -56,14 +56,14 @@ if TYPE_CHECKING:
     "--tolerance",
     multiple=True,
     metavar="NAME=UM",
-    help="Tolerance of a parameter, um, e.g. A=10 or R_up=4; may be given for several.",
+    help="Tolerance of a parameter, um (of a rotary axis arcsec), e.g. A=10 or R_up=4; may be given for several.",
 )
 @click.option(
     "--expanded-uncertainty",
     type=NOT_NEGATIVE,
     metavar="UM",
-    help="Expanded uncertainty U (k = 2) of the parameters, um, as estimated by ISO/TR 230-9. Default: not stated, and"
-    " conformity is then not proven.",
+    help="Expanded uncertainty U (k = 2) of the parameters, um (arcsec), as estimated by ISO/TR 230-9. Default: not"
+    " stated, and conformity is then not proven.",
 )
 @SUFFIX
 @stated_options()
@@ -77,7 +77,8 @@ def command(recordings: tuple[str, ...], gauge: str | None, output: str, machine
     XB in evaluate.
 
     A recording of one axis ('stepgauge import --sensor') needs no gauge: its targets are the target positions, its
-    cycles the runs, and each target is read in both directions.
+    cycles the runs. A rotary axis up to 360 deg is told in deg and arcsec. Where targets were approached from one side
+    only, the parameters of that direction are given (A_up, E_up, R_up, or down).
 
     Several recordings are several axes. What the recording does not meet of the standard is named.
 
@@ -138,13 +139,10 @@ def _tell(test: PositioningTest) -> None:
     from stepgauge.standards.iso230_decision import parameters_um
     from stepgauge.standards.iso230_files import statements
 
+    unit = test.units.deviation
     for one in test.axes:
-        p = one.parameters
-        say(
-            f"placement {one.placement}, {one.name}: A {p.A_um:.2f} um, E {p.E_um:.2f} um, R {p.R_um:.2f} um,"
-            f" B {p.B_um:.2f} um (mean {p.mean_B_um:.2f} um), M {p.M_um:.2f} um; {len(one.targets.block)} targets,"
-            f" {len(one.runs)} runs"
-        )
+        told = ", ".join(f"{name} {value:.2f} {unit}" for name, value in parameters_um(one.parameters).items())
+        say(f"placement {one.placement}, {one.name}: {told}; {len(one.targets.block)} targets, {len(one.runs)} runs")
     say(test.requirement.text([(one.name, parameters_um(one.parameters)) for one in test.axes]))
     for text in statements(test):
         say(f"- {text}")

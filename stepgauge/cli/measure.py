@@ -9,7 +9,17 @@ from typing import Any
 
 import click
 
-from stepgauge.cli.options import DIALECTS, GAUGE, SEARCH, TEMPERATURE_C, machine_option, output, say, say_written
+from stepgauge.cli.options import (
+    DIALECTS,
+    GAUGE,
+    PLACEMENT_NUMBER,
+    SEARCH,
+    TEMPERATURE_C,
+    machine_option,
+    output,
+    say,
+    say_written,
+)
 
 
 @click.command("measure")
@@ -34,13 +44,7 @@ from stepgauge.cli.options import DIALECTS, GAUGE, SEARCH, TEMPERATURE_C, machin
     metavar="C",
     help="Temperature of the gauge as you measure it, deg C. Default: Part.Temperature of the server, if it has it.",
 )
-@click.option(
-    "--placement-number",
-    type=click.IntRange(1),
-    default=1,
-    show_default=True,
-    help="Which placing of the gauge this is, in a calibration with several.",
-)
+@PLACEMENT_NUMBER
 @click.option(
     "--tool", default="StepGaugeProbe", show_default=True, metavar="NAME", help="The server's name of the probe."
 )

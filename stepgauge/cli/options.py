@@ -118,6 +118,13 @@ def placement_option(text: str) -> Decorator:
     return click.option("--placement", "-p", "placement_files", multiple=True, metavar="P", help=text)
 
 
+PLACEMENT_NUMBER = click.option(
+    "--placement-number",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    help="Which placing of the gauge this is, in a calibration with several.",
+)
 PLACEMENTS = placement_option(
     "Placement file; once per placement in the recordings, in order. Default: the axis is the mean approach."
 )
@@ -185,10 +192,22 @@ def is_from_project(name: str) -> bool:
 
 
 def say(message: str) -> None:
-    """A line for the person at the screen, to stderr; stdout is for tables and texts that were asked for."""
-    from stepgauge.errors import one_line
+    """A line for the person at the screen, to stderr; stdout is for tables and texts that were asked for.
 
-    click.echo(one_line(message, 2000), err=True)
+    What follows the writing of files is said when they are in place.
+    """
+    from stepgauge.errors import one_line
+    from stepgauge.files.outputs import when_in_place
+
+    line = one_line(message, 2000)
+    when_in_place(lambda: click.echo(line, err=True))
+
+
+def show(text: str) -> None:
+    """Text that was asked for, to stdout; with :func:`say`, in the order in which both are called."""
+    from stepgauge.files.outputs import when_in_place
+
+    when_in_place(lambda: click.echo(text))
 
 
 def say_lines(text: str) -> None:

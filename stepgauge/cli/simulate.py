@@ -11,6 +11,7 @@ from stepgauge.cli.options import (
     GAUGE,
     GAUGE_TEMPERATURE,
     NOT_NEGATIVE,
+    PLACEMENT_NUMBER,
     SEARCH,
     check_figure,
     machine_option,
@@ -31,13 +32,7 @@ from stepgauge.cli.options import (
 @click.option("--true-placement", metavar="P", help="How the gauge really lies, where that differs from --placement.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the repeatability.")
 @GAUGE_TEMPERATURE
-@click.option(
-    "--placement-number",
-    type=click.IntRange(1),
-    default=1,
-    show_default=True,
-    help="Which placing of the gauge this is, in a calibration with several.",
-)
+@PLACEMENT_NUMBER
 @click.option(
     "--start-time", type=NOT_NEGATIVE, default=0.0, show_default=True, metavar="S", help="Time at the start, s."
 )

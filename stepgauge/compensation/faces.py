@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 
 Array = NDArray[np.float64]
 AXES = "xyz"
@@ -179,7 +179,10 @@ def _check_tip(tip: TipRadius | None, measured_mm: float, path: str) -> None:
     hint = " (a diameter?)" if abs(tip.r_eff_mm / 2.0 - measured_mm) <= TIP_FAR_OFF_MM else ""
     raise InputError(
         path,
-        f"--tip-radius is that of another tip{hint}: the difference would get into the table as reversal",
+        naming(
+            "tip_radius_mm",
+            words=f"{{}} is that of another tip{hint}: the difference would get into the table as reversal",
+        ),
         found=f"{tip.r_eff_mm:g} mm",
         expected=f"about {measured_mm:.4f} mm, from the gauge's blocks",
     )
@@ -208,11 +211,12 @@ def _choose(
             path,
             f"the gauge does not lie along {axis}: other axes would get into its table",
             found=f"{found} off {axis}",
-            expected=f"at most {limit_deg:g} deg (--angle-limit)",
+            expected=naming("angle_limit_deg", words=f"at most {limit_deg:g} deg ({{}})"),
         )
     if len(along) > 1:
         found = ", ".join(str(one["placement"]) for one in along)
-        raise InputError(path, f"several placements lie along {axis}", found=found, expected="one, with --placement")
+        expected = naming("placement_number", words="one, with {}")
+        raise InputError(path, f"several placements lie along {axis}", found=found, expected=expected)
     return along[0]
 
 

@@ -159,7 +159,7 @@ def _check_inside(faces: AxisFaces, x: Array, options: TableOptions, what: str) 
             faces.path,
             f"{what} is outside what was measured on {faces.axis}",
             found=f"{x.min():.3f} to {x.max():.3f} mm" if len(x) > 1 else f"{x[0]:.3f} mm",
-            expected=f"{low:.3f} to {high:.3f} mm, or --extend hold or linear",
+            expected=naming("extend", words=f"{low:.3f} to {high:.3f} mm, or {{}} hold or linear"),
         )
 
 
@@ -225,5 +225,5 @@ def _tip_note(faces: AxisFaces) -> str:
     blocks = ", ".join(map(str, faces.about["r_eff_blocks"]))
     return (
         f"no tip radius was given: R_eff is from block {blocks} of this recording, which hides the reversal there;"
-        " the table holds only how the reversal changes along the axis (--tip-radius)"
+        " the table holds only how the reversal changes along the axis; a stated tip radius shows it"
     )

@@ -19,7 +19,7 @@ from stepgauge.dcc.elements import one_line
 from stepgauge.dcc.gauge_write import EXPANSION, HEIGHT, REFERENCE_TEMPERATURE, WIDTH
 from stepgauge.dcc.read import ERROR, EXAMPLE, MEASURED, NOMINAL, Document, Quantity, read_document
 from stepgauge.dcc.units import CELSIUS_ZERO_K, LENGTH, TEMPERATURE
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.text import one_set, write_text
 from stepgauge.gauge.certified import MAX_DEVIATION_MM, Gauge, read_gauge
 
@@ -112,26 +112,26 @@ def _table(document: Document, wanted: Wanted, found: GaugeImport) -> None:
         u_alpha = float(expansion.expanded_scaled(PER_TEMPERATURE, 1.0)[0] / expansion.k[0])
     material = next((text for name, text in document.texts if _MATERIAL.search(name)), None)
     values = (
-        ("name", "--name", wanted.name, document.item or document.model),
-        ("serial", "--serial", wanted.serial, document.serial),
-        ("material", "--material", wanted.material, material),
-        ("expansion_per_K", "--expansion", wanted.expansion_per_K, alpha),
-        ("expansion_uncertainty_per_K", "--u-expansion", wanted.expansion_uncertainty_per_K, u_alpha),
+        ("name", wanted.name, document.item or document.model),
+        ("serial", wanted.serial, document.serial),
+        ("material", wanted.material, material),
+        ("expansion_per_K", wanted.expansion_per_K, alpha),
+        ("expansion_uncertainty_per_K", wanted.expansion_uncertainty_per_K, u_alpha),
         (
             "reference_temperature_C",
-            "--reference-temperature",
             wanted.reference_temperature_C,
             _temperature(document),
         ),
-        ("block_width_mm", "--block-width", wanted.block_width_mm, _size(document, WIDTH, _WIDTH)),
-        ("block_height_mm", "--block-height", wanted.block_height_mm, _size(document, HEIGHT, _HEIGHT)),
+        ("block_width_mm", wanted.block_width_mm, _size(document, WIDTH, _WIDTH)),
+        ("block_height_mm", wanted.block_height_mm, _size(document, HEIGHT, _HEIGHT)),
     )
-    missing = [option for _, option, stated, read in values if stated is None and read is None]
+    missing = [key for key, stated, read in values if stated is None and read is None]
     if missing:
-        raise InputError(document.path, "the certificate does not say all of a gauge file", expected=", ".join(missing))
-    for key, option, stated, read in values:
+        expected = naming(*missing, words=", ".join(["{}"] * len(missing)))
+        raise InputError(document.path, "the certificate does not say all of a gauge file", expected=expected)
+    for key, stated, read in values:
         found.table[key] = read if stated is None else stated
-        found.report.append(f"{key} = {found.table[key]}: {'from the certificate' if stated is None else option}")
+        found.report.append(f"{key} = {found.table[key]}: {'from the certificate' if stated is None else 'as stated'}")
         if stated is not None and read is not None and stated != read:
             found.report[-1] += f" (the certificate says {read})"
 
@@ -204,7 +204,7 @@ def _check_whole(position_mm: Array, nominal_mm: Array, measured: Quantity) -> N
     off = np.abs(position_mm - nominal_mm)
     if off.max() > MAX_DEVIATION_MM:
         found = f"{position_mm[off.argmax()]:.4f} mm"
-        expected = "positions near whole mm, or --nominal with the list of nominal positions"
+        expected = naming("nominal", words="positions near whole mm, or {} with the list of nominal positions")
         raise InputError(measured.where, "no nominal positions were found", found=found, expected=expected)
 
 
@@ -214,7 +214,8 @@ def _measured(document: Document, lists: Sequence[Quantity], asked: str | None) 
         named = [one for one in lists if asked in (one.name, *one.kinds)]
         if len(named) == 1:
             return named[0]
-        raise InputError(document.path, f"no single list {asked!r} (--positions)", expected=_names(lists))
+        single = naming("positions", words=f"{{}}: no single list {asked!r}")
+        raise InputError(document.path, single, expected=_names(lists))
     wrong = [one for one in lists if one.is_kind(MEASURED) and not one.is_of(LENGTH)]
     if wrong:
         wrong[0].scaled(LENGTH, 1e-3)  # raises, naming place and unit
@@ -222,7 +223,8 @@ def _measured(document: Document, lists: Sequence[Quantity], asked: str | None) 
     marked = [one for one in sure if one.is_kind(MEASURED)] or sure
     if len(marked) != 1:
         what = "several lists could be the positions" if marked else "no list of lengths has uncertainties"
-        hint = f"--positions with one of {_names(marked)}" if marked else "positions of the faces with si:expandedUnc"
+        several = naming("positions", words=f"{{}} with one of {_names(marked)}")
+        hint: object = several if marked else "positions of the faces with si:expandedUnc"
         raise InputError(document.path, what, found=f"{len(marked)} of {len(lists)} lists", expected=hint)
     return marked[0]
 
@@ -232,7 +234,8 @@ def _nominal(lists: Sequence[Quantity], measured: Quantity, asked: str | None) -
     if asked is not None:
         named = [one for one in beside if asked in (one.name, *one.kinds)]
         if len(named) != 1:
-            raise InputError(measured.where, f"no single list {asked!r} (--nominal)", expected=_names(beside))
+            what = naming("nominal", words=f"{{}}: no single list {asked!r}")
+            raise InputError(measured.where, what, expected=_names(beside))
         return named[0]
     marked = [one for one in beside if one.is_kind(NOMINAL)]
     return next(iter(marked or [one for one in beside if one.is_of(LENGTH) and _NOMINAL.search(one.name)]), None)

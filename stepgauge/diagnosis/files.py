@@ -20,15 +20,14 @@ from stepgauge import __version__
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.machine_text import effect_table, machine_text
 from stepgauge.diagnosis.posterior.search import Step
-from stepgauge.diagnosis.practice import in_practice
+from stepgauge.diagnosis.practice import aliases_of, in_practice
 from stepgauge.diagnosis.probe_file import probe_file
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Member
 from stepgauge.diagnosis.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.solve import Estimate
 from stepgauge.diagnosis.unknown_law import UnknownLaw, model_unknown, rest_rms_um
-from stepgauge.errors import InputError
-from stepgauge.files.text import read_json, write_json, write_text
+from stepgauge.files.text import write_json, write_text
 from stepgauge.recording import Recording
 
 FORMAT = "stepgauge diagnosis 1"
@@ -175,6 +174,7 @@ def _finding(finding: Finding, diagnosis: Diagnosis, inputs: Inputs, folder: Pat
         "set": [_member(one, diagnosis.data) for one in finding.members],
         "several": [{"labels": list(labels), "odds": odds} for labels, odds in finding.several],
         "where": finding.where,
+        "aliases": aliases_of(finding, diagnosis.data),
         "reason": finding.reason,
         "separate_by": separate_by,
         "commands": re.findall(r"stepgauge plan .+?\.dmi", separate_by),
@@ -388,11 +388,3 @@ def without_nan(value: Any) -> Any:
     if isinstance(value, float | np.floating):
         return float(value) if math.isfinite(value) else None
     return value
-
-
-def read_diagnosis(path: str | Path) -> dict[str, Any]:
-    """The content of a ``diagnosis.json`` (:class:`InputError` where it is not one)."""
-    data = read_json(path)
-    if (kind := data.get("format") if isinstance(data, dict) else None) == FORMAT:
-        return dict(data)
-    raise InputError(path, "not a diagnosis", found=repr(kind), expected="diagnosis.json of stepgauge diagnose")

@@ -53,7 +53,7 @@ def _words(form: Form, shape: str, number: object) -> str:
     if shape == DECAY:
         return f"decays with {name} by a power law, exponent {number:.2g}, not exponentially"
     if shape == LEVELS:
-        return f"a separate level for every {name}"
+        return f"all readings of a {name} are off together, each {name} by an amount of its own"
     if shape == LOOP:
         return "a separate curve along the gauge for each direction of travel"
     if shape == HARMONICS:

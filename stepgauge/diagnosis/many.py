@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.files import read_diagnosis
 from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.stored import read_diagnosis
 from stepgauge.errors import InputError, naming
+from stepgauge.files.outputs import one_set
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.recording import Recording, join_recordings, read_recording
@@ -107,9 +108,11 @@ def _one(
     without: Collection[str],
     priors: Priors | None,
 ) -> Outcome:
+    """One of several: its files are in place before the next one begins."""
     name = Path(recording.path).stem
     try:
-        return _diagnose([recording], gauge, machine, folder / name, suffix, without, priors)
+        with one_set():
+            return _diagnose([recording], gauge, machine, folder / name, suffix, without, priors)
     except InputError as error:
         return Outcome(name, f"error: {error.as_typed()}")
 
@@ -133,7 +136,7 @@ def _first(path: Path) -> list[str]:
     """What to do first, from the ``diagnosis.json`` that was written."""
     from stepgauge.reports.diagnosis import first_of
 
-    return first_of(read_diagnosis(path))
+    return first_of(read_diagnosis(path).data)
 
 
 def _check_names(paths: Sequence[str]) -> None:

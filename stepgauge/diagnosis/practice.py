@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
+from stepgauge.diagnosis.aliases import even, in_words
 from stepgauge.diagnosis.machine_text import effect_table
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Member
@@ -22,9 +24,16 @@ def in_practice(finding: Finding | Member, data: Residuals) -> str:
     sentence = _SENTENCES.get(finding.kind)
     if sentence is not None:
         part = f"Only where {values['when']}: " if "when" in values else ""
-        return part + sentence(values, data)
+        return part + sentence(values, data) + in_words(aliases_of(finding, data))
     kind = effect_kinds().get(finding.kind)
     return f"{kind.title()}: {kind.equation}." if kind is not None else finding.label
+
+
+def aliases_of(finding: Finding | Member, data: Residuals) -> dict[str, Any]:
+    """Periods along the axis of a finding that evenly spaced faces cannot tell from its own; else none."""
+    period = finding.parameters.get("period_mm")
+    steps = None if period is None else even(data.probings.coordinate_mm(str(finding.choices["axis"])))
+    return {} if steps is None or period is None else steps.told(period.value, period.u or 0.0, "mm", 1.0)
 
 
 def name_of(kind: str) -> str:

@@ -30,7 +30,8 @@ _REMEDIES = {
         "Compare the error table of {axis} in the controller with the machine's last one.", _TABLE
     ),
     "periodic_scale_error": Remedy(
-        "Compare the period with the pitch of the {axis} scale, screw or rack; look for dirt on the reading head.",
+        "Compare the period, and every alias of it that is named, with the pitch of the {axis} scale, screw or rack;"
+        " look for dirt on the reading head.",
         "Clean the {axis} scale and adjust the gap of its reading head.",
     ),
     "local_scale_defect": Remedy(
@@ -148,7 +149,8 @@ _OF_AN_AXIS = {
         "Make a new error table.",
     ),
     "periodic_scale_error": Remedy(
-        "Compare the period with the pitch of scale, screw or gear, and with the wavelength.",
+        "Compare the period, and every alias of it that is named, with the pitch of scale, screw or gear, and with the"
+        " wavelength.",
         "Clean the scale and adjust its reading head; centre what turns.",
     ),
     "local_scale_defect": Remedy(

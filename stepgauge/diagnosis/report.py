@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from stepgauge.diagnosis.practice import counted, name_of
+from stepgauge.diagnosis.words import listed, significant
 
 COVERAGE = 2.0
 """Coverage factor of the expanded uncertainty after a plus-minus sign."""
@@ -57,13 +58,6 @@ def chosen(effect: Mapping[str, Any]) -> list[Any]:
     """Choices that distinguish an effect from others of its kind: axis, plane, face, direction; no times."""
     parameters = effect["parameters"].items()
     return [p["value"] for name, p in parameters if "unit" not in p and name not in ("rows", *NO_CHOICE)]
-
-
-def listed(words: Sequence[str], last: str = "and") -> str:
-    """``a, b and c``."""
-    if len(words) < 2:
-        return "".join(words)
-    return f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
 def limits(said: Mapping[str, Any]) -> list[str]:
@@ -139,16 +133,6 @@ def wrapped_sum(formulas: Sequence[str], width: int = 96) -> list[str]:
 def um(value: float | None) -> str:
     """A length in um with a suitable number of digits."""
     return "undefined" if value is None else f"{significant(value, 3)} um"
-
-
-def significant(value: float | None, digits: int = 3) -> str:
-    """A number to some significant digits, without an exponent where it is not usual."""
-    if value is None:
-        return "undefined"
-    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
-        decimals = 0 if value == 0.0 else max(digits - 1 - math.floor(math.log10(abs(value))), 0)
-        return f"{value:.{decimals}f}"
-    return f"{value:.{digits - 1}e}"
 
 
 def plus_minus(parameter: Mapping[str, Any]) -> str:

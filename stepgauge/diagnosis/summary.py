@@ -7,13 +7,16 @@ from typing import Any
 
 import pandas as pd
 
+from stepgauge.diagnosis.aliases import periods_of
 from stepgauge.diagnosis.axis.words import kind_name
 from stepgauge.diagnosis.practice import counted, name_of
-from stepgauge.diagnosis.report import listed, significant
 from stepgauge.diagnosis.result import NUMBERS, Diagnosis
 from stepgauge.diagnosis.unknown_law import UnknownLaw, rest_rms_um
+from stepgauge.diagnosis.words import listed, significant
 
 Said = Mapping[str, Any]
+IN_SUMMARY = 4
+"""Aliases of a period that a line names; usual ones are first."""
 
 
 def summary_line(found: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> str:
@@ -45,6 +48,11 @@ def axis_line(said: Said) -> str:
     names = [name_at_axis(one, said["axis"]["form"]) for one in said["effects"]]
     before, after, noise = (significant(fit[f"{key}_{unit}"]) for key in ("rms_before", "rms_after", "noise"))
     numbers = f"rms {before} -> {after} {unit}, noise {noise} {unit}"
+    step = said["axis"].get("even_step")
+    if said["verdict"] == "adequate" and step:
+        numbers += (
+            f"; a period that divides the even steps of {significant(step)} {said['axis']['unit']} cannot be seen"
+        )
     return _line(said["verdict"], [*names, *_without_law([one["where"] for one in said["unexplained"]])], numbers)
 
 
@@ -56,7 +64,18 @@ def map_line(verdict: str, kinds: Sequence[str], left: Sequence[str], lacking: S
 def name_at_axis(effect: Said, form: str) -> str:
     """An effect of an axis with the others that may be in its place."""
     others = [kind_name(kind, form) for kind in effect["confounded_with"]]
-    return f"{effect['name']} (or {listed(others, 'or')})" if others else str(effect["name"])
+    name = f"{effect['name']}{_period_of(effect)}"
+    return f"{name} (or {listed(others, 'or')})" if others else name
+
+
+def _period_of(effect: Said) -> str:
+    """The period of an effect with its aliases, where it has any: they are all that is known of it."""
+    others, unit = periods_of(effect.get("aliases", {}))
+    if not others:
+        return ""
+    own = next(one for name, one in effect["parameters"].items() if name.startswith("period"))
+    told = ", ".join(significant(one) for one in others[:IN_SUMMARY])
+    return f", period {significant(own['value'])} {unit} or an alias of it: {told} {unit} or shorter"
 
 
 def numbers_of(said: Said) -> pd.DataFrame:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -45,3 +47,20 @@ def line(direction: Any) -> str:
     if isinstance(direction, str):
         return direction
     return f"({', '.join(f'{d + 0.0:.3f}' for d in np.round(direction, 3))})"
+
+
+def listed(words: Sequence[str], last: str = "and") -> str:
+    """``a, b and c``."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} {last} {words[-1]}"
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """A number to some significant digits, without an exponent where it is not usual."""
+    if value is None:
+        return "undefined"
+    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
+        decimals = 0 if value == 0.0 else max(digits - 1 - math.floor(math.log10(abs(value))), 0)
+        return f"{value:.{decimals}f}"
+    return f"{value:.{digits - 1}e}"

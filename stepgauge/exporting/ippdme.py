@@ -8,7 +8,7 @@ from itertools import count
 import numpy as np
 
 from stepgauge import __version__
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.exporting.options import (
     Export,
     ExportOptions,
@@ -28,7 +28,9 @@ def render(recording: Recording, options: ExportOptions, _: str) -> Export:
     one_placement(recording, "an I++ DME session")
     if options.unit != "mm" or options.surface:
         raise InputError(
-            "--to ippdme", "a session has tip centres in mm", expected="no --length-unit and no --points surface"
+            naming("to", words="{} ippdme"),
+            "a session has tip centres in mm",
+            expected=naming("length_unit", "points", words="no {} and no {} surface"),
         )
     comments = [f"# {key}: {value}" for key, value in run_comments(recording, STATES).items()]
     head = [f"# written by stepgauge {__version__} as the session of {len(recording)} points", *comments]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.exporting.options import Export, ExportOptions, left_out, one_placement, run_comments
 from stepgauge.files.templating import fixed
 from stepgauge.recording import Recording
@@ -16,7 +16,9 @@ def render(recording: Recording, options: ExportOptions, _: str) -> Export:
     one_placement(recording, "a probe log")
     if options.unit != "mm" or options.surface:
         raise InputError(
-            "--to linuxcnc", "the log has tip centres in mm", expected="no --length-unit and no --points surface"
+            naming("to", words="{} linuxcnc"),
+            "the log has tip centres in mm",
+            expected=naming("length_unit", "points", words="no {} and no {} surface"),
         )
     comments = "".join(f"# {key}: {value}\n" for key, value in run_comments(recording).items())
     if options.log_form == "probeopen":

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.numerals import number
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, Recording
 
@@ -53,7 +53,7 @@ def prepared(recording: Recording, options: ExportOptions) -> Recording:
         comments["tip_radius_mm"] = f"{radius:g}"
     if options.surface:
         if radius is None:
-            raise InputError(recording.path, "surface points need the tip radius", expected="--tip-radius MM")
+            raise InputError(recording.path, "surface points need the tip radius", expected=naming("tip_radius_mm"))
         frame = recording.frame.copy()
         frame[POSITION] = recording.position_mm + radius * recording.approach
         recording = replace(recording, frame=frame)
@@ -74,7 +74,7 @@ def one_placement(recording: Recording, form: str) -> None:
             recording.path,
             f"{form} has room for one placement",
             found=", ".join(map(str, recording.placements)),
-            expected="--placement-number N, once for each",
+            expected=naming("placement_number", words="{} N, once for each"),
         )
 
 

@@ -82,7 +82,7 @@ TITLES = {
     LENGTH: "a length that changes with {covariate}",
     BEAT: "a wave along the gauge that changes with {covariate}",
     DECAY: "decays with {covariate} by a power law",
-    LEVELS: "another level for every {covariate}",
+    LEVELS: "every {covariate} off by an amount of its own",
     LOOP: "another curve on the way back",
     HARMONICS: "depends on the direction of approach",
 }

@@ -6,6 +6,7 @@ mean of both. Brackets at the right show what A, E and M are ranges of, the arro
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +18,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
-from stepgauge.standards.iso230 import Direction
-from stepgauge.standards.positioning import AxisTest
+from stepgauge.standards.iso230 import AxisParameters, Direction
+from stepgauge.standards.positioning import AxisTest, Units
 
 WIDTH_MM, HEIGHT_MM = 170.0, 100.0
 
@@ -31,6 +32,7 @@ class _Look(NamedTuple):
 
 UP = _Look("up ↑", CYCLE[0], "^")
 DOWN = _Look("down ↓", CYCLE[1], "v")
+LOOKS = {"up": UP, "down": DOWN}
 REVERSAL = COLORS["accent"]
 
 
@@ -41,13 +43,14 @@ def positioning_figure(test: AxisTest) -> Figure:
         figure = new_figure(WIDTH_MM, HEIGHT_MM)
         axes = figure.subplots()
         axes.axhline(0.0, color=COLORS["grey"], linewidth=0.7, zorder=1)
-        for direction, look in ((parameters.up, UP), (parameters.down, DOWN)):
-            _draw_direction(axes, at, direction, look)
-        axes.plot(at, parameters.mean_um, color=COLORS["model"], linewidth=1.0, zorder=5)
-        _mark_reversal(axes, test)
+        for way, direction in parameters.directions.items():
+            _draw_direction(axes, at, direction, LOOKS[way])
+        if isinstance(parameters, AxisParameters):
+            axes.plot(at, parameters.mean_um, color=COLORS["model"], linewidth=1.0, zorder=5)
+            _mark_reversal(axes, parameters, at, test.units)
         _brackets(axes, test)
         _label(axes, test)
-        _legend(figure)
+        _legend(figure, [LOOKS[way] for way in parameters.directions])
     return figure
 
 
@@ -59,17 +62,17 @@ def _draw_direction(axes: Axes, at: np.ndarray, direction: Direction, look: _Loo
     axes.plot(at, direction.mean_um, color=look.color, linewidth=1.2, marker=look.marker, markersize=size, zorder=4)
 
 
-def _mark_reversal(axes: Axes, test: AxisTest) -> None:
-    row = int(np.abs(test.parameters.B_at_um).argmax())
-    at = test.targets.machine_mm[row]
-    ends = test.parameters.up.mean_um[row], test.parameters.down.mean_um[row]
+def _mark_reversal(axes: Axes, parameters: AxisParameters, places: np.ndarray, units: Units) -> None:
+    row = int(np.abs(parameters.B_at_um).argmax())
+    at = places[row]
+    ends = parameters.up.mean_um[row], parameters.down.mean_um[row]
     axes.plot([at, at], ends, color=REVERSAL, linewidth=2.2, zorder=6)
     axes.annotate(
-        f"B = {test.parameters.B_um:.2f} µm",
+        f"B = {parameters.B_um:.2f} {units.deviation_symbol}",
         (at, min(ends)),
         xytext=(0, -7),
         textcoords="offset points",
-        ha="left" if row < len(test.targets.machine_mm) / 2.0 else "right",  # clear of the brackets
+        ha="left" if row < len(places) / 2.0 else "right",  # clear of the brackets
         va="top",
         color=REVERSAL,
         fontweight="bold",
@@ -81,9 +84,13 @@ def _mark_reversal(axes: Axes, test: AxisTest) -> None:
 def _brackets(axes: Axes, test: AxisTest) -> None:
     """Ranges beside the last target: of the bands (A), of the means of the directions (E), of their mean (M)."""
     p, at = test.parameters, test.targets.machine_mm
-    means = np.concatenate([p.up.mean_um, p.down.mean_um])
-    lows, highs = np.concatenate([p.up.low_um, p.down.low_um]), np.concatenate([p.up.high_um, p.down.high_um])
-    ranges = (("A", lows.min(), highs.max()), ("E", means.min(), means.max()), ("M", p.mean_um.min(), p.mean_um.max()))
+    found = list(p.directions.values())
+    means, lows, highs = (np.concatenate([getattr(d, f"{of}_um") for d in found]) for of in ("mean", "low", "high"))
+    ranges = [("A", lows.min(), highs.max()), ("E", means.min(), means.max())]
+    if isinstance(p, AxisParameters):
+        ranges.append(("M", p.mean_um.min(), p.mean_um.max()))
+    arrows = {"up": "↑", "down": "↓"}
+    one_way = "" if len(found) > 1 else arrows[next(iter(p.directions))]
     span = float(np.ptp(at))
     for slot, (name, low, high) in enumerate(ranges):
         place = at.max() + (0.04 + 0.055 * slot) * span
@@ -91,7 +98,7 @@ def _brackets(axes: Axes, test: AxisTest) -> None:
         arrow = {"arrowstyle": "<->", "color": COLORS["model"], "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0}
         axes.annotate("", (place, high), (place, low), arrowprops={**arrow, "mutation_scale": 7})
         axes.annotate(
-            f"{name} = {high - low:.2f} µm",
+            f"{name}{one_way} = {high - low:.2f} {test.units.deviation_symbol}",
             (place, (low + high) / 2.0),
             xytext=(3, 0),
             textcoords="offset points",
@@ -104,24 +111,27 @@ def _brackets(axes: Axes, test: AxisTest) -> None:
 def _label(axes: Axes, test: AxisTest) -> None:
     p = test.parameters
     axes.spines[["top", "right"]].set_visible(False)
-    axes.set_xlabel(f"position on {test.nearest} (mm)")
-    axes.set_ylabel("deviation: actual − target position (µm)")
+    axes.set_xlabel(f"position on {test.nearest} ({test.units.position_symbol})")
+    axes.set_ylabel(f"deviation: actual − target position ({test.units.deviation_symbol})")
     axes.set_title(f"{test.name}, {len(test.runs)} runs", loc="left", fontweight="bold")
-    mean_B = f"{p.mean_B_um:.2f}".replace("-", "−")
-    values = (("R", f"{p.R_um:.2f}"), ("R↑", f"{p.up.R_um:.2f}"), ("R↓", f"{p.down.R_um:.2f}"), ("mean B", mean_B))
-    axes.set_title(", ".join(f"{name} = {value} µm" for name, value in values), loc="right")
+    values = {"R↑" if way == "up" else "R↓": one.R_um for way, one in p.directions.items()}
+    if isinstance(p, AxisParameters):
+        values = {"R": p.R_um, **values, "mean B": p.mean_B_um}
+    told = (f"{name} = {value:.2f} {test.units.deviation_symbol}".replace("-", "−") for name, value in values.items())
+    axes.set_title(", ".join(told), loc="right")
 
 
-def _legend(figure: Figure) -> None:
+def _legend(figure: Figure, looks: Sequence[_Look]) -> None:
     entries = [
         Line2D([], [], color=look.color, marker=look.marker, linewidth=1.2, label=f"mean {look.label}")
-        for look in (UP, DOWN)
+        for look in looks
     ]
-    entries.append(Line2D([], [], color=COLORS["model"], linewidth=1.0, label="mean of both"))
-    entries.append(Line2D([], [], color=REVERSAL, linewidth=2.2, label="largest reversal B"))
+    if len(looks) > 1:
+        entries.append(Line2D([], [], color=COLORS["model"], linewidth=1.0, label="mean of both"))
+        entries.append(Line2D([], [], color=REVERSAL, linewidth=2.2, label="largest reversal B"))
     both = tuple(
         Patch(facecolor=to_rgba(look.color, 0.15), edgecolor=look.color, linewidth=0.6, linestyle=(0, (4, 2)))
-        for look in (UP, DOWN)
+        for look in looks
     )
     figure.legend(
         handles=[*entries, both],

@@ -12,7 +12,7 @@ import os
 import re
 import shutil
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -41,12 +41,16 @@ GO_WITH = {
 
 @dataclass
 class OutputSet:
-    """Files that are written aside (``staged``: by the place they will take), and those that were ``read`` for them."""
+    """Files that are written aside (``staged``: by the place they will take), and those that were ``read`` for them.
+
+    ``afterwards``: what is done once they have taken their places.
+    """
 
     process: int = field(default_factory=os.getpid)
     staged: dict[Path, Path] = field(default_factory=dict)
     made: list[Path] = field(default_factory=list)
     read: dict[Path, str | None] = field(default_factory=dict)
+    afterwards: list[Callable[[], None]] = field(default_factory=list)
 
     def commit(self) -> None:
         """Every file takes its place; files of an earlier call that go with the same result are removed."""
@@ -60,6 +64,9 @@ class OutputSet:
                 if re.fullmatch(pattern or "", old.name) and old.is_file() and old not in self.staged:
                     old.unlink(missing_ok=True)
         self._clear()
+        acts, self.afterwards = self.afterwards, []
+        for act in acts:
+            act()
 
     def discard(self) -> None:
         """Nothing of it is kept, and no folder that was made for it."""
@@ -112,6 +119,15 @@ def open_set() -> Iterator[None]:
     """The set of the verb that runs; one of its own where a program writes a result without a verb."""
     with nullcontext() if _current() is not None else one_set():
         yield
+
+
+def when_in_place(act: Callable[[], None]) -> None:
+    """Do something once the files that are written have taken their places: at once where none waits."""
+    files = _current()
+    if files is not None and files.staged:
+        files.afterwards.append(act)
+    else:
+        act()
 
 
 def was_read(path: str | Path, data: bytes | None = None) -> None:

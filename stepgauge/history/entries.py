@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.files import read_evaluation
 from stepgauge.files.dates import moment_in_path, parse_moment
 
@@ -106,7 +106,11 @@ def _moment(data: Mapping[str, Any], path: Path, name: Path, date_from: DateFrom
     raise InputError(
         path,
         "nothing says when this was measured",
-        expected="'stepgauge evaluate --measured-at', a date in the folder's name, or 'history --date-from file'",
+        expected=naming(
+            "measured_at",
+            "date_from",
+            words="evaluated with {}, a date in the folder's name, or {} file",
+        ),
     )
 
 
@@ -228,22 +232,27 @@ def _mean_and_reversal(front: NDArray[np.bool_]) -> tuple[Array, Array]:
 
 
 def of_one_machine(
-    entries: Sequence[HistoryEntry], folder: str | Path, machine: str | None = None, gauge: str | None = None
+    entries: Sequence[HistoryEntry],
+    folder: str | Path,
+    machine_name: str | None = None,
+    gauge_serial: str | None = None,
 ) -> list[HistoryEntry]:
     """The entries of one machine (its name) measured with one gauge (its serial number).
 
     :class:`InputError` in the name of ``folder`` where there are none, or several and nobody said which.
     """
     if not entries:
-        raise InputError(folder, "no evaluation with a date", expected="'evaluate --measured-at', or --date-from file")
+        expected = naming("measured_at", "date_from", words="evaluated with {}, or {} file")
+        raise InputError(folder, "no evaluation with a date", expected=expected)
     kept = list(entries)
-    for option, value, name in (("--machine-name", machine, "machine"), ("--gauge-serial", gauge, "gauge_serial")):
+    asked = (("machine_name", machine_name, "machine"), ("gauge_serial", gauge_serial, "gauge_serial"))
+    for argument, value, name in asked:
         there = sorted({getattr(entry, name) for entry in kept})
         what = name.replace("_serial", "")
         if value is not None and value not in there:
             raise InputError(folder, f"no evaluation of {what} {value!r}", expected=", ".join(there))
         kept = [entry for entry in kept if value is None or getattr(entry, name) == value]
         if value is None and len(there) > 1:
-            found = ", ".join(there)
-            raise InputError(folder, f"evaluations of several {what}s", found=found, expected=f"one: {option}")
+            found, expected = ", ".join(there), naming(argument, words="one: {}")
+            raise InputError(folder, f"evaluations of several {what}s", found=found, expected=expected)
     return kept

@@ -10,9 +10,10 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.history.entries import DateFrom, HistoryEntry, read_entries
 
+ANOTHER = naming("rebuild", "store", words="{}, or another {}")
 SCHEMA = 1
 NAMES = tuple(field.name for field in fields(HistoryEntry))
 _TYPES = {"int": "INTEGER", "float": "REAL"}
@@ -90,7 +91,9 @@ def _open(path: Path) -> Iterator[sqlite3.Connection]:
         raise InputError(path, f"the store cannot be used: {error}", expected="a writable file") from None
     except sqlite3.DatabaseError as error:
         raise InputError(
-            path, f"the store is damaged or no store of stepgauge: {error}", expected="--rebuild, or another --store"
+            path,
+            f"the store is damaged or no store of stepgauge: {error}",
+            expected=ANOTHER,
         ) from None
     except OSError as error:
         raise InputError(path, f"cannot write here: {error.strerror or error}") from None
@@ -104,7 +107,7 @@ def _make_tables(connection: sqlite3.Connection, path: Path) -> None:
             path,
             "not a store of this stepgauge",
             found=f"version {version}, tables {', '.join(sorted(known)) or 'none'}",
-            expected="--rebuild, or another --store",
+            expected=ANOTHER,
         )
     connection.execute(f"CREATE TABLE IF NOT EXISTS entry ({_COLUMNS}, PRIMARY KEY (path, placement))")
     connection.execute(
@@ -120,7 +123,9 @@ def _check_origin(connection: sqlite3.Connection, path: Path, folder: Path) -> N
     if row is None:
         connection.execute("INSERT INTO origin VALUES (?)", (here,))
     elif row[0] != here:
-        raise InputError(path, "this store is of another folder", found=row[0], expected=f"{here}, or --rebuild")
+        raise InputError(
+            path, "this store is of another folder", found=row[0], expected=naming("rebuild", words=f"{{}}, or {here}")
+        )
 
 
 def _refresh(

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
-from stepgauge.errors import InputError, reading
+from stepgauge.errors import InputError, naming, reading
 from stepgauge.files.text import read_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -89,7 +89,7 @@ def recognise_log(path: str | Path) -> str:
         raise InputError(
             path,
             "this is a measuring program, not what a machine wrote down while it ran",
-            expected="a log, and the program as --program",
+            expected=naming("program", words="a log, and the program as {}"),
         )
     return "csv"
 
@@ -126,9 +126,10 @@ def read_log(path: str | Path, source: str, layout: TableLayout | None = None) -
 
 def _check_layout(path: str | Path, source: str, layout: TableLayout) -> None:
     """A delimiter of a workbook, or a sheet of a text, is a mistake about the file."""
-    for option, value, of in (("--delimiter", layout.delimiter, "csv"), ("--sheet", layout.sheet, "xlsx")):
+    for name, value, of in (("delimiter", layout.delimiter, "csv"), ("sheet", layout.sheet, "xlsx")):
         if value is not None and source != of:
-            raise InputError(path, f"{option} is of a {FORMATS[of].title}", found=f"a {FORMATS[source].title}")
+            what = naming(name, words=f"{{}} is of a {FORMATS[of].title}")
+            raise InputError(path, what, found=f"a {FORMATS[source].title}")
 
 
 def import_log(

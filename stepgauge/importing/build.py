@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.numerals import number
 from stepgauge.files.units import temperature_hint, unit_hint
 from stepgauge.gauge.certified import Gauge
@@ -90,7 +90,7 @@ def _build_matched(
             log.path,
             "whether the points are tip centres is not stated, and their distance from the faces does not show it",
             found=f"{before_mm:.4f} mm before the certified faces on average",
-            expected="0 or the tip radius; or --points centres, or --points surface",
+            expected=naming("points", words="0 or the tip radius; or {} centres or surface"),
         )
     radius = stated or placement.tip_radius_mm if surface else stated  # that of a placement is an effective one
     log = replace(log, surface=surface)
@@ -113,7 +113,12 @@ def _build_stated(log: ProbeLog, gauge: Gauge | None, options: ImportOptions) ->
             log.path,
             "the file does not say which face each point belongs to",
             found=f"no {', '.join([*lacking, *(['direction'] if log.approach is None else [])])}",
-            expected="--gauge and --placement (faces follow from the positions), and --program where it is known",
+            expected=naming(
+                "gauge",
+                "placement",
+                "program",
+                words="{} and {} (faces follow from the positions), and {} where it is known",
+            ),
         )
     radius = options.tip_radius_mm or log.tip_radius_mm
     found = _is_surface(log, _width_radius_mm(log, gauge), options, radius)
@@ -136,7 +141,7 @@ def _check_names(log: ProbeLog) -> None:
     for name in log.columns:
         near = None if name in (*OPTIONAL, "cycle", "face") else near_miss(name, absent)
         if near is not None:
-            expected = f'--column {near}="{name}" if it is that, or another name if it is not'
+            expected = naming("columns", words=f'{{}} {near}="{name}" if it is that, or another name if it is not')
             raise InputError(log.path, f"column {name!r} looks like {near}", found=name, expected=expected)
 
 
@@ -166,7 +171,9 @@ def _one_placement(log: ProbeLog) -> ProbeLog:
             log.path,
             "the file has several placements of the gauge",
             found=", ".join(f"{number:g}" for number in numbers),
-            expected="one placement with --placement, or cycle, face and directions in the file and no --placement",
+            expected=naming(
+                "placement", words="one placement with {}, or cycle, face and directions in the file and none of it"
+            ),
         )
     return log
 
@@ -178,7 +185,7 @@ def _check_end(log: ProbeLog, options: ImportOptions) -> None:
             log.at(len(log) - 1),
             "the file is cut, or the run was stopped",
             found=f"{len(log)} points and {log.cut}",
-            expected="the whole file, or --accept missing",
+            expected=naming("accept", words="the whole file, or {} missing"),
         )
 
 
@@ -254,7 +261,7 @@ def _radius(radius: float | None, log: ProbeLog) -> float:
         raise InputError(
             log.path,
             "the points are compensated by the tip radius, a recording has tip centres, and the radius is not known",
-            expected="--tip-radius MM, the radius that the controller compensated with",
+            expected=naming("tip_radius_mm", words="{}, the radius that the controller compensated with"),
         )
     return radius
 

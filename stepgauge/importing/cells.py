@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stepgauge.errors import InputError, reading
+from stepgauge.errors import InputError, naming, reading
 from stepgauge.files.numerals import decimal_mark, looks_numeric
 from stepgauge.files.text import read_bytes
 
@@ -150,7 +150,7 @@ def _find_delimiter(path: str | Path, lines: Sequence[str]) -> str:
         path,
         "the delimiter of the table cannot be found",
         found=repr(lines[len(lines) // 2][:60]),
-        expected="columns separated by ; , | or tabs, or --delimiter; of one axis --sensor",
+        expected=naming("delimiter", "sensor", words="columns separated by ; , | or tabs, or {}; of one axis {}"),
     )
 
 
@@ -219,8 +219,12 @@ def _choose_sheet(path: str | Path, names: Sequence[str], wanted: str | None) ->
         return str(wanted)
     listed = ", ".join(map(repr, names))
     if wanted is None:
-        raise InputError(path, "the workbook has several sheets", found=listed, expected="--sheet NAME")
-    raise InputError(path, f"the workbook has no sheet {wanted!r}", found=listed, expected="--sheet NAME")
+        raise InputError(
+            path, "the workbook has several sheets", found=listed, expected=naming("sheet", words="{} NAME")
+        )
+    raise InputError(
+        path, f"the workbook has no sheet {wanted!r}", found=listed, expected=naming("sheet", words="{} NAME")
+    )
 
 
 def _cell(value: Any) -> Cell:
@@ -246,6 +250,6 @@ def mark_of(path: str, cells: Sequence[str]) -> str:
             path,
             "a comma may be a decimal mark or group thousands",
             found=repr(example),
-            expected="--decimal comma or --decimal point",
+            expected=naming("decimal", words="{} comma or point"),
         )
     return mark

@@ -10,7 +10,7 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.units import unit_hint
 from stepgauge.importing.expected import Expected, coordinates
 from stepgauge.importing.log import ProbeLog
@@ -103,7 +103,7 @@ def refuse(comparison: Comparison, departures: Sequence[Departure]) -> NoReturn:
     first, log, expected = departures[0], comparison.log, comparison.expected
     more = _more(comparison, departures[1:])
     if first.kind in ACCEPTABLE:
-        more += f" (--accept {first.kind} takes it as it is)"
+        more += f" ({{}} {first.kind} takes it as it is)"
     if first.row >= len(log):
         _refuse_end(comparison, first.point)
     if first.point >= len(expected) and comparison.keyed == "place":
@@ -111,7 +111,7 @@ def refuse(comparison: Comparison, departures: Sequence[Departure]) -> NoReturn:
             log.at(first.row),
             f"the log goes on after the last point (two runs in one file?){_failures(log)}",
             found=f"{len(log)} points",
-            expected=f"{len(expected)} of {expected.source} (--accept runs counts the cycles on)",
+            expected=naming("accept", words=f"{len(expected)} of {expected.source} ({{}} runs counts the cycles on)"),
         )
     if comparison.keyed == "place":
         _refuse_place(comparison, first, more)
@@ -147,7 +147,7 @@ def _refuse_place(comparison: Comparison, departure: Departure, more: str) -> No
         log.at(row),
         f"this is not {expected.title(departure.point)}: {what}{_failures(log)}",
         found=found,
-        expected=wanted + more,
+        expected=naming("accept", words=wanted + more),
     )
 
 
@@ -165,7 +165,8 @@ def _refuse_named(comparison: Comparison, departure: Departure, more: str) -> No
         what = "the program has no such point"
     end = f"the end, after point {n} of the program"
     wanted = f"{mine}: {expected.place(departure.point)}" if departure.point < n else end
-    raise InputError(log.at(departure.row), what + _failures(log), found=called, expected=wanted + more)
+    accepted = naming("accept", words=wanted + more)
+    raise InputError(log.at(departure.row), what + _failures(log), found=called, expected=accepted)
 
 
 def _refuse_end(comparison: Comparison, point: int) -> NoReturn:
@@ -176,7 +177,7 @@ def _refuse_end(comparison: Comparison, point: int) -> NoReturn:
         f"the log ends before point {point + 1} ({line}{expected.place(point)}): the run was stopped, or the file is"
         f" cut{_failures(log)}",
         found=f"{point} points" + (f" and {log.cut}" if log.cut else ""),
-        expected=f"{len(expected)} of {expected.source} (--accept missing takes it as it is)",
+        expected=naming("accept", words=f"{len(expected)} of {expected.source} ({{}} missing takes it as it is)"),
     )
 
 

@@ -138,7 +138,7 @@ def check_columns(columns: Sequence[Column], where: str, mapping: Mapping[str, s
                 where,
                 f"two columns may be {column.target}",
                 found=f"{seen[column.target].header!r} and {column.header!r}",
-                expected=f'--column {column.target}="HEADER" for the right one',
+                expected=naming("columns", words=f'{{}} {column.target}="HEADER" for the right one'),
             )
         seen[column.target] = column
         quantity = QUANTITY.get(column.target)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.numerals import Numerals, looks_numeric
 from stepgauge.files.units import Unit, find_unit
 from stepgauge.importing.cells import Cell, Cells, mark_of, read_text_cells, read_workbook_cells
@@ -159,7 +159,11 @@ def _find_header(cells: Cells, layout: TableLayout) -> tuple[int, list[Column]]:
         cells.path,
         "no row names the columns x, y and z",
         found=", ".join(best)[:200] or "numbers only",
-        expected='X [mm];Y [mm];Z [mm], or --column x_mm="HEADER" for each, or of one axis --sensor laser (dial, ..)',
+        expected=naming(
+            "columns",
+            "sensor",
+            words='X [mm];Y [mm];Z [mm], or {} x_mm="HEADER" for each, or of one axis {} laser (dial, ..)',
+        ),
     )
 
 

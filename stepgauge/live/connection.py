@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.live.codes import DmeError
 from stepgauge.live.protocol import END, NO_TAG, PORT, Answer, Lines, parse_answer, parse_error
 
@@ -45,7 +45,8 @@ class Address:
         match = re.fullmatch(r"(?:\[([0-9A-Fa-f:.]+)\]|([^\s:\[\]]+))(?::(\d{1,5}))?", text, re.ASCII)
         port = PORT if match is None or match[3] is None else int(match[3])
         if match is None or not 0 < port < 65536:
-            raise InputError("--server", "no address", found=repr(text), expected="HOST:PORT, e.g. 127.0.0.1:1294")
+            expected = "HOST:PORT, e.g. 127.0.0.1:1294"
+            raise InputError(naming("server"), "no address", found=repr(text), expected=expected)
         return cls(match[1] or match[2], port)
 
     def __str__(self) -> str:

@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.importing.ippdme import OWN_TIME
 from stepgauge.live.codes import DmeError
 from stepgauge.live.connection import Connection, ConnectionLostError
@@ -86,7 +86,7 @@ class Link(Protocol):
         """End of the session."""
 
 
-def refused(link: Link, what: str, found: str, expected: str) -> InputError:
+def refused(link: Link, what: str, found: str, expected: object) -> InputError:
     """The error of a machine that may not be measured on."""
     return InputError(link.name, what, found=found, expected=expected)
 
@@ -138,7 +138,8 @@ class Controller:
         if any("IsHomed(1)" in line for line in self.connection.ask("IsHomed()")):
             return
         if not wishes.home:
-            raise refused(self, "the machine is not homed", "IsHomed(0)", "a machine that is homed, or --homing")
+            expected = naming("homing", words="a machine that is homed, or {}")
+            raise refused(self, "the machine is not homed", "IsHomed(0)", expected)
         self.connection.ask("Home()", takes_s=HOMING_S)
 
     def _set(self, name: str, value: float) -> None:

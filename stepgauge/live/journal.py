@@ -17,7 +17,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from stepgauge.errors import InputError, reading
+from stepgauge.errors import InputError, naming, reading
 from stepgauge.motion.moves import Program
 from stepgauge.recording import POSITION
 
@@ -89,7 +89,7 @@ def start(path: Path, head: Row) -> Journal:
     file = _held(path)
     try:
         if _is_unfinished(path):
-            expected = "--resume to go on with it, or delete it to begin anew"
+            expected = naming("resume", words="{} to go on with it, or delete it to begin anew")
             raise InputError(path, "an unfinished measurement is here", expected=expected)
         file.truncate(0)
     except BaseException:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.live.codes import DmeError
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
 from stepgauge.live.controller import SLOWER, Measured, Wishes, refused
@@ -95,7 +95,8 @@ class LinuxCnc:
 
     def _home(self, wishes: Wishes) -> None:
         if not wishes.home:
-            raise refused(self, "the machine is not homed", "not homed", "a machine that is homed, or --homing")
+            expected = naming("homing", words="a machine that is homed, or {}")
+            raise refused(self, "the machine is not homed", "not homed", expected)
         self._command.mode(self._cnc.MODE_MANUAL)
         self._command.wait_complete(PATIENCE_S)
         self._command.home(-1)

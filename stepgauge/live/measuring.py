@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError, PartlyDoneError
+from stepgauge.errors import InputError, PartlyDoneError, naming
 from stepgauge.live.codes import DmeError
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
 from stepgauge.live.controller import Link, Measured, Wishes, refused
@@ -240,5 +240,5 @@ def _stopped(run: _Run, what: str, found: str) -> MeasurementStoppedError:
         run.link.name,
         what,
         found=f"{found}{place}{_so_far(run)}",
-        expected="the cause removed, then the same command with --resume",
+        expected=naming("resume", words="the cause removed, then the same command with {}"),
     )

@@ -50,6 +50,7 @@ class _Link(asyncio.Protocol):
         self._out: list[bytes] = []
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """A client has come: it gets a session, where none is open."""
         assert isinstance(transport, asyncio.Transport)
         self.transport = transport
         if self.server.link is not None:
@@ -72,6 +73,7 @@ class _Link(asyncio.Protocol):
             self.transport.abort()
 
     def data_received(self, data: bytes) -> None:
+        """Bytes of the client; every whole line goes to its session."""
         if self.session is None:
             return
         for line, cut in self.lines.feed(data):
@@ -106,6 +108,7 @@ class _Link(asyncio.Protocol):
         self.transport.resume_reading()
 
     def connection_lost(self, error: Exception | None) -> None:
+        """The client has gone: its session ends."""
         if self._stuck is not None:
             self._stuck.cancel()
         if self.session is None:

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
@@ -69,7 +69,7 @@ class Ways:
 
     def _no_way(self, here_mm: Array) -> InputError:
         place = ", ".join(f"{value:.3f}" for value in here_mm)
-        expected = "the machine brought by hand to a place above the gauge, then --resume"
+        expected = naming("resume", words="the machine brought by hand to a place above the gauge, then {}")
         return InputError("machine", "no safe way from where it stands", found=f"({place}) mm", expected=expected)
 
     def _backed_off(self, here_mm: Array, near: Sequence[Array]) -> Iterator[list[Array]]:

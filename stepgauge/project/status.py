@@ -7,16 +7,17 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from stepgauge.axis.recording import is_axis_recording, read_axis_recording
+from stepgauge.axis.recording import LONGEST_COMMENT, is_axis_recording, read_axis_recording
 from stepgauge.diagnosis.stored import read_diagnosis
 from stepgauge.errors import InputError
 from stepgauge.files.text import read_result
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, read_placement
 from stepgauge.machine.file import read_machine
-from stepgauge.project.create import OUTPUTS, RECORDINGS
+from stepgauge.project.create import OUTPUTS, RECORDINGS, RESULTS
 from stepgauge.project.file import Project
 from stepgauge.recording import read_recording
+from stepgauge.recording.columns import REQUIRED
 
 MOST = 1000
 """Recordings and results that are looked at; more belong into a store."""
@@ -49,7 +50,7 @@ def project_status(project: Project) -> Status:
     items.append(_placement(project, gauge))
     recordings = list(_recordings(project))
     results = list(_results(project))
-    return Status((*items, *recordings, *results), *_next(items, recordings, results))
+    return Status((*items, *recordings, *results), *_next(project, items, recordings, results))
 
 
 def _path(project: Project, key: str) -> str:
@@ -97,13 +98,29 @@ def _placement_words(placement: Placement) -> str:
 
 
 def _recordings(project: Project) -> Iterator[Item]:
-    for path in sorted((project.folder / RECORDINGS).glob("*"))[:MOST]:
+    """Those in their folder, and those beside the project file, where there are other tables as well."""
+    own = sorted((project.folder / RECORDINGS).glob("*"))
+    beside = [path for path in sorted(project.folder.glob("*.csv")) if _is_recording(path)]
+    for path in [*own, *beside][:MOST]:
         if path.suffix.lower() in (".csv", ".parquet"):
             shown = os.path.relpath(path)
             try:
                 yield Item("recording", shown, _recording_words(path))
             except InputError as error:
                 yield Item("recording", shown, error.as_typed(), wrong=True)
+
+
+def _is_recording(path: Path) -> bool:
+    """Whether a table has the columns of a recording, of whatever is measured."""
+    if is_axis_recording(path):
+        return True
+    try:
+        with path.open(encoding="utf-8-sig") as file:
+            lines = iter(lambda: file.readline(LONGEST_COMMENT), "")
+            header = next((line for line in lines if not line.startswith("#")), "")
+    except (OSError, UnicodeDecodeError):
+        return False
+    return set(REQUIRED) <= set(header.strip().split(","))
 
 
 def _recording_words(path: Path) -> str:
@@ -137,7 +154,7 @@ def _result_words(path: Path, kind: str) -> str:
     return found.verdict
 
 
-def _next(items: list[Item], recordings: list[Item], results: list[Item]) -> tuple[str, str]:
+def _next(project: Project, items: list[Item], recordings: list[Item], results: list[Item]) -> tuple[str, str]:
     """The next command and why; the first thing that is missing or wrong decides."""
     for item in items[:2]:
         if item.wrong:
@@ -154,4 +171,13 @@ def _next(items: list[Item], recordings: list[Item], results: list[Item]) -> tup
         return f"stepgauge budget {usable[-1].path}", "state the uncertainty of these errors"
     if "diagnosis" not in done:
         return f"stepgauge diagnose {usable[-1].path}", "find what the machine file does not explain"
-    return f"stepgauge report {done['evaluation'].path}", "write the report"
+    if not _is_reported(project, done["evaluation"].path):
+        return f"stepgauge report {done['evaluation'].path}", "write the report"
+    return f"stepgauge plan {items[2].path}", "all is there, the report too; measure again when it is due"
+
+
+def _is_reported(project: Project, evaluation: str) -> bool:
+    """Whether a PDF beside the project file or in the folder of results was made after an evaluation."""
+    since = (Path(evaluation) / "evaluation.json").stat().st_mtime
+    printed = [*project.folder.glob("*.pdf"), *(project.folder / RESULTS).glob("*.pdf")]
+    return any(one.stat().st_mtime >= since for one in printed)

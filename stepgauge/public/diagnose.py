@@ -32,7 +32,8 @@ def diagnose(
     *,
     without: str | Iterable[str] = ...,
     priors: File | None = ...,
-) -> Diagnosis: ...
+) -> Diagnosis:
+    """Recordings of a gauge on a machine."""
 
 
 @overload
@@ -43,7 +44,8 @@ def diagnose(
     *,
     without: str | Iterable[str] = ...,
     priors: File | None = ...,
-) -> AxisDiagnosis: ...
+) -> AxisDiagnosis:
+    """Recordings of an axis, a spot or distances."""
 
 
 def diagnose(

@@ -15,6 +15,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.public.inputs import File, of_kind, several
+from stepgauge.public.renamed import renamed
 from stepgauge.reports.content import make_content
 from stepgauge.reports.kinds import kind_of
 from stepgauge.reports.page import Stated
@@ -31,6 +32,7 @@ SAID = ("number", "customer", "location", "operator", "remarks")
 """What only a person can say."""
 
 
+@renamed(evaluation="result")
 def report(
     result: File | Evaluation | Diagnosis | Iterable[File | Evaluation],
     path: File,
@@ -190,8 +192,6 @@ def _diagnosis_page(_: _Asked, result: File | Diagnosis, recordings: list[Any]) 
         what = "its page is made from the files of a diagnosis"
         raise InputError("result", what, found="a Diagnosis", expected="the folder that Diagnosis.write made")
     said, folder = read_said(result)
-    if "map" in said["inputs"]:
-        raise InputError(result, "the map of a probe has no page to explore", expected="a page without interactive")
     return diagnosis_page(said, told_story(said, ()), read_rows(folder))
 
 

@@ -19,11 +19,11 @@ from stepgauge.diagnosis.report import (
     percent,
     plus_minus,
     probability,
-    significant,
     summary,
     um,
     wrapped_sum,
 )
+from stepgauge.diagnosis.words import significant
 from stepgauge.files.text import in_folder, read_result
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
 from stepgauge.reports.blocks import pictures as pictures_of

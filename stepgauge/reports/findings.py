@@ -12,8 +12,8 @@ from typing import Any
 
 from stepgauge.diagnosis.practice import name_of
 from stepgauge.diagnosis.remedies import UNKNOWN_FORM, Remedy, filled, remedy
-from stepgauge.diagnosis.report import COVERAGE, chosen, plus_minus, probability, remaining, significant, without
-from stepgauge.diagnosis.words import line
+from stepgauge.diagnosis.report import COVERAGE, chosen, plus_minus, probability, remaining, without
+from stepgauge.diagnosis.words import line, significant
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
 Said = Mapping[str, Any]
@@ -105,7 +105,8 @@ def _repairs(said: Said, told: Words) -> Iterator[str]:
 
 
 def _has_rivals(effect: Said) -> bool:
-    return bool(len(_members(effect)) > 1 or effect["confounded_with"] or effect["alternatives"])
+    several = len(_members(effect)) > 1 or effect["confounded_with"] or effect["alternatives"]
+    return bool(several or effect.get("aliases"))
 
 
 def _again(said: Said, told: Words) -> Iterator[str]:

@@ -39,6 +39,7 @@ def evaluation_page(evaluation: Evaluation, recording: Recording) -> dict[str, A
     gauge = said["gauge"]
     scene = {
         "kind": "evaluation",
+        "part": "placement",
         "placements": placements,
         "findings": [],
         "against": [],
@@ -66,16 +67,35 @@ def diagnosis_page(said: Mapping[str, Any], story: Mapping[str, Any], rows: pd.D
     findings = _findings(said, story, rows, unit, {n: [place[at] for at in some] for n, some in listed.items()})
     scene = {
         "kind": "diagnosis",
-        "unit": unit.replace("um", "µm"),
-        "group": "target" if "axis" in said else "face",
-        "noise": said["fit"][f"noise_{unit}"],
-        "placements": [{"placement": int(n)} for n in np.unique(rows["placement"])],
+        **_what(said, rows, unit),
         "against": _against(rows),
         "rows": _rows(rows, unit, "axis" in said),
         "findings": findings,
-        "hint": "Dashed: two sigma of the noise.",
     }
     return _content(story["title"], story["summary"], scene, bool(story["example"]), False, _left_out(total))
+
+
+def _what(said: Mapping[str, Any], rows: pd.DataFrame, unit: str) -> dict[str, Any]:
+    """What a click selects, and the parts that are shown one at a time: placements, or quantities of a map."""
+    parts = [{"placement": int(n)} for n in np.unique(rows["placement"])]
+    if "map" in said["inputs"]:
+        names = list(said["fit"]["quantities"])
+        return {
+            "unit": "standard deviations of a reading",
+            "group": "direction",
+            "part": "quantity",
+            "noise": 1.0,
+            "placements": [{**one, "name": names[one["placement"] - 1].replace("_", " ")} for one in parts],
+            "hint": "Dashed: two sigma of the noise, which is one for every quantity.",
+        }
+    return {
+        "unit": unit.replace("um", "µm"),
+        "group": "target" if "axis" in said else "face",
+        "part": "placement",
+        "noise": said["fit"][f"noise_{unit}"],
+        "placements": parts,
+        "hint": "Dashed: two sigma of the noise.",
+    }
 
 
 def _content(
@@ -138,7 +158,11 @@ def _probings(table: pd.DataFrame) -> dict[str, Any]:
 
 def _against(rows: pd.DataFrame) -> list[dict[str, Any]]:
     (position,) = [name for name in rows.columns if str(name).startswith("position_")]
-    found = [{"name": f"position ({position.removeprefix('position_')})", "values": _numbers(rows[position])}]
+    of_map = "polar_deg" in rows
+    name = "azimuth (°)" if of_map else f"position ({position.removeprefix('position_')})"
+    found = [{"name": name, "values": _numbers(rows[position])}]
+    if of_map:
+        found.append({"name": "polar angle (°)", "values": _numbers(rows["polar_deg"])})
     if "time_s" in rows:
         found.append({"name": "time (min)", "values": _numbers(rows["time_s"] / 60.0)})
     return [*found, {"name": "order of the rows", "values": list(range(1, len(rows) + 1))}]
@@ -148,9 +172,12 @@ def _rows(rows: pd.DataFrame, unit: str, of_axis: bool) -> dict[str, Any]:
     """``group`` is what a click selects: a face, or a target of an axis, which is two faces."""
     (position,) = [name for name in rows.columns if str(name).startswith("position_")]
     face = rows["face"].to_numpy(int)
-    label = (
-        [f"{one:g} {position.removeprefix('position_')}" for one in rows[position]] if of_axis else list(map(str, face))
-    )
+    label = list(map(str, face))
+    if of_axis:
+        label = [f"{one:g} {position.removeprefix('position_')}" for one in rows[position]]
+    elif "polar_deg" in rows:
+        angles = zip(rows["polar_deg"], rows[position], strict=True)
+        label = [f"{polar:g}° polar, {azimuth:g}° azimuth" for polar, azimuth in angles]
     return {
         "recording": [clean(one) for one in rows["recording"]],
         **{name: [int(one) for one in rows[name]] for name in ("row", "placement", "cycle", "face", "used")},
@@ -162,13 +189,13 @@ def _rows(rows: pd.DataFrame, unit: str, of_axis: bool) -> dict[str, Any]:
 
 
 def _listed_rows(said: Mapping[str, Any], rows: pd.DataFrame) -> dict[int, list[int]]:
-    """By the number of a finding that lists readings (outliers), their places in the table."""
-    place = {key: i for i, key in enumerate(zip(rows["recording"], rows["row"], strict=True))}
+    """By the number of a finding that lists outliers, their places in the table: of a map in each quantity."""
     found = {}
     for number, effect in enumerate(said["effects"], 1):
         if "rows" in effect:
-            keys = [(one["recording"], one["row"]) for one in effect["rows"]]
-            found[number] = [place[key] for key in keys if key in place]
+            keys = {(one.get("recording", rows["recording"].iloc[0]), one["row"]) for one in effect["rows"]}
+            named = enumerate(zip(rows["recording"], rows["row"], strict=True))
+            found[number] = [at for at, key in named if key in keys]
     return found
 
 

@@ -12,9 +12,9 @@ from stepgauge.reports.content import figure_svg
 from stepgauge.reports.page import Column, Page, PrintedTable, Stated
 from stepgauge.reports.sections import Section, certificate_section
 from stepgauge.reports.standards import machine_lines, recording_lines, rules_table, test_content, unmet, write_test
-from stepgauge.standards.iso230_decision import PARAMETERS
-from stepgauge.standards.iso230_files import assumptions, positioning_to_dict, write_positioning
-from stepgauge.standards.positioning import AxisTest, PositioningTest
+from stepgauge.standards.iso230_decision import PARAMETERS, parameters_um
+from stepgauge.standards.iso230_files import as_linear, assumptions, positioning_to_dict, write_positioning
+from stepgauge.standards.positioning import AxisTest, PositioningTest, Units
 
 LABELS = {"A_up": "A↑", "A_down": "A↓", "E_up": "E↑", "E_down": "E↓", "R_up": "R↑", "R_down": "R↓", "mean_B": "mean B"}
 METHOD = (
@@ -27,7 +27,7 @@ METHOD = (
 
 def positioning_content(test: PositioningTest, stated: Stated, machine: Machine | None) -> dict[str, Any]:
     """The content of the report (see :class:`stepgauge.reports.page.Page`)."""
-    data = positioning_to_dict(test)
+    data, units = as_linear(test), test.units
     rules = [{**rule, "asks": _of(one, rule["asks"], data)} for one in data["axes"] for rule in one["rules"]]
     excluded = [{**part, "what": _of(one, part["what"], data)} for one in data["axes"] for part in one["excluded"]]
     by = "a step gauge" if test.gauge else f"{'an' if data['instrument'][0] in 'aeio' else 'a'} {data['instrument']}"
@@ -36,16 +36,16 @@ def positioning_content(test: PositioningTest, stated: Stated, machine: Machine 
         "Positioning test",
         f"Accuracy and repeatability of positioning of numerically controlled axes by ISO 230-2:2014, with {by}",
         (),
-        _summary(data),
-        ("iso230.json", data),
+        _summary(data, units),
+        ("iso230.json", positioning_to_dict(test)),
         overall=data["overall"],
         statements=unmet(rules),
         figures=[(figure_svg(positioning_figure(one)), caption(one)) for one in test.axes],
-        sections=[reference, _conditions(data), _recording(data, machine)],
-        tables=[rules_table(rules, excluded), *(_targets(one) for one in data["axes"])],
+        sections=[reference, _conditions(data), _recording(data, machine, units)],
+        tables=[rules_table(rules, excluded), *(_targets(one, units) for one in data["axes"])],
         lists=[("What the results rest on", assumptions(test))],
         method=METHOD,
-        not_stated=[] if test.requirement.expanded_um is not None else ["measurement uncertainty of A, E, M, R and B"],
+        not_stated=[] if test.requirement.expanded_um is not None else ["measurement uncertainty of the parameters"],
     )
     return test_content(page, stated, test.gauge, machine.table.name if machine else test.comments.get("machine"))
 
@@ -78,18 +78,22 @@ def report_positioning(
 
 def caption(one: AxisTest) -> str:
     """What the figure shows, in a sentence."""
-    p, at = one.parameters, one.targets.machine_mm
+    at, units, known = one.targets.machine_mm, one.units, parameters_um(one.parameters)
+    told = [f"{LABELS.get(n, n)} = {v:.2f} {units.deviation_symbol}" for n, v in known.items()]
+    chosen = told if len(told) < len(PARAMETERS) else [told[0], told[PARAMETERS.index("R")]]
     return (
-        f"Placement {one.placement}, {one.name}: {len(at)} targets from {at.min():.1f} to {at.max():.1f} mm,"
-        f" {len(one.runs)} runs; A = {p.A_um:.2f} µm, R = {p.R_um:.2f} µm."
+        f"Placement {one.placement}, {one.name}: {len(at)} targets from {at.min():.1f} to {at.max():.1f}"
+        f" {units.position_symbol}, {len(one.runs)} runs; {', '.join(chosen)}."
     )
 
 
-def _summary(data: dict[str, Any]) -> PrintedTable:
-    columns = [Column("Axis", words=True), *(Column(LABELS.get(name, name), "µm") for name in PARAMETERS)]
+def _summary(data: dict[str, Any], units: Units) -> PrintedTable:
+    names = [name for name in PARAMETERS if any(name in one["parameters_um"] for one in data["axes"])]
+    columns = [Column("Axis", words=True)]
+    columns += [Column(LABELS.get(name, name), units.deviation_symbol) for name in names]
     rows = [
         [one["name"] if one["axis"] else f"near {one['name'].split()[2]}"]
-        + [number(one["parameters_um"][name], 2) for name in PARAMETERS]
+        + [number(one["parameters_um"][name], 2) if name in one["parameters_um"] else "" for name in names]
         for one in data["axes"]
     ]
     return PrintedTable(
@@ -116,31 +120,33 @@ def _instrument(data: dict[str, Any]) -> Section:
     return section
 
 
-def _recording(data: dict[str, Any], machine: Machine | None) -> Section:
+def _recording(data: dict[str, Any], machine: Machine | None, units: Units) -> Section:
     section = Section("Machine and recording")
     machine_lines(section, machine)
     for one in data["axes"]:
         low, high = one["measured_mm"]
         travel = one["axis_travel_mm"]
         share = f", {number(100.0 * (high - low) / travel, 0)} % of the travel" if travel else ""
-        section.add(f"Measured on {one['name']}", f"{number(low, 1)} to {number(high, 1)} mm{share}")
+        measured = f"{number(low, 1)} to {number(high, 1)} {units.position_symbol}"
+        section.add(f"Measured on {one['name']}", measured + share)
     recording_lines(section, data)
     return section
 
 
-def _targets(one: dict[str, Any]) -> PrintedTable:
-    named = (
-        ("Target", "mm", "target_mm", 3),
-        ("x̄↑", "µm", "mean_up_um", 2),
-        ("2 s↑", "µm", "s_up_um", 2),
-        ("x̄↓", "µm", "mean_down_um", 2),
-        ("2 s↓", "µm", "s_down_um", 2),
-        ("x̄", "µm", "mean_um", 2),
-        ("B", "µm", "b_um", 2),
-        ("R↑", "µm", "r_up_um", 2),
-        ("R↓", "µm", "r_down_um", 2),
-        ("R", "µm", "r_um", 2),
+def _targets(one: dict[str, Any], units: Units) -> PrintedTable:
+    known = (
+        ("Target", units.position_symbol, "target_mm", 3),
+        ("x̄↑", units.deviation_symbol, "mean_up_um", 2),
+        ("2 s↑", units.deviation_symbol, "s_up_um", 2),
+        ("x̄↓", units.deviation_symbol, "mean_down_um", 2),
+        ("2 s↓", units.deviation_symbol, "s_down_um", 2),
+        ("x̄", units.deviation_symbol, "mean_um", 2),
+        ("B", units.deviation_symbol, "b_um", 2),
+        ("R↑", units.deviation_symbol, "r_up_um", 2),
+        ("R↓", units.deviation_symbol, "r_down_um", 2),
+        ("R", units.deviation_symbol, "r_um", 2),
     )
+    named = [column for column in known if column[2] in one["targets"][0]]
     columns = [
         Column("Block" if one["gauge_against_axis"] is not None else "No."),
         *(Column(name, unit) for name, unit, _, _ in named),

@@ -1,7 +1,8 @@
 """ISO 230-2: accuracy and repeatability of positioning of an axis, from deviations at target positions.
 
 Clause numbers are those of the terms in ISO 230-2:2006, clause 2; the edition of 2014 keeps the formulas. All functions
-take deviations in um of shape ``(targets, runs)``; "up" is an approach in the positive direction, "down" the other.
+take deviations in um of shape ``(targets, runs)``; "up" is an approach in the positive direction, "down" the other. Of
+a rotary axis the same numbers are in arcsec, whatever their names say: :class:`.positioning.Units` tells them.
 """
 
 from __future__ import annotations
@@ -70,6 +71,11 @@ class AxisParameters:
     down: Direction
 
     @property
+    def directions(self) -> dict[str, Direction]:
+        """Both directions by name."""
+        return {"up": self.up, "down": self.down}
+
+    @property
     def mean_um(self) -> Array:
         """Mean bidirectional positional deviation at a position (2.11), shape ``(targets,)``."""
         return (self.up.mean_um + self.down.mean_um) / 2.0
@@ -115,6 +121,25 @@ class AxisParameters:
         """Bidirectional accuracy of positioning (2.24)."""
         high = max(self.up.high_um.max(), self.down.high_um.max())
         return float(high - min(self.up.low_um.min(), self.down.low_um.min()))
+
+
+@dataclass(frozen=True)
+class OneWay:
+    """The parameters of an axis that was approached in one direction, ``way``: ``up`` or ``down``.
+
+    Reversal and whatever is of both directions is not known.
+    """
+
+    way: str
+    direction: Direction
+
+    @property
+    def directions(self) -> dict[str, Direction]:
+        """The direction by name."""
+        return {self.way: self.direction}
+
+
+Parameters = AxisParameters | OneWay
 
 
 def axis_parameters(up_um: Array, down_um: Array) -> AxisParameters:

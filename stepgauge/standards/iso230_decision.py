@@ -7,14 +7,17 @@ from dataclasses import dataclass, field
 
 from stepgauge.errors import InputError, naming
 from stepgauge.standards.decision import DECISION_SOURCE, Outcome, decide, together
-from stepgauge.standards.iso230 import AxisParameters
+from stepgauge.standards.iso230 import OneWay, Parameters
 
 PARAMETERS = ("A", "A_up", "A_down", "E", "E_up", "E_down", "M", "R", "R_up", "R_down", "B", "mean_B")
 """In the order in which the standard's report has them."""
 
 
-def parameters_um(found: AxisParameters) -> dict[str, float]:
-    """The parameters of an axis by name, um."""
+def parameters_um(found: Parameters) -> dict[str, float]:
+    """The parameters of an axis by name, um; of one direction those of it alone."""
+    if isinstance(found, OneWay):
+        one = found.direction
+        return {f"{name}_{found.way}": value for name, value in (("A", one.A_um), ("E", one.E_um), ("R", one.R_um))}
     up, down = found.up, found.down
     values = [found.A_um, up.A_um, down.A_um, found.E_um, up.E_um, down.E_um, found.M_um]
     values += [found.R_um, up.R_um, down.R_um, found.B_um, found.mean_B_um]
@@ -23,10 +26,14 @@ def parameters_um(found: AxisParameters) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Requirement:
-    """Tolerances by parameter, um; ``expanded_um`` of the parameters (ISO/TR 230-9), None if not stated."""
+    """Tolerances by parameter, um; ``expanded_um`` of the parameters (ISO/TR 230-9), None if not stated.
+
+    ``unit``: how um is told; of a rotary axis the numbers are in arcsec.
+    """
 
     tolerance_um: Mapping[str, float] = field(default_factory=dict)
     expanded_um: float | None = None
+    unit: str = "µm"
 
     @classmethod
     def parse(
@@ -68,7 +75,7 @@ class Requirement:
             "does not conform": "The parameters do not conform.",
             "not decidable": "Neither conformity nor nonconformity is proven.",
         }[together(every)]
-        return f"{head} {self._compared(parts)} U = {self.expanded_um:g} µm. Decision rule: {DECISION_SOURCE}."
+        return f"{head} {self._compared(parts)} U = {self.expanded_um:g} {self.unit}. Decision rule: {DECISION_SOURCE}."
 
     def _compared(self, parts: Sequence[tuple[str, Mapping[str, float]]]) -> str:
         said = []
@@ -76,7 +83,7 @@ class Requirement:
             decided, head = self.outcomes(values), f"{part}: " if part else ""
             for name, limit in self.tolerance_um.items():
                 told = f": {decided[name]}" if name in decided else ""
-                said.append(f"{head}{name} = {values[name]:.2f} µm, tolerance {limit:g} µm{told}")
+                said.append(f"{head}{name} = {values[name]:.2f} {self.unit}, tolerance {limit:g} {self.unit}{told}")
         return "; ".join(said) + "."
 
 

@@ -10,8 +10,9 @@ from stepgauge.evaluation.files import TEMPERATURE_CONVENTION
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import write_json, write_text
 from stepgauge.standards.gauge_table import gauge_to_dict
+from stepgauge.standards.iso230 import AxisParameters
 from stepgauge.standards.iso230_decision import parameters_um
-from stepgauge.standards.positioning import PAIRINGS, AxisTest, PositioningTest
+from stepgauge.standards.positioning import PAIRINGS, AxisTest, PositioningTest, Units
 from stepgauge.standards.rules import incomplete
 
 STANDARD = "ISO 230-2:2014 with Amendment 1:2016"
@@ -37,7 +38,26 @@ DEVIATION_COLUMNS = ("placement", "target_mm", "block", "direction", "run", "cyc
 
 
 def positioning_to_dict(test: PositioningTest) -> dict[str, Any]:
-    """Everything the test says, as JSON types."""
+    """Everything the test says, as JSON types; keys end in the units of the axis."""
+    return dict(in_units(as_linear(test), test.units))
+
+
+def in_units(value: Any, units: Units) -> Any:
+    """The same with keys that end in the units of the axis, in place of mm and um."""
+    if isinstance(value, dict):
+        return {key_in(name, units): in_units(one, units) for name, one in value.items()}
+    return [in_units(one, units) for one in value] if isinstance(value, list) else value
+
+
+def key_in(name: str, units: Units) -> str:
+    """A key or column that ends in mm or um, in the units of the axis."""
+    stem, _, unit = name.rpartition("_")
+    told = {"mm": units.position, "um": units.deviation}
+    return f"{stem}_{told[unit]}" if unit in told else name
+
+
+def as_linear(test: PositioningTest) -> dict[str, Any]:
+    """The same with the keys of a linear axis, whatever it is."""
     return {
         "format": "stepgauge iso230 1",
         "stepgauge": __version__,
@@ -82,8 +102,7 @@ def axis_to_dict(one: AxisTest) -> dict[str, Any]:
         "gauge_temperature_C": one.temperature_C,
         "parameters_um": parameters_um(p),
         "targets": target_rows(one),
-        "deviations_up_um": p.up.x_um.tolist(),
-        "deviations_down_um": p.down.x_um.tolist(),
+        **{f"deviations_{way}_um": direction.x_um.tolist() for way, direction in p.directions.items()},
         "rules": [rule.as_dict() for rule in one.rules],
         "excluded": [part.as_dict() for part in one.excluded],
     }
@@ -92,21 +111,14 @@ def axis_to_dict(one: AxisTest) -> dict[str, Any]:
 def target_rows(one: AxisTest) -> list[dict[str, Any]]:
     """One dictionary per target with the columns of ``iso230.csv``."""
     p, t = one.parameters, one.targets
-    columns = (
-        t.machine_mm,
-        t.gauge_mm,
-        t.block,
-        p.up.mean_um,
-        p.up.s_um,
-        p.up.R_at_um,
-        p.down.mean_um,
-        p.down.s_um,
-        p.down.R_at_um,
-        p.mean_um,
-        p.B_at_um,
-        p.R_at_um,
-    )
-    return [dict(zip(TARGET_COLUMNS, (v.item() for v in row), strict=True)) for row in zip(*columns, strict=True)]
+    columns = {"target_mm": t.machine_mm, "along_gauge_mm": t.gauge_mm, "block": t.block}
+    for way, found in p.directions.items():
+        columns |= {f"mean_{way}_um": found.mean_um, f"s_{way}_um": found.s_um, f"r_{way}_um": found.R_at_um}
+    if isinstance(p, AxisParameters):
+        columns |= {"mean_um": p.mean_um, "b_um": p.B_at_um, "r_um": p.R_at_um}
+    names = [name for name in TARGET_COLUMNS if name in columns]
+    rows = zip(*(columns[name] for name in names), strict=True)
+    return [dict(zip(names, (value.item() for value in row), strict=True)) for row in rows]
 
 
 def statements(test: PositioningTest) -> list[str]:
@@ -122,7 +134,7 @@ def assumptions(test: PositioningTest) -> list[str]:
     if test.tip is None or test.pairing is None:
         return [
             f"The {'readings are the actual' if test.instrument['actual'] == 'reading' else 'targets are the actual'}"
-            " positions; the reversal of the instrument, if it has one, is in every B.",
+            f" positions{_own_reversal(test)}.",
             f"{AS_READ[0].upper()}{AS_READ[1:]}.",
             scatter.format(test.instrument["instrument"]),
         ]
@@ -136,27 +148,33 @@ def assumptions(test: PositioningTest) -> list[str]:
     ]
 
 
+def _own_reversal(test: PositioningTest) -> str:
+    both = any(isinstance(one.parameters, AxisParameters) for one in test.axes)
+    return "; the reversal of the instrument, if it has one, is in every B" if both else ""
+
+
 def targets_csv(test: PositioningTest) -> str:
     """One row per target."""
+    names = [name for name in TARGET_COLUMNS if any(name in row for one in test.axes for row in target_rows(one)[:1])]
     rows = [
-        [one.placement, *(result_cell(row[name]) for name in TARGET_COLUMNS)]
+        [one.placement, *(result_cell(row[name]) if name in row else "" for name in names)]
         for one in test.axes
         for row in target_rows(one)
     ]
-    return csv_text(["placement", *TARGET_COLUMNS], rows)
+    return csv_text(["placement", *(key_in(name, test.units) for name in names)], rows)
 
 
 def deviations_csv(test: PositioningTest) -> str:
     """One row per deviation."""
     rows: list[list[object]] = []
     for one in test.axes:
-        for name, direction in (("up", one.parameters.up), ("down", one.parameters.down)):
+        for name, direction in one.parameters.directions.items():
             for target, block, values in zip(one.targets.machine_mm, one.targets.block, direction.x_um, strict=True):
                 rows += [
                     [one.placement, f"{target:.6f}", block, name, run + 1, one.runs[run], f"{value:.6g}"]
                     for run, value in enumerate(values)
                 ]
-    return csv_text(DEVIATION_COLUMNS, rows)
+    return csv_text([key_in(name, test.units) for name in DEVIATION_COLUMNS], rows)
 
 
 def write_positioning(folder: str | Path, test: PositioningTest) -> list[Path]:

@@ -1,7 +1,7 @@
 """What ISO 230-2:2014 (with Amendment 1:2016) asks of a positioning test, checked one by one.
 
-The rules are those of linear axes up to 2 000 mm. Clauses are named by their subject: the editions number them
-differently.
+The rules are those of linear axes up to 2 000 mm, and of rotary axes up to 360 deg. Clauses are named by their subject:
+the editions number them differently.
 """
 
 from __future__ import annotations
@@ -22,6 +22,10 @@ LONGEST_MM = 2000.0
 SAME_STEP = 1e-3
 """Steps between targets that differ by less than this share are one constant step."""
 LINEAR = "ISO 230-2:2014, linear axes up to 2 000 mm"
+FULL_TURN_DEG = 360.0
+TARGETS_BY_TRAVEL = ((90.0, 3), (180.0, 5), (FULL_TURN_DEG, 8))
+"""Least number of targets by the travel of a rotary axis, deg, up to and with it."""
+ROTARY = "ISO 230-2:2014, rotary axes up to 360° (numbers of targets: its text was not at hand, unconfirmed)"
 
 
 def rules_of(
@@ -42,10 +46,22 @@ def rules_of(
     )
 
 
-def axis_rules(target_mm: Array, runs: int, temperatures: Sequence[str]) -> tuple[Rule, ...]:
-    """Every rule for an axis that an instrument read; ``temperatures``: columns that were recorded besides."""
+def axis_rules(
+    target: Array, runs: int, temperatures: Sequence[str], rotary: bool = False, ways: Sequence[str] = ("up", "down")
+) -> tuple[Rule, ...]:
+    """Every rule for an axis that an instrument read; ``target (m,)`` in mm, of a rotary axis in deg.
+
+    ``temperatures``: columns that were recorded besides; ``ways``: directions in which targets were approached.
+    """
     known = f"recorded ({', '.join(temperatures)}), readings taken as they are" if temperatures else "not recorded"
-    return (*_runs_and_targets(target_mm, runs), _temperature(known, bool(temperatures)))
+    found = _runs_and_targets_of_turn(target, runs) if rotary else _runs_and_targets(target, runs)
+    one_way = Rule(
+        "ISO 230-2:2014, test procedure",
+        "targets approached in both directions",
+        f"approached {ways[0]} only: reversal, and all that is of both directions, is not known",
+        False,
+    )
+    return (*found, *([one_way] if len(ways) == 1 else []), _temperature(known, bool(temperatures)))
 
 
 def _temperature(found: str, met: bool) -> Rule:
@@ -69,15 +85,33 @@ def _runs_and_targets(target_mm: Array, runs: int) -> tuple[Rule, ...]:
     )
 
 
-def _steps(target_mm: Array) -> Rule:
+def _runs_and_targets_of_turn(target_deg: Array, runs: int) -> tuple[Rule, ...]:
+    """The same of a rotary axis."""
+    span_deg = float(np.ptp(target_deg))
+    asked = next((least for travel, least in TARGETS_BY_TRAVEL if span_deg <= travel), TARGETS_BY_TRAVEL[-1][1])
+    by_travel = ", ".join(f"{least} up to {travel:g}°" for travel, least in TARGETS_BY_TRAVEL)
+    return (
+        Rule(ROTARY, f"{RUNS} runs in each direction", f"{runs} runs", runs >= RUNS),
+        Rule(
+            ROTARY,
+            f"targets by travel: {by_travel}",
+            f"{len(target_deg)} targets over {span_deg:.1f}°, asked {asked}",
+            len(target_deg) >= asked,
+        ),
+        Rule(ROTARY, "measurement travel up to 360°", f"{span_deg:.1f}°", span_deg <= FULL_TURN_DEG * (1.0 + 1e-9)),
+        _steps(target_deg, "°"),
+    )
+
+
+def _steps(target_mm: Array, unit: str = " mm") -> Rule:
     """A constant step can hide an error whose period divides it."""
     steps = np.diff(target_mm)
     constant = bool(np.ptp(steps) <= SAME_STEP * steps.mean())
-    found = f"constant step of {steps.mean():.3f} mm: an error with a period that divides it does not show"
+    found = f"constant step of {steps.mean():.3f}{unit}: an error with a period that divides it does not show"
     return Rule(
         "ISO 230-2:2014, selection of target positions",
         "steps that differ, so that periodic errors are sampled",
-        found if constant else f"steps of {steps.min():.3f} to {steps.max():.3f} mm",
+        found if constant else f"steps of {steps.min():.3f} to {steps.max():.3f}{unit}",
         not constant,
     )
 

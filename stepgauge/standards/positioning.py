@@ -25,7 +25,7 @@ from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
 from stepgauge.recording.identity import check_recording
-from stepgauge.standards.iso230 import AxisParameters, axis_parameters
+from stepgauge.standards.iso230 import AxisParameters, Parameters, axis_parameters
 from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement
 from stepgauge.standards.iso230_rules import rules_of
 from stepgauge.standards.lengths import FaceTable, doubtful_rule, face_table
@@ -41,6 +41,19 @@ PAIRINGS = {
     "middle": "means carried from the faces to the middle of the block, along straight lines between faces of one side",
     "faces": "front and back of a block taken as one target, a block apart as they are",
 }
+
+
+@dataclass(frozen=True)
+class Units:
+    """What lengths and deviations of an axis are told in, in keys and in print."""
+
+    position: str
+    deviation: str
+    position_symbol: str
+    deviation_symbol: str
+
+
+LINEAR, ROTARY = Units("mm", "um", "mm", "µm"), Units("deg", "arcsec", "°", "arcsec")
 
 
 @dataclass(frozen=True)
@@ -72,12 +85,13 @@ class AxisTest:
     reversed: bool
     targets: Targets
     runs: tuple[int, ...]
-    parameters: AxisParameters
+    parameters: Parameters
     temperature_C: float | None
     travel_mm: float | None
     rules: tuple[Rule, ...]
     excluded: tuple[Excluded, ...]
     title: str = ""
+    units: Units = LINEAR
 
     @property
     def name(self) -> str:
@@ -101,6 +115,11 @@ class PositioningTest:
     comments: Mapping[str, str] = field(default_factory=dict)
     requirement: Requirement = NO_REQUIREMENT
     instrument: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def units(self) -> Units:
+        """What the axes are told in: all are linear or all rotary."""
+        return self.axes[0].units
 
     @property
     def complete(self) -> bool:

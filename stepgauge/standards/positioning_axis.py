@@ -8,6 +8,7 @@ positions: certified faces or gauge blocks.
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -16,11 +17,12 @@ from numpy.typing import NDArray
 
 from stepgauge.axis.recording import AxisRecording, places_of
 from stepgauge.axis.sensors import SENSORS
-from stepgauge.errors import InputError
-from stepgauge.standards.iso230 import axis_parameters
-from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement
+from stepgauge.axis.units import BASE
+from stepgauge.errors import InputError, naming
+from stepgauge.standards.iso230 import AxisParameters, Direction, OneWay
+from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement, parameters_um
 from stepgauge.standards.iso230_rules import axis_rules
-from stepgauge.standards.positioning import AxisTest, PositioningTest, Targets
+from stepgauge.standards.positioning import LINEAR, ROTARY, AxisTest, PositioningTest, Targets
 from stepgauge.standards.rules import Excluded
 
 Array = NDArray[np.float64]
@@ -28,6 +30,7 @@ Actual = Literal["reading", "target"]
 ACTUAL: tuple[Actual, ...] = ("reading", "target")
 TEMPERATURE = re.compile(r"temp|°C|_C$", re.IGNORECASE)
 """Names of columns with a temperature."""
+_NAMES = {1: "up", -1: "down"}
 EACH_RUN = "ISO 230-2:2014 (each target in each run, in both directions)"
 
 
@@ -39,7 +42,9 @@ def actual_of(recording: AxisRecording) -> Actual:
 def axis_positioning_test(
     recording: AxisRecording, actual: Actual | None = None, requirement: Requirement = NO_REQUIREMENT
 ) -> PositioningTest:
-    """Accuracy and repeatability of positioning from readings at the targets of a linear axis (ISO 230-2).
+    """Accuracy and repeatability of positioning from readings at the targets of a linear or rotary axis (ISO 230-2).
+
+    Targets that were approached from one side give the parameters of that direction alone.
 
     Parameters
     ----------
@@ -50,30 +55,30 @@ def axis_positioning_test(
     Raises
     ------
     InputError
-        a spot or distances, a rotary axis, targets that were approached from one side, a target that was read twice in
-        one run, fewer than two complete runs or targets
+        a spot or distances, a target that was read twice in one run, fewer than two complete runs or targets, a
+        tolerance of both directions where targets were approached from one side
     """
-    _check_kind(recording)
+    if recording.form != "axis":
+        raise InputError(recording.path, "no positioning of an axis", found=recording.form, expected="targets")
     known = actual or actual_of(recording)
     several = recording.frame["placement"].nunique() > 1
     axes = tuple(
         _axis_test(recording, rows, int(str(number)), known, several)
         for number, rows in recording.frame.groupby("placement")
     )
-    return PositioningTest(
-        None, None, None, axes, recording.path, recording.comments, requirement, _words(recording, known)
-    )
+    for one in axes:
+        _check_tolerances(requirement, one)
+    wanted = replace(requirement, unit=axes[0].units.deviation_symbol)
+    return PositioningTest(None, None, None, axes, recording.path, recording.comments, wanted, _words(recording, known))
 
 
-def _check_kind(recording: AxisRecording) -> None:
-    found = recording.form if recording.form != "axis" else "a rotary axis" if recording.units.axis == "rotary" else ""
-    if found:
-        raise InputError(
-            recording.path, "no positioning of a linear axis", found=found, expected="targets in mm, inch, .."
-        )
-    if not recording.both_ways:
-        expected = "each target from both directions (column way), as the reversal needs"
-        raise InputError(recording.path, "all targets were approached from one side", expected=expected)
+def _check_tolerances(requirement: Requirement, one: AxisTest) -> None:
+    """Every parameter that has a tolerance must be known."""
+    known = parameters_um(one.parameters)
+    unknown = [name for name in requirement.tolerance_um if name not in known]
+    if unknown:
+        what = "this parameter needs approaches from both sides"
+        raise InputError(naming("tolerances"), what, found=unknown[0], expected=", ".join(known))
 
 
 def _words(recording: AxisRecording, actual: Actual) -> dict[str, str]:
@@ -89,11 +94,16 @@ def _words(recording: AxisRecording, actual: Actual) -> dict[str, str]:
 
 def _axis_test(recording: AxisRecording, rows: pd.DataFrame, placement: int, actual: Actual, several: bool) -> AxisTest:
     table, target_mm = _table(recording, rows)
-    complete, runs, excluded = _complete(table, target_mm, recording.path)
+    complete, runs, excluded = _complete(table, target_mm, recording.path, _base(recording))
     sign = 1.0 if actual == "reading" else -1.0
-    up, down = (sign * table.xs(way, level="way").loc[complete, runs].to_numpy(float) for way in (1, -1))
+    found = {
+        _NAMES[way]: Direction(sign * table.xs(way, level="way").loc[complete, runs].to_numpy(float))
+        for way in sorted(rows["way"].unique(), reverse=True)
+    }
     at = target_mm[complete]
     name = recording.comments.get("axis", "axis")
+    temperatures = [one for one in recording.covariates if TEMPERATURE.search(one)]
+    units = ROTARY if recording.units.axis == "rotary" else LINEAR
     return AxisTest(
         placement,
         name,
@@ -102,44 +112,52 @@ def _axis_test(recording: AxisRecording, rows: pd.DataFrame, placement: int, act
         False,
         Targets(np.array(complete) + 1, at - at[0], at),
         tuple(runs),
-        axis_parameters(up, down),
+        AxisParameters(**found) if len(found) > 1 else OneWay(*next(iter(found.items()))),
         None,
         None,
-        axis_rules(at, len(runs), [one for one in recording.covariates if TEMPERATURE.search(one)]),
+        axis_rules(at, len(runs), temperatures, units is ROTARY, list(found)),
         excluded,
         f"{name}, setting up {placement}" if several else name,
+        units,
     )
 
 
 def _table(recording: AxisRecording, rows: pd.DataFrame) -> tuple[pd.DataFrame, Array]:
-    """Reading minus target, um, by (place, way) and run; and the targets in mm, rising."""
+    """Reading minus target, um, by (place, way) and run; and the targets in mm, rising; of a turn arcsec and deg."""
     mm = recording.units.base_position
     target = rows["target"].to_numpy(float) * mm
     place = places_of(target)
-    um = (rows["reading"].to_numpy(float) * mm - target) * 1e3
+    um = (rows["reading"].to_numpy(float) * mm - target) * BASE[recording.units.axis][1]
     frame = pd.DataFrame({"place": place, "way": rows["way"].to_numpy(), "run": rows["cycle"].to_numpy(), "um": um})
     double = frame.duplicated(["place", "way", "run"])
     if double.any():
         first = frame[double].iloc[0]
-        found = f"target {target[int(double.to_numpy().argmax())]:g} mm, run {first['run']:g}"
+        found = f"target {target[int(double.to_numpy().argmax())]:g} {_base(recording)}, run {first['run']:g}"
         expected = "each target once in a run and direction: number the runs in a column cycle"
         raise InputError(recording.path, "a target was read twice", found=found, expected=expected)
     table = frame.pivot_table(index=["place", "way"], columns="run", values="um")
     return table, np.bincount(place, target) / np.bincount(place)
 
 
-def _complete(table: pd.DataFrame, target_mm: Array, path: str) -> tuple[list[int], list[int], tuple[Excluded, ...]]:
-    """Places with both directions in every run that is used, and these runs: those with the most readings."""
+def _base(recording: AxisRecording) -> str:
+    return "deg" if recording.units.axis == "rotary" else "mm"
+
+
+def _complete(
+    table: pd.DataFrame, target_mm: Array, path: str, unit: str
+) -> tuple[list[int], list[int], tuple[Excluded, ...]]:
+    """Places with all directions in every run that is used, and these runs: those with the most readings."""
     counts = table.notna().sum()
     runs = [int(run) for run in table.columns[counts == counts.max()]]
     full = table.index[table[runs].notna().all(axis=1)]
-    complete = sorted(place for place, way in full if way > 0 and (place, -1) in full)
+    ways = set(table.index.get_level_values("way"))
+    complete = sorted(set.intersection(*({place for place, way in full if way == one} for one in ways)))
     if len(complete) < 2 or len(runs) < 2:
-        found, expected = f"{len(complete)} targets, {len(runs)} runs", "5 targets in 5 runs, in both directions"
+        found, expected = f"{len(complete)} targets, {len(runs)} runs", "5 targets in 5 runs, in every direction"
         raise InputError(path, "too few complete targets or runs", found=found, expected=expected)
     short = [str(run) for run in table.columns if int(run) not in runs]
     lone = [f"{target_mm[place]:g}" for place in range(len(target_mm)) if place not in complete]
     parts = [Excluded(f"runs {', '.join(short)}", "fewer readings than the other runs", EACH_RUN)] if short else []
     if lone:
-        parts.append(Excluded(f"targets {', '.join(lone)} mm", "missing in a run or direction", EACH_RUN))
+        parts.append(Excluded(f"targets {', '.join(lone)} {unit}", "missing in a run or direction", EACH_RUN))
     return complete, runs, tuple(parts)

@@ -50,8 +50,12 @@ def test_the_loop_needs_no_option_in_a_project(
     shown = run("status").out
     assert re.search(r"next +stepgauge budget recordings/virtual.csv", shown)
     assert "210 probings in 1 placement; simulated" in shown
+    assert run("budget", "recordings/virtual.csv").code == 0
+    assert run("diagnose", "recordings/virtual.csv").code == 0
+    assert re.search(r"next +stepgauge report results/evaluation", run("status").out)
     said = run("report", "results/evaluation")
     assert said.code == 0
+    assert re.search(r"next +stepgauge plan placement.toml\n +all is there", run("status").out)
     assert "--placement placement.toml" in said.err
     assert "--operator A. Person" in said.err
     (project / "recordings/virtual.csv").write_text((project / "recordings/virtual.csv").read_text() + "\n")
@@ -66,6 +70,23 @@ def test_the_command_line_wins_then_the_environment(run: Run, project: Path, mon
     monkeypatch.setenv("STEPGAUGE_MACHINE", "machining-centre")
     said = run("locate", "points.csv", "-o", "mine.toml")
     assert "--machine" not in said.err
+
+
+def test_status_sees_recordings_beside_the_project_file(run: Run, project: Path) -> None:
+    """The names that README uses; other tables are no recordings."""
+    for line in ("locate points.csv", "plan placement.toml -o gauge.dmi --blocks 1:3 --cycles 2"):
+        assert run(*line.split()).code == 0
+    assert re.search(r"next +stepgauge plan placement.toml\n +write the measuring program", run("status").out)
+    assert run("simulate", "gauge.dmi", "--seed", 1, "-o", "recording.csv").code == 0
+    shown = run("status").out
+    assert re.search(r"next +stepgauge evaluate recording.csv", shown)
+    assert "points.csv" not in shown
+
+
+def test_points_that_are_not_there_are_asked_for_with_an_example(run: Run, project: Path) -> None:
+    said = run("locate", "nowhere.csv")
+    assert said.code == 2
+    assert "nowhere.csv: no such file; expected point,x_mm,y_mm,z_mm with points 1 to 16; 'stepgauge demo'" in said.err
 
 
 def test_status_reads_axes_and_diagnoses(run: Run, project: Path) -> None:

@@ -131,7 +131,7 @@ def test_a_form_without_room_for_several_placements_says_so(tmp_path_factory) ->
     case = make_case()
     two = case.changed(placement=np.where(np.arange(len(case.recording)) < 8, 1, 2))
     for form in ("ippdme", "linuxcnc"):
-        with pytest.raises(InputError, match=r"has room for one placement; found 1, 2; expected --placement-number"):
+        with pytest.raises(InputError, match=r"has room for one placement; found 1, 2; expected placement_number"):
             export_recording(two.recording, form)
         assert len(export_recording(two.recording, form, ExportOptions(placement=2)).content) > 100
     with pytest.raises(InputError, match="there is no placement 5; found 1, 2"):
@@ -151,7 +151,7 @@ def test_what_a_form_cannot_hold_is_said() -> None:
 
 def test_surface_points_need_a_radius() -> None:
     case = make_case(comments={})
-    with pytest.raises(InputError, match="surface points need the tip radius; expected --tip-radius"):
+    with pytest.raises(InputError, match="surface points need the tip radius; expected tip_radius_mm"):
         export_recording(case.recording, "csv", ExportOptions(surface=True))
     out = export_recording(case.recording, "dmis", ExportOptions(surface=True, tip_radius_mm=RADIUS_MM))
     assert b"PRCOMP/ON" in out.content

@@ -140,7 +140,7 @@ def test_columns_are_mapped_by_hand_and_the_others_kept_or_dropped(tmp_path: Pat
     text = table_of(case, {**columns, "nominal": "X Soll"})
     lines = [line + (";Bemerkung" if n == 0 else ";ok") for n, line in enumerate(text.splitlines())]
     path = write(tmp_path, "\n".join(lines))
-    with pytest.raises(InputError, match=r"no row names the columns x, y and z; found Ergebnis 1, .*--column x_mm="):
+    with pytest.raises(InputError, match=r"no row names the columns x, y and z; found Ergebnis 1, .*columns x_mm="):
         read(case, path)
     mapping = parse_mapping([f"{target}=Ergebnis {n}" for n, target in enumerate(XYZ, 1)])
     imported = read(case, path, TableLayout(columns=mapping))
@@ -196,7 +196,7 @@ def test_a_date_that_may_be_two_days_is_refused(tmp_path: Path) -> None:
     ("old", "new", "words"),
     [
         ("X;Y;Z", "X;Y;Y", "no row names the columns x, y and z"),
-        ("X;Y;Z", "X;Y;Z;X-Wert", "two columns may be x_mm; found 'X' and 'X-Wert'; expected --column"),
+        ("X;Y;Z", "X;Y;Z;X-Wert", "two columns may be x_mm; found 'X' and 'X-Wert'; expected columns"),
         ("X;Y;Z", "X [°C];Y;Z", "column 'X \\[°C\\]' cannot be x_mm; found unit °C; expected a unit of length"),
         ("\n1", "\nabc", "points.csv:2: column 'X' is not a number; found 'abc"),
         ("\n1", "\n;1", "points.csv:2: the row has more cells than the header"),
@@ -269,7 +269,7 @@ def workbook(tmp_path: Path, case: Case, as_text: bool = False) -> Path:
 def test_a_workbook_with_a_sheet_to_choose(tmp_path: Path, as_text: bool) -> None:
     case = make_case()
     path = workbook(tmp_path, case, as_text)
-    with pytest.raises(InputError, match="several sheets; found 'Deckblatt', 'Messung'; expected --sheet"):
+    with pytest.raises(InputError, match="several sheets; found 'Deckblatt', 'Messung'; expected sheet NAME"):
         read(case, path, source="xlsx")
     with pytest.raises(InputError, match="the workbook has no sheet 'messung'"):
         read(case, path, TableLayout(sheet="messung"), source="xlsx")
@@ -304,7 +304,7 @@ def test_surface_points_in_a_table_show_by_their_distance(tmp_path: Path) -> Non
     surface = case.recording.position_mm + RADIUS_MM * case.recording.approach
     on_faces = case.changed(**{name: surface[:, i] for i, name in enumerate(XYZ)})
     path = write(tmp_path, table_of(on_faces, XYZ, digits=7))
-    with pytest.raises(InputError, match="the radius is not known; expected --tip-radius MM"):
+    with pytest.raises(InputError, match="the radius is not known; expected tip_radius_mm"):
         read(case, path)
     imported = read(case, path, tip_radius_mm=RADIUS_MM)
     assert np.abs(imported.recording.position_mm - case.recording.position_mm).max() < 1e-7

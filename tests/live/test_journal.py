@@ -69,7 +69,7 @@ def test_a_journal_that_is_cut_anywhere_keeps_its_whole_lines(
 
 def test_an_unfinished_measurement_is_not_overwritten_and_a_finished_one_is(tmp_path: Path) -> None:
     written(tmp_path / "j")
-    with pytest.raises(InputError, match="an unfinished measurement is here; expected --resume"):
+    with pytest.raises(InputError, match="an unfinished measurement is here; expected resume"):
         start(tmp_path / "j", HEAD)
     journal = resume(tmp_path / "j", HEAD)
     journal.finish()

@@ -11,6 +11,8 @@ import pytest
 
 from stepgauge.axis.recording import AxisRecording
 from stepgauge.errors import InputError
+from stepgauge.standards.iso230 import AxisParameters
+from stepgauge.standards.iso230_decision import Requirement, parameters_um
 from stepgauge.standards.iso230_files import positioning_to_dict
 from stepgauge.standards.positioning_axis import axis_positioning_test
 from tests.axis.made import axis, distances
@@ -79,9 +81,7 @@ def test_rules_and_what_is_left_out() -> None:
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
-        (lambda: straight(both=False), "all targets were approached from one side; expected each target from both"),
-        (lambda: straight(units=("deg", None)), "no positioning of a linear axis; found a rotary axis"),
-        (lambda: distances(0.0, 0.1), "no positioning of a linear axis; found distances"),
+        (lambda: distances(0.0, 0.1), "no positioning of an axis; found distances"),
         (
             lambda: replace(straight(), frame=straight().frame.assign(cycle=1)),
             "a target was read twice; found target 0 mm",
@@ -92,6 +92,59 @@ def test_rules_and_what_is_left_out() -> None:
 def test_what_cannot_be_evaluated(wrong: object, words: str) -> None:
     with pytest.raises(InputError, match=words):
         axis_positioning_test(wrong())  # type: ignore[operator]
+
+
+TURN_DEG = np.array([0.0, 46.0, 90.0, 137.0, 180.0, 226.0, 270.0, 314.0, 360.0])
+
+
+def test_a_rotary_axis_is_told_in_arcsec_by_the_same_formulas(tmp_path: Path, run: Run) -> None:
+    """One wave a turn of 5 arcsec and 4 arcsec of reversal: E is the range of all means, M that of the wave."""
+    made = axis(TURN_DEG, lambda t, w: 5.0 * np.sin(np.radians(t)) + 2.0 * w, 0.0, ("deg", None), "autocollimator")
+    test = axis_positioning_test(made, requirement=Requirement.parse(["A=15"], 0.5))
+    found = test.axes[0].parameters
+    assert isinstance(found, AxisParameters)
+    np.testing.assert_allclose([found.B_um, found.mean_B_um, found.R_um], 4.0, atol=1e-6)
+    np.testing.assert_allclose([found.E_um, found.A_um, found.M_um], [14.0, 14.0, 10.0], atol=1e-6)
+    assert all(rule.met for rule in test.axes[0].rules if "targets by travel" in rule.asks)
+    few = replace(made, frame=made.frame[made.frame["target"].isin(TURN_DEG[::2])])
+    (rule,) = [one for one in axis_positioning_test(few).axes[0].rules if "targets by travel" in one.asks]
+    assert (rule.met, rule.found) == (False, "5 targets over 360.0°, asked 8")
+    made.write(tmp_path / "table.csv")
+    done = run("iso230", tmp_path / "table.csv", "--tolerance", "A=15", "--expanded-uncertainty", 0.5, "-o", tmp_path)
+    assert "A 14.00 arcsec" in done.err
+    said = json.loads((tmp_path / "iso230.json").read_text())
+    assert said["overall"].startswith("The parameters conform. axis: A = 14.00 arcsec, tolerance 15 arcsec")
+    assert said["axes"][0]["parameters_arcsec"]["M"] == pytest.approx(10.0)
+    assert said["axes"][0]["measured_deg"] == [0.0, 360.0]
+    assert not any(key.endswith(("_um", "_mm")) for key in [*said, *said["axes"][0], *said["axes"][0]["targets"][0]])
+    header = (tmp_path / "iso230.csv").read_text().splitlines()[0]
+    assert header.startswith("placement,target_deg,along_gauge_deg,block,mean_up_arcsec,s_up_arcsec,r_up_arcsec")
+
+
+@pytest.mark.parametrize("way", ["up", "down"])
+def test_approaches_from_one_side_give_the_parameters_of_that_direction(way: str, tmp_path: Path, run: Run) -> None:
+    """The same numbers as that direction has in a test of both; what needs both is not there and is not judged."""
+    both = axis(TARGETS, lambda target, w: 0.01 * target + 1.5 * w, noise=0.4)
+    alone = replace(both, frame=both.frame[both.frame["way"] == (1 if way == "up" else -1)])
+    (test,) = axis_positioning_test(alone).axes
+    known = parameters_um(axis_positioning_test(both).axes[0].parameters)
+    found = parameters_um(test.parameters)
+    assert found == {name: pytest.approx(known[name]) for name in (f"A_{way}", f"E_{way}", f"R_{way}")}
+    (rule,) = [one for one in test.rules if one.asks == "targets approached in both directions"]
+    assert not rule.met
+    assert f"approached {way} only" in rule.found
+    alone.write(tmp_path / "axis.csv")
+    command = ("iso230", tmp_path / "axis.csv", "-o", tmp_path / "out")
+    done = run(*command, "--tolerance", "B=3")
+    assert done.code == 2
+    assert f"this parameter needs approaches from both sides; found B; expected A_{way}" in done.err
+    assert run(*command, "--tolerance", f"A_{way}=9", "--expanded-uncertainty", 0.1).code == 0
+    said = json.loads((tmp_path / "out/iso230.json").read_text())
+    assert set(said["axes"][0]["targets"][0]) == {
+        "target_mm", "along_gauge_mm", "block", f"mean_{way}_um", f"s_{way}_um", f"r_{way}_um"
+    }  # fmt: skip
+    assert said["overall"].startswith("The parameters conform.")
+    assert (tmp_path / "out/iso230.pdf").stat().st_size > 10_000
 
 
 def test_the_verb_reads_an_axis_without_a_gauge(tmp_path: Path, run: Run) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stepgauge.cli.options import POSITIVE, output, plot_option, say_written
+from stepgauge.cli.options import POSITIVE, output, plot_option, say_written, show
 
 if TYPE_CHECKING:
     from stepgauge.physics.bench import ContactFrom
@@ -62,11 +62,11 @@ def command(series: str, contact_from: ContactFrom, coverage_factor: float, outp
 
 
 def _print(session: BenchSession) -> None:
-    click.echo("direction  pushes  pre-travel  hysteresis  repeatability (um)")
+    show("direction  pushes  pre-travel  hysteresis  repeatability (um)")
     for result in session.directions:
-        click.echo(
+        show(
             f"{result.direction_deg:8.1f}  {result.count:6d}  {result.pretravel_um:10.3f}  "
             f"{result.hysteresis_um:10.3f}  {result.trigger_range_um:13.3f}"
         )
     spread = session.anisotropy
-    click.echo(f"mean pre-travel {spread.mean_pretravel_um:.3f} um, anisotropy {spread.pretravel_um:.3f} um")
+    show(f"mean pre-travel {spread.mean_pretravel_um:.3f} um, anisotropy {spread.pretravel_um:.3f} um")

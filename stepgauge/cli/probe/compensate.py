@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stepgauge.cli.options import output, plot_option, say, say_written
+from stepgauge.cli.options import output, plot_option, say, say_written, show
 
 if TYPE_CHECKING:
     from stepgauge.probes.qualification import Method
@@ -61,9 +61,9 @@ def command(points: str, qualification: str, method: Method, on_sphere: bool, ou
         else:
             draw_compensation(probed.approach, result.pretravel_um, found.stylus_axis, plot)
     taken = result.pretravel_um
-    click.echo(f"{len(taken)} points; corrected by a pre-travel of {taken.min():.2f} to {taken.max():.2f} um")
+    show(f"{len(taken)} points; corrected by a pre-travel of {taken.min():.2f} to {taken.max():.2f} um")
     for name, fit in fits.items():
-        click.echo(f"{name:<12} diameter {2 * fit.radius_mm:.5f} mm, form error {fit.form_error_um:.2f} um")
+        show(f"{name:<12} diameter {2 * fit.radius_mm:.5f} mm, form error {fit.form_error_um:.2f} um")
     for warning in compensation_warnings(found, method, fits):
         say(f"warning: {warning}")
     say_written(output, plot)

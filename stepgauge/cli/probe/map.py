@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stepgauge.cli.options import check_figure, output, say_written
+from stepgauge.cli.options import check_figure, output, say_written, show
 from stepgauge.errors import InputError
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def command(
     found_map = map_directions(held, *direction_grid(polar, azimuth))
     found_map.write(output)
     _draw(held, found_map, **plots)
-    click.echo(found_map.summary())
+    show(found_map.summary())
     say_written(output, *plots.values())
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import NOT_NEGATIVE, POSITIVE, output, plot_option, say, say_written
+from stepgauge.cli.options import NOT_NEGATIVE, POSITIVE, output, plot_option, say, say_written, show
 from stepgauge.errors import InputError
 
 if TYPE_CHECKING:
@@ -142,14 +142,14 @@ def _print(result: Qualification) -> None:
         if result.u_r_eff_mm is None
         else f"{1e3 * result.u_r_eff_mm:.2f} um"
     )
-    click.echo(f"effective radius   {result.r_eff_mm:.5f} mm, standard uncertainty {u}")
-    click.echo(f"form error         {result.form_error_um:.2f} um over {result.points} points")
+    show(f"effective radius   {result.r_eff_mm:.5f} mm, standard uncertainty {u}")
+    show(f"form error         {result.form_error_um:.2f} um over {result.points} points")
     if result.lobes is None or result.form_error_compensated_um is None:
-        click.echo("lobes              not known: give --tip-diameter")
+        show("lobes              not known: give --tip-diameter")
         return
     lobes = result.lobes
-    click.echo(
+    show(
         f"mean pre-travel    {lobes.mean_pretravel_um:.2f} um ({lobes.transducer}, A = {lobes.constant_um:.2f} um, "
         f"lobe at {lobes.lobe_azimuth_deg:.1f} deg)"
     )
-    click.echo(f"form, compensated  {result.form_error_compensated_um:.2f} um")
+    show(f"form, compensated  {result.form_error_compensated_um:.2f} um")

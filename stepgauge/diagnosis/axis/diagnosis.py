@@ -12,9 +12,10 @@ import pandas as pd
 
 from stepgauge.axis.recording import AxisRecording, join_axis_recordings, places_of
 from stepgauge.axis.sensors import SCALE, SENSORS, not_candidates
+from stepgauge.diagnosis.aliases import even
 from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
 from stepgauge.diagnosis.axis.told import Teller
-from stepgauge.diagnosis.axis.words import About, kind_name, limits, meaning
+from stepgauge.diagnosis.axis.words import About, aliases_of, kind_name, limits, meaning, uneven_targets
 from stepgauge.diagnosis.covariates import WAY
 from stepgauge.diagnosis.engine import diagnose_residuals
 from stepgauge.diagnosis.files import Inputs, checksum, diagnosis_to_dict, without_nan
@@ -129,6 +130,9 @@ def _said(found: Diagnosis, data: AxisData) -> dict[str, Any]:
         effect["in_practice"] = meaning(effect["kind"], effect["parameters"], about)
         effect["name"] = kind_name(effect["kind"], form)
         effect["separate_by"], effect["commands"], effect["reason"] = "", [], ""
+        effect["aliases"] = aliases_of(effect["parameters"], about)
+        if effect["aliases"] and about.even is not None:
+            effect["separate_by"] = uneven_targets(about.even, about.position)
         for one in effect["set"]:
             one["in_practice"], one["name"] = (
                 meaning(one["kind"], one["parameters"], about),
@@ -143,6 +147,7 @@ def _said(found: Diagnosis, data: AxisData) -> dict[str, Any]:
     said["noise"].pop(f"machine_file_{units.deviation}")
     said["fit"]["holdout"] = {"targets" if by == "faces" else by: one for by, one in said["fit"]["holdout"].items()}
     said["axis"] = {**_axis(recording), "repeatability": data.repeatability / units.base_deviation}
+    said["axis"]["even_step"] = about.even.spacing if about.even else None
     said["limits"] = [*limits(said, about), *said.pop("remarks")]
     return dict(without_nan(said))
 
@@ -182,7 +187,9 @@ def _about(recording: AxisRecording) -> About:
     places = frame["target"] if "target" in frame else frame["reading"]
     minutes = float(np.ptp(frame["time_s"])) / 60.0 if "time_s" in frame else float("nan")
     span = float(np.ptp(places.to_numpy(float)))
-    return About(span, minutes, units.position, units.deviation, recording.sensor, recording.form)
+    steps = even(places) if recording.form == "axis" else None
+    unit_mm = units.base_position if units.axis == "linear" else None
+    return About(span, minutes, units.position, units.deviation, recording.sensor, recording.form, steps, unit_mm)
 
 
 def _target_of(recording: AxisRecording, row: int) -> str:

@@ -7,14 +7,18 @@ from dataclasses import dataclass
 from typing import Any
 
 from stepgauge.axis.sensors import SENSORS
+from stepgauge.diagnosis.aliases import Even, in_words
 from stepgauge.diagnosis.practice import name_of
-from stepgauge.diagnosis.report import significant
+from stepgauge.diagnosis.words import significant
 from stepgauge.effects import effect_kinds
 
 
 @dataclass(frozen=True)
 class About:
-    """What was measured: ``span`` of the positions and ``duration_min``, as numbers; units and sensor in words."""
+    """What was measured: ``span`` of the positions and ``duration_min``, as numbers; units and sensor in words.
+
+    ``even``: the step of evenly spaced targets; ``unit_mm``: one unit of a linear axis in mm.
+    """
 
     span: float
     duration_min: float
@@ -22,6 +26,8 @@ class About:
     deviation: str
     sensor: str
     form: str
+    even: Even | None = None
+    unit_mm: float | None = None
 
     @property
     def what(self) -> str:
@@ -90,6 +96,24 @@ def _periodic(p: Parameters, a: About) -> str:
     return (
         f"The error repeats every {significant(period, 4)} {a.position}{turns}, by up to {_size(size, a.deviation)}."
         " Compare the period with the pitch of the scale, screw or gear, the turn of the table, or the wavelength."
+        f"{in_words(aliases_of(p, a))}"
+    )
+
+
+def aliases_of(p: Parameters, a: About) -> dict[str, Any]:
+    """Periods along the axis that evenly spaced targets cannot tell from that of a finding; none for other findings."""
+    period = next((one for key, one in p.items() if key.startswith("period") and one.get("unit") == a.position), None)
+    if a.even is None or period is None:
+        return {}
+    return a.even.told(float(period["value"]), float(period.get("u") or 0.0), a.position, a.unit_mm)
+
+
+def uneven_targets(even: Even, unit: str) -> str:
+    """The measurement that tells the aliases of a period apart."""
+    places = ", ".join(f"{one:.12g}" for one in even.uneven())
+    return (
+        "measure at targets whose spacing is changed by irregular parts, by up to 30 % of it as ISO 230-2 asks, and"
+        f" diagnose that recording: for example at {places} {unit}."
     )
 
 
@@ -260,6 +284,15 @@ _SENTENCES: dict[str, Sentence] = {
 }
 
 
+def _evenly(even: Even, about: About) -> str:
+    hidden = ", ".join(significant(one) for one in even.hidden(about.unit_mm))
+    return (
+        f"The targets lie in even steps of {significant(even.spacing, 4)} {about.position}: an error whose period"
+        f" divides it ({hidden} {about.position}) is the same at all of them and cannot be seen, and a shorter period"
+        " may show as a longer one, its alias. Targets at uneven steps show both."
+    )
+
+
 def limits(said: Mapping[str, Any], about: About) -> list[str]:
     """What the recording cannot show, whatever the verdict."""
     found = []
@@ -279,6 +312,8 @@ def limits(said: Mapping[str, Any], about: About) -> list[str]:
             "The places of the stations are not known and are fitted: an error in proportion to the distance cannot be"
             " told. Distances must be between points of one height, or reduced to it."
         )
+    if about.form == "axis" and about.even is not None:
+        found.append(_evenly(about.even, about))
     words = SENSORS[about.sensor].words
     found.append(
         f"Read by {'an' if words[0] in 'aeio' else 'a'} {words}: only what such a sensor can have was looked for."

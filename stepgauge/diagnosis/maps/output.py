@@ -11,7 +11,9 @@ import tomli_w
 from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS
 from stepgauge.diagnosis.maps.model import build_probe
 from stepgauge.diagnosis.maps.result import OUTLIERS, MapDiagnosis
+from stepgauge.diagnosis.maps.rows import map_row_table
 from stepgauge.diagnosis.maps.said import as_json
+from stepgauge.diagnosis.rows import ROWS_FILE, rows_csv
 from stepgauge.diagnosis.solve import Estimate
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_json, write_text
@@ -35,6 +37,7 @@ def write_map_diagnosis(found: MapDiagnosis, probe_path: str, folder: str | Path
     said = as_json(found, probe_path, target)
     texts = {
         "diagnosis.md": markdown(map_story(said, figure_names(found, suffix))),
+        ROWS_FILE: rows_csv(map_row_table(found)),
         **_probe_files(found),
     }
     write_json(target / "diagnosis.json", said)

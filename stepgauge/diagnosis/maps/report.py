@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from stepgauge.diagnosis.practice import name_of
-from stepgauge.diagnosis.report import FEW_DOF, listed
+from stepgauge.diagnosis.report import FEW_DOF
+from stepgauge.diagnosis.words import listed
 
 VERDICTS = {
     "adequate": "The map agrees with the probe file within the scatter. Nothing in the file needs to be changed.",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 import pandas as pd
@@ -24,6 +25,7 @@ from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
 
 Array = NDArray[np.float64]
+Known = TypeVar("Known")
 UNIT_RATIOS = [a / b for units in (LENGTH_MM, ANGLE_DEG) for a in units.values() for b in units.values() if a != b]
 NEAR_ONE = min(abs(ratio - 1.0) for ratio in UNIT_RATIOS) / 2.0
 """Slope of readings against targets: within this of one.
@@ -117,7 +119,9 @@ def _role(found: Long, grid: Grid, target: Array | None) -> str:
         grid.path,
         f"column {found.value_header!r} holds neither readings nor deviations of the targets{hint}",
         found=f"a change of {slope:.4g} per unit of target",
-        expected='1 or about 0; the units in --header, or the right column by --column reading="HEADER"',
+        expected=naming(
+            "header", "columns", words='1 or about 0; the units in {}, or the right column by {} reading="HEADER"'
+        ),
     )
 
 
@@ -130,19 +134,26 @@ def _units(found: Long, grid: Grid, options: AxisOptions, form: str, role: str) 
     if stated is None and options.targets is not None and options.targets.gauge:
         asked = asked or "mm"
     name = plain_name(stated.name) if stated is not None else asked
-    if name is None:
-        what = "target" if form == "axis" and found.target is not None else "reading"
-        expected = "--unit mm (um, m, inch, deg, arcsec, ..)"
-        raise InputError(
-            grid.path, f"the unit of the {what}s is not stated", found=found.value_header, expected=expected
-        )
     deviation = options.deviation_unit
-    if role == DEVIATION:
-        deviation = plain_name(found.value_unit.name) if found.value_unit is not None else deviation
-        if deviation is None:
-            what, expected = "the unit of the deviations is not stated", "--deviation-unit um (mm, uin, arcsec, ..)"
-            raise InputError(grid.path, what, found=found.value_header, expected=expected)
-    return AxisUnits.of(name, deviation)
+    if role == DEVIATION and found.value_unit is not None:
+        deviation = plain_name(found.value_unit.name)
+    of_targets = "target" if form == "axis" and found.target is not None else "reading"
+    _check_stated(found, grid, "" if name else of_targets, role == DEVIATION and deviation is None)
+    return AxisUnits.of(_known(name), deviation)
+
+
+def _check_stated(found: Long, grid: Grid, position: str, deviation: bool) -> None:
+    """All units that are needed and stated nowhere are asked for together.
+
+    ``position``: whether targets or readings lack theirs, empty for neither; ``deviation``: whether deviations do.
+    """
+    asked = [("unit", "{} mm (um, m, inch, deg, arcsec, ..)")] if position else []
+    asked += [("deviation_unit", "{} um (mm, uin, arcsec, ..)")] if deviation else []
+    if asked:
+        missing = " and ".join([f"the {position}s"] * bool(position) + ["the deviations"] * deviation)
+        expected = naming(*(name for name, _ in asked), words=" and ".join(words for _, words in asked))
+        what = f"the unit of {missing} is not stated"
+        raise InputError(grid.path, what, found=found.value_header, expected=expected)
 
 
 def _per(unit: Unit | None, units: AxisUnits, options: AxisOptions) -> float:
@@ -166,9 +177,9 @@ def _check_kind(name: str, units: AxisUnits) -> None:
         )
 
 
-def _known(target: Array | None) -> Array:
-    assert target is not None
-    return target
+def _known(one: Known | None) -> Known:
+    assert one is not None
+    return one
 
 
 def _frame(found: Long, target: Array | None, reading: Array) -> pd.DataFrame:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.numerals import Numerals, looks_numeric
 from stepgauge.files.units import Unit, find_unit
 from stepgauge.importing.cells import Cell, Cells, mark_of
@@ -226,12 +226,13 @@ def _check_header(cells: Cells, headers: Sequence[str], rows: Sequence[Sequence[
     width = max(len(row) for row in rows)
     where = f"{cells.path}:{line}"
     if not headers:
-        expected = '--header "target_mm,reading_mm": the names of all columns with their units'
+        expected = naming("header", words='{} "target_mm,reading_mm": the names of all columns with their units')
         raise InputError(
             where, "no row above the numbers names the columns", found=f"{width} columns", expected=expected
         )
     if width > len(headers):
         row = next(n for n, one in enumerate(rows) if len(one) == width)
         if any(cell != "" for cell in rows[row][len(headers) :]):
-            expected = f"{len(headers)}: {', '.join(headers)}; or --delimiter, or --header"
+            words = f"{{}} or {{}} that fit, or {len(headers)}: {', '.join(headers)}"
+            expected = naming("delimiter", "header", words=words)
             raise InputError(where, "the rows have more cells than the header", found=width, expected=expected)

@@ -14,6 +14,9 @@ _BRIEF = "f r b u d in out pos neg > < + - − – right left"
 _FORWARD, _BACKWARD, _ALONE = (frozenset(words.split()) for words in (_PLUS, _MINUS, _BRIEF))
 """Words of each direction, and those that say one only at the end of a name or alone."""
 _TOKEN = re.compile(r"[^\W\d_]+|\d+|[+\-−–↑↓→←<>]+")
+_SIGNED = re.compile(r"\s*([+\-−–])\s?(\d{1,9})\s*")
+"""``+1``, ``-2``: the sign is a direction; in ``Run-1`` it may be a hyphen."""
+MOST_CYCLES = 10_000
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,10 @@ LABEL = Label()
 
 
 def parse_label(text: str) -> Label:
-    """``Run 3 fwd``, ``x2↓``, ``Lauf 1 (rück)``, ``+``: cycle and direction, as far as the words say them."""
+    """``Run 3 fwd``, ``x2↓``, ``-2``, ``Lauf 1 (rück)``, ``+``: cycle and direction, as far as the words say them."""
+    signed = _SIGNED.fullmatch(text)
+    if signed:
+        return Label(int(signed[2]) if int(signed[2]) < MOST_CYCLES else 0, way_of(signed[1]))
     tokens = _TOKEN.findall(text.casefold())
     numbers = [int(token) for token in tokens if token.isascii() and token.isdigit()]
     way = 0
@@ -36,7 +42,7 @@ def parse_label(text: str) -> Label:
         plain = token not in _ALONE or place == len(tokens) - 1
         if plain and (len(tokens) > 1 or len(text.strip()) <= 12):
             way = way or way_of(token)
-    return Label(numbers[0] if len(numbers) == 1 and 0 < numbers[0] < 10_000 else 0, way)
+    return Label(numbers[0] if len(numbers) == 1 and 0 < numbers[0] < MOST_CYCLES else 0, way)
 
 
 def way_of(text: str) -> int:

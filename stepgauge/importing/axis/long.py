@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.units import Unit
 from stepgauge.importing.axis.grid import Grid
 from stepgauge.importing.axis.labels import LABEL, Label, parse_label, way_of
@@ -113,13 +113,25 @@ def _value_columns(grid: Grid, roles: Sequence[Role]) -> list[Role]:
     found = found or _only_length(grid, roles)
     if not found:
         names = ", ".join(one.header for one in roles if one.header)
-        expected = '--column reading="HEADER" (or deviation="HEADER")'
+        expected = naming("columns", words='{} reading="HEADER" (or deviation="HEADER")')
         raise InputError(grid.path, "no column is named as the reading", found=names, expected=expected)
     if len(found) > 1 and any(one.label == LABEL for one in found):
         names = " and ".join(repr(one.header) for one in found[:3])
-        expected = f'--column {found[0].role}="HEADER" for the right one'
+        expected = naming("columns", words=f'{{}} {found[0].role}="HEADER" for the right one')
         raise InputError(grid.path, f"several columns may be the {found[0].role}", found=names, expected=expected)
+    _check_labels(grid, found)
     return sorted(found, key=lambda one: (one.label.cycle, one.place))
+
+
+def _check_labels(grid: Grid, columns: Sequence[Role]) -> None:
+    """Every column of a wide table is a cycle and a direction of its own."""
+    seen: dict[Label, Role] = {}
+    for one in columns:
+        other = seen.setdefault(one.label, one)
+        if one.label.cycle and other is not one:
+            found = f"{other.header!r} and {one.header!r}"
+            expected = "cycle and direction in the name of every column, as +1 and -1, or 'Run 1 fwd' and 'Run 1 back'"
+            raise InputError(grid.path, "two columns are the same cycle and direction", found=found, expected=expected)
 
 
 def _only_length(grid: Grid, roles: Sequence[Role]) -> list[Role]:
@@ -146,7 +158,7 @@ def _picked(grid: Grid, column: Role, roles: Sequence[Role], missing: bool) -> t
     values = grid.numbers(column.place)
     empty = np.array([cell in ("", "-", "--") for cell in grid.cells(column.place)])
     if not missing:
-        _check_numbers(grid, column, values, "a number (empty: --accept missing)")
+        _check_numbers(grid, column, values, naming("accept", words="a number (empty: {} missing)"))
     rows = np.flatnonzero(~empty & np.isfinite(values)) if missing else np.arange(len(values))
     _check_numbers(grid, column, np.where(empty, 0.0, values), "a number")
     if column.label.way < 0 and _rising(grid, roles):
@@ -166,7 +178,7 @@ def _numbers(grid: Grid, column: Role) -> Array:
     return values
 
 
-def _check_numbers(grid: Grid, column: Role, values: Array, expected: str) -> None:
+def _check_numbers(grid: Grid, column: Role, values: Array, expected: object) -> None:
     wrong = ~np.isfinite(values)
     if wrong.any():
         row = int(wrong.argmax())
@@ -191,7 +203,7 @@ def _of_rows(grid: Grid, roles: Sequence[Role], role: str, titles: Sequence[Labe
     ways = [(int(np.sign(c)) if abs(c) == 1.0 else 0) if isinstance(c, float) else _way(str(c)) for c in cells]
     if not all(ways):
         row = ways.index(0)
-        expected = "+, -, forward or backward; or --set direction=+ for all"
+        expected = naming("constants", words="+, -, forward or backward; or {} direction=+ for all")
         what = f"column {column.header!r} is no direction of travel"
         raise InputError(grid.at(row), what, found=repr(str(cells[row])), expected=expected)
     return np.array(ways)

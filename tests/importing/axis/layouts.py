@@ -61,6 +61,11 @@ def wide(line: Callable[[float], str], header: str, above: str = "", below: str 
     return above + header + "\n" + "\n".join(line(t) for t in TARGETS) + "\n" + below
 
 
+def listed(separator: str) -> Callable[[float], str]:
+    """A row of a wide table: the target, then its deviations there and back, cycle by cycle."""
+    return lambda t: separator.join([f"{t:g}", *(f"{v}" for v in all_of(t))])
+
+
 def de(value: float, digits: int = 3) -> str:
     return f"{value:.{digits}f}".replace(".", ",")
 
@@ -141,7 +146,7 @@ LAYOUTS = [
     Layout(
         "two header rows with merged names and a row of units",
         wide(
-            lambda t: "\t".join([f"{t:g}", *(f"{v}" for v in all_of(t))]),
+            listed("\t"),
             "Target\tfwd\tbwd\tfwd\tbwd\nmm\tum\tum\tum\tum",
             "\tRun 1\t\tRun 2\t\n",
         ),
@@ -149,7 +154,7 @@ LAYOUTS = [
     Layout(
         "arrows for directions, one column each",
         wide(
-            lambda t: "|".join([f"{t:g}", *(f"{v}" for v in all_of(t))]),
+            listed("|"),
             "P [mm]|x1↑ [µm]|x1↓ [µm]|x2↑ [µm]|x2↓ [µm]",
         ),
         ["--column", "target=P"],
@@ -170,6 +175,10 @@ LAYOUTS = [
         + ";".join("0.5" for _ in TARGETS)
         + "\n",
         ["--deviation-unit", "um"],
+    ),
+    Layout(
+        "a sign and a number for every column",
+        wide(listed(";"), "target [mm];+1 [um];-1 [um];+2 [um];-2 [um]"),
     ),
     Layout("sections of laser software", laser_sections(), suffix=".rtl"),
     Layout("a block for every run", blocks(), suffix=".txt"),

@@ -18,6 +18,16 @@ PAIRS = "".join(f"{n * 10},{n * 0.1:.2f}\n" for n in range(8))
 OPEN = [
     ("target,error_um\n" + PAIRS, [], "the unit of the targets is not stated; .*expected --unit mm"),
     ("target_mm,error\n" + PAIRS, [], "the unit of the deviations is not stated; .*expected --deviation-unit um"),
+    (
+        "target,error\n" + PAIRS,
+        [],
+        "the unit of the targets and the deviations is not stated; .*expected --unit mm .* and --deviation-unit um",
+    ),
+    (
+        "target_mm;x+1 um;x-1 um\n" + NUMBERS.replace(",", ";"),
+        [],
+        r"two columns are the same cycle and direction; found 'x\+1 um' and 'x-1 um'",
+    ),
     (PAIRS, [], 'no row above the numbers names the columns; .*expected --header "target_mm,reading_mm"'),
     ("target_mm,sensor A,sensor B\n" + NUMBERS, [], "no column is named as the reading; .*--column reading="),
     ("target_mm,error A um,error B um\n" + NUMBERS, [], "several columns may be the deviation; .*--column deviation="),

@@ -1,0 +1,129 @@
+"""Periods that evenly spaced places cannot tell apart, or cannot see (aliasing; Shannon, Proc. IRE 37 (1949) 10).
+
+Where all places are whole steps ``d`` apart, waves whose frequencies differ by a whole number of 1/d agree at all of
+them, and a wave whose period goes into d without remainder is a constant there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stepgauge.diagnosis.grids import FEWEST_ALONG
+from stepgauge.diagnosis.words import listed, significant
+
+Array = NDArray[np.float64]
+LEADS_MM = (1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 32.0, 40.0)
+"""Nominal leads of ball screws, ISO 3408-2."""
+FINEST = 10
+"""Parts of the smallest gap that count as a common step: any places are on a finer one, as numbers are rounded."""
+ALIKE = 0.1
+"""Phase, rad, by which waves may differ at the places: they agree to a tenth of their amplitude."""
+SAME_PLACE = 1e-3
+"""Share of the span within which readings are at one place."""
+FEWEST_PLACES = 4
+MOST_TOLD, IN_WORDS = 12, 6
+COVERAGE = 2.0
+PART = 0.3
+"""Of the spacing, by which targets depart from even ones (ISO 230-2, where no period is expected)."""
+GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
+
+
+@dataclass(frozen=True)
+class Even:
+    """Places in whole steps; in one unit of length or angle.
+
+    ``spacing``: of neighbours; ``off``: rms departure of the places from it; ``places (n,)``: from low to high.
+    """
+
+    spacing: float
+    off: float
+    places: Array
+
+    def alike(self, period: float, u: float = 0.0, unit_mm: float | None = None) -> list[float]:
+        """Other periods that agree with one at all places: usual leads of screws first, then the longest first.
+
+        ``u``: standard uncertainty of the period; ``unit_mm``: one unit in mm, None for angles, which have no leads.
+        """
+        most = int(max(ALIKE * self.spacing / (2.0 * np.pi * max(self.off, 1e-12 * self.spacing)), 1.0))
+        shortest = min(self.spacing / 10.0, LEADS_MM[0] / unit_mm if unit_mm else self.spacing / 10.0)
+        k = np.arange(1.0, min(most, np.ceil(self.spacing / shortest)) + 1.0) / self.spacing
+        frequency = np.abs(np.r_[k - 1.0 / period, k + 1.0 / period])
+        longest = float(np.ptp(self.places)) / FEWEST_ALONG
+        found = np.unique(1.0 / frequency[frequency > 1.0 / longest])[::-1]
+        met = [bool(unit_mm) and is_lead(one * unit_mm, u * (one / period) ** 2 * unit_mm) for one in found]
+        return [float(one) for one in found[np.argsort(np.logical_not(met), kind="stable")]][:MOST_TOLD]
+
+    def hidden(self, unit_mm: float | None = None) -> list[float]:
+        """Periods that are a constant at all places: the leads that go into the spacing, else its first parts."""
+        leads = [] if unit_mm is None else [lead / unit_mm for lead in LEADS_MM]
+        steps = float(np.ptp(self.places)) / self.spacing
+        turned = [(one, 2.0 * np.pi * steps * (self.spacing / one - np.rint(self.spacing / one))) for one in leads]
+        met = [one for one, phase in turned if abs(phase) < ALIKE and one < 1.5 * self.spacing]
+        return met or [float(self.spacing / n) for n in (1, 2, 3)]
+
+    def told(self, period: float, u: float, unit: str, unit_mm: float | None) -> dict[str, Any]:
+        """What a finding states besides its period, JSON types; empty where no other period is like it."""
+        periods = self.alike(period, u, unit_mm)
+        usual = [one for one in periods if unit_mm and is_lead(one * unit_mm, u * (one / period) ** 2 * unit_mm)]
+        told = {f"spacing_{unit}": self.spacing, f"periods_{unit}": periods, f"usual_{unit}": usual}
+        return told if periods else {}
+
+    def uneven(self) -> list[float]:
+        """The same places with irregular parts of the spacing, none of them a fraction of another; the ends stay."""
+        part = (np.arange(1.0, len(self.places) - 1.0) * GOLDEN) % 1.0 * 2.0 - 1.0
+        moved = self.places + PART * self.spacing * np.r_[0.0, part, 0.0]
+        decimals = int(max(2 - np.floor(np.log10(self.spacing)), 0))
+        return [float(one) for one in np.round(moved, decimals)]
+
+
+def periods_of(aliases: Mapping[str, Any]) -> tuple[list[float], str]:
+    """The periods that a finding states besides its own, and their unit."""
+    name, periods = next((item for item in aliases.items() if item[0].startswith("periods_")), ("periods_", []))
+    return list(periods), name.removeprefix("periods_")
+
+
+def in_words(aliases: Mapping[str, Any]) -> str:
+    """What such a finding means besides, in a sentence; empty without aliases."""
+    periods, unit = periods_of(aliases)
+    if not periods:
+        return ""
+    usual, step = aliases[f"usual_{unit}"], significant(aliases[f"spacing_{unit}"], 4)
+    others = [significant(one) for one in periods if one not in usual][: max(IN_WORDS - len(usual), 1)]
+    called = "usual leads of screws" if usual[1:] else "a usual lead of screws"
+    first = f"{listed([significant(one) for one in usual])} {unit} ({called}), " if usual else ""
+    return (
+        f" Readings in steps of {step} {unit} cannot tell it from periods of {first}{', '.join(others)} {unit} and"
+        " shorter ones: the period is one of these, and the probability is that of all of them together."
+    )
+
+
+def is_lead(period_mm: float, u_mm: float) -> bool:
+    """Whether a period is a usual lead of a screw within its expanded uncertainty."""
+    return any(abs(period_mm - lead) <= COVERAGE * u_mm for lead in LEADS_MM)
+
+
+def even(readings_at: ArrayLike) -> Even | None:
+    """The common step of the places of readings, or None where they have none."""
+    values = np.sort(np.asarray(readings_at, float))
+    apart = np.diff(values) > SAME_PLACE * max(float(np.ptp(values)), 1e-12)
+    place = np.r_[0, np.cumsum(apart)]
+    places = np.bincount(place, values) / np.bincount(place)
+    if len(places) < FEWEST_PLACES:
+        return None
+    gap = float(np.diff(places).min())
+    return next((found for n in range(1, FINEST + 1) if (found := _in_steps(places, gap / n)) is not None), None)
+
+
+def _in_steps(places: Array, step: float) -> Even | None:
+    """Places as whole steps of about a size, fitted; None where they are not."""
+    whole = np.zeros(len(places))
+    for i in range(1, len(places)):  # from place to place, for an error of the step adds up
+        whole[i] = whole[i - 1] + np.rint((places[i] - places[i - 1]) / step)
+    fitted, first = np.polyfit(whole, places, 1)
+    off = float(np.sqrt(((places - first - fitted * whole) ** 2).mean()))
+    return Even(float(fitted), off, places) if 2.0 * np.pi * off < ALIKE * fitted else None

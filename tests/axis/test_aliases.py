@@ -1,0 +1,79 @@
+"""Periods at evenly spaced targets: what agrees there is named, what cannot be seen is said, uneven targets decide."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stepgauge.diagnosis.aliases import even
+from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis, diagnose_axis
+from stepgauge.reports.axis_diagnosis import axis_story, first_of
+from stepgauge.reports.render import markdown
+from tests.axis.made import axis
+
+SCREW_MM = 5.0
+
+
+def screw(targets: np.ndarray) -> AxisDiagnosis:
+    """An axis whose screw errs by 3 um with its lead, measured at some targets."""
+    return diagnose_axis(axis(targets, lambda t, w: 3.0 * np.sin(2.0 * np.pi * t / SCREW_MM + 1.0)))
+
+
+def amplitude_at(places: np.ndarray, made: float, fitted: float) -> float:
+    """Share of a wave of one period that one of another period explains at some places."""
+    angle = 2.0 * np.pi * places / fitted
+    columns = np.column_stack([np.sin(angle), np.cos(angle)])
+    wave = np.sin(2.0 * np.pi * places / made + 0.4)
+    rest = wave - columns @ np.linalg.lstsq(columns, wave, rcond=None)[0]
+    return 1.0 - float(rest @ rest) / float(wave @ wave)
+
+
+@pytest.mark.parametrize("spacing", [7.3, 26.0, 60.0])
+def test_aliases_agree_at_even_places_and_at_uneven_ones_no_more(spacing: float) -> None:
+    """The closed form 1/(1/P +- k/d), at places that are half gaps, too."""
+    places = np.delete(np.arange(0.0, 31.0) * spacing, [3, 4, 11])
+    steps, period = (
+        even(np.tile(places, 3) + np.random.default_rng(1).normal(0.0, 1e-5, 3 * len(places))),
+        5.3 * spacing,
+    )
+    assert steps is not None
+    assert steps.spacing == pytest.approx(spacing)
+    assert spacing / (1.0 - 1.0 / 5.3) == pytest.approx(max(steps.alike(period)))
+    for alias in steps.alike(period, 0.01, 1.0):
+        assert amplitude_at(places, period, alias) == pytest.approx(1.0, abs=1e-6)
+        assert amplitude_at(np.array(steps.uneven()), period, alias) < 0.9
+    assert all(np.ptp(np.sin(2.0 * np.pi * places / one)) < 1e-3 for one in steps.hidden(1.0))
+
+
+def test_places_without_a_common_step_have_no_aliases() -> None:
+    """A step gauge's faces in pairs have one; targets with irregular parts have none but that of their last digit."""
+    pairs = even([0.0, 6.0, 20.0, 26.0, 40.0, 46.0])
+    assert pairs is not None
+    assert pairs.spacing == pytest.approx(2.0)
+    assert even(np.cumsum([0.0, 23.0, 29.0, 21.0, 27.0, 30.0, 18.0, 26.0])) is None
+    assert even([0.0, 10.0, 20.0]) is None
+
+
+def test_an_alias_is_told_with_the_lead_of_the_screw_first_and_the_proposed_targets_show_the_lead() -> None:
+    found = screw(np.arange(0.0, 801.0, 26.0))
+    (effect,) = found.said["effects"]
+    assert effect["parameters"]["period_mm"]["value"] == pytest.approx(130.0, rel=0.01)
+    assert effect["aliases"]["usual_mm"] == pytest.approx([SCREW_MM], abs=1e-3)
+    assert effect["aliases"]["periods_mm"][0] == pytest.approx(SCREW_MM, abs=1e-3)
+    assert "period 130 mm or an alias of it: 5.00, 32.5" in found.summary()
+    page = markdown(axis_story({**found.said, "inputs": {"recordings": []}}))
+    assert "5.00 mm (a usual lead of screws), 32.5, 21.7" in page
+    assert "the probability is that of all of them together" in page
+    told = " ".join(first_of(found.said))
+    assert "Do not adjust anything before" in told
+    proposed = [float(one) for one in told.split("for example at ")[1].split(" mm")[0].split(", ")]
+    (again,) = screw(np.array(proposed)).said["effects"]
+    assert again["parameters"]["period_mm"]["value"] == pytest.approx(SCREW_MM, rel=1e-3)
+    assert again["aliases"] == {}
+
+
+def test_a_lead_that_divides_the_spacing_is_not_seen_and_this_is_said() -> None:
+    found = screw(np.arange(0.0, 801.0, 25.0))
+    assert found.verdict == "adequate"
+    assert "a period that divides the even steps of 25.0 mm cannot be seen" in found.summary()
+    assert any("divides it (1.00, 2.50, 5.00, 25.0 mm)" in one for one in found.said["limits"])
