@@ -57,21 +57,21 @@ def test_points_without_errors_on_a_short_steep_gauge_give_its_pose(yaw, pitch, 
 
 
 def test_the_stated_uncertainty_is_the_scatter_of_many_probings() -> None:
-    """Monte Carlo against the linear propagation, in all reported quantities."""
+    """Monte Carlo against the linear propagation, in all reported quantities: four standard deviations of 150 runs."""
     random = np.random.default_rng(1)
     gauge = make_gauge(8)
     points = make_points(gauge, make_pose(0.4, -0.8, origin=(10, 20, 30)), RADIUS, (1, 8))
-    runs = [locate(points + random.normal(0, 1e-3, (16, 3)), gauge, (1, 8), 1.0) for _ in range(400)]
+    runs = [locate(points + random.normal(0, 1e-3, (16, 3)), gauge, (1, 8), 1.0) for _ in range(150)]
     stated = runs[0].details["uncertainty"]
     for name in ("c1_mm", "c2_mm"):
         scatter_um = np.std([getattr(run, name) for run in runs], axis=0, ddof=1) * 1e3
-        np.testing.assert_allclose(scatter_um, stated[name.replace("mm", "um")], rtol=0.15)
+        np.testing.assert_allclose(scatter_um, stated[name.replace("mm", "um")], rtol=0.25)
     for angle in ("yaw", "pitch"):
         scatter_urad = np.std([np.radians(run.details["angles"][f"{angle}_deg"]) for run in runs], ddof=1) * 1e6
-        assert scatter_urad == pytest.approx(stated[f"{angle}_urad"], rel=0.15)
-    assert np.std([run.tip_radius_mm for run in runs]) * 1e3 == pytest.approx(stated["tip_radius_um"], rel=0.15)
+        assert scatter_urad == pytest.approx(stated[f"{angle}_urad"], rel=0.25)
+    assert np.std([run.tip_radius_mm for run in runs]) * 1e3 == pytest.approx(stated["tip_radius_um"], rel=0.25)
     tilt_urad = [run.details["angles"]["n1_to_axis_mrad"] * 1e3 for run in runs]
-    assert np.sqrt(np.mean(np.square(tilt_urad))) == pytest.approx(stated["n1_urad"], rel=0.15)
+    assert np.sqrt(np.mean(np.square(tilt_urad))) == pytest.approx(stated["n1_urad"], rel=0.25)
 
 
 @given(gauges(), angles, st.floats(-1.2, 1.2), st.floats(0.3, 2.8), st.booleans(), positions)
@@ -247,9 +247,9 @@ def test_the_adjustment_finds_the_pose_that_the_construction_finds(gauge, yaw, p
 def test_the_residuals_of_points_without_a_slip_are_standard_normal() -> None:
     """Normalised residuals over many probings have variance 1 (Baarda), whatever their redundancy."""
     gauge = make_gauge(21)
-    runs = [adjust(placed(gauge, seed, 1e-3), gauge, (1, 21), None, np.full(16, 1e-3)) for seed in range(200)]
+    runs = [adjust(placed(gauge, seed, 1e-3), gauge, (1, 21), None, np.full(16, 1e-3)) for seed in range(100)]
     scatter = np.std([run.normalised[:16] for run in runs], axis=0)
-    np.testing.assert_allclose(scatter, 1.0, atol=0.2)
+    np.testing.assert_allclose(scatter, 1.0, atol=0.28)
 
 
 @pytest.mark.parametrize("point", range(1, 17))

@@ -258,14 +258,13 @@ def test_many_points_are_thinned_evenly() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "expected"),
+    ("name", "suffix", "expected"),
     [
-        ("null", ["overview", "residuals"]),
-        ("scale", ["overview", "residuals", "effects"]),
-        ("insufficient", ["overview", "residuals"]),
+        ("null", "png", ["overview", "residuals"]),
+        ("scale", "svg", ["overview", "residuals", "effects"]),
+        ("insufficient", "pdf", ["overview", "residuals"]),
     ],
 )
-@pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_files(name: str, expected: list[str], suffix: str, tmp_path: Path) -> None:
     _, found = made_insufficient() if name == "insufficient" else made(name)
     paths = draw_diagnosis(tmp_path, found, [], suffix)
