@@ -48,7 +48,7 @@ from tests.live.made import events, lying, make_state, serving, small_gauge, sma
 from tests.live.test_server import files, serve  # noqa: F401
 
 CYCLES = 3
-KILLS = 2
+KILLS = 1
 """Of client and of server; benchmarks/live.py kills a hundred times."""
 
 
