@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.machine.file import Machine
