@@ -96,7 +96,7 @@ THREE = (turned(3.0), turned(40.0), turned(84.0))
 NINE = tuple(turned(20.0 * i + 4.0) for i in range(9))
 
 
-@pytest.mark.parametrize(("seed", "azimuth_deg"), [(1, 20.0), (2, -47.0)])
+@pytest.mark.parametrize(("seed", "azimuth_deg"), [(2, -47.0)])
 def test_a_tripod_is_named_with_its_phase_and_size_from_three_level_directions(seed: int, azimuth_deg: float) -> None:
     truth = TRIPOD | {"um_per_N": 5.0, "arm_azimuth_deg": azimuth_deg}
     one = named(told(bent(measured(THREE, seed), truth)), "kinematic_pretravel")
