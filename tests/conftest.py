@@ -32,6 +32,17 @@ ON_FIGURES = ("figure", "plot", "test_readme")
 """Words in the names of tests and modules whose figures are laid out and saved as a user gets them."""
 
 
+OF_ONE_DIAGNOSIS = (
+    "tests/cli/test_diagnose.py",
+    "tests/diagnosis/test_files.py",
+    "tests/diagnosis/test_figures.py",
+    "tests/diagnosis/test_odd_recordings.py",
+    "tests/test_interactive.py",
+    "tests/test_story.py",
+)
+"""Modules that share tests/diagnosis/made.py."""
+
+
 @pytest.fixture(autouse=True)
 def plain_figures(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a figure is not what is tested, everything in it is drawn, but the search of its layout is left out.
@@ -79,12 +90,17 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
-    """A module goes to one process, so that its fixtures are made once; so do all tests on the controller."""
+    """A module goes to one process, so that its fixtures are made once.
+
+    So do all tests on the controller, and the modules that look at the same few diagnoses.
+    """
     from xdist.scheduler import LoadScopeScheduling
 
     class ByModule(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
             module = nodeid.split("::")[0]
-            return module.rpartition("/")[0] if module.startswith("tests/integration/") else module
+            if module.startswith("tests/integration/"):
+                return "controller"
+            return "made" if module in OF_ONE_DIAGNOSIS else module
 
     return ByModule(config, log)

@@ -30,7 +30,7 @@ def test_structure_outside_the_vocabulary_is_called_unknown(number):
         assert maps.diagnosed(plan, data).verdict == "unknown", name
 
 
-@pytest.mark.parametrize("kind", ["lobing_phase", "eccentricity", "probe_lobing"])
+@pytest.mark.parametrize("kind", ["lobing_phase", "probe_lobing"])
 def test_a_change_left_out_of_the_candidates_is_unknown_and_not_another_one(kind):
     plan = maps.PLANS[3 if kind == "probe_lobing" else 0]
     truth, off = next((t, o) for t, o in maps.changes(plan, 3.0) if t.candidate.kind == kind)
