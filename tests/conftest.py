@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import atexit
 import os
+import shutil
+import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -80,7 +84,20 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
     whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.getoption("usepdb")
     if whole and config.option.numprocesses is None:
         config.option.numprocesses = min(os.cpu_count() or 1, 8) + 1
+    if whole and sys.dont_write_bytecode:
+        share_compiled_files()
     config.option.loadscopereorder = False  # the order is that of the next function
+
+
+def share_compiled_files() -> None:
+    """Where Python may write no compiled files beside the sources, they have a folder of their own for this run.
+
+    Otherwise each of a hundred processes would compile the package anew, for a second and more.
+    """
+    folder = tempfile.mkdtemp(prefix="stepgauge-compiled-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    os.environ["PYTHONPYCACHEPREFIX"] = folder
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
