@@ -22,7 +22,7 @@ from stepgauge.machine.file import Machine, read_machine
 ON_CI = "CI" in os.environ
 settings.register_profile(
     "stepgauge",
-    max_examples=40,
+    max_examples=30,
     deadline=None,
     derandomize=ON_CI,
     phases=[phase for phase in Phase if not (ON_CI and phase in (Phase.shrink, Phase.explain))],

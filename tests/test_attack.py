@@ -30,7 +30,7 @@ def test_damaged_files_are_refused_or_read(tmp_path: Path) -> None:
     assert nonsense.silent == []
 
 
-@pytest.mark.parametrize("verb", ["compensate", "history", "dcc import-gauge"])
+@pytest.mark.parametrize("verb", ["compensate", "history"])
 def test_a_killed_verb_leaves_the_old_files_or_the_new_ones(measurement: Path, verb: str) -> None:
     with contextlib.chdir(measurement):
         assert kill.attack(measurement, verb, times=2, pick=random.Random(3)) == []

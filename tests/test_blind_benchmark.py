@@ -166,9 +166,9 @@ def test_processes_make_the_same_cases(tmp_path: Path) -> None:
 # --- recordings -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("key", [key for key in RECIPES if not key.startswith(("scatter", "way"))][::4])
+@pytest.mark.parametrize("key", [key for key in RECIPES if not key.startswith(("scatter", "way"))][::6])
 def test_recipes_write_files_that_the_package_reads(key: str, tmp_path: Path) -> None:
-    """Every fourth of them: all causes are made by the tests below and by those of the later kinds."""
+    """Every sixth of them: all causes are made by the tests below and by those of the later kinds."""
     case = Case(key, 1.0 if RECIPES[key].causes else 0.0, 7)
     truth = make_case(case, tmp_path)
     folder = tmp_path / case.case_id
