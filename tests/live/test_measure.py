@@ -135,7 +135,7 @@ def test_an_error_of_the_machine_ends_in_one_line_and_is_resumed(tmp_path: Path,
         line = str(stopped.value)
         assert f"error {NUMBERS[kind]:04d}" in line
         assert "cycle 1, face 8, 7 of 24 points measured" in line
-        assert "--resume" in line
+        assert "the same command with resume" in line
         assert len((tmp_path / "j").read_text().splitlines()) == 8
         drawn_back = state.cmm.position_mm[2] > 290.0
         assert drawn_back == (NUMBERS[kind] in RETREATS), "only where nothing is wrong with it"
