@@ -236,7 +236,7 @@ def test_a_stop_in_a_move_aborts_it_and_draws_back(tmp_path: Path) -> None:
 
 
 REFUSED: dict[str, tuple[Callable[[MachineState], object], Wishes, str]] = {
-    "not homed": (lambda _: None, Wishes(), "the machine is not homed.*--homing"),
+    "not homed": (lambda _: None, Wishes(), "the machine is not homed.*or homing"),
     "slower": (lambda state: _limit(state, "PtMeasPar", 2.0), Wishes(home=True), "does not take Tool.PtMeasPar.Speed"),
     "slow way": (lambda state: _limit(state, "GoToPar", 10.0), Wishes(home=True), "does not take Tool.GoToPar.Speed"),
 }
