@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import tomllib
 from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -258,6 +259,7 @@ def toml_value(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
+@cache
 def recording(direction: tuple[float, float, float]) -> tuple[pd.DataFrame, Setting]:
     """Cycles on the gauge along a direction, with times and temperatures; positions without noise."""
     gauge, machine = read_gauge("step-gauge-420"), read_machine("bridge-cmm")

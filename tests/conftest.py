@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import atexit
 import os
+import shutil
+import sys
+import tempfile
 from pathlib import Path
+from typing import Any
 
+import matplotlib.figure
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 
@@ -16,6 +22,7 @@ from stepgauge.machine.file import Machine, read_machine
 ON_CI = "CI" in os.environ
 settings.register_profile(
     "stepgauge",
+    max_examples=30,
     deadline=None,
     derandomize=ON_CI,
     phases=[phase for phase in Phase if not (ON_CI and phase in (Phase.shrink, Phase.explain))],
@@ -25,6 +32,36 @@ settings.register_profile(
 settings.load_profile("stepgauge")
 
 ROOT = Path(__file__).resolve().parent.parent
+ON_FIGURES = ("figure", "plot", "test_readme")
+"""Words in the names of tests and modules whose figures are laid out and saved as a user gets them."""
+
+
+OF_ONE_DIAGNOSIS = (
+    "tests/cli/test_diagnose.py",
+    "tests/diagnosis/test_files.py",
+    "tests/diagnosis/test_figures.py",
+    "tests/diagnosis/test_odd_recordings.py",
+    "tests/test_interactive.py",
+    "tests/test_story.py",
+)
+"""Modules that share tests/diagnosis/made.py."""
+
+
+@pytest.fixture(autouse=True)
+def plain_figures(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a figure is not what is tested, everything in it is drawn, but the search of its layout is left out.
+
+    It takes half of the time of a figure, and a figure most of the time of many a verb.
+    """
+    if any(word in request.node.nodeid.lower() for word in ON_FIGURES):
+        return
+    save = matplotlib.figure.Figure.savefig
+
+    def plainly(figure: matplotlib.figure.Figure, *arguments: Any, **more: Any) -> None:
+        figure.set_layout_engine("none")
+        save(figure, *arguments, **{"dpi": 150, **more})
+
+    monkeypatch.setattr(matplotlib.figure.Figure, "savefig", plainly)
 
 
 @pytest.fixture
@@ -47,7 +84,20 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
     whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.getoption("usepdb")
     if whole and config.option.numprocesses is None:
         config.option.numprocesses = min(os.cpu_count() or 1, 8) + 1
+    if whole and sys.dont_write_bytecode:
+        share_compiled_files()
     config.option.loadscopereorder = False  # the order is that of the next function
+
+
+def share_compiled_files() -> None:
+    """Where Python may write no compiled files beside the sources, they have a folder of their own for this run.
+
+    Otherwise each of a hundred processes would compile the package anew, for a second and more.
+    """
+    folder = tempfile.mkdtemp(prefix="stepgauge-compiled-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    os.environ["PYTHONPYCACHEPREFIX"] = folder
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -57,12 +107,17 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
-    """A module goes to one process, so that its fixtures are made once; so do all tests on the controller."""
+    """A module goes to one process, so that its fixtures are made once.
+
+    So do all tests on the controller, and the modules that look at the same few diagnoses.
+    """
     from xdist.scheduler import LoadScopeScheduling
 
     class ByModule(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
             module = nodeid.split("::")[0]
-            return module.rpartition("/")[0] if module.startswith("tests/integration/") else module
+            if module.startswith("tests/integration/"):
+                return "controller"
+            return "made" if module in OF_ONE_DIAGNOSIS else module
 
     return ByModule(config, log)

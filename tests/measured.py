@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pandas as pd
@@ -21,6 +22,7 @@ BLOCKS = 6
 ALONG_Y, ALONG_X = (-0.001, 1.0, 0.0), (1.0, 0.2, 0.0)
 
 
+@cache
 def shipped() -> tuple[Gauge, Machine]:
     """The 420 mm gauge and the bridge CMM."""
     return read_gauge("step-gauge-420"), read_machine("bridge-cmm")
@@ -34,8 +36,14 @@ def lay(gauge: Gauge, axis: Sequence[float] = ALONG_Y, blocks: int = BLOCKS) -> 
     return make_placement(start, start + direction * length, 1, blocks)
 
 
-def run(cycles: int = 3, axis: Sequence[float] = ALONG_Y, blocks: int = BLOCKS, noise_um: float = 0.5) -> Run:
-    """The virtual machine's run over the first blocks of the gauge."""
+def run(cycles: int = 3, axis: tuple[float, ...] = ALONG_Y, blocks: int = BLOCKS, noise_um: float = 0.5) -> Run:
+    """The virtual machine's run over the first blocks of the gauge; its table is the caller's own."""
+    done = _run(cycles, axis, blocks, noise_um)
+    return replace(done, recording=replace(done.recording, frame=done.recording.frame.copy()))
+
+
+@cache
+def _run(cycles: int, axis: tuple[float, ...], blocks: int, noise_um: float) -> Run:
     gauge, machine = shipped()
     machine = replace(machine, table=machine.table.model_copy(update={"repeatability_um": noise_um}))
     settings = ProbingSettings(standoff_mm=middle_standoff_mm(gauge, 2.0))
@@ -44,17 +52,20 @@ def run(cycles: int = 3, axis: Sequence[float] = ALONG_Y, blocks: int = BLOCKS, 
     return run_program(program, machine, gauge, placement, seed=7)
 
 
+@cache
 def one_placement(cycles: int = 3) -> Evaluation:
     """All faces measured."""
     return evaluate(named(run(cycles).recording), shipped()[0])
 
 
+@cache
 def two_placements() -> Evaluation:
     """Along y and nearly along x, with another count of cycles."""
     joined = join_recordings([run(3).recording, run(2, ALONG_X).recording])
     return evaluate(named(joined), shipped()[0])
 
 
+@cache
 def with_gaps() -> Evaluation:
     """Faces 4 and 7 were not measured, face 9 only once."""
     frame: pd.DataFrame = run(3).recording.frame

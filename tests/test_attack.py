@@ -30,15 +30,13 @@ def test_damaged_files_are_refused_or_read(tmp_path: Path) -> None:
     assert nonsense.silent == []
 
 
-@pytest.mark.parametrize("verb", ["compensate", "history", "dcc write", "dcc import-gauge", "shipped"])
+@pytest.mark.parametrize("verb", ["compensate", "history"])
 def test_a_killed_verb_leaves_the_old_files_or_the_new_ones(measurement: Path, verb: str) -> None:
     with contextlib.chdir(measurement):
         assert kill.attack(measurement, verb, times=2, pick=random.Random(3)) == []
 
 
-@pytest.mark.parametrize(
-    "verb", ["evaluate", "simulate", "compensate", "uncertainty", "history", "dcc import-gauge", "shipped"]
-)
+@pytest.mark.parametrize("verb", ["evaluate", "compensate", "history", "shipped"])
 def test_a_full_disk_changes_nothing_and_is_said(measurement: Path, verb: str) -> None:
     with contextlib.chdir(measurement):
         assert disk.attack(measurement, verb, sizes=(100,)) == []

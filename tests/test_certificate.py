@@ -7,6 +7,7 @@ import importlib.util
 import io
 import re
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -48,13 +49,25 @@ def content(placements: int = 1, **changed: Any) -> dict[str, Any]:
     return make_content(evaluation, Stated(DAY), replace(sources, **changed))
 
 
+@cache
+def whole(placements: int = 1) -> dict[str, Any]:
+    """The content, its figures drawn once."""
+    return content(placements)
+
+
+@cache
+def printed(placements: int = 1) -> list[str]:
+    """The text of the pages."""
+    return texts(render_pdf(whole(placements)).data)
+
+
 def texts(pdf: bytes) -> list[str]:
     return [page.extract_text() for page in PdfReader(io.BytesIO(pdf)).pages]
 
 
 def test_the_order_is_that_of_the_standard() -> None:
     """ISO/IEC 17025:2017, 7.8.2.1 a) to p) and 7.8.4.1 a) to e)."""
-    text = "\n".join(texts(render_pdf(content()).data))
+    text = "\n".join(printed())
     asked = (
         "Calibration certificate",
         "Example Calibration Laboratory",
@@ -87,7 +100,7 @@ def test_the_order_is_that_of_the_standard() -> None:
 
 @pytest.mark.parametrize("placements", [1, 2])
 def test_number_and_page_stand_on_every_page_and_the_end_on_the_last(placements: int) -> None:
-    pages = texts(render_pdf(content(placements)).data)
+    pages = printed(placements)
     for number, page in enumerate(pages, 1):
         assert "No. EXAMPLE-2026-017" in page
         assert f"page {number} of {len(pages)}" in page
@@ -124,7 +137,7 @@ def test_what_is_not_stated_says_so(tmp_path: Path) -> None:
 
 def test_uncertainties_stand_beside_the_errors() -> None:
     evaluation, budget = evaluated()
-    made = content()
+    made = whole()
     faces, table = made["tables"]
     rows = {row[0]: row for row in faces["rows"]}
     line = budget.find("xm", 1, 9)
@@ -143,21 +156,21 @@ def test_uncertainties_stand_beside_the_errors() -> None:
 
 def test_no_table_is_printed_twice_and_tables_come_before_the_signature() -> None:
     """No two tables have the same columns of the same faces; whoever signs has seen all of them."""
-    made = content(2)
+    made = whole(2)
     titles = [table["title"] for table in made["tables"]]
     assert len(set(titles)) == len(titles) == 4
-    text = "\n".join(texts(render_pdf(made).data))
+    text = "\n".join(printed(2))
     assert max(text.rindex(title) for title in titles) < text.index("name, date, signature")
 
 
 def test_an_incomplete_budget_stands_on_page_1_and_is_no_certificate() -> None:
     """Of the same result with and without one contribution: the title, and the missing one beside the number."""
-    budget = evaluated()[1].model_copy(update={"not_included": []})
+    budget = evaluated()[1]
     gap = StoredGap(what="temperature of the gauge", state_by="--u-gauge-temperature")
     open_budget = budget.model_copy(update={"not_included": [gap]})
-    whole, part, none = (texts(render_pdf(content(budget=one)).data) for one in (budget, open_budget, None))
-    assert "Calibration certificate" in whole[0]
-    assert "not evaluated" not in whole[0]
+    part, none = (texts(render_pdf(content(budget=one)).data) for one in (open_budget, None))
+    assert "Calibration certificate" in printed()[0]
+    assert "not evaluated" not in printed()[0]
     for pages, words in (
         (part, "not in U: temperature of the gauge"),
         (none, "Measurement uncertainty was not evaluated"),
@@ -170,7 +183,7 @@ def test_an_incomplete_budget_stands_on_page_1_and_is_no_certificate() -> None:
 
 def test_page_1_states_measurand_result_and_expanded_uncertainty() -> None:
     evaluation, budget = evaluated()
-    first = " ".join(texts(render_pdf(content()).data)[0].split())
+    first = " ".join(printed()[0].split())
     rows = [row for row in evaluation["placements"][0]["faces"] if row["xm_um"] is not None]
     worst = max(rows, key=lambda row: abs(row["xm_um"]))
     line = budget.find("xm", 1, worst["face"])
@@ -198,7 +211,7 @@ def test_an_unfilled_form_is_refused(results: Path, tmp_path: Path, capsys: pyte
 
 
 def test_html_has_the_same_sections() -> None:
-    page = render_html(content()).data.decode()
+    page = render_html(whole()).data.decode()
     for words in (
         "<h1>Calibration certificate</h1>",
         "Metrological traceability",

@@ -110,13 +110,13 @@ def test_without_a_tip_radius_a_constant_reversal_stays_with_r_eff() -> None:
 
 @pytest.mark.parametrize("tip", [RADIUS, None])
 def test_the_stated_uncertainty_is_the_scatter_of_many_tables(tip) -> None:
-    """Monte Carlo: 400 recordings with noise; the certificate is perfect here."""
+    """Monte Carlo, four standard deviations of the scatter of 150 recordings; the certificate is perfect here."""
     gauge = make_gauge(6, u_um=0.0)
-    tables = [table_of(gauge, measured(gauge, cycles=4, noise_um=0.5, seed=s), tip, step_mm=15.0) for s in range(400)]
+    tables = [table_of(gauge, measured(gauge, cycles=4, noise_um=0.5, seed=s), tip, step_mm=15.0) for s in range(150)]
     for name in ("positive", "negative"):
         scatter = np.std([getattr(t, f"{name}_um") for t in tables], axis=0)
         stated = np.sqrt(np.mean([getattr(t, f"u_{name}_um") ** 2 for t in tables], axis=0))
-        np.testing.assert_allclose(stated[1:], scatter[1:], rtol=0.15)
+        np.testing.assert_allclose(stated[1:], scatter[1:], rtol=0.25)
 
 
 def test_certificate_and_expansion_are_in_the_uncertainty() -> None:

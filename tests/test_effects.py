@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
@@ -417,6 +417,7 @@ def test_an_effect_that_needs_a_missing_column_names_it() -> None:
     assert_allclose(bend(seen, kind="effective_radius", um=1.0), [[1.0, 0, 0]])
 
 
+@settings(max_examples=10)
 @given(data=st.data())
 @pytest.mark.parametrize("example", EXAMPLES, ids=[str(e["kind"]) for e in EXAMPLES])
 def test_sensible_parameters_give_finite_displacements_that_add_up(

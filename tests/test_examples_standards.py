@@ -82,7 +82,7 @@ def test_iso230_3(tmp_path: Path) -> None:
     assert axis["complete"]
 
 
-def test_figures(tmp_path: Path) -> None:
+def test_three_placements_with_three_faults(tmp_path: Path) -> None:
     """Every figure of the README's table is drawn, and the errors are those of the faults that were put in."""
     folder = run_example("figures", tmp_path)
     drawn = {path.stem for path in folder.glob("*.png")}

@@ -128,11 +128,10 @@ def test_probed_points_are_the_faces_and_cycles_of_the_recording(axis: tuple[flo
     np.testing.assert_allclose(points.tip_mm, done.recording.position_mm, atol=1e-6)
 
 
-@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
-def test_files_are_written_and_any_title_will_do(tmp_path: Path, suffix: str) -> None:
+def test_files_are_written_the_same_twice_and_any_title_will_do(tmp_path: Path) -> None:
     gauge = shipped()[0]
-    file = draw_path(tmp_path / f"path{suffix}", run(1).path, gauge, lay(gauge), RADIUS_MM, None, r"$\frac{ 50% <&>")
-    again = draw_path(tmp_path / f"again{suffix}", run(1).path, gauge, lay(gauge), RADIUS_MM, None, r"$\frac{ 50% <&>")
+    file = draw_path(tmp_path / "path.svg", run(1).path, gauge, lay(gauge), RADIUS_MM, None, r"$\frac{ 50% <&>")
+    again = draw_path(tmp_path / "again.svg", run(1).path, gauge, lay(gauge), RADIUS_MM, None, r"$\frac{ 50% <&>")
     assert file.read_bytes() == again.read_bytes()
     assert file.stat().st_size > 5000
 

@@ -26,7 +26,7 @@ from stepgauge.reports.diagnosis import told_story
 from stepgauge.reports.interactive import MOST_ROWS, _kept, diagnosis_page, evaluation_page
 from stepgauge.reports.render import render_html
 from tests.cli.conftest import Run as Command
-from tests.cli.conftest import files, run  # noqa: F401
+from tests.cli.conftest import files, made_files, run  # noqa: F401
 from tests.diagnosis.made import as_file, made
 from tests.measured import named, shipped
 from tests.measured import run as measure

@@ -137,5 +137,5 @@ def test_a_sealed_file_cannot_be_opened_by_any_name(tmp_path: Path):
         verb = ["diagnose", recording, "-g", "step-gauge-420", "-m", path, "-o", tmp_path / "out"]
         result = sealed(EXAMPLE / "truth.toml", "--", *verb)
         assert (result.returncode, result.stderr) == (3, "error: truth.toml is sealed\n")
-        assert sealed("--", *verb).returncode == 2
+    assert sealed("--", *verb).returncode == 2
     assert not (tmp_path / "out").exists()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stepgauge.alignment import locate, read_points
@@ -57,21 +57,21 @@ def test_points_without_errors_on_a_short_steep_gauge_give_its_pose(yaw, pitch, 
 
 
 def test_the_stated_uncertainty_is_the_scatter_of_many_probings() -> None:
-    """Monte Carlo against the linear propagation, in all reported quantities."""
+    """Monte Carlo against the linear propagation, in all reported quantities: four standard deviations of 150 runs."""
     random = np.random.default_rng(1)
     gauge = make_gauge(8)
     points = make_points(gauge, make_pose(0.4, -0.8, origin=(10, 20, 30)), RADIUS, (1, 8))
-    runs = [locate(points + random.normal(0, 1e-3, (16, 3)), gauge, (1, 8), 1.0) for _ in range(400)]
+    runs = [locate(points + random.normal(0, 1e-3, (16, 3)), gauge, (1, 8), 1.0) for _ in range(150)]
     stated = runs[0].details["uncertainty"]
     for name in ("c1_mm", "c2_mm"):
         scatter_um = np.std([getattr(run, name) for run in runs], axis=0, ddof=1) * 1e3
-        np.testing.assert_allclose(scatter_um, stated[name.replace("mm", "um")], rtol=0.15)
+        np.testing.assert_allclose(scatter_um, stated[name.replace("mm", "um")], rtol=0.25)
     for angle in ("yaw", "pitch"):
         scatter_urad = np.std([np.radians(run.details["angles"][f"{angle}_deg"]) for run in runs], ddof=1) * 1e6
-        assert scatter_urad == pytest.approx(stated[f"{angle}_urad"], rel=0.15)
-    assert np.std([run.tip_radius_mm for run in runs]) * 1e3 == pytest.approx(stated["tip_radius_um"], rel=0.15)
+        assert scatter_urad == pytest.approx(stated[f"{angle}_urad"], rel=0.25)
+    assert np.std([run.tip_radius_mm for run in runs]) * 1e3 == pytest.approx(stated["tip_radius_um"], rel=0.25)
     tilt_urad = [run.details["angles"]["n1_to_axis_mrad"] * 1e3 for run in runs]
-    assert np.sqrt(np.mean(np.square(tilt_urad))) == pytest.approx(stated["n1_urad"], rel=0.15)
+    assert np.sqrt(np.mean(np.square(tilt_urad))) == pytest.approx(stated["n1_urad"], rel=0.25)
 
 
 @given(gauges(), angles, st.floats(-1.2, 1.2), st.floats(0.3, 2.8), st.booleans(), positions)
@@ -116,12 +116,13 @@ def test_the_normal_of_a_tilted_block_is_reported_and_not_taken_for_the_axis() -
     np.testing.assert_allclose(found.axis, [1, 0, 0], atol=1e-6)
 
 
-SWAPS = [(4, 5), (6, 7), (1, 8), (4, 12), (6, 14), (8, 16), (1, 9), (3, 4), (5, 7), (12, 13), (7, 15)]
+SWAPS = [(4, 5), (6, 7), (1, 8), (4, 12), (8, 16), (1, 9), (3, 4), (7, 15)]
 
 
-@pytest.mark.parametrize("roll", [0.0, -0.9])
 @pytest.mark.parametrize(("one", "other"), SWAPS)
-def test_two_swapped_points_are_named(one: int, other: int, roll: float) -> None:
+def test_two_swapped_points_are_named(one: int, other: int) -> None:
+    """Every second of them on a gauge that is turned about its axis."""
+    roll = -0.9 if SWAPS.index((one, other)) % 2 else 0.0
     gauge = make_gauge(21)
     random = np.random.default_rng(one)
     pose = make_pose(1.0, -0.6, roll, (40, 300, 180))
@@ -131,7 +132,7 @@ def test_two_swapped_points_are_named(one: int, other: int, roll: float) -> None
         locate(points, gauge, (1, 21), 1.0)
 
 
-@pytest.mark.parametrize("point", [1, 4, 5, 6, 8, 9, 12, 16])
+@pytest.mark.parametrize("point", [1, 5, 6, 16])
 def test_a_point_on_the_next_block_is_named(point: int) -> None:
     gauge = make_gauge(21)
     pose = make_pose(1.0, 0.3)
@@ -247,25 +248,25 @@ def test_the_adjustment_finds_the_pose_that_the_construction_finds(gauge, yaw, p
 def test_the_residuals_of_points_without_a_slip_are_standard_normal() -> None:
     """Normalised residuals over many probings have variance 1 (Baarda), whatever their redundancy."""
     gauge = make_gauge(21)
-    runs = [adjust(placed(gauge, seed, 1e-3), gauge, (1, 21), None, np.full(16, 1e-3)) for seed in range(200)]
+    runs = [adjust(placed(gauge, seed, 1e-3), gauge, (1, 21), None, np.full(16, 1e-3)) for seed in range(100)]
     scatter = np.std([run.normalised[:16] for run in runs], axis=0)
-    np.testing.assert_allclose(scatter, 1.0, atol=0.2)
+    np.testing.assert_allclose(scatter, 1.0, atol=0.28)
 
 
 @pytest.mark.parametrize("point", range(1, 17))
 def test_a_digit_slip_names_its_point_and_where_the_others_put_it(point: int) -> None:
-    """Square to its face by 0.5 mm, or out of its face by 60 mm."""
+    """On the first block square to its face by 0.5 mm, on the last one out of its face by 60 mm."""
     gauge = make_gauge(21)
     truth = placed(gauge)
     square = {4: 0, 5: 0, 6: 2, 7: 2}.get((point - 1) % 8 + 1, 1)
-    for axis, by in ((square, 0.5), (0, 60.0), (1, 60.0), (2, -60.0)):
-        points = truth.copy()
-        points[point - 1, axis] += by
-        with pytest.raises(InputError, match=rf"point {point}\b") as caught:
-            locate(points, gauge, (1, 21), 0.3)
-        near = [float(value) for value in re.search(r"near \(([^)]*)\)", str(caught.value))[1].split(",")]  # type: ignore[index]
-        named = int(re.search(r"point (\d+) ", str(caught.value))[1])  # type: ignore[index]
-        assert np.abs(near - truth[named - 1]).max() < (0.02 if by == 0.5 and named == point else 12.0)
+    axis, by = (square, 0.5) if point <= 8 else (point % 3, -60.0 if point % 3 == 2 else 60.0)
+    points = truth.copy()
+    points[point - 1, axis] += by
+    with pytest.raises(InputError, match=rf"point {point}\b") as caught:
+        locate(points, gauge, (1, 21), 0.3)
+    near = [float(value) for value in re.search(r"near \(([^)]*)\)", str(caught.value))[1].split(",")]  # type: ignore[index]
+    named = int(re.search(r"point (\d+) ", str(caught.value))[1])  # type: ignore[index]
+    assert np.abs(near - truth[named - 1]).max() < (0.02 if by == 0.5 and named == point else 12.0)
 
 
 def test_the_rail_is_touched_beside_the_block() -> None:
@@ -306,6 +307,7 @@ def test_exchanged_columns_are_named(one: int, other: int) -> None:
     wrong(points, (1, 21), gauge, f"columns {'xyz'[one]}_mm and {'xyz'[other]}_mm look exchanged")
 
 
+@settings(max_examples=10)
 @given(angles, st.floats(-0.6, 0.6), st.sampled_from([(1, 2, 0), (2, 0, 1)]))
 def test_three_columns_exchanged_in_turn_are_refused(yaw: float, pitch: float, order: tuple[int, int, int]) -> None:
     """They are a gauge on its side or on end: only somebody who says that it lies so gets a placement."""

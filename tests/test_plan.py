@@ -80,7 +80,7 @@ def smallest_gaps(program: Program, gauge: Gauge, pose: Pose, machine: Machine) 
 
 
 @given(gauges(4), angles, st.floats(-0.03, 0.03), positions, options)
-@settings(max_examples=50)
+@settings(max_examples=30)
 def test_no_planned_path_collides(gauge, yaw, pitch, origin, option) -> None:
     machine, pose = make_machine(), make_pose(yaw, pitch, origin=origin)
     program = checked_program(gauge, pose, option, machine)

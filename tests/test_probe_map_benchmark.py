@@ -7,8 +7,8 @@ from benchmarks import probe_maps as maps
 
 
 def test_hardly_any_map_in_which_nothing_is_concealed_raises_an_alarm():
-    alarms = maps.false_alarms(50, seed=77)
-    assert sum(map(len, alarms.values())) <= 2
+    alarms = maps.false_alarms(25, seed=77)
+    assert sum(map(len, alarms.values())) <= 1
 
 
 def test_what_is_concealed_has_the_size_asked_for():
@@ -23,13 +23,14 @@ def test_what_is_concealed_has_the_size_asked_for():
 
 @pytest.mark.parametrize("number", range(5))
 def test_structure_outside_the_vocabulary_is_called_unknown(number):
+    """Two structures for each plan: every one is asked for once."""
     plan = maps.PLANS[number]
-    for name in maps.OUTSIDERS:
+    for name in list(maps.OUTSIDERS)[number::5]:
         data = maps.made(plan, np.random.default_rng(9), maps.outsider(plan, name, 3.0))
         assert maps.diagnosed(plan, data).verdict == "unknown", name
 
 
-@pytest.mark.parametrize("kind", ["lobing_phase", "eccentricity", "probe_lobing"])
+@pytest.mark.parametrize("kind", ["lobing_phase", "probe_lobing"])
 def test_a_change_left_out_of_the_candidates_is_unknown_and_not_another_one(kind):
     plan = maps.PLANS[3 if kind == "probe_lobing" else 0]
     truth, off = next((t, o) for t, o in maps.changes(plan, 3.0) if t.candidate.kind == kind)

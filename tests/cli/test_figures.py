@@ -8,12 +8,12 @@ import pytest
 
 from tests.cli.conftest import Run, again
 
-MAGIC = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
+MAGIC = {"png": b"\x89PNG", "svg": b"<?xml"}
 GAUGE = ("-g", "step-gauge-420")
 
 
-@pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
-def test_every_figure_in_every_format(run: Run, files: Path, suffix: str) -> None:
+@pytest.mark.parametrize("suffix", ["png", "svg"])
+def test_every_figure_in_the_format_that_is_asked_for(run: Run, files: Path, suffix: str) -> None:
     only = [] if suffix == "png" else ["--only", "arrows", "--only", "run"]
     line = ("figures", files / "recording.csv", *GAUGE, "-m", files / "machine.toml", "--mpe", "1.8 + L/350", *only)
     result = run(*line, "--figure", suffix, "-o", files / "f")

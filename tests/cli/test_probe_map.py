@@ -138,14 +138,14 @@ def test_a_wrong_figure_name_costs_no_table(tmp_path):
 MAGIC = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}
 
 
-@pytest.mark.parametrize("kind", ["png", "pdf", "svg"])
-def test_figures(tmp_path, kind):
-    names = {option: tmp_path / f"{option}.{kind}" for option in ("polar", "body", "force")}
+def test_figures(tmp_path):
+    kinds = {"polar": "svg", "body": "png", "force": "pdf"}
+    names = {option: tmp_path / f"{option}.{kind}" for option, kind in kinds.items()}
     options = [part for option, path in names.items() for part in (f"--{option}-plot", path)]
     result = run("tp6-30mm", "--polar", "90,60,30", *options, "-o", tmp_path / "m.csv")
     assert result.exit_code == 0, result.output
-    for path in names.values():
-        assert path.read_bytes().startswith(MAGIC[kind])
+    for option, path in names.items():
+        assert path.read_bytes().startswith(MAGIC[kinds[option]])
 
 
 def test_figures_are_the_same_twice_and_leave_no_state(tmp_path):

@@ -41,9 +41,8 @@ def test_a_wave_with_corners_is_no_oscillation_of_the_vocabulary(form: str) -> N
     assert law.share_um.std() == pytest.approx(truth.std(), rel=0.3)
 
 
-@pytest.mark.parametrize("period_s", [97.0, 171.0, 303.0])
-def test_a_sine_stays_an_oscillation(period_s: float) -> None:
-    found = told(bent(along(ALONG_X, lambda t: 0.8 * np.sin(2.0 * np.pi * t / period_s + 0.4))))
+def test_a_sine_stays_an_oscillation() -> None:
+    found = told(bent(along(ALONG_X, lambda t: 0.8 * np.sin(2.0 * np.pi * t / 97.0 + 0.4))))
     assert found.verdict == "effects"
     assert "temperature_cycle" in {kind for one in found.findings for kind in (one.kind, *one.confounded_with)}
 

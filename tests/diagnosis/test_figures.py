@@ -187,7 +187,13 @@ def test_a_changing_length_is_drawn_as_its_share_of_the_length() -> None:
 
 
 PANELS: list[tuple[str, tuple[str, str, str], object, str, str]] = [
-    ("side * sin(3 * cycle + placement)", ("cycle", "both", "levels"), None, "run along the gauge", "for every cycle"),
+    (
+        "side * sin(3 * cycle + placement)",
+        ("cycle", "both", "levels"),
+        None,
+        "run along the gauge",
+        "by an amount of its own",
+    ),
     (
         "1e-4 * side * (turning_mm - 100)**2",
         ("way since turning round", "both", "smooth"),
@@ -196,7 +202,13 @@ PANELS: list[tuple[str, tuple[str, str, str], object, str, str]] = [
         "smooth",
     ),
     ("way * 0.6", ("direction of travel", "both", "loop"), None, "position along", "on the way back"),
-    ("1.3 * step(placement - 1.5)", ("placement", "both", "levels"), None, "placement", "for every placement"),
+    (
+        "1.3 * step(placement - 1.5)",
+        ("placement", "both", "levels"),
+        None,
+        "placement",
+        "every placement off by an amount of its own",
+    ),
     ("2 * side * sin(time_s / 10)", ("time", "both", "wave"), 20.0 * np.pi, "within the period of 62.83 s", "periodic"),
     ("0.8 * cos(2 * azimuth_rad)", ("azimuth", "both", "harmonics"), None, "azimuth", "direction of approach"),
 ]
@@ -258,14 +270,13 @@ def test_many_points_are_thinned_evenly() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "expected"),
+    ("name", "suffix", "expected"),
     [
-        ("null", ["overview", "residuals"]),
-        ("scale", ["overview", "residuals", "effects"]),
-        ("insufficient", ["overview", "residuals"]),
+        ("null", "png", ["overview", "residuals"]),
+        ("scale", "svg", ["overview", "residuals", "effects"]),
+        ("insufficient", "pdf", ["overview", "residuals"]),
     ],
 )
-@pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_files(name: str, expected: list[str], suffix: str, tmp_path: Path) -> None:
     _, found = made_insufficient() if name == "insufficient" else made(name)
     paths = draw_diagnosis(tmp_path, found, [], suffix)

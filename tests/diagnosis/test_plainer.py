@@ -13,7 +13,7 @@ from stepgauge.diagnosis.library import effect_families
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.unknown_law import model_unknown, rest_rms_um
 from stepgauge.recording import APPROACH, Recording
-from tests.diagnosis.made import ALONG_X, ALONG_Y, gauge, machine
+from tests.diagnosis.made import ALONG_X, gauge, machine
 from tests.diagnosis.test_retold import along_x, x_mm
 from tests.diagnosis.test_selection import NOISE_UM, bent, clean, lies_on, names, side, told
 
@@ -21,8 +21,7 @@ Array = NDArray[np.float64]
 DIAGONAL, ACROSS = (0.6, 0.8, 0.0), (0.8, -0.6, 0.0)
 
 
-@pytest.mark.parametrize("um", [0.5, -2.0])
-@pytest.mark.parametrize("axis", [ALONG_X, DIAGONAL])
+@pytest.mark.parametrize(("um", "axis"), [(0.5, ALONG_X), (-2.0, DIAGONAL)])
 def test_a_radius_and_a_length_are_no_period_that_beats_with_the_pitch(
     um: float, axis: tuple[float, float, float]
 ) -> None:
@@ -51,10 +50,9 @@ def test_a_period_alone_stays_one_law() -> None:
     assert names(found) == ["periodic_scale_error"]
 
 
-@pytest.mark.parametrize("axes", [(ALONG_X, DIAGONAL, ACROSS), (ALONG_X, ALONG_Y, DIAGONAL)])
-def test_a_scale_and_a_squareness_are_two_laws_and_no_form(axes: tuple[tuple[float, float, float], ...]) -> None:
+def test_a_scale_and_a_squareness_are_two_laws_and_no_form() -> None:
     """A long scale of x is a warm gauge and short scales of the other axes as well: three laws where one is enough."""
-    recording = clean(axes)
+    recording = clean((ALONG_X, DIAGONAL, ACROSS))
 
     def skewed(r: Recording) -> Array:
         frame = r.frame
@@ -97,10 +95,9 @@ def test_a_length_that_grows_with_a_column_is_told_and_imitated() -> None:
 
 
 @pytest.mark.xfail(strict=True, reason="a line in time along the gauge is told as a form, not as the drift that it is")
-@pytest.mark.parametrize("um_per_h", [6.0, -25.0])
-def test_a_drift_that_has_not_begun_to_settle_is_no_trend_without_a_law(um_per_h: float) -> None:
+def test_a_drift_that_has_not_begun_to_settle_is_no_trend_without_a_law() -> None:
     """A trend in time is shorter to tell than a drift with a time constant, which is one as long as it grows."""
-    found = told(bent(lambda r: um_per_h * r.frame["time_s"].to_numpy() / 3600.0 * side(r)))
+    found = told(bent(lambda r: 6.0 * r.frame["time_s"].to_numpy() / 3600.0 * side(r)))
     assert names(found) == ["thermal_drift"]
     assert not next(f for f in effect_families(found.data) if f.kind == "thermal_drift").fitted_shape
     assert next(f for f in effect_families(found.data) if f.kind == "temperature_cycle").fitted_shape
@@ -124,8 +121,8 @@ def warming_um(recording: Recording, hours: tuple[float, ...], um: float) -> Arr
     return um * rise * (recording.frame[APPROACH].to_numpy() @ np.array([0.95, 0.3, 0.0]))
 
 
-@pytest.mark.parametrize("period_s", [170.0, 260.0])
-def test_a_large_scale_error_and_a_large_swing_are_both_named(period_s: float) -> None:
+def test_a_large_scale_error_and_a_large_swing_are_both_named() -> None:
+    period_s = 170.0
     found = told(bent(lambda r: long_scale_um(r, 35.0) + swing_um(r, period_s, 2.5)))
     assert found.verdict == "effects"
     assert len(found.findings) == 2

@@ -29,10 +29,6 @@ def warm(recording: Recording) -> Array:
     return 20.0 + 6.0 * np.abs(np.sin(5.3 * u**0.7))
 
 
-def of_x(frame: pd.DataFrame) -> Array:
-    return 0.8 * beyond(frame["x_mm"].to_numpy(), 350.0, 60.0)
-
-
 def of_time(frame: pd.DataFrame) -> Array:
     t = frame["time_s"].to_numpy()
     return 2.5 * beyond(t - t.min(), 0.6 * float(np.ptp(t)), 0.2 * float(np.ptp(t)))
@@ -43,7 +39,6 @@ def of_spindle(frame: pd.DataFrame) -> Array:
 
 
 REGIMES: dict[str, tuple[Callable[[pd.DataFrame], Array], str, str, float, float]] = {
-    "beyond a place": (of_x, "machine x", "only above", 350.0, 60.0),
     "after a time": (of_time, "time", "only above", 0.6, 0.15),
     "above a temperature": (of_spindle, "spindle_C", "only above", 23.5, 1.0),
 }

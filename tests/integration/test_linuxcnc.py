@@ -143,10 +143,9 @@ def moved(tmp_path: Path, along_a: float = 0.0, along_s: float = 0.0, along_up: 
     ("shift", "complaint", "at"),
     [
         ({"along_up": -25.0}, "G38.2 move finished without making contact.", "G38.2"),
-        ({"along_a": -3.0}, "Probe tripped during non-probe move.", "G1"),
         ({"along_s": 8.0}, "Probe tripped during non-probe move.", "G1"),
     ],
-    ids=["missed face", "collision in the gap", "collision beside the blocks"],
+    ids=["missed face", "collision beside the blocks"],
 )
 def test_the_controller_stops_where_the_gauge_was_not_expected(tmp_path: Path, shift, complaint: str, at: str):
     result = run(tmp_path / "out", "--blocks", "1:2", "--cycles", 1, "--true-placement", moved(tmp_path, **shift))

@@ -7,7 +7,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +20,8 @@ from stepgauge.recording import Recording, read_recording
 from tests.conftest import ROOT
 
 EXAMPLE = ROOT / "examples" / "linuxcnc-concealed"
-CASES = tuple(tomllib.loads((EXAMPLE / "cases.toml").read_text()))
+CASES = ("nothing", "drift")
+"""A false alarm, and what needs the clock; the command of the README runs all cases, in four minutes."""
 TIMEOUT_S = 2400.0
 
 pytestmark = [
@@ -34,7 +34,7 @@ pytestmark = [
 
 @dataclass(frozen=True)
 class Whole:
-    """What all cases left: the folder, what was printed, and how the commands ended."""
+    """What the cases left: the folder, what was printed, and how the commands ended."""
 
     folder: Path
     printed: str
