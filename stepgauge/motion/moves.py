@@ -108,6 +108,11 @@ class ProgramBuilder:
     def last_position(self) -> Sequence[float] | None:
         return self._rows[-1][0] if self._rows else None
 
+    @property
+    def size(self) -> int:
+        """How many moves there are so far."""
+        return len(self._rows)
+
     def open_point(self) -> None:
         """The moves that follow belong to the next measuring point."""
         self._point += 1

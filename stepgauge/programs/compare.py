@@ -70,7 +70,7 @@ def _stated(value: float, unit: str) -> str:
 def _states(now: InForce, planned: Program, dialect: Dialect) -> Iterator[str]:
     states = dict(now.states)
     tool = planned.tool or dialect.tool
-    for name, wanted in {**dialect.states, **({"tool": tool} if tool else {})}.items():
+    for name, wanted in {**dialect.required, **({"tool": tool} if tool else {})}.items():
         if states.get(name, "").upper() != wanted.upper():
             yield f"{name} {states.get(name, 'not stated')}, expected {wanted}"
 

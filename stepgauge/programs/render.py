@@ -2,9 +2,11 @@
 
 A template sees ``program`` (``name``, ``tool``, ``stylus``), ``settings`` (the fields of
 :class:`~stepgauge.motion.moves.ProbingSettings`), ``start`` (moves before the first point), ``points`` (each with
-``name``, ``moves`` and ``measure``), ``finish`` (moves after the last point), ``version``, and ``checked``: words on
-whether the text was read back. Every move has ``name`` and ``tip`` (x, y, z of the tip centre); a measuring one also
-``contact`` (surface point), ``approach`` and ``normal`` (unit vectors) and ``search_end``. All of it are copied values:
+``name``, ``number``, ``moves`` and ``measure``), ``finish`` (moves after the last point), ``control`` (the options of
+the dialect, and its ``name``), ``version``, and ``checked``: words on whether the text was read back. Every move has
+``name``, ``tip`` (x, y, z of the tip centre) and ``free`` (no search is possible: the probe is still deflected from the
+touch before, or there is no way to go); a measuring one also ``contact`` (surface point), ``approach`` and ``normal``
+(unit vectors) and ``search_end``. All of it are copied values:
 a template cannot reach the plan. Filters: ``fixed(n)`` prints n decimals and never -0; ``plain`` keeps letters, digits,
 space, dot, dash and underscore. A template may extend a shipped one by its file name, and then states only the blocks
 that differ.
@@ -12,7 +14,7 @@ that differ.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -42,21 +44,43 @@ def render(program: Program, dialect: Dialect, template: str | Path | None = Non
 
 
 def _context(program: Program, dialect: Dialect, checked: str) -> dict[str, object]:
+    seen = _moves(program, dialect.decimals)
+    points = [group for group in seen if "measure" in group]
     return {
         "program": {"name": program.name, "tool": program.tool or dialect.tool, "stylus": _xyz(program.stylus or DOWN)},
         "settings": program.settings,
-        "start": [_seen(move, program) for move in program.moves(0)],
-        "points": list(_points(program)),
-        "finish": [_seen(move, program) for move in program.moves(program.n_points + 1)],
+        "start": seen[0]["moves"],
+        "points": points,
+        "finish": seen[-1]["moves"],
+        "control": {**dialect.options, "name": dialect.name, "title": dialect.title},
         "version": __version__,
         "checked": checked,
     }
 
 
-def _points(program: Program) -> Iterator[dict[str, Any]]:
-    for number in range(1, program.n_points + 1):
-        *way, measure = (_seen(move, program) for move in program.moves(number))
-        yield {"name": measure["name"], "moves": way, "measure": measure}
+def _moves(program: Program, decimals: int) -> list[dict[str, Any]]:
+    """The moves before, to and after the points, as a template sees them."""
+    groups: list[dict[str, Any]] = []
+    before: dict[str, Any] | None = None
+    for number in range(program.n_points + 2):
+        group: dict[str, Any] = {"number": number, "moves": []}
+        for move in program.moves(number):
+            seen = _seen(move, program) | {"free": before is not None and _is_free(move, before, decimals)}
+            group["moves"].append(seen)
+            before = seen
+        if 0 < number <= program.n_points:
+            group["measure"] = group["moves"].pop()
+            group["name"] = group["measure"]["name"]
+        groups.append(group)
+    return groups
+
+
+def _is_free(move: Move, before: dict[str, Any], decimals: int) -> bool:
+    """Whether a move cannot be a search: the probe is still deflected, or there is no way to go in printed digits."""
+    if "approach" in before:
+        return True
+    end = [round(float(value), decimals) for value in move.position]
+    return end == [round(value, decimals) for value in before["tip"].values()]
 
 
 def _seen(move: Move, program: Program) -> dict[str, Any]:
