@@ -65,6 +65,7 @@ FORMATS = {
             "log of our programs on a control (fanuc and its kin, siemens, heidenhain, rrf)",
             "a line 'STEPGAUGE n POINTS ..', then 'N1 X.. Y.. Z..', at the end END",
         ),
+        LogFormat("grbl", "console of grbl, grblHAL or FluidNC", "lines like '[PRB:1.000,2.000,3.000:1]'"),
         LogFormat(
             "inspection", "results file of an inspection post (G800, G801)", "lines like 'G801 N1 X.. Y.. Z.. R..'"
         ),

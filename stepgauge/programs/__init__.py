@@ -31,7 +31,8 @@ class Dialect:
     otherwise, empty where the text does not say; ``comment``: the form of a comment, empty where there is none;
     ``self_positioning``: the controller goes to the stand-off and back by itself; ``family``: the dialect that it is a
     variant of; ``options``: what differs from machine to machine, with what is taken unless somebody says otherwise;
-    ``log_decimals``: digits of a coordinate in its log, mm (None: its log is not known).
+    ``log_decimals``: digits of a coordinate in its log, mm (None: its log is not known); ``beside``: further files that
+    the control needs, by name (options put in).
     """
 
     name: str
@@ -47,6 +48,7 @@ class Dialect:
     family: str = ""
     options: Mapping[str, str] = field(default_factory=dict)
     log_decimals: int | None = 7
+    beside: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def template(self) -> str:
@@ -181,13 +183,77 @@ DIALECTS = {
         _variant("haas", "Haas NGC", probe_on="M59 P1134", probe_off="M69 P1134", length_in_z="yes", open=""),
         _variant("mazak", "Mazak Matrix and Smooth, EIA", length_in_z="yes"),
         _variant("mitsubishi", "Mitsubishi M70 and M80", length_in_z="yes"),
+        Dialect(
+            "siemens",
+            "Siemens SINUMERIK 840D sl, 828D, ONE (MEAS, WRITE)",
+            ".mpf",
+            4,
+            _SEARCH,
+            states={
+                **_MODAL,
+                "units": "G710",
+                "coordinates": "{offset}",
+                "tool length": "checked",
+                "path": "G60",
+            },
+            comment="; {}",
+            options={"offset": "G54", "spindle_deg": "0", "file": "STEPGAUGE_LOG"},
+            log_decimals=6,
+        ),
+        Dialect(
+            "heidenhain",
+            "HEIDENHAIN klartext, TNC 640 and iTNC 530 (TCH PROBE 4, FN16)",
+            ".h",
+            4,
+            _SEARCH,
+            states={"units": "MM"},
+            comment="; {}",
+            options={
+                "folder": "TNC:\\STEPGAUGE\\",
+                "mask": "STEPGAUGE.A",
+                "file": "STEPGAUGE.TXT",
+                "spindle_deg": "+0",
+                "length_in_z": "yes",
+            },
+            beside={"{mask}": '"%s",QS1;\n'},
+            log_decimals=4,
+        ),
+        Dialect(
+            "grbl",
+            "grbl 1.1, grblHAL, FluidNC (G38.2)",
+            ".gcode",
+            4,
+            _SEARCH,
+            states={
+                **_MODAL,
+                "coordinates": "G59",
+                "offset": "G10 L2 P6 X0 Y0 Z0",
+                "shift": "G92.1",
+                "tool length": "G49",
+                "path": "G61",
+            },
+            comment="({})",
+            log_decimals=3,
+        ),
+        Dialect(
+            "rrf",
+            "RepRapFirmware 3 (Duet, MillenniumOS)",
+            ".g",
+            4,
+            _SEARCH,
+            states={"units": "G21", "distances": "G90", "feed": "G94", "coordinates": "{offset}"},
+            comment="; {}",
+            options={"offset": "G54", "probe": "0", "file": "0:/sys/stepgauge-log.txt"},
+            log_decimals=3,
+        ),
     )
 }
 
 
 def recognise(text: str, path: str | Path) -> Dialect:
     """The dialect of a program text; :class:`InputError` where it is none that is known."""
-    for dialect in sorted(DIALECTS.values(), key=lambda one: not one.family):
+    special_first = sorted(DIALECTS.values(), key=lambda one: (not one.family, one.name == "linuxcnc"))
+    for dialect in special_first:  # variants name themselves, and G38.2 alone is in programs of other controls, too
         if dialect.recognises(text):
             return dialect
     raise InputError(

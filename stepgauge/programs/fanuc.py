@@ -27,8 +27,21 @@ _GROUPS = {
     "#4014": (54, 55, 56, 57, 58, 59),
 }
 """Modal information by group, and the codes of the group that are known here."""
-_STATES = {21: "units", 40: "tool radius", 43: "tool length", 49: "tool length", 90: "distances", 94: "feed"}
-_BACK = {**_STATES, 20: "units", 91: "distances", 95: "feed", **dict.fromkeys(_GROUPS["#4014"], "coordinates")}
+_STATES: Mapping[float, str] = {
+    21: "units",
+    40: "tool radius",
+    43: "tool length",
+    49: "tool length",
+    90: "distances",
+    94: "feed",
+}
+_BACK: Mapping[float, str] = {
+    **_STATES,
+    20: "units",
+    91: "distances",
+    95: "feed",
+    **dict.fromkeys(_GROUPS["#4014"], "coordinates"),
+}
 """States that a block of variables may give back; a move after it would be none of the plan."""
 _SPINDLE_OR_TOOL = {3.0, 4.0, 6.0, 98.0, 99.0, 198.0}
 _ASSIGNMENT = re.compile(r"(#\d+|#\[.+?\])=(.+)")

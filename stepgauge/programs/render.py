@@ -7,7 +7,8 @@ the dialect, and its ``name``), ``version``, and ``checked``: words on whether t
 ``name``, ``tip`` (x, y, z of the tip centre) and ``free`` (no search is possible: the probe is still deflected from the
 touch before, or there is no way to go); a measuring one also ``contact`` (surface point), ``approach`` and ``normal``
 (unit vectors) and ``search_end``. All of it are copied values:
-a template cannot reach the plan. Filters: ``fixed(n)`` prints n decimals and never -0; ``plain`` keeps letters, digits,
+a template cannot reach the plan. Filters: ``fixed(n)`` prints n decimals and never -0, ``signed(n)`` also a
+plus; ``plain`` keeps letters, digits,
 space, dot, dash and underscore. A template may extend a shipped one by its file name, and then states only the blocks
 that differ.
 """
