@@ -18,7 +18,7 @@ from stepgauge.cli.options import (
     say_lines,
     say_written,
 )
-from stepgauge.cli.plan_choices import plan_keywords
+from stepgauge.cli.plan_choices import plan_keywords, stated_controls
 
 
 @click.command("plan")
@@ -43,6 +43,13 @@ from stepgauge.cli.plan_choices import plan_keywords
     default="",
     metavar="NAME",
     help="What the controller calls the probe (dmis, ippdme). Default: PROBE in DMIS, StepGaugeProbe in I++ DME.",
+)
+@click.option(
+    "--set",
+    "controls",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="How the control is set up, where it differs from the usual; repeatable. Names: see the page on dialects.",
 )
 @click.option(
     "--route",
@@ -176,7 +183,14 @@ def command(source: str | None, gauge: str, output: str, dialect: str, template:
 
     check_output(output, source, gauge, options["machine"], template)
     planned = plan(source, gauge, options["machine"], **plan_keywords(options))
-    rendered = planned.write(output, dialect, template=template, tool=options["tool"], unchecked=options["unchecked"])
+    rendered = planned.write(
+        output,
+        dialect,
+        template=template,
+        tool=options["tool"],
+        unchecked=options["unchecked"],
+        options=stated_controls(options),
+    )
     say_lines(planned.summary())
     say(rendered.note)
-    say_written(output)
+    say_written(output, *rendered.beside(output))

@@ -41,6 +41,7 @@ from stepgauge.cli.options import (
 )
 @SEARCH
 @plot_option("Plan view and elevation of the path with the gauge")
+@click.option("--log", metavar="FILE", help="What the controller writes while it executes PROGRAM, for 'import'.")
 @click.option("--explain", is_flag=True, help="One more column per effect: its share along the approach, um.")
 @click.option(
     "--plot-shares",
@@ -55,6 +56,7 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
     The machine travels, searches and triggers on the gauge as it really lies, with the pre-travel of its probe, its
     repeatability, and the effects of its file; time stamps follow from the speeds. A collision, a missed face or a
     travel limit stops the program with its line; what was recorded until then is kept, and the exit code is 2.
+    With --log the text is executed as by its controller, with the readings of the run, and writes its log.
 
     \b
     stepgauge simulate gauge.dmi --machine bridge-cmm --gauge step-gauge-420 --placement placement.toml -o recording.csv
@@ -83,6 +85,7 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
         search_mm=options["search"],
         explain=options["explain"] or bool(options["plot_shares"]),
         keep_stopped=True,
+        log=options["log"],
     )
     write_recording(output, run.explained() if options["explain"] else run.recording)
     drawn = []
@@ -93,6 +96,6 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
     say_lines(run.summary())
     if options["plot_shares"] and not len(run.recording):
         say("nothing was recorded, so there are no shares to draw")
-    say_written(output, *drawn)
+    say_written(output, *([options["log"]] if options["log"] else []), *drawn)
     if run.stop is not None:
         raise run.stop

@@ -77,7 +77,10 @@ class _Results:
         line, number, position, radius = zip(*self.points, strict=True)
         if np.ptp(radius) > 0.0:
             raise InputError(
-                self.path, "several tips", found=f"R {min(radius):g} to {max(radius):g} mm", expected="one"
+                self.path,
+                "the points have several tip radii",
+                found=f"R {min(radius):g} to {max(radius):g} mm",
+                expected="one",
             )
         normals = [self.normal.get(one) for one in number]
         known = all(normal is not None for normal in normals)

@@ -12,6 +12,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
+NO_WAY_MM = 0.01
+"""A move shorter than this goes nowhere: no register could tell whether the probe ended it."""
+
+
 @dataclass(frozen=True)
 class ProbingSettings:
     """Settings of a controller for probing.

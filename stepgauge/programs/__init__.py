@@ -69,6 +69,11 @@ class Dialect:
         """What must hold at every move, with the options put in."""
         return {name: value.format(**self.options) for name, value in self.states.items()}
 
+    @property
+    def files(self) -> dict[str, str]:
+        """Further files that the control needs, by name."""
+        return {name.format(**self.options): content for name, content in self.beside.items()}
+
     def _module(self) -> Any:
         return import_module(f"stepgauge.programs.{self.family or self.name}")
 
