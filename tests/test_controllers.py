@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import stepgauge
 from benchmarks.dialects import allowed_um, outcome
 from stepgauge.errors import InputError
 from stepgauge.importing import FORMATS, ImportOptions, import_log, read_log, recognise_log
@@ -20,6 +21,7 @@ from stepgauge.planning.program import program_text
 from stepgauge.programs import DIALECTS, fanuc, heidenhain
 from stepgauge.programs.expression import ExpressionError, Grammar, evaluate
 from stepgauge.programs.reading import Contact, Probe, Reader
+from tests.build import make_gauge, make_machine, make_points, make_pose
 from tests.importing.made import make_case
 from tests.test_programs import plan
 
@@ -75,8 +77,6 @@ def test_a_missed_face_stops_with_an_alarm_and_is_not_logged(name: str, tmp_path
 
 
 def _where() -> tuple:
-    from tests.build import make_gauge, make_pose
-
     gauge = make_gauge(3)
     return gauge, make_pose(0.3, 0.01, origin=(100.0, -50.0, 30.0)).placement(gauge)
 
@@ -247,3 +247,42 @@ def test_a_search_of_another_length_is_stated_by_every_control() -> None:
         text = program_text(program, name).text
         other = replace(program.settings, search_mm=9.0)
         assert DIALECTS[name].read(text, "x", other).settings.search_mm == 1.25
+
+
+@pytest.mark.parametrize("name", ["dmis", "fanuc", "grbl", "heidenhain"])
+def test_16_rough_positions_become_16_points(name: str, tmp_path: Path) -> None:
+    """Off by up to 1 mm by hand; touched by the program; what locate finds from its log is where the gauge lies."""
+    gauge, radius = make_gauge(6), 2.0
+    pose = make_pose(0.7, 0.02, origin=(150.0, 80.0, -60.0))
+    machine = make_machine(pretravel_um=0.0)
+    rough = make_points(gauge, pose, radius, (1, 6)) + np.random.default_rng(8).uniform(-1.0, 1.0, (16, 3))
+    table = tmp_path / "rough.csv"
+    rows = [f"{n},{x:.2f},{y:.2f},{z:.2f}" for n, (x, y, z) in enumerate(rough, 1)]
+    table.write_text("\n".join(["point,x_mm,y_mm,z_mm", *rows]) + "\n")
+    planned = stepgauge.plan(table, gauge, machine, teach=True, search_mm=2.5)
+    planned.write(tmp_path / "teach", name)
+    run = stepgauge.simulate(
+        tmp_path / "teach", machine, gauge, pose.placement(gauge), teach=True, log=tmp_path / "log"
+    )
+    assert run.stop is None
+    found = stepgauge.locate(tmp_path / "log", gauge, machine=machine, repeatability_um=1.0)
+    digit = 10.0 ** -(DIALECTS[name].log_decimals or 0)
+    truth = pose.placement(gauge)
+    np.testing.assert_allclose([found.c1_mm, found.c2_mm], [truth.c1_mm, truth.c2_mm], atol=2e-4 + 2.0 * digit)
+    lines = (tmp_path / "log").read_text().splitlines(keepends=True)
+    points = [i for i, line in enumerate(lines) if re.match(r"N|FA|.*:1\]", line)]
+    (tmp_path / "log").write_text("".join(line for i, line in enumerate(lines) if i != points[3]))
+    with pytest.raises(InputError, match="not the log of a teach program; found 15 points|cut short"):
+        stepgauge.locate(tmp_path / "log", gauge, machine=machine)
+
+
+def test_rough_positions_of_other_blocks_are_refused(tmp_path: Path) -> None:
+    gauge = make_gauge(6)
+    points = make_points(gauge, make_pose(0.7, 0.02), 2.0, (1, 5))
+    table = tmp_path / "rough.csv"
+    rows = [f"{n},{x:.2f},{y:.2f},{z:.2f}" for n, (x, y, z) in enumerate(points, 1)]
+    table.write_text("\n".join(["point,x_mm,y_mm,z_mm", *rows]) + "\n")
+    with pytest.raises(
+        InputError, match=r"not as far from each other as certified; found 80\.0 mm; expected 100\.0 mm"
+    ):
+        stepgauge.plan(table, gauge, make_machine(), teach=True)

@@ -94,6 +94,11 @@ from stepgauge.cli.plan_choices import plan_keywords, stated_controls
     is_flag=True,
     help="With --iso10360: write what can be measured even where the gauge does not fit or is too short.",
 )
+@click.option(
+    "--teach",
+    is_flag=True,
+    help="POINTS are rough: plan a program that touches the 16 points there; 'stepgauge locate' reads its log.",
+)
 @click.option("--points-on", metavar="A:B", help="Blocks that POINTS were probed on. Default: the first and the last.")
 @machine_option(False, "Machine file: travel limits, stylus and speeds. Without it the travel is not checked.")
 @click.option(
@@ -165,6 +170,7 @@ def command(source: str | None, gauge: str, output: str, dialect: str, template:
     stepgauge plan placement.toml --gauge step-gauge-420 --machine bridge-cmm --dialect dmis -o gauge.dmi
     stepgauge plan points.csv --gauge my-gauge.toml --dialect linuxcnc --route over --cycles 3 -o gauge.ngc
     stepgauge plan placement.toml -g my-gauge.toml -d dmis --template my-dialect.j2 -o gauge.prg
+    stepgauge plan rough.csv --teach -g my-gauge.toml -m my-machine.toml -d fanuc -o teach.nc
     stepgauge plan --iso10360 -g step-gauge-1020 -m bridge-cmm -d dmis -o seven-positions
     """
     if options["iso10360"]:

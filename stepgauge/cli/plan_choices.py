@@ -26,6 +26,7 @@ KEYWORDS = {
     "travel_speed": "travel_speed_mm_s",
     "tip_radius": "tip_radius_mm",
     "points_on": "points_on",
+    "teach": "teach",
 }
 """Options, and what :func:`stepgauge.plan` calls them."""
 

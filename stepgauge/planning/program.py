@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stepgauge.alignment import locate, read_points
+from stepgauge.alignment import locate
 from stepgauge.alignment.checks import RADIUS_TOLERANCE_MM
 from stepgauge.errors import InputError, naming
 from stepgauge.files.text import write_text
@@ -84,7 +84,9 @@ def read_or_locate(
     if tip_radius_mm is None and machine is not None:
         tip_radius_mm = machine.probe.tip_radius_mm
     sigma_um = machine.table.repeatability_um if machine else 1.0
-    return locate(read_points(source), gauge, parse_blocks(points_on or ":", gauge), sigma_um, tip_radius_mm, source)
+    from stepgauge.importing.sixteen import read_sixteen  # which imports the plan's orders
+
+    return locate(read_sixteen(source), gauge, parse_blocks(points_on or ":", gauge), sigma_um, tip_radius_mm, source)
 
 
 def agreed_tip_radius_mm(

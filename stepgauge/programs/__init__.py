@@ -163,6 +163,7 @@ DIALECTS = {
             tool="PROBE",
             comment="$$ {}",
             self_positioning=True,
+            options={"device": "RESULTS", "file": "STEPGAUGE.DMO"},
         ),
         Dialect(
             "linuxcnc",

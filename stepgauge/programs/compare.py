@@ -41,7 +41,7 @@ def _differences(planned: Program, back: Program, dialect: Dialect) -> Iterator[
             yield f"line {line}: {found}"
     if not _same_stylus(planned, back, dialect):
         yield f"the stylus points along {back.stylus or 'nothing that is stated'}, planned {planned.stylus}"
-    planned = planned if len(planned) == len(back) else _going(planned)
+    planned = planned if len(planned) == len(back) else going(planned)
     if planned.n_points != back.n_points:
         yield f"{back.n_points} measuring points, planned {planned.n_points}"
     if len(planned) != len(back):
@@ -50,7 +50,7 @@ def _differences(planned: Program, back: Program, dialect: Dialect) -> Iterator[
     yield from _moves(planned, back, dialect.decimals)
 
 
-def _going(program: Program) -> Program:
+def going(program: Program) -> Program:
     """Without the moves that go nowhere, which a text may leave out: no controller searches over hardly any length."""
     way = np.abs(np.diff(program.position_mm, axis=0)).max(axis=1, initial=0.0)
     kept = np.r_[True, way > NO_WAY_MM] | program.is_measure

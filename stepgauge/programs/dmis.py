@@ -47,6 +47,7 @@ class _Interpreter:
         self.sensors: dict[str, tuple[float, tuple[float, float, float] | None]] = {}
         self.label = ""
         self.measured: dict[str, list[str]] = {}
+        self.devices: dict[str, bool] = {}
         self.feature: str | None = None
         self.ended = False
 
@@ -175,10 +176,27 @@ class _Interpreter:
         ijk = ",".join(fixed(value, 10) for value in normal)
         self.measured[self.feature] = [f"FA({self.feature})=FEAT/POINT,CART,{centre},$", ijk]
 
+    def _device(self, arguments: list[str]) -> None:
+        self.devices[f"DID({self.label})"] = False
+
+    def _open(self, arguments: list[str]) -> None:
+        self._use(arguments[0], False)
+
+    def _close(self, arguments: list[str]) -> None:
+        self._use(arguments[0], True)
+
+    def _use(self, device: str, opened: bool) -> None:
+        if self.devices.get(device) is not opened:
+            state = {None: "not defined", True: "open already", False: "not open"}[self.devices.get(device)]
+            self.reader.fail("the device of the results cannot be used", found=f"{device} is {state}")
+        self.devices[device] = not opened
+
     def _output(self, arguments: list[str]) -> None:
         name = arguments[0].removeprefix("FA(").removesuffix(")")
         if name not in self.measured:
             self.reader.fail("a feature that was not measured", found=f"OUTPUT/{arguments[0]}")
+        if self.devices and not any(self.devices.values()):
+            self.reader.fail("output before a device is open", expected="OPEN/DID(..),FDATA,DMIS,OUTPUT first")
         self.reader.log += self.measured[name]
 
     def _endfil(self, _: list[str]) -> None:

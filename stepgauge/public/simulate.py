@@ -34,6 +34,7 @@ def simulate(
     explain: bool = False,
     keep_stopped: bool = False,
     log: File | None = None,
+    teach: bool = False,
 ) -> Run:
     """Execute a measuring program on a virtual CMM.
 
@@ -52,6 +53,7 @@ def simulate(
     search_mm : search beyond the target, where the text does not state it
     explain : give the share of every effect, um, too
     keep_stopped : return what was recorded of a program that was stopped, instead of raising
+    teach : the program touches the 16 points, so that a side, a top or the rail is as good as a face
     log : file for what the controller writes while it executes the text, for ``import``
 
     Returns
@@ -73,7 +75,7 @@ def simulate(
     lies = as_placement(placement, steps)
     if true_placement is not None:
         lies = as_placement(true_placement, steps)
-    conditions = Conditions(steps.temperature_C(gauge_temperature_C), placement_number, start_s)
+    conditions = Conditions(steps.temperature_C(gauge_temperature_C), placement_number, start_s, teach)
     settings = probing_settings(cmm, search_mm)
     if isinstance(program, File):
         text = read_text(program)
