@@ -150,6 +150,6 @@ def _contact(gauge: Gauge, block: int, place: int, radius_mm: float) -> tuple[Ar
     half = np.array([(back - front) / 2.0, gauge.table.block_width_mm / 2.0, gauge.table.block_height_mm / 2.0])
     centre = np.array([(front + back) / 2.0, 0.0, 0.0])
     if place == RAIL:
-        return centre + [0.0, half[1] + radius_mm + RAIL_GAP_MM, radius_mm - half[2]], normal
+        return centre + np.array([0.0, half[1] + radius_mm + RAIL_GAP_MM, radius_mm - half[2]]), normal
     across = np.array([0.0, PLACES[place][1] * half[1], PLACES[place][2] * half[2]]) * (normal == 0.0)
     return centre + normal * (half + radius_mm) + across, normal
