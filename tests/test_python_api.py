@@ -55,7 +55,8 @@ report(result, path, *, gauge=None, placements=(), machine=None, budget=None, ce
     customer=None, location=None, operator=None, date=None, remarks=None, template=None, interactive=False,
     recordings=())
 simulate(program, machine, gauge, placement, *, true_placement=None, seed=0, gauge_temperature_C=None,
-    placement_number=1, start_s=0.0, dialect=None, search_mm=2.0, explain=False, keep_stopped=False, log=None, teach=False)
+    placement_number=1, start_s=0.0, dialect=None, search_mm=2.0, explain=False, keep_stopped=False,
+    log=None, teach=False)
 """
 METHODS = """
 AxisDiagnosis.summary(self)

@@ -139,10 +139,10 @@ def command(evaluation: str, axis: str | None, to: str, output: str, **options: 
         _write_skew(path, options["plane"], to, output)
         return
     known = FORMATS[to]
-    if to not in ("linuxcnc", "siemens") and options["file_type"]:
-        raise click.UsageError("--file-type is for linuxcnc and siemens.")
     if to == "csv" and (options["file_type"] or options["joint"] is not None):
         raise click.UsageError("--file-type and --joint are for linuxcnc and siemens; a csv table has neither.")
+    if to not in ("linuxcnc", "siemens") and options["file_type"]:
+        raise click.UsageError("--file-type is for linuxcnc and siemens.")
     faces = axis_faces(
         read_checked_evaluation(path),
         path,

@@ -42,7 +42,7 @@ class Format:
     unconfirmed: str = ""
 
 
-_LINE = ("both", True, False, None)
+_LINE: tuple[Travel, bool, bool, int | None] = ("both", True, False, None)
 """Firmwares that know a scale and a play only: the straight line through the table, and the mean reversal."""
 FORMATS = {
     known.name: known
@@ -55,21 +55,30 @@ FORMATS = {
             "siemens-cec",
             "Siemens SINUMERIK $AN_CEC, a table for each sense",
             "compensation-siemens-cec.j2",
-            *("both", True, True, None),
+            "both",
+            True,
+            True,
+            None,
             "the sense of $AN_CEC",
         ),
         Format(
             "heidenhain",
             "HEIDENHAIN compensation table (.COM)",
             "compensation-heidenhain.j2",
-            *("both", True, False, 256),
+            "both",
+            True,
+            False,
+            256,
             "the sense of the values",
         ),
         Format(
             "fanuc",
             "Fanuc stored pitch error compensation",
             "compensation-fanuc.j2",
-            *("both", True, True, 128),
+            "both",
+            True,
+            True,
+            128,
             "the sense of the pulses",
         ),
         Format("grbl", "steps per mm of grbl, play of grblHAL", "compensation-grbl.j2", *_LINE),
