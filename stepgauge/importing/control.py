@@ -13,8 +13,9 @@ import numpy as np
 from stepgauge.errors import InputError
 from stepgauge.importing.log import ProbeLog
 
-_NUMBER = r"([-+]? *(?:\d+\.?\d*|\.\d+)(?:[Ee][-+]?\d+)?)"
-_POINT = re.compile(rf" *N *(\d+)\.? *X *{_NUMBER} *Y *{_NUMBER} *Z *{_NUMBER} *", re.ASCII | re.IGNORECASE)
+_NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d+)?)"
+_POINT = re.compile(rf"N(\d{{1,9}})\.?X{_NUMBER}Y{_NUMBER}Z{_NUMBER}", re.ASCII | re.IGNORECASE)
+"""Without blanks: controls put them before numbers and between a sign and its digits."""
 _HEAD = re.compile(r" *STEPGAUGE +(\d+)\.? +POINTS.*", re.ASCII | re.IGNORECASE)
 _END = re.compile(r" *END *", re.IGNORECASE)
 LAYOUT = "a line 'STEPGAUGE n POINTS ..', lines 'N1 X.. Y.. Z..', and END"
@@ -49,7 +50,7 @@ def read(text: str, path: str) -> ProbeLog:
 
 
 def _point(line: str, where: str) -> list[float]:
-    match = _POINT.fullmatch(line)
+    match = _POINT.fullmatch(line.replace(" ", ""))
     if match is None:
         raise InputError(where, "not a point of a log", found=repr(line.strip()[:60]), expected="N1 X.. Y.. Z..")
-    return [float(value.replace(" ", "")) for value in match.groups()]
+    return [float(value) for value in match.groups()]

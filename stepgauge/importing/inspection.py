@@ -16,7 +16,7 @@ import numpy as np
 from stepgauge.errors import InputError
 from stepgauge.importing.log import ProbeLog, counted, unit_vectors
 
-_WORD = re.compile(r"([A-Z]) *([-+]? *(?:\d+\.?\d*|\.\d+))", re.ASCII)
+_WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))", re.ASCII)
 _LINE = re.compile(r"(?i) *(G\d{3})\b(.*)")
 
 
@@ -47,7 +47,7 @@ class _Results:
         match = _LINE.fullmatch(line)
         code = match[1].upper() if match else ""
         words = (
-            {letter: float(value.replace(" ", "")) for letter, value in _WORD.findall(match[2].upper())}
+            {letter: float(value) for letter, value in _WORD.findall(match[2].upper().replace(" ", ""))}
             if match
             else {}
         )

@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 Value = float | str
+DEEPEST = 20
+"""Brackets within each other; controls take five."""
 _POWER = {
     "or": 1,
     "and": 2,
@@ -87,7 +89,7 @@ class _Parser:
                 raise ExpressionError(text[at:].strip())
             self.tokens.append((str(match.lastgroup), match[str(match.lastgroup)]))
             at = match.end()
-        self.at = 0
+        self.at = self.depth = 0
 
     def peek(self) -> tuple[str, str]:
         return self.tokens[self.at] if self.at < len(self.tokens) else ("end", "")
@@ -128,9 +130,11 @@ class _Parser:
             return self.lookup(f"#{self.number():.0f}")
         if word == "<<":  # the text of what follows
             return in_words(self.operand())
-        if word == self.grammar.brackets[0]:
+        if word == self.grammar.brackets[0] and self.depth < DEEPEST:
+            self.depth += 1
             value = self.expression()
             self.take(self.grammar.brackets[1])
+            self.depth -= 1
             return value
         raise ExpressionError(word)
 
@@ -144,10 +148,13 @@ class _Parser:
 def evaluate(text: str, grammar: Grammar, lookup: Callable[[str], Value]) -> Value:
     """The value of an expression; ``lookup`` gives the values of variables.
 
-    :class:`ExpressionError` names what is not understood.
+    :class:`ExpressionError` names what is not understood, or has no value.
     """
     parser = _Parser(text, grammar, lookup)
-    value = parser.expression()
+    try:
+        value = parser.expression()
+    except (ArithmeticError, TypeError, RecursionError) as error:
+        raise ExpressionError(str(error)) from None
     if parser.at < len(parser.tokens):
         raise ExpressionError(parser.peek()[1])
     return value

@@ -45,16 +45,14 @@ _BACK: Mapping[float, str] = {
 """States that a block of variables may give back; a move after it would be none of the plan."""
 _SPINDLE_OR_TOOL = {3.0, 4.0, 6.0, 98.0, 99.0, 198.0}
 _ASSIGNMENT = re.compile(r"(#\d+|#\[.+?\])=(.+)")
-_BRANCH = re.compile(r"(?:IF\[(.+)\])?GOTO(\d+)")
+_BRANCH = re.compile(r"(?:N\d+ *)?(?:IF\[(.+)\])?GOTO(\d+)")
 _PRINT = re.compile(r"DPRNT\[(.*)\]")
 _FIELD = re.compile(r"(#\d+)\[(\d)(\d)\]", re.ASCII)
 
 
 def recognises(text: str) -> bool:
     """Whether there is a G31, and not the labels or the assignments of other controls."""
-    return (
-        re.search(r"(?im)^[^(;\n]*G31(?!\d)[^\n]*[XYZ]", text) is not None and re.search(r"#\d+\s*=", text) is not None
-    )
+    return re.search(r"(?im)^[^(;\n]*G31(?!\d)", text) is not None and re.search(r"#\d+ *=", text) is not None
 
 
 class Control(GCode):
@@ -90,7 +88,7 @@ class Control(GCode):
         self.measuring = moves_with_result(prints, moves)
         named = [(re.match(r"N(\d+)", one), line) for line, one in enumerate(statements)]
         self.steps = Steps(self.reader, statements, {match[1]: line for match, line in named if match})
-        jumps = [(_BRANCH.search(one), line) for line, one in enumerate(statements, 1)]
+        jumps = [(_BRANCH.fullmatch(one), line) for line, one in enumerate(statements, 1)]
         self.steps.check({match[2]: line for match, line in jumps if match})
         self.steps.run(self.statement, lambda: self.ended)
         rest = [(line, one) for line, one in enumerate(statements, 1) if line > self.steps.at and one]

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from stepgauge.programs.expression import ExpressionError, Grammar, Value, evaluate
+from stepgauge.programs.expression import Grammar, Value, evaluate
 from stepgauge.programs.reading import Contact, Reader
 
 RAPID, FEED = 0.0, 1.0
@@ -61,7 +61,7 @@ class GCode:
         """An expression of the text."""
         try:
             return evaluate(text, self.grammar, self.look_up)
-        except (ExpressionError, ZeroDivisionError) as error:
+        except ValueError as error:
             self.reader.fail("expression not understood", found=f"{error} in {text!r}")
 
     def number(self, text: str) -> float:

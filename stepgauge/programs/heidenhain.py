@@ -11,7 +11,7 @@ import re
 from typing import NoReturn
 
 from stepgauge.files.templating import fixed
-from stepgauge.programs.expression import ExpressionError, Grammar, Value, evaluate, in_words
+from stepgauge.programs.expression import Grammar, Value, evaluate, in_words
 from stepgauge.programs.reading import Reader
 from stepgauge.programs.steps import Steps
 
@@ -35,7 +35,7 @@ SEARCH_Q, TOOL_LENGTH_Q = "Q11", "Q114"
 
 def recognises(text: str) -> bool:
     """Whether the text is a program in mm with the touch probe cycle 4."""
-    return re.search(r"(?im)^\s*(\d+ +)?BEGIN PGM ", text) is not None and "TCH PROBE 4." in text
+    return re.search(r"(?im)^[ \t]*(\d+ +)?BEGIN PGM ", text) is not None and "TCH PROBE 4." in text
 
 
 class Control:
@@ -116,7 +116,7 @@ class Control:
         """An expression."""
         try:
             return evaluate(text, GRAMMAR, self._look_up)
-        except (ExpressionError, ZeroDivisionError) as error:
+        except ValueError as error:
             self.reader.fail("expression not understood", found=f"{error} in {text!r}")
 
     def _look_up(self, name: str) -> Value:

@@ -32,7 +32,7 @@ _SEARCH = "R90"
 
 def recognises(text: str) -> bool:
     """Whether a move with MEAS=1 is in the text."""
-    return re.search(r"(?im)^\s*(N\d+\s+)?MEAS\s*=\s*1\b", text) is not None
+    return re.search(r"(?im)^[ \t]*(N\d+[ \t]+)?MEAS *= *1\b", text) is not None
 
 
 class Control(GCode):
