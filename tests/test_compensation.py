@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stepgauge.compensation import FORMATS, TableOptions, TipRadius, axis_faces, make_table, render_table
+from stepgauge.compensation.skew import find_skew, render_skew
 from stepgauge.compensation.table import CompensationTable
 from stepgauge.effects.compensation import COLUMNS, read_compensation
 from stepgauge.errors import InputError
@@ -259,3 +260,94 @@ def test_a_missing_face_leaves_a_longer_interpolation_and_no_shift() -> None:
     whole, gaps = (table_of(GAUGE, r, **options) for r in (recording, kept))
     np.testing.assert_allclose(gaps.position_mm, whole.position_mm, atol=1e-9)
     np.testing.assert_allclose(gaps.negative_um, whole.negative_um, atol=0.3)
+
+
+def reached(command, error_um=wave_um, reversal_um: float = 5.0) -> dict[int, Array]:
+    """Where a machine with this axis error ends when its control sends ``command(p, sense)`` for p; by sense."""
+    places = {}
+    for sense in (1, -1):
+        motor = command(CHECK, sense)
+        places[sense] = motor - (error_um(motor) + sense * reversal_um / 2.0) * 1e-3
+    return places
+
+
+CHECK = np.linspace(135.0, 330.0, 50)
+
+
+def left_um(places: dict[int, Array]) -> float:
+    """Largest departure from the commanded places, a constant apart, of both senses together."""
+    off = np.concatenate([(places[sense] - CHECK) * 1e3 for sense in (1, -1)])
+    return float(np.ptp(off)) / 2.0
+
+
+def test_a_machine_is_right_with_what_every_control_is_given() -> None:
+    """Measured, compensated, measured again: each file read back by a few lines that do what the control does."""
+    table = table_of(GAUGE, measured(GAUGE, reversal_um=5.0), step_mm=10.0)
+    assert left_um(reached(lambda p, _: p)) > 8.0
+    cec = render_table(table, FORMATS["siemens-cec"])
+    values = {t: np.array([float(v) for v in re.findall(rf"^\$AN_CEC\[{t},\d+\]=(\S+)$", cec, re.M)]) for t in (0, 1)}
+    senses = {int(d): int(t) for t, d in re.findall(r"^\$AN_CEC_DIRECTION\[(\d)\]=(\S+)$", cec, re.M)}
+    low = float(re.search(r"CEC_MIN\[0\]=(\S+)", cec)[1])  # type: ignore[index]
+    grid = low + 10.0 * np.arange(len(values[0]))
+    assert left_um(reached(lambda p, sense: p + np.interp(p, grid, values[senses[sense]]))) < 0.2
+    com = render_table(table, FORMATS["heidenhain"])
+    rows = np.array([[float(v) for v in row.split()] for row in re.findall(r"^\d+ .*$", com, re.M)])
+    assert left_um(reached(lambda p, sense: p - np.interp(p, rows[:, 1], rows[:, 3 if sense > 0 else 2]))) < 0.25
+    assert "NOT CONFIRMED: the sense of the values" in com
+    fanuc = render_table(table, FORMATS["fanuc"])
+    assert left_um(reached(lambda p, sense: p + fanuc_um(fanuc, p, sense) * 1e-3)) < 1.2  # pulses of 1 um
+
+
+def fanuc_um(text: str, p: Array, sense: int) -> Array:
+    """Sum of the pulses from the reference, between the points on a straight line."""
+    say = {n: float(v) for n, v in re.findall(r"^PARAMETER (\d+) = (\S+)", text, re.M)}
+    part = text.split("NUMBER")[1 if sense > 0 else 2]
+    rows = np.array([[float(v) for v in row.split()] for row in re.findall(r"^\d+ \S+ \S+$", part, re.M)])
+    total = np.cumsum(rows[:, 2]) * say["3623"]
+    start = float(re.search(r"3627 = (\S+)", text)[1]) * say["3623"] if sense < 0 else 0.0  # type: ignore[index]
+    return np.interp(p, rows[:, 1], total - total[int(say["3620"])] + start)
+
+
+@pytest.mark.parametrize("name", ["grbl", "marlin", "rrf"])
+def test_scale_and_play_are_taken_away_and_the_rest_is_stated(name: str) -> None:
+    """Steps per mm and play from the file; what is left is the wave, as the file says."""
+    table = table_of(GAUGE, measured(GAUGE, reversal_um=40.0), step_mm=10.0)
+    text = render_table(table, FORMATS[name])
+    pattern = r"^M579 X(\S+)" if name == "rrf" else r"^FACTOR \S+ (?:X )?(\d\S+)$"
+    factor = float(re.search(pattern, text, re.M)[1])  # type: ignore[index]
+    play = float(re.search(r"^(?:M425 (?:F1 )?X|\$160=)(\S+)$", text, re.M)[1])  # type: ignore[index]
+    stated = float(re.search(r"left after both: (\S+) um", text)[1])  # type: ignore[index]
+    assert play == pytest.approx(0.040, abs=1e-4)
+    off = left_um(reached(lambda p, sense: p * factor + (play / 2.0 if sense > 0 else -play / 2.0), reversal_um=40.0))
+    assert off <= stated + 0.3 < 6.0
+    backwards = table_of(GAUGE, measured(GAUGE, reversal_um=-4.0), step_mm=10.0)
+    assert "not that of a play" in render_table(backwards, FORMATS[name])
+
+
+@settings(max_examples=15, deadline=None)
+@given(skew=st.floats(-2e-3, 2e-3), sx=st.floats(-2e-4, 2e-4), sy=st.floats(-2e-4, 2e-4))
+def test_a_skew_is_found_and_taken_away(skew: float, sx: float, sy: float) -> None:
+    """Indicated x = x (1 + sx) + skew y. Marlin and Klipper send x - f y: f = -skew; scales do not disturb it."""
+    parts = []
+    for number, yaw in enumerate((0.7, -0.7), 1):
+        axis = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+        face = np.tile(np.arange(1, GAUGE.n_faces + 1), 2)
+        way = np.where(face % 2 == 1, 1.0, -1.0)
+        true = np.outer(GAUGE.position_mm[face - 1] - way * RADIUS, axis)
+        seen = true + np.c_[sx * true[:, 0] + skew * true[:, 1], sy * true[:, 1], 0.0 * face]
+        frame = pd.DataFrame({"placement": number, "cycle": np.arange(len(face)) // GAUGE.n_faces + 1, "face": face})
+        frame[["x_mm", "y_mm", "z_mm"]] = seen
+        frame[["approach_i", "approach_j", "approach_k"]] = way[:, None] * axis
+        parts.append(Recording(frame, {}, "made.csv"))
+    data = evaluation_to_dict(evaluate(join_recordings(parts), GAUGE))
+    found = find_skew(data, "evaluation.json", "xy")
+    assert found.alpha_rad == pytest.approx(skew, abs=3e-6 + 3e-3 * abs(skew))
+    marlin = float(re.search(r"^M852 I(\S+)$", render_skew(found, "marlin", data, "e"), re.M)[1])  # type: ignore[index]
+    lengths = re.search(r"^SET_SKEW XY=(\S+),(\S+),(\S+)$", render_skew(found, "klipper", data, "e"), re.M)
+    ac, bd, ad = (float(v) for v in lengths.groups())  # type: ignore[union-attr]
+    side = np.sqrt(2 * ac * ac + 2 * bd * bd - 4 * ad * ad) / 2.0
+    klipper = np.tan(np.pi / 2 - np.arccos((ac * ac - side * side - ad * ad) / (2 * side * ad)))
+    assert klipper == pytest.approx(marlin, abs=1e-7)
+    assert abs(-marlin - skew) < 3e-6 + 3e-3 * abs(skew)  # true x = (x - f y) - skew y = x
+    with pytest.raises(InputError, match="no two placements along the diagonals of yz; found 0 placements"):
+        find_skew(data, "evaluation.json", "yz")

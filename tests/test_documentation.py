@@ -104,6 +104,10 @@ SHOWN = {
         "results/before/evaluation.json": r'"band_um": [78]\.\d',
         "results/after/evaluation.json": r'"band_um": 0\.\d',
     },
+    "small-machines.md": {
+        "router/x-settings.txt": r"FACTOR \$100 1\.0008(.|\n)*\$160=0\.0[56]",
+        "router/skew.gcode": r"M852 I-0\.000[23]",
+    },
     "certificate.md": {"results/budget/budget.json": r'"not_included": \[\]'},
     "follow.md": {"results/history/history.csv": "2026-09-02"},
 }

@@ -24,7 +24,8 @@ from stepgauge.gauge.certified import read_gauge
 from stepgauge.importing import gist, read_log, recognise_log
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.probes.files import read_points
-from stepgauge.programs import read_program
+from stepgauge.programs import DIALECTS, read_program
+from stepgauge.programs.reading import Reader
 from stepgauge.recording import read_recording
 from tests.cli.conftest import Run, run  # noqa: F401 the fixture
 from tests.conftest import ROOT
@@ -140,7 +141,7 @@ def test_twice_the_input_takes_about_twice_the_time(tmp_path: Path, kind: str) -
     assert work(400_000) < 100.0 * max(work(20_000), 0.01)  # the square would be 400 times
 
 
-@pytest.mark.parametrize("dialect", ["ippdme", "dmis", "linuxcnc", "jinyoung"])
+@pytest.mark.parametrize("dialect", [name for name, one in DIALECTS.items() if not one.family])
 @pytest.mark.parametrize("filling", [" ", "A", "(", "X(", "X(1),", "MV ", "9", "block "])
 def test_a_program_is_read_in_linear_time(dialect: str, filling: str) -> None:
     """The dialects' own beginning, then lines full of what made regular expressions go back and forth."""
@@ -149,13 +150,20 @@ def test_a_program_is_read_in_linear_time(dialect: str, filling: str) -> None:
         "dmis": "DMISMN/'A',05.2\nGOTO/",
         "linuxcnc": "G21 G90\nG38.2 X1 ",
         "jinyoung": "MV 1 2 3 ;\nMV ",
+        "fanuc": "#1=1\nG31 X1 ",
+        "siemens": "G710\nMEAS=1 G1 X=1 ",
+        "heidenhain": "BEGIN PGM A MM\nTCH PROBE 4.2 IX",
+        "grbl": "G21\nG10 L2 P6 X0 Y0 Z0\nG38.2 X",
+        "rrf": "G21\nif {move.axes[0].userPosition\nG38.2 X",
     }[dialect]
 
     def work(size: int) -> float:
         text = head + (filling * size)[: size // 2] + "\n" + filling * (size // 2 // len(filling)) + "x\n"
         begun = time.process_time()
         with suppress(InputError):
-            import_module(f"stepgauge.programs.{dialect}").read(text, "p", ProbingSettings())
+            module = import_module(f"stepgauge.programs.{dialect}")
+            module.recognises(text)
+            module.run(text, Reader("p", ProbingSettings()))
         return time.process_time() - begun
 
     assert work(400_000) < 100.0 * max(work(20_000), 0.01)

@@ -40,7 +40,7 @@ measure(program, machine, gauge, placement, *, server, journal, resume=False, ho
     progress=None, stop=None)
 plan(placement, gauge, machine=None, *, cycles=5, blocks=None, route="side", around="+s", order="blocks",
     clearance_mm=5.0, margin_mm=0.5, height_mm=0.0, home_mm=None, standoff_mm=None, search_mm=2.0,
-    measuring_speed_mm_s=None, travel_speed_mm_s=None, tip_radius_mm=None, points_on=None)
+    measuring_speed_mm_s=None, travel_speed_mm_s=None, tip_radius_mm=None, points_on=None, teach=False)
 probe_map(probe, *, polar_deg="10:90:10", azimuth_deg="0:360:10", stylus_direction=None)
 read_axis_recording(path)
 read_budget(path)
@@ -55,7 +55,8 @@ report(result, path, *, gauge=None, placements=(), machine=None, budget=None, ce
     customer=None, location=None, operator=None, date=None, remarks=None, template=None, interactive=False,
     recordings=())
 simulate(program, machine, gauge, placement, *, true_placement=None, seed=0, gauge_temperature_C=None,
-    placement_number=1, start_s=0.0, dialect=None, search_mm=2.0, explain=False, keep_stopped=False)
+    placement_number=1, start_s=0.0, dialect=None, search_mm=2.0, explain=False, keep_stopped=False,
+    log=None, teach=False)
 """
 METHODS = """
 AxisDiagnosis.summary(self)
@@ -94,8 +95,8 @@ Placement.write(self, path)
 Plan.summary(self)
 Plan.to_frame(self)
 Plan.plot(self, axes=None)
-Plan.write(self, path, dialect=None, *, template=None, tool="", unchecked=False)
-Plan.text(self, dialect, *, template=None, tool="", unchecked=False)
+Plan.write(self, path, dialect=None, *, template=None, tool="", unchecked=False, options=None)
+Plan.text(self, dialect, *, template=None, tool="", unchecked=False, options=None)
 Recording.summary(self)
 Recording.to_frame(self)
 Recording.plot(self, axes=None)

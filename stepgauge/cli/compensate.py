@@ -12,18 +12,25 @@ from stepgauge.cli.options import FiniteRange, output, plot_option, say, say_wri
 if TYPE_CHECKING:
     from stepgauge.compensation import CompensationTable, TableOptions, TipRadius
 
+FORMATS = ["linuxcnc", "siemens", "siemens-cec", "heidenhain", "fanuc", "grbl", "marlin", "rrf", "klipper", "csv"]
 MILLIMETRES = FiniteRange(-1e6, 1e6)
 
 
 @click.command("compensate")
 @click.argument("evaluation", metavar="EVALUATION")
-@click.option("--axis", type=click.Choice(["x", "y", "z"]), required=True, help="Machine axis that is corrected.")
+@click.option("--axis", type=click.Choice(["x", "y", "z"]), help="Machine axis that is corrected.")
+@click.option(
+    "--plane",
+    type=click.Choice(["xy", "xz", "yz"]),
+    help="Instead of --axis: the skew of two axes, from a gauge along both diagonals (marlin, klipper, rrf).",
+)
 @click.option(
     "--to",
     "to",
-    type=click.Choice(["linuxcnc", "siemens", "csv"]),
+    type=click.Choice(FORMATS),
     required=True,
-    help="linuxcnc: COMP_FILE; siemens: $AA_ENC_COMP of SINUMERIK; csv: for any other controller.",
+    help="linuxcnc: COMP_FILE; siemens: $AA_ENC_COMP, siemens-cec: $AN_CEC of SINUMERIK; heidenhain: .COM; fanuc: pitch"
+    " error pulses; grbl, marlin, rrf: scale and play; klipper: skew; csv: for any other controller.",
 )
 @output("File to write; beside it goes the same name with .json added: what it was made from, notes, uncertainties.")
 @click.option(
@@ -106,7 +113,7 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
     "--joint", type=click.IntRange(0, 30), help="Number of the axis in the controller. Default: x 0, y 1, z 2."
 )
 @plot_option("The table as a figure")
-def command(evaluation: str, axis: str, to: str, output: str, **options: Any) -> None:
+def command(evaluation: str, axis: str | None, to: str, output: str, **options: Any) -> None:
     """An error table of one axis, ready for a controller: EVALUATION is the folder of evaluate or its evaluation.json.
 
     The gauge must lie along the axis. Errors are those of the axis in machine coordinates, by direction of travel,
@@ -118,6 +125,7 @@ def command(evaluation: str, axis: str, to: str, output: str, **options: Any) ->
     stepgauge compensate result --axis x --to linuxcnc --tip-radius 1.9973 -o x.comp
     stepgauge compensate result --axis y --to siemens --step 20 --zero-at 0 --extend hold -o AX2_EEC.INI
     stepgauge compensate result --axis x --to csv -o x.csv --plot x.png
+    stepgauge compensate diagonals --plane xy --to marlin -o skew.gcode
     """
     from stepgauge.compensation import FORMATS, axis_faces, make_table, render_table, write_table
     from stepgauge.files.text import check_output
@@ -125,9 +133,16 @@ def command(evaluation: str, axis: str, to: str, output: str, **options: Any) ->
 
     path = find_evaluation(evaluation)
     check_output(output, path, options["template"])
+    if (axis is None) == (options["plane"] is None) or (to == "klipper" and axis is not None):
+        raise click.UsageError("--axis for a table, or --plane for a skew (klipper: --plane only)")
+    if axis is None:
+        _write_skew(path, options["plane"], to, output)
+        return
     known = FORMATS[to]
     if to == "csv" and (options["file_type"] or options["joint"] is not None):
         raise click.UsageError("--file-type and --joint are for linuxcnc and siemens; a csv table has neither.")
+    if to not in ("linuxcnc", "siemens") and options["file_type"]:
+        raise click.UsageError("--file-type is for linuxcnc and siemens.")
     faces = axis_faces(
         read_checked_evaluation(path),
         path,
@@ -152,6 +167,19 @@ def command(evaluation: str, axis: str, to: str, output: str, **options: Any) ->
         say(f"for the INI file, [JOINT_{joint}]: COMP_FILE = {Path(output).name}, COMP_FILE_TYPE = {kind}")
         say("note: lengths in mm, as LINEAR_UNITS must be; BACKLASH of that joint has no effect beside a COMP_FILE")
     say_written(*written)
+
+
+def _write_skew(path: Path, plane: str, to: str, output: str) -> None:
+    """The commands of a firmware against the skew of a plane."""
+    from stepgauge.compensation.skew import find_skew, render_skew
+    from stepgauge.files.text import write_text
+    from stepgauge.reports.reading import read_checked_evaluation
+
+    evaluation = read_checked_evaluation(path)
+    skew = find_skew(evaluation, path, plane)
+    write_text(output, render_skew(skew, to, evaluation, path))
+    say(f"{plane}: indicated {plane[0]} too large by {skew.alpha_rad * 1e6:+.1f} um per m of {plane[1]}")
+    say_written(output)
 
 
 def _tip(options: dict[str, Any]) -> TipRadius | None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from stepgauge.importing import TableLayout
     from stepgauge.motion.moves import Program
 
-FORMATS = ["linuxcnc", "dmis", "ippdme", "csv", "xlsx"]
+FORMATS = ["linuxcnc", "dmis", "ippdme", "control", "grbl", "inspection", "csv", "xlsx"]
 KINDS = ["missing", "doubled", "order", "foreign", "runs"]
 DECIMALS = {"point": ".", "comma": ","}
 SENSORS = [

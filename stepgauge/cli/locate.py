@@ -43,8 +43,9 @@ def command(
 ) -> None:
     """Find how the step gauge lies from 16 points probed by hand.
 
-    POINTS is a CSV file with the columns point,x_mm,y_mm,z_mm: tip centres, not compensated for the tip radius. Points
-    1-8 lie on the beginning block, 9-16 in the same order on the end block:
+    POINTS is a CSV file with the columns point,x_mm,y_mm,z_mm, or the log of the program of 'stepgauge plan --teach':
+    tip centres, not compensated for the tip radius. Points 1-8 lie on the beginning block, 9-16 in the same order on
+    the end block:
 
     \b
       1 2 3  front face, not in line        6  top

@@ -45,7 +45,20 @@ TEMPERATURE_C = FiniteRange(-10.0, 60.0)
 LARGEST_U_K = 5.0
 """Nobody knows the temperature of a gauge so badly, K; as in :mod:`stepgauge.machine.file`, which a test compares."""
 U_TEMPERATURE_K = FiniteRange(0.0, LARGEST_U_K)
-DIALECTS = ["jinyoung", "dmis", "linuxcnc", "ippdme"]
+DIALECTS = [
+    "jinyoung",
+    "dmis",
+    "linuxcnc",
+    "ippdme",
+    "fanuc",
+    "haas",
+    "mazak",
+    "mitsubishi",
+    "siemens",
+    "heidenhain",
+    "grbl",
+    "rrf",
+]
 """Written out so that --help needs no import of the readers; a test compares it with theirs."""
 
 GAUGE_VARIABLE, MACHINE_VARIABLE = "STEPGAUGE_GAUGE", "STEPGAUGE_MACHINE"

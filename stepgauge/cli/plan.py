@@ -18,7 +18,7 @@ from stepgauge.cli.options import (
     say_lines,
     say_written,
 )
-from stepgauge.cli.plan_choices import plan_keywords
+from stepgauge.cli.plan_choices import plan_keywords, stated_controls
 
 
 @click.command("plan")
@@ -43,6 +43,13 @@ from stepgauge.cli.plan_choices import plan_keywords
     default="",
     metavar="NAME",
     help="What the controller calls the probe (dmis, ippdme). Default: PROBE in DMIS, StepGaugeProbe in I++ DME.",
+)
+@click.option(
+    "--set",
+    "controls",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="How the control is set up, where it differs from the usual; repeatable. Names: see the page on dialects.",
 )
 @click.option(
     "--route",
@@ -86,6 +93,11 @@ from stepgauge.cli.plan_choices import plan_keywords
     "--allow-short",
     is_flag=True,
     help="With --iso10360: write what can be measured even where the gauge does not fit or is too short.",
+)
+@click.option(
+    "--teach",
+    is_flag=True,
+    help="POINTS are rough: plan a program that touches the 16 points there; 'stepgauge locate' reads its log.",
 )
 @click.option("--points-on", metavar="A:B", help="Blocks that POINTS were probed on. Default: the first and the last.")
 @machine_option(False, "Machine file: travel limits, stylus and speeds. Without it the travel is not checked.")
@@ -158,6 +170,7 @@ def command(source: str | None, gauge: str, output: str, dialect: str, template:
     stepgauge plan placement.toml --gauge step-gauge-420 --machine bridge-cmm --dialect dmis -o gauge.dmi
     stepgauge plan points.csv --gauge my-gauge.toml --dialect linuxcnc --route over --cycles 3 -o gauge.ngc
     stepgauge plan placement.toml -g my-gauge.toml -d dmis --template my-dialect.j2 -o gauge.prg
+    stepgauge plan rough.csv --teach -g my-gauge.toml -m my-machine.toml -d fanuc -o teach.nc
     stepgauge plan --iso10360 -g step-gauge-1020 -m bridge-cmm -d dmis -o seven-positions
     """
     if options["iso10360"]:
@@ -176,7 +189,14 @@ def command(source: str | None, gauge: str, output: str, dialect: str, template:
 
     check_output(output, source, gauge, options["machine"], template)
     planned = plan(source, gauge, options["machine"], **plan_keywords(options))
-    rendered = planned.write(output, dialect, template=template, tool=options["tool"], unchecked=options["unchecked"])
+    rendered = planned.write(
+        output,
+        dialect,
+        template=template,
+        tool=options["tool"],
+        unchecked=options["unchecked"],
+        options=stated_controls(options),
+    )
     say_lines(planned.summary())
     say(rendered.note)
-    say_written(output)
+    say_written(output, *rendered.beside(output))

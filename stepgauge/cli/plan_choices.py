@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import click
+
 if TYPE_CHECKING:
     from stepgauge.gauge.certified import Gauge
     from stepgauge.planning.plan import PlanOptions
@@ -24,6 +26,7 @@ KEYWORDS = {
     "travel_speed": "travel_speed_mm_s",
     "tip_radius": "tip_radius_mm",
     "points_on": "points_on",
+    "teach": "teach",
 }
 """Options, and what :func:`stepgauge.plan` calls them."""
 
@@ -35,6 +38,15 @@ def plan_keywords(options: dict[str, Any]) -> dict[str, Any]:
     home = parse_position(options["home"]) if options["home"] else None
     said = {keyword: options[name] for name, keyword in KEYWORDS.items()}
     return {**said, "cycles": options["cycles"] or CYCLES, "home_mm": home}
+
+
+def stated_controls(options: dict[str, Any]) -> dict[str, str]:
+    """``--set`` as names and values; :class:`click.UsageError` for what is no NAME=VALUE."""
+    pairs = [text.partition("=") for text in options["controls"]]
+    for name, equals, value in pairs:
+        if not (name.strip() and equals):
+            raise click.UsageError(f"--set takes NAME=VALUE, not {name + equals + value!r}")
+    return {name.strip(): value for name, _, value in pairs}
 
 
 def plan_options(options: dict[str, Any], gauge: Gauge) -> PlanOptions:

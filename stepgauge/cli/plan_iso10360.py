@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stepgauge.cli.options import say
-from stepgauge.cli.plan_choices import plan_options, probing_choice
+from stepgauge.cli.plan_choices import plan_options, probing_choice, stated_controls
 
 if TYPE_CHECKING:
     from stepgauge.machine.file import Machine
@@ -48,7 +48,7 @@ def plan_seven(
             found=f"position {problems[0].orientation.number}: {problems[0].problem}",
             expected=f"lengths of {LONGEST_SHARE:.0%} of the travel along each line",
         )
-    notes = write_plan(output, positions, machine, dialect, template)
+    notes = write_plan(output, positions, machine, dialect, template, stated_controls(options))
     _tell(positions, machine, notes)
     say(f"wrote {output}: placements, programs, machine files with the stylus as planned, plan.json")
 

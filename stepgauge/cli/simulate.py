@@ -41,6 +41,12 @@ from stepgauge.cli.options import (
 )
 @SEARCH
 @plot_option("Plan view and elevation of the path with the gauge")
+@click.option(
+    "--teach",
+    is_flag=True,
+    help="PROGRAM touches the 16 points ('plan --teach'): --output is a table of them, for 'stepgauge locate'.",
+)
+@click.option("--log", metavar="FILE", help="What the controller writes while it executes PROGRAM, for 'import'.")
 @click.option("--explain", is_flag=True, help="One more column per effect: its share along the approach, um.")
 @click.option(
     "--plot-shares",
@@ -55,11 +61,12 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
     The machine travels, searches and triggers on the gauge as it really lies, with the pre-travel of its probe, its
     repeatability, and the effects of its file; time stamps follow from the speeds. A collision, a missed face or a
     travel limit stops the program with its line; what was recorded until then is kept, and the exit code is 2.
+    With --log the text is executed as by its controller, with the readings of the run, and writes its log.
 
     \b
     stepgauge simulate gauge.dmi --machine bridge-cmm --gauge step-gauge-420 --placement placement.toml -o recording.csv
     """
-    from stepgauge.files.text import check_output
+    from stepgauge.files.text import check_output, write_text
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.gauge.placement import read_placement
     from stepgauge.machine.file import read_machine
@@ -83,8 +90,13 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
         search_mm=options["search"],
         explain=options["explain"] or bool(options["plot_shares"]),
         keep_stopped=True,
+        log=options["log"],
+        teach=options["teach"],
     )
-    write_recording(output, run.explained() if options["explain"] else run.recording)
+    if options["teach"]:
+        write_text(output, _points(run.recording.position_mm))
+    else:
+        write_recording(output, run.explained() if options["explain"] else run.recording)
     drawn = []
     if options["plot"] or options["plot_html"] or options["plot_shares"]:
         from stepgauge.figures.run import draw_run
@@ -93,6 +105,12 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
     say_lines(run.summary())
     if options["plot_shares"] and not len(run.recording):
         say("nothing was recorded, so there are no shares to draw")
-    say_written(output, *drawn)
+    say_written(output, *([options["log"]] if options["log"] else []), *drawn)
     if run.stop is not None:
         raise run.stop
+
+
+def _points(position_mm: Any) -> str:
+    """The table that ``stepgauge locate`` reads."""
+    rows = [",".join([str(n), *(f"{value:.6f}" for value in xyz)]) for n, xyz in enumerate(position_mm, 1)]
+    return "\n".join(["point,x_mm,y_mm,z_mm", *rows]) + "\n"

@@ -14,8 +14,6 @@ from stepgauge.errors import InputError, naming
 
 Array = NDArray[np.float64]
 AXES = "xyz"
-
-
 TIP_FAR_OFF_MM = 0.1
 """A stated radius farther than this from that of the gauge's blocks belongs to another tip: a reversal is some um."""
 

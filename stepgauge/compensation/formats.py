@@ -2,7 +2,8 @@
 
 A template sees ``table`` (:class:`~stepgauge.compensation.table.CompensationTable`), ``rows`` (each with
 ``position_mm``, ``positive_um``, ``negative_um``, ``mean_um``, ``reversal_um``, ``u_positive_um``, ``u_negative_um``,
-``from_positive``, ``from_negative``), ``about`` and ``notes`` (plain ASCII), ``joint`` and ``kind`` (numbers that a
+``from_positive``, ``from_negative``), ``line`` and ``pulses`` (:mod:`stepgauge.compensation.reduced`), ``unconfirmed``
+(what could not be confirmed of a format), ``about`` and ``notes`` (plain ASCII), ``joint`` and ``kind`` (numbers that a
 format asks for) and ``version``; the filters of :mod:`stepgauge.files.templating`.
 """
 
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge import __version__
+from stepgauge.compensation.reduced import pitch_pulses, straight_line
 from stepgauge.compensation.table import CompensationTable, Travel
 from stepgauge.errors import InputError, naming
 from stepgauge.files.resources import folder
@@ -25,7 +27,10 @@ FORMAT = "stepgauge compensation 1"
 
 @dataclass(frozen=True)
 class Format:
-    """A controller's table: which senses of travel it tells apart by default and at all, and its limits."""
+    """A controller's table: which senses of travel it tells apart by default and at all, and its limits.
+
+    ``unconfirmed``: what could not be confirmed in a manual or in the source of the firmware; the file says it, too.
+    """
 
     name: str
     title: str
@@ -34,8 +39,11 @@ class Format:
     both: bool
     even: bool
     most_rows: int | None
+    unconfirmed: str = ""
 
 
+_LINE: tuple[Travel, bool, bool, int | None] = ("both", True, False, None)
+"""Firmwares that know a scale and a play only: the straight line through the table, and the mean reversal."""
 FORMATS = {
     known.name: known
     for known in (
@@ -43,6 +51,41 @@ FORMATS = {
             "linuxcnc", "LinuxCNC screw compensation (COMP_FILE)", "compensation-linuxcnc.j2", "both", True, False, 256
         ),
         Format("siemens", "Siemens SINUMERIK $AA_ENC_COMP", "compensation-siemens.j2", "mean", False, True, None),
+        Format(
+            "siemens-cec",
+            "Siemens SINUMERIK $AN_CEC, a table for each sense",
+            "compensation-siemens-cec.j2",
+            "both",
+            True,
+            True,
+            None,
+            "the sense of $AN_CEC",
+        ),
+        Format(
+            "heidenhain",
+            "HEIDENHAIN compensation table (.COM)",
+            "compensation-heidenhain.j2",
+            "both",
+            True,
+            False,
+            256,
+            "the sense of the values",
+        ),
+        Format(
+            "fanuc",
+            "Fanuc stored pitch error compensation",
+            "compensation-fanuc.j2",
+            "both",
+            True,
+            True,
+            128,
+            "the sense of the pulses",
+        ),
+        Format("grbl", "steps per mm of grbl, play of grblHAL", "compensation-grbl.j2", *_LINE),
+        Format("marlin", "scale and play of Marlin (M92, M425)", "compensation-marlin.j2", *_LINE),
+        Format(
+            "rrf", "scale and play of RepRapFirmware (M579, M425)", "compensation-rrf.j2", *_LINE, "the sense of M579"
+        ),
         Format("csv", "table for any other controller", "compensation-csv.j2", "both", True, False, None),
     )
 }
@@ -85,6 +128,9 @@ def render_table(
         "about": table.about,
         "notes": table.notes,
         "kind": kind,
+        "line": straight_line(table),
+        "pulses": pitch_pulses(table) if known.name == "fanuc" else {},
+        "unconfirmed": known.unconfirmed,
         "joint": "xyz".index(table.axis) if joint is None else joint,
         "version": __version__,
     }

@@ -107,7 +107,7 @@ def _environment(kind: str) -> jinja2.Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    environment.filters.update(fixed=fixed, plain=plain)
+    environment.filters.update(fixed=fixed, signed=signed, plain=plain)
     return environment
 
 
@@ -117,6 +117,12 @@ def fixed(value: float, decimals: int) -> str:
         raise ValueError(f"fixed({decimals}): 0 to {MOST_DECIMALS} decimals")
     text = f"{float(value):.{decimals}f}"
     return text.removeprefix("-") if float(text) == 0.0 else text
+
+
+def signed(value: float, decimals: int) -> str:
+    """As :func:`fixed`, with the sign that some controls want before every number."""
+    text = fixed(value, decimals)
+    return text if text.startswith("-") else f"+{text}"
 
 
 def plain(text: object) -> str:

@@ -1,7 +1,8 @@
 """Text through a Jinja template, a shipped one or the user's own, in Jinja's sandbox and within a budget.
 
 Names that a template uses but is not given are errors (strict undefined). Filters: ``fixed(n)`` prints n decimals and
-never -0; ``plain`` keeps letters, digits, space, dot, dash and underscore. A template may extend a shipped one of its
+never -0, ``signed(n)`` also a plus; ``plain`` keeps letters, digits,
+space, dot, dash and underscore. A template may extend a shipped one of its
 kind by its file name, and then states only the blocks that differ.
 
 A template is given a copy, in values that cannot be changed (:mod:`stepgauge.files.sandbox`). Shipped templates are

@@ -60,6 +60,15 @@ FORMATS = {
         ),
         LogFormat("dmis", "DMIS output", "lines like FA(name)=FEAT/POINT,CART,x,y,z,i,j,k"),
         LogFormat("ippdme", "I++ DME session log", "lines like '00010 PtMeas(X(..), ..)' and '00010 # X(..), ..'"),
+        LogFormat(
+            "control",
+            "log of our programs on a control (fanuc and its kin, siemens, heidenhain, rrf)",
+            "a line 'STEPGAUGE n POINTS ..', then 'N1 X.. Y.. Z..', at the end END",
+        ),
+        LogFormat("grbl", "console of grbl, grblHAL or FluidNC", "lines like '[PRB:1.000,2.000,3.000:1]'"),
+        LogFormat(
+            "inspection", "results file of an inspection post (G800, G801)", "lines like 'G801 N1 X.. Y.. Z.. R..'"
+        ),
         LogFormat("csv", "table of points as text", "a header with x, y and z, and columns separated by ; , | or tabs"),
         LogFormat("xlsx", "Excel workbook", "a sheet with a header that has x, y and z"),
     )

@@ -35,12 +35,13 @@ class Conditions:
     """Conditions of one run.
 
     ``gauge_temperature_C``: of the gauge, true and recorded; ``placement``: its number in the recording; ``start_s``:
-    time at the first position.
+    time at the first position; ``any_surface``: searches may end at sides, tops and the rail (the 16 points).
     """
 
     gauge_temperature_C: float = 20.0
     placement: int = 1
     start_s: float = 0.0
+    any_surface: bool = False
 
 
 @dataclass(frozen=True)
@@ -171,8 +172,9 @@ def execute(
     touch = np.where(row[:, None] >= 0, contact, program.position_mm[program.is_measure])
     pretravel_um = machine.sensor.pretravel_um(approach)
     triggers = np.isfinite(pretravel_um)
+    met = np.where(row >= 0, 1, face) if conditions.any_surface else face
     stop = first_stop(
-        program, trace(program, touch), machine, obstacles, tool, row, np.where(triggers, face, NO_TRIGGER)
+        program, trace(program, touch), machine, obstacles, tool, row, np.where(triggers, met, NO_TRIGGER)
     )
 
     trigger = touch + np.where(triggers, pretravel_um, 0.0)[:, None] * 1e-3 * approach

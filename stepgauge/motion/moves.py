@@ -12,6 +12,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
+NO_WAY_MM = 0.01
+"""A move shorter than this goes nowhere: no register could tell whether the probe ended it."""
+
+
 @dataclass(frozen=True)
 class ProbingSettings:
     """Settings of a controller for probing.
@@ -107,6 +111,11 @@ class ProgramBuilder:
     @property
     def last_position(self) -> Sequence[float] | None:
         return self._rows[-1][0] if self._rows else None
+
+    @property
+    def size(self) -> int:
+        """How many moves there are so far."""
+        return len(self._rows)
 
     def open_point(self) -> None:
         """The moves that follow belong to the next measuring point."""

@@ -45,14 +45,24 @@ def check_program(
     InputError
         a measuring move that meets another face than its own first, or a move that comes too close to something
     """
+    gaps = check_path(program, [(face - 1) // 2 for face in faces], placement, gauge, tool, margin_mm)
+    _check_faces(program, faces, trace(program), make_obstacles(gauge, placement), tool.tip_radius_mm)
+    return gaps
+
+
+def check_path(
+    program: Program, rows: Sequence[int], placement: Placement, gauge: Gauge, tool: Tool, margin_mm: float
+) -> dict[str, float]:
+    """Check that nothing but what is touched comes too close; ``rows``: of the obstacle each measuring move touches.
+
+    Rows are those of :class:`~stepgauge.motion.collision.Obstacles`; the rest as :func:`check_program`.
+    """
     if not np.isfinite(margin_mm):
         raise InputError("margin", "not a finite number", found=margin_mm, expected="mm")
     obstacles = make_obstacles(gauge, placement)
     path = trace(program)
-    own = _probed_rows(path, faces)
-    gaps = {part.name: _check_part(part, own, margin_mm, program, path, obstacles, tool) for part in tool.parts}
-    _check_faces(program, faces, path, obstacles, tool.tip_radius_mm)
-    return gaps
+    own = _probed_rows(path, rows)
+    return {part.name: _check_part(part, own, margin_mm, program, path, obstacles, tool) for part in tool.parts}
 
 
 def _check_faces(program: Program, faces: Sequence[int], path: Path, obstacles: Obstacles, radius_mm: float) -> None:
@@ -75,10 +85,10 @@ def _check_faces(program: Program, faces: Sequence[int], path: Path, obstacles: 
         )
 
 
-def _probed_rows(path: Path, faces: Sequence[int]) -> NDArray[np.int64]:
-    """Row of the block being touched for a measuring piece and the retract after it, -1 for all others."""
+def _probed_rows(path: Path, touched: Sequence[int]) -> NDArray[np.int64]:
+    """Row of what is being touched for a measuring piece and the retract after it, -1 for all others."""
     rows = np.full(len(path.start_mm), -1)
-    rows[path.measuring] = (np.asarray(faces) - 1) // 2
+    rows[path.measuring] = touched
     rows[1:] = np.where(path.measuring[:-1], rows[:-1], rows[1:])
     return rows
 

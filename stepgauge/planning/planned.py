@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -43,16 +44,24 @@ class Plan(Shown):
         return pd.DataFrame({**columns, **position, **dict(zip(APPROACH, moves.approach.T, strict=True))})
 
     def text(
-        self, dialect: str, *, template: str | Path | None = None, tool: str = "", unchecked: bool = False
+        self,
+        dialect: str,
+        *,
+        template: str | Path | None = None,
+        tool: str = "",
+        unchecked: bool = False,
+        options: Mapping[str, str] | None = None,
     ) -> ProgramText:
         """The program for a controller, read back as the controller would and compared with the plan.
 
         Parameters
         ----------
-        dialect : language of the controller: jinyoung, dmis, linuxcnc or ippdme
+        dialect : language of the controller: jinyoung, dmis, linuxcnc, ippdme, fanuc, haas, mazak, mitsubishi,
+            siemens, heidenhain, grbl or rrf
         template : a Jinja template instead of the shipped one
         tool : what the controller calls the probe (dmis, ippdme)
         unchecked : with a template: a text that cannot be read back is made all the same, and says so itself
+        options : how the control is set up, where it differs from the usual
 
         Returns
         -------
@@ -61,7 +70,7 @@ class Plan(Shown):
         if dialect not in DIALECTS:
             raise InputError("dialect", "not a dialect", found=repr(dialect), expected=", ".join(DIALECTS))
         check_tool(tool, dialect)
-        return program_text(replace(self.program, tool=tool), dialect, template, unchecked)
+        return program_text(replace(self.program, tool=tool), dialect, template, unchecked, options or {})
 
     def write(
         self,
@@ -71,9 +80,14 @@ class Plan(Shown):
         template: str | Path | None = None,
         tool: str = "",
         unchecked: bool = False,
+        options: Mapping[str, str] | None = None,
     ) -> ProgramText:
-        """Write the program of :meth:`text`; the dialect is that of the suffix (.jyc, .dmi, .ngc, .ipp) by default."""
-        rendered = self.text(dialect or dialect_of(path), template=template, tool=tool, unchecked=unchecked)
+        """Write the program of :meth:`text`; the dialect is that of the suffix (.dmi, .ngc, .nc, ..) by default.
+
+        Beside it go the files that the control needs besides (the mask of HEIDENHAIN).
+        """
+        name = dialect or dialect_of(path)
+        rendered = self.text(name, template=template, tool=tool, unchecked=unchecked, options=options)
         rendered.write(path)
         return rendered
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from stepgauge.alignment import locate, read_points
+from stepgauge.alignment import locate
 from stepgauge.alignment.checks import RADIUS_TOLERANCE_MM
 from stepgauge.errors import InputError, naming
 from stepgauge.files.text import write_text
@@ -56,8 +57,14 @@ class ProgramText:
         return self.text
 
     def write(self, path: str | Path) -> None:
-        """Write it with the line ends of its controller."""
+        """Write it with the line ends of its controller, and beside it the files that the control needs besides."""
         write_text(path, self.text, newline=self.dialect.newline)
+        for name, content in self.dialect.files.items():
+            write_text(Path(path).with_name(name), content)
+
+    def beside(self, path: str | Path) -> list[Path]:
+        """The further files that :meth:`write` writes."""
+        return [Path(path).with_name(name) for name in self.dialect.files]
 
 
 def read_or_locate(
@@ -77,7 +84,9 @@ def read_or_locate(
     if tip_radius_mm is None and machine is not None:
         tip_radius_mm = machine.probe.tip_radius_mm
     sigma_um = machine.table.repeatability_um if machine else 1.0
-    return locate(read_points(source), gauge, parse_blocks(points_on or ":", gauge), sigma_um, tip_radius_mm, source)
+    from stepgauge.importing.sixteen import read_sixteen  # which imports the plan's orders
+
+    return locate(read_sixteen(source), gauge, parse_blocks(points_on or ":", gauge), sigma_um, tip_radius_mm, source)
 
 
 def agreed_tip_radius_mm(
@@ -167,15 +176,19 @@ def checked_program(
 
 
 def program_text(
-    program: Program, dialect: str, template: str | Path | None = None, unchecked: bool = False
+    program: Program,
+    dialect: str,
+    template: str | Path | None = None,
+    unchecked: bool = False,
+    options: Mapping[str, str] | None = None,
 ) -> ProgramText:
     """The program for a controller, read back as the controller would and compared with the plan.
 
     ``template``: that of the user. ``unchecked``: a text that cannot be read back is accepted, and states this in a
-    comment. :class:`InputError` if the text cannot be read back, and in any case if it is read as another program than
-    the planned one.
+    comment. ``options``: of the dialect, where the control is set up otherwise. :class:`InputError` if the text cannot
+    be read back, and in any case if it is read as another program than the planned one.
     """
-    known = DIALECTS[dialect]
+    known = DIALECTS[dialect].with_options(options or {})
     where = template or known.template
     text = render(program, known, template, CHECKED)
     try:

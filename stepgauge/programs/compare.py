@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.motion.moves import InForce, ProbingSettings, Program
+from stepgauge.motion.moves import NO_WAY_MM, InForce, ProbingSettings, Program
 from stepgauge.programs import Dialect
 
 UNSTATED = float("nan")
@@ -41,12 +41,21 @@ def _differences(planned: Program, back: Program, dialect: Dialect) -> Iterator[
             yield f"line {line}: {found}"
     if not _same_stylus(planned, back, dialect):
         yield f"the stylus points along {back.stylus or 'nothing that is stated'}, planned {planned.stylus}"
+    planned = planned if len(planned) == len(back) else going(planned)
     if planned.n_points != back.n_points:
         yield f"{back.n_points} measuring points, planned {planned.n_points}"
     if len(planned) != len(back):
         yield f"{len(back)} moves, planned {len(planned)}"
         return
     yield from _moves(planned, back, dialect.decimals)
+
+
+def going(program: Program) -> Program:
+    """Without the moves that go nowhere, which a text may leave out: no controller searches over hardly any length."""
+    way = np.abs(np.diff(program.position_mm, axis=0)).max(axis=1, initial=0.0)
+    kept = np.r_[True, way > NO_WAY_MM] | program.is_measure
+    arrays = {name: getattr(program, name)[kept] for name in ("position_mm", "approach", "point", "line")}
+    return replace(program, **arrays, names=[one for one, keep in zip(program.names, kept, strict=True) if keep])
 
 
 def _settings(now: InForce, planned: Program, dialect: Dialect) -> Iterator[str]:
@@ -70,7 +79,7 @@ def _stated(value: float, unit: str) -> str:
 def _states(now: InForce, planned: Program, dialect: Dialect) -> Iterator[str]:
     states = dict(now.states)
     tool = planned.tool or dialect.tool
-    for name, wanted in {**dialect.states, **({"tool": tool} if tool else {})}.items():
+    for name, wanted in {**dialect.required, **({"tool": tool} if tool else {})}.items():
         if states.get(name, "").upper() != wanted.upper():
             yield f"{name} {states.get(name, 'not stated')}, expected {wanted}"
 

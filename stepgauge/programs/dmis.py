@@ -8,11 +8,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from stepgauge.motion.moves import ProbingSettings, Program
+from stepgauge.files.templating import fixed
 from stepgauge.programs.reading import Reader
 
 _STATEMENT = re.compile(r"(?:([A-Z]+)\(([\w-]+)\)\s*=\s*)?([A-Z]+)(?:\s*/\s*(.*))?", re.ASCII)
-_NO_MOVE = {"DMISMN", "FILNAM", "OUTPUT", "TEXT", "DISPLY", "FEAT", "ENDFIL"}
+_NO_MOVE = {"DMISMN", "TEXT", "DISPLY", "FEAT"}
+_OUTPUT_HEAD = ("UNITS", "PRCOMP")
+"""Statements that say in the output what its points are."""
 _SPEED_UNITS = {"MPM": 1000.0 / 60.0, "MMPS": 1.0}
 
 
@@ -44,6 +46,8 @@ class _Interpreter:
         self.reader = reader
         self.sensors: dict[str, tuple[float, tuple[float, float, float] | None]] = {}
         self.label = ""
+        self.measured: dict[str, list[str]] = {}
+        self.devices: dict[str, bool] = {}
         self.feature: str | None = None
         self.ended = False
 
@@ -57,11 +61,16 @@ class _Interpreter:
         self.label, major = match[2] or "", match[3]
         arguments = [part.strip() for part in (match[4] or "").split(",")]
         self.ended = major == "ENDFIL"
+        if major in _OUTPUT_HEAD:
+            self.reader.log.append(statement)
         action = getattr(self, f"_{major.lower()}", None)
         if action is not None:
             action(arguments)
         elif major not in _NO_MOVE:
             self.reader.fail("statement not understood", found=repr(statement))
+
+    def _filnam(self, arguments: list[str]) -> None:
+        self.reader.log += [f"DMISMN/{arguments[0]},05.2", f"FILNAM/{arguments[0]},05.2"]
 
     def _units(self, arguments: list[str]) -> None:
         if arguments[0] != "MM":
@@ -160,19 +169,48 @@ class _Interpreter:
         normal = self.reader.direction(values[3:], "the normal")
         radius = self.reader.settings.tip_radius_mm
         tip = [surface + radius * n for surface, n in zip(values[:3], normal, strict=True)]
-        self.reader.measure(tip, [-n for n in normal], self.feature)
+        contact = self.reader.touch(tip, [-n for n in normal], name=self.feature)
+        if not contact.hit:
+            self.reader.alarm(f"no contact in the search of {self.feature}")
+        centre = ",".join(fixed(value, 7) for value in contact.position)
+        ijk = ",".join(fixed(value, 10) for value in normal)
+        self.measured[self.feature] = [f"FA({self.feature})=FEAT/POINT,CART,{centre},$", ijk]
+
+    def _device(self, arguments: list[str]) -> None:
+        self.devices[f"DID({self.label})"] = False
+
+    def _open(self, arguments: list[str]) -> None:
+        self._use(arguments[0], False)
+
+    def _close(self, arguments: list[str]) -> None:
+        self._use(arguments[0], True)
+
+    def _use(self, device: str, opened: bool) -> None:
+        if self.devices.get(device) is not opened:
+            state = {None: "not defined", True: "open already", False: "not open"}[self.devices.get(device)]
+            self.reader.fail("the device of the results cannot be used", found=f"{device} is {state}")
+        self.devices[device] = not opened
+
+    def _output(self, arguments: list[str]) -> None:
+        name = arguments[0].removeprefix("FA(").removesuffix(")")
+        if name not in self.measured:
+            self.reader.fail("a feature that was not measured", found=f"OUTPUT/{arguments[0]}")
+        if self.devices and not any(self.devices.values()):
+            self.reader.fail("output before a device is open", expected="OPEN/DID(..),FDATA,DMIS,OUTPUT first")
+        self.reader.log += self.measured[name]
+
+    def _endfil(self, _: list[str]) -> None:
+        self.reader.log.append("ENDFIL")
 
     def _check_units(self) -> None:
         if "units" not in self.reader.states:
             self.reader.fail("a move before the units are set", expected="UNITS/MM,ANGDEC first")
 
 
-def read(text: str, path: str, settings: ProbingSettings) -> Program:
-    """The moves of a program text; :class:`stepgauge.errors.InputError` names the line."""
-    reader = Reader(path, settings, self_positioning=True)
+def run(text: str, reader: Reader) -> None:
+    """Execute a program text; :class:`stepgauge.errors.InputError` names the line."""
     interpreter = _Interpreter(reader)
     for statement in statements(text, reader):
         interpreter.statement(statement.upper())
     if not interpreter.ended or interpreter.feature is not None:
-        reader.fail("the program is cut short", expected="ENDMES and ENDFIL" if interpreter.feature else "ENDFIL")
-    return reader.finish()
+        reader.cut_short("ENDMES and ENDFIL" if interpreter.feature else "ENDFIL")

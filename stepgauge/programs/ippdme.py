@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from stepgauge.motion.moves import ProbingSettings, Program
+from stepgauge.files.templating import fixed
 from stepgauge.programs.reading import Reader
 
 _COMMAND = re.compile(r"(\d{5}) (\w+)\((.*)\)", re.ASCII)
@@ -35,6 +35,7 @@ class _Interpreter:
     def __init__(self, reader: Reader) -> None:
         self.reader = reader
         self.session_ended = self.file_ended = False
+        self.data = ""
 
     def line(self, text: str) -> None:
         """Take one line."""
@@ -53,6 +54,7 @@ class _Interpreter:
             self.reader.fail("command after EndSession()", found=repr(text))
         name, arguments = match[2], match[3]
         self.session_ended = name == "EndSession"
+        self.data = ""
         if name in _BEFORE_MOVES and self.reader.moved:
             self.reader.fail("this command belongs before the first move", found=repr(text))
         action = {
@@ -67,6 +69,12 @@ class _Interpreter:
             action(arguments)
         elif name not in _BEFORE_MOVES | _NO_MOVE and not self.session_ended:
             self.reader.fail("command not understood", found=repr(text))
+        self.reader.log += [
+            text,
+            f"{match[1]} &",
+            *([f"{match[1]} # {self.data}"] if self.data else []),
+            f"{match[1]} %",
+        ]
 
     def _tool(self, arguments: str) -> None:
         name = arguments.strip().strip('"')
@@ -104,7 +112,10 @@ class _Interpreter:
         )
         radius = self.reader.settings.tip_radius_mm
         tip = [surface + radius * n for surface, n in zip(self._position(fields), normal, strict=True)]
-        self.reader.measure(tip, [-n for n in normal])
+        contact = self.reader.touch(tip, [-n for n in normal])
+        if not contact.hit:
+            self.reader.alarm("Error(3, 1006, PtMeas, Surface not found)")
+        self.data = ", ".join(f"{axis}({fixed(v, 7)})" for axis, v in zip("XYZ", contact.position, strict=True))
 
     def _set_prop(self, arguments: str) -> None:
         match = _PROPERTY.fullmatch(arguments)
@@ -116,13 +127,11 @@ class _Interpreter:
             self.reader.set(**{name: value})
 
 
-def read(text: str, path: str, settings: ProbingSettings) -> Program:
-    """The moves of a program text; :class:`stepgauge.errors.InputError` names the line."""
-    reader = Reader(path, settings, self_positioning=True)
+def run(text: str, reader: Reader) -> None:
+    """Execute a program text; :class:`stepgauge.errors.InputError` names the line."""
     interpreter = _Interpreter(reader)
     for reader.line, raw in enumerate(text.splitlines(), 1):
         if raw.strip():
             interpreter.line(raw.strip())
     if not (interpreter.session_ended and interpreter.file_ended):
-        reader.fail("the program is cut short", expected="EndSession() and a last line ':'")
-    return reader.finish()
+        reader.cut_short("EndSession() and a last line ':'")

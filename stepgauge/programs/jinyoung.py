@@ -1,14 +1,13 @@
 """Reader of the Jin Young CNC code of Pahk & Kim (Fig 4): ``MV`` moves, ``MS`` measures, ``PO 1`` opens a point.
 
 ``MS`` takes the tip centre at nominal contact; its direction is the line from the position before. The text carries no
-settings: search, speeds and tip are the controller's.
+settings: search, speeds and tip are the controller's. What it writes down is not published: there is no log.
 """
 
 from __future__ import annotations
 
 import re
 
-from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.programs.reading import Reader
 
 
@@ -17,9 +16,8 @@ def recognises(text: str) -> bool:
     return re.match(r"\s*(MV\s+[-\d.]|PO\s+\d)", text) is not None
 
 
-def read(text: str, path: str, settings: ProbingSettings) -> Program:
-    """The moves of a program text; :class:`stepgauge.errors.InputError` names the line."""
-    reader = Reader(path, settings)
+def run(text: str, reader: Reader) -> None:
+    """Execute a program text; :class:`stepgauge.errors.InputError` names the line."""
     ended = False
     for reader.line, raw in enumerate(text.splitlines(), 1):
         statement = raw.strip()
@@ -29,8 +27,7 @@ def read(text: str, path: str, settings: ProbingSettings) -> Program:
             reader.fail("statement after END;", found=repr(statement))
         ended = _statement(reader, statement)
     if not ended:
-        reader.fail("the program is cut short", expected="END; as the last statement")
-    return reader.finish()
+        reader.cut_short("END; as the last statement")
 
 
 def _statement(reader: Reader, statement: str) -> bool:
@@ -44,5 +41,5 @@ def _statement(reader: Reader, statement: str) -> bool:
     if words[0] == "MV":
         reader.goto(target)
     else:
-        reader.measure(target, reader.from_here(target, "MS"))
+        reader.touch(target, reader.from_here(target, "MS"))
     return False

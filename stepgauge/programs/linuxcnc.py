@@ -1,31 +1,26 @@
 """Reader of LinuxCNC G-code: G0/G1 moves and G38.2 straight probes, in millimetres and absolute coordinates.
 
 G38.2 names the end of the search; the named parameter ``#<_search_mm>`` says how far that is beyond the nominal tip
-centre at contact.
+centre at contact. The controller itself stops where a search ends without a contact, and where the probe trips on the
+way. ``(LOG,..)`` and ``(PROBEOPEN ..)`` write the log.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from typing import ClassVar
 
-from stepgauge.motion.moves import ProbingSettings, Program
+from stepgauge.files.templating import fixed
+from stepgauge.programs.expression import Value
+from stepgauge.programs.gcode import GCode
 from stepgauge.programs.reading import Reader
 
-_WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))", re.ASCII)
 _PARAMETER = re.compile(r"#<(\w+)>=(.+)")
-_STATES = {
-    21: "units",
-    40: "tool radius",
-    49: "tool length",
-    54: "coordinates",
-    61: "path",
-    90: "distances",
-    94: "feed",
-}
-_NO_EFFECT = {17, 80}
-_M_CODES = {2.0, 30.0, 66.0}
 _READ_INPUT, _INPUT_WORDS = 66.0, "PELQ"
-_REFUSED = {20: "G21 (mm)", 91: "G90 (absolute)", 93: "G94 (mm/min)", 95: "G94 (mm/min)", 31: "G38.2"}
+_COMMENT = re.compile(r"\(([^()]*)\)")
+_FORMAT = re.compile(r"%(d|\.\d+f)(#<\w+>|#\d+)", re.ASCII)
+_REGISTERS = {"#5061": 0, "#5062": 1, "#5063": 2}
 
 
 def recognises(text: str) -> bool:
@@ -33,40 +28,37 @@ def recognises(text: str) -> bool:
     return re.search(r"(?im)^[^(;\n]*G38\.2", text) is not None
 
 
-class _Interpreter:
-    """Modal state of the G-code between lines."""
+class _Interpreter(GCode):
+    """The controller between lines."""
+
+    states: ClassVar[Mapping[float, str]] = {
+        21: "units",
+        40: "tool radius",
+        49: "tool length",
+        54: "coordinates",
+        61: "path",
+        90: "distances",
+        94: "feed",
+    }
+    no_effect: ClassVar[frozenset[float]] = frozenset({17.0, 80.0})
+    refused: ClassVar[Mapping[float, str]] = {**GCode.refused, 31: "G38.2"}
+    searches: ClassVar[frozenset[float]] = frozenset({38.2})
+    m_codes: ClassVar[frozenset[float]] = frozenset({2.0, 30.0, _READ_INPUT})
 
     def __init__(self, reader: Reader) -> None:
-        self.reader = reader
-        self.motion: float | None = None
-        self.feed_mm_s: float | None = None
-        self.position: dict[str, float] = {}
-        self.ended = False
+        super().__init__(reader)
+        self.opened = False
 
-    def block(self, text: str) -> None:
+    def statement(self, text: str) -> None:
         """One line without its comments."""
-        if self.ended:
-            self.reader.fail("statement after the end of the program", found=repr(text))
+        self.check_end(text)
         parameter = _PARAMETER.fullmatch(text)
         if parameter:
             self._parameter(parameter[1], parameter[2])
-            return
-        if text == "%":
+        elif text == "%":
             self.ended = "units" in self.reader.states
-            return
-        words = self._words(text)
-        for value in words.pop("G", []):
-            self._state(value)
-        codes = set(words.pop("M", []))
-        if codes - _M_CODES:
-            self.reader.fail("M code not understood", found=", ".join(f"M{code:g}" for code in codes - _M_CODES))
-        self.ended = bool({2.0, 30.0} & codes)
-        if _READ_INPUT in codes:  # reads an input of the controller into #5399 and moves nothing
-            words = {letter: values for letter, values in words.items() if letter not in _INPUT_WORDS}
-        twice = [letter for letter, values in words.items() if len(values) > 1]
-        if twice:
-            self.reader.fail("the same word twice in a line", found=", ".join(twice), expected="one of each")
-        self._move({letter: values[0] for letter, values in words.items()})
+        else:
+            self.block(text)
 
     def _parameter(self, name: str, value: str) -> None:
         number = self.reader.number(value, f"#<{name}>")
@@ -74,71 +66,55 @@ class _Interpreter:
             self.reader.set(search_mm=number)
         elif not name.startswith("_n"):
             self.reader.fail("named parameter not understood", found=f"#<{name}>", expected="#<_search_mm> or #<_n>")
+        self.variables[f"#<{name}>"] = number
 
-    def _words(self, text: str) -> dict[str, list[float]]:
-        words: dict[str, list[float]] = {}
-        for letter, value in _WORD.findall(text):
-            words.setdefault(letter, []).append(float(value))
-        if _WORD.sub("", text):
-            self.reader.fail("words not understood", found=repr(text), expected="words like G1 X10.5 F600")
-        return words
+    def take_m_codes(self, words: dict[str, list[float]]) -> dict[str, list[float]]:
+        """M66 reads an input of the controller into #5399 and moves nothing."""
+        if _READ_INPUT in words.get("M", []):
+            words = {letter: values for letter, values in words.items() if letter not in _INPUT_WORDS}
+        return super().take_m_codes(words)
 
-    def _state(self, code: float) -> None:
-        if code in (0.0, 1.0, 38.2):
-            self.motion = code
-        elif code in _REFUSED:
-            self.reader.fail(f"G{code:g} is not accepted", expected=_REFUSED[int(code)])
-        elif code in _STATES:
-            self.reader.states[_STATES[int(code)]] = f"G{code:g}"
-        elif code not in _NO_EFFECT:
-            self.reader.fail("G code not understood", found=f"G{code:g}")
+    def look_up(self, name: str) -> Value:
+        """Registers of the probe; the analog input is taken as a clock."""
+        if name in _REGISTERS:
+            return self.contact.position[_REGISTERS[name]]
+        if name == "#5070":
+            return float(self.contact.hit)
+        return self.contact.time_s if name == "#5399" else super().look_up(name)
 
-    def _move(self, words: dict[str, float]) -> None:
-        if "F" in words:
-            self._feed(words.pop("F") / 60.0)
-        words.pop("N", None)
-        target = {axis: words.pop(axis) for axis in "XYZ" if axis in words}
-        if words:
-            self.reader.fail("words not understood", found=" ".join(words), expected="G, X, Y, Z, F, M and N words")
-        if target:
-            self._go(target)
+    def after_search(self, code: float, measuring: bool) -> None:
+        """A miss halts the program; an open file gets the point."""
+        if not self.contact.hit:
+            self.reader.alarm("G38.2 move finished without making contact.")
+        if self.opened:
+            self.reader.log.append(" ".join([*(fixed(v, 6) for v in self.contact.position), *["0.000000"] * 6]))
 
-    def _feed(self, speed_mm_s: float) -> None:
-        if speed_mm_s <= 0:
-            self.reader.fail("the feed must be positive", found=f"F{speed_mm_s * 60:g}")
-        self.feed_mm_s = speed_mm_s
+    def comment(self, text: str) -> None:
+        """Comments that write."""
+        name, _, rest = text.partition(",")
+        word = name.strip().upper()
+        if word == "LOG":
+            self.reader.log.append(_FORMAT.sub(self._printed, rest))
+        elif word.startswith("PROBEOPEN"):
+            self.opened = True
+        elif word == "PROBECLOSE":
+            self.opened = False
 
-    def _go(self, target: dict[str, float]) -> None:
-        if "units" not in self.reader.states:
-            self.reader.fail("a move before the units are set", expected="G21 first")
-        if self.motion is None:
-            self.reader.fail("coordinates without a motion", expected="G0, G1 or G38.2")
-        self.position.update(target)
-        if len(self.position) < 3:
-            missing = ", ".join(axis for axis in "XYZ" if axis not in self.position)
-            self.reader.fail("the position is not complete", found=f"no {missing} yet", expected="X, Y and Z")
-        end = [self.position[axis] for axis in "XYZ"]
-        if self.feed_mm_s is not None and self.motion != 0.0:
-            which = "measuring_speed_mm_s" if self.motion == 38.2 else "travel_speed_mm_s"
-            self.reader.set(**{which: self.feed_mm_s})  # a feed holds until there is another, searches or not
-        if self.motion == 38.2:
-            approach = self.reader.from_here(end, "G38.2")
-            target_mm = [p - self.reader.settings.search_mm * d for p, d in zip(end, approach, strict=True)]
-            self.reader.measure(target_mm, approach)
-        else:
-            self.reader.goto(end, as_fast_as_it_can=self.motion == 0.0)
+    def _printed(self, match: re.Match[str]) -> str:
+        value = self.number(match[2])
+        return f"{value:.0f}" if match[1] == "d" else fixed(value, int(match[1][1:-1]))
 
 
-def read(text: str, path: str, settings: ProbingSettings) -> Program:
-    """The moves of a program text; :class:`stepgauge.errors.InputError` names the line."""
-    reader = Reader(path, settings)
+def run(text: str, reader: Reader) -> None:
+    """Execute a program text; :class:`stepgauge.errors.InputError` names the line."""
     interpreter = _Interpreter(reader)
     for reader.line, raw in enumerate(text.splitlines(), 1):
-        block = re.sub(r"\([^()]*\)", "", raw).split(";")[0]
+        block = _COMMENT.sub("", raw).split(";")[0]
         block = block if "#<" in block else block.upper()
         block = re.sub(r"\s+", "", block)
         if block:
-            interpreter.block(block)
+            interpreter.statement(block)
+        for comment in _COMMENT.findall(raw):
+            interpreter.comment(comment)
     if not interpreter.ended:
-        reader.fail("the program is cut short", expected="M2 or % at the end")
-    return reader.finish()
+        reader.cut_short("M2 or % at the end")

@@ -1,11 +1,16 @@
-"""What the readers of all dialects share."""
+"""What the readers of all dialects share: a text is executed as its controller would, with a probe that answers.
+
+A text is executed once to know its moves, with every search ending at its nominal contact. After the virtual CMM has
+made these moves it is executed again with the readings of that run (:mod:`stepgauge.programs.controller`), so that the
+text itself writes the log.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
@@ -14,11 +19,35 @@ from stepgauge.files.numerals import number as plain_number
 from stepgauge.motion.moves import InForce, ProbingSettings, Program, ProgramBuilder
 
 
-class Reader:
-    """Collects the moves of a text and fails with the line at hand."""
+class Contact(NamedTuple):
+    """Where a move ended, as indicated, whether the probe had triggered, and when (s)."""
 
-    def __init__(self, path: str, settings: ProbingSettings, self_positioning: bool = False) -> None:
+    position: Sequence[float]
+    hit: bool
+    time_s: float = 0.0
+
+
+class Probe:
+    """The probe of a controller that only reads a text: free on the way, and every search meets its face."""
+
+    def answer(self, move: int, measuring: bool, end: Sequence[float], target: Sequence[float]) -> Contact:
+        """What a move ends with: its number, whether it searches, where it ends at the latest, the nominal contact."""
+        return Contact(target, True) if measuring else Contact(end, False)
+
+
+class ControllerAlarmError(Exception):
+    """The controller, or the program itself, stopped with an alarm text."""
+
+
+class Reader:
+    """Collects the moves and the log of a text, and fails with the line at hand."""
+
+    def __init__(
+        self, path: str, settings: ProbingSettings, self_positioning: bool = False, probe: Probe | None = None
+    ) -> None:
         self.path, self.settings = path, settings
+        self.probe = probe or Probe()
+        self.log: list[str] = []
         self.states: dict[str, str] = {}
         self.stylus: tuple[float, float, float] | None = None
         self.line = 0
@@ -63,6 +92,28 @@ class Reader:
         self.builder.measure(position, approach, self.line, name)
         self._started = False
 
+    def search(self, end: Sequence[float], what: str) -> Contact:
+        """A straight search that ends at ``end`` at the latest, the search distance beyond the nominal contact."""
+        approach = self.from_here(end, what)
+        target = [p - self.settings.search_mm * d for p, d in zip(end, approach, strict=True)]
+        return self.touch(target, approach, end)
+
+    def touch(
+        self, target: Sequence[float], approach: Sequence[float], end: Sequence[float] | None = None, name: str = ""
+    ) -> Contact:
+        """A measuring move to a nominal tip centre, and where it really ended."""
+        self.measure(target, approach, name)
+        return self.probe.answer(self.builder.size - 1, True, target if end is None else end, target)
+
+    def travel(self, end: Sequence[float]) -> Contact:
+        """A move on the way that a trigger would end."""
+        self.goto(end)
+        return self.probe.answer(self.builder.size - 1, False, end, end)
+
+    def alarm(self, text: str) -> NoReturn:
+        """The controller stops with this text."""
+        raise ControllerAlarmError(f"{text} (line {self.line})")
+
     def _open(self, measuring: bool, settings: ProbingSettings) -> None:
         if not self._started:
             self.builder.open_point()
@@ -83,6 +134,10 @@ class Reader:
         if here is None:
             self.fail(f"{what} before any position is known", expected="a move to a start position first")
         return self.direction(np.subtract(target, here).tolist(), what)
+
+    def cut_short(self, expected: str) -> NoReturn:
+        """The end of the program is missing."""
+        self.fail("the program is cut short", expected=expected)
 
     def finish(self) -> Program:
         """The program; :class:`InputError` where it measures nothing."""

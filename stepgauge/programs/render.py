@@ -2,24 +2,29 @@
 
 A template sees ``program`` (``name``, ``tool``, ``stylus``), ``settings`` (the fields of
 :class:`~stepgauge.motion.moves.ProbingSettings`), ``start`` (moves before the first point), ``points`` (each with
-``name``, ``moves`` and ``measure``), ``finish`` (moves after the last point), ``version``, and ``checked``: words on
-whether the text was read back. Every move has ``name`` and ``tip`` (x, y, z of the tip centre); a measuring one also
-``contact`` (surface point), ``approach`` and ``normal`` (unit vectors) and ``search_end``. All of it are copied values:
-a template cannot reach the plan. Filters: ``fixed(n)`` prints n decimals and never -0; ``plain`` keeps letters, digits,
+``name``, ``number``, ``moves`` and ``measure``), ``finish`` (moves after the last point), ``control`` (the options of
+the dialect, and its ``name``), ``version``, and ``checked``: words on whether the text was read back. Every move has
+``name``, ``tip`` (x, y, z of the tip centre), ``free`` (the probe is still deflected from the touch before, so that no
+search is possible) and ``still`` (it goes nowhere, and may be left out); a measuring one also ``contact`` (surface
+point), ``approach`` and ``normal`` (unit vectors) and ``search_end``. All of it are copied values:
+a template cannot reach the plan. Filters: ``fixed(n)`` prints n decimals and never -0, ``signed(n)`` also a
+plus; ``plain`` keeps letters, digits,
 space, dot, dash and underscore. A template may extend a shipped one by its file name, and then states only the blocks
 that differ.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from stepgauge import __version__
 from stepgauge.files.resources import folder
 from stepgauge.files.templating import check_printable, fill_template
-from stepgauge.motion.moves import Move, Program
+from stepgauge.motion.moves import NO_WAY_MM, Move, Program
 from stepgauge.programs import Dialect
 
 DOWN = (0.0, 0.0, -1.0)
@@ -42,21 +47,36 @@ def render(program: Program, dialect: Dialect, template: str | Path | None = Non
 
 
 def _context(program: Program, dialect: Dialect, checked: str) -> dict[str, object]:
+    seen = _moves(program)
+    points = [group for group in seen if "measure" in group]
     return {
         "program": {"name": program.name, "tool": program.tool or dialect.tool, "stylus": _xyz(program.stylus or DOWN)},
         "settings": program.settings,
-        "start": [_seen(move, program) for move in program.moves(0)],
-        "points": list(_points(program)),
-        "finish": [_seen(move, program) for move in program.moves(program.n_points + 1)],
+        "start": seen[0]["moves"],
+        "points": points,
+        "finish": seen[-1]["moves"],
+        "control": {**dialect.options, "name": dialect.name, "title": dialect.title},
         "version": __version__,
         "checked": checked,
     }
 
 
-def _points(program: Program) -> Iterator[dict[str, Any]]:
-    for number in range(1, program.n_points + 1):
-        *way, measure = (_seen(move, program) for move in program.moves(number))
-        yield {"name": measure["name"], "moves": way, "measure": measure}
+def _moves(program: Program) -> list[dict[str, Any]]:
+    """The moves before, to and after the points, as a template sees them."""
+    groups: list[dict[str, Any]] = []
+    before: Move | None = None
+    for number in range(program.n_points + 2):
+        group: dict[str, Any] = {"number": number, "moves": []}
+        for move in program.moves(number):
+            still = before is not None and float(np.abs(move.position - before.position).max()) <= NO_WAY_MM
+            free = before is not None and before.is_measure
+            group["moves"].append(_seen(move, program) | {"free": free, "still": still})
+            before = move
+        if 0 < number <= program.n_points:
+            group["measure"] = group["moves"].pop()
+            group["name"] = group["measure"]["name"]
+        groups.append(group)
+    return groups
 
 
 def _seen(move: Move, program: Program) -> dict[str, Any]:

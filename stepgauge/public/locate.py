@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stepgauge.alignment import locate as locate_points
-from stepgauge.alignment import read_points
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, format_placement, parse_placement
+from stepgauge.importing.sixteen import read_sixteen
 from stepgauge.machine.file import Machine
 from stepgauge.planning.plan import parse_blocks
 from stepgauge.public.inputs import Blocks, File, as_blocks, as_gauge, as_machine, at_least
@@ -32,7 +32,7 @@ def locate(
 
     Parameters
     ----------
-    points : CSV file ``point,x_mm,y_mm,z_mm``, or tip centres in mm, shape ``(16, 3)``
+    points : CSV file ``point,x_mm,y_mm,z_mm``, the log of a teach program, or tip centres in mm, shape ``(16, 3)``
     gauge : the certified gauge, its file or shipped name
     machine : gives tip radius and repeatability where they are not stated
     blocks : the two blocks that were probed, ``"1:21"`` or ``(1, 21)``; default: the first and the last
@@ -65,7 +65,7 @@ def locate(
 
 def _tip_centres(points: File | ArrayLike) -> np.ndarray:
     if isinstance(points, File):
-        return read_points(points)
+        return read_sixteen(points)
     given = np.asarray(points, float)
     if given.shape != (16, 3) or not np.isfinite(given).all():
         expected = "finite numbers in mm, shape (16, 3)"

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
+from stepgauge.importing.sixteen import read_sixteen
 from stepgauge.machine.file import Machine
-from stepgauge.planning.plan import ORDERS, ROUTES, PlanOptions, parse_position
+from stepgauge.planning.plan import ORDERS, ROUTES, PlanOptions, parse_blocks, parse_position
 from stepgauge.planning.planned import Plan
 from stepgauge.planning.program import (
     ProbingChoice,
@@ -43,6 +44,7 @@ def plan(
     travel_speed_mm_s: float | None = None,
     tip_radius_mm: float | None = None,
     points_on: str | None = None,
+    teach: bool = False,
 ) -> Plan:
     """Plan the measurement of the step gauge, and check the whole path for collisions and travel.
 
@@ -64,6 +66,8 @@ def plan(
     measuring_speed_mm_s, travel_speed_mm_s : within the machine's limits; default: the machine's, or 3 and 50
     tip_radius_mm : nominal; default: of the machine or the placement
     points_on : blocks that the 16 points were probed on, ``"A:B"``; default: the first and the last
+    teach : ``placement`` is a file of 16 rough positions; plan the touching of the 16 points there, whose log
+        ``locate`` reads
 
     Returns
     -------
@@ -77,13 +81,15 @@ def plan(
     _check(cycles, clearance_mm, margin_mm, standoff_mm, search_mm, tip_radius_mm)
     steps = as_gauge(gauge)
     cmm = None if machine is None else as_machine(machine)
+    choice = ProbingChoice(standoff_mm, search_mm, measuring_speed_mm_s, travel_speed_mm_s)
+    if teach:
+        return _teach(placement, steps, cmm, choice, tip_radius_mm, points_on, margin_mm)
     where = placement if isinstance(placement, File) else "placement"
     if isinstance(placement, File):
         lies = read_or_locate(placement, steps, cmm, tip_radius_mm, points_on)
     else:
         lies = as_placement(placement, steps)
     radius = agreed_tip_radius_mm(lies, cmm, tip_radius_mm, where)
-    choice = ProbingChoice(standoff_mm, search_mm, measuring_speed_mm_s, travel_speed_mm_s)
     settings = make_settings(steps, cmm, radius, choice)
     (first, last), only = as_block_list(blocks, steps)
     options = PlanOptions(
@@ -100,6 +106,31 @@ def plan(
         only_blocks=only,
     )
     return Plan(checked_program(lies, steps, cmm, options, settings), cmm is not None)
+
+
+def _teach(
+    points: File | Placement,
+    gauge: Gauge,
+    machine: Machine | None,
+    choice: ProbingChoice,
+    tip_radius_mm: float | None,
+    points_on: str | None,
+    margin_mm: float,
+) -> Plan:
+    """The plan of the 16 points, from rough positions."""
+    from stepgauge.planning.teach import teach_program
+
+    if not isinstance(points, File):
+        raise InputError(naming("teach"), "a placement is known already", expected="a file of 16 rough positions")
+    radius = tip_radius_mm or (machine.probe.tip_radius_mm if machine else None)
+    if radius is None:
+        raise InputError(
+            points, "the tip radius is not known", expected=naming("tip_radius_mm", "machine", words="{} or {}")
+        )
+    settings = make_settings(gauge, machine, radius, choice)
+    blocks = parse_blocks(points_on or ":", gauge)
+    program, _ = teach_program(read_sixteen(points), gauge, blocks, machine, settings, margin_mm)
+    return Plan(program, machine is not None)
 
 
 def _check(

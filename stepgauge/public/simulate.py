@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from stepgauge.errors import InputError, naming
+from stepgauge.files.text import read_text, write_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.machine.virtual import Conditions, Run, probing_settings, run_program
-from stepgauge.programs import DIALECTS, read_program
+from stepgauge.programs import DIALECTS, recognise
+from stepgauge.programs.controller import controller_log
 from stepgauge.public.inputs import File, as_gauge, as_machine, as_placement, at_least, of_kind, one_of
 
 if TYPE_CHECKING:
@@ -30,6 +33,8 @@ def simulate(
     search_mm: float = 2.0,
     explain: bool = False,
     keep_stopped: bool = False,
+    log: File | None = None,
+    teach: bool = False,
 ) -> Run:
     """Execute a measuring program on a virtual CMM.
 
@@ -48,6 +53,8 @@ def simulate(
     search_mm : search beyond the target, where the text does not state it
     explain : give the share of every effect, um, too
     keep_stopped : return what was recorded of a program that was stopped, instead of raising
+    teach : the program touches the 16 points, so that a side, a top or the rail is as good as a face
+    log : file for what the controller writes while it executes the text, for ``import``
 
     Returns
     -------
@@ -68,15 +75,21 @@ def simulate(
     lies = as_placement(placement, steps)
     if true_placement is not None:
         lies = as_placement(true_placement, steps)
-    conditions = Conditions(steps.temperature_C(gauge_temperature_C), placement_number, start_s)
+    conditions = Conditions(steps.temperature_C(gauge_temperature_C), placement_number, start_s, teach)
+    settings = probing_settings(cmm, search_mm)
     if isinstance(program, File):
-        known = None if dialect is None else one_of("dialect", dialect, DIALECTS)
-        moves = read_program(program, probing_settings(cmm, search_mm), known)
+        text = read_text(program)
+        known = recognise(text, program) if dialect is None else DIALECTS[one_of("dialect", dialect, DIALECTS)]
+        moves = known.read(text, program, settings)
     else:
+        if log is not None:
+            raise InputError(naming("log"), "a plan has no text that writes a log", expected="the file of a program")
         from stepgauge.planning.planned import Plan  # with all that plans, which a program's text does not need
 
         moves = of_kind(program, Plan, "program").program
     run = run_program(moves, cmm, steps, lies, seed, conditions, explain)
+    if log is not None and isinstance(program, File):
+        write_text(log, controller_log(text, str(program), known, settings, run).text)
     if run.stop is not None and not keep_stopped:
         raise run.stop
     return run

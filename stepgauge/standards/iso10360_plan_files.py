@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -27,13 +28,16 @@ def write_plan(
     machine: Machine,
     dialect: str,
     template: str | Path | None = None,
+    options: Mapping[str, str] | None = None,
 ) -> list[str]:
     """Write placement, program and machine file of every planned position and ``plan.json``; returns notes.
 
     All programs are rendered and read back before the first file is written.
     """
     rendered = {
-        one.orientation.number: program_text(one.program, dialect, template) for one in positions if one.program
+        one.orientation.number: program_text(one.program, dialect, template, options=options)
+        for one in positions
+        if one.program
     }
     for one in positions:
         if one.orientation.number not in rendered or one.placement is None or one.probe is None:

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from stepgauge.cli import main
+from stepgauge.cli.compensate import FORMATS
+from stepgauge.compensation import FORMATS as KNOWN
 from stepgauge.files.text import write_json
 from stepgauge.recording import read_recording, write_recording
 from tests.cli.conftest import Result, Run
@@ -77,7 +79,14 @@ def test_measured_again_with_the_table_applied_xm_is_noise(run: Run, tmp_path: P
 
 
 def test_every_format_with_what_it_says(run: Run, tmp_path: Path, before: dict) -> None:
-    for to, name in (("linuxcnc", "x.comp"), ("siemens", "x.ini"), ("csv", "x.csv")):
+    assert {*FORMATS} == {*KNOWN, "klipper"}
+    for to, name in (
+        ("linuxcnc", "x.comp"),
+        ("siemens", "x.ini"),
+        ("csv", "x.csv"),
+        ("fanuc", "x.txt"),
+        ("rrf", "x.g"),
+    ):
         result = run(
             "compensate", tmp_path / "before" / "evaluation.json", "--axis", "x", "--to", to, "-o", tmp_path / name
         )
@@ -95,6 +104,8 @@ def test_every_format_with_what_it_says(run: Run, tmp_path: Path, before: dict) 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (["--axis", "x", "--plane", "xy"], "--axis for a table, or --plane for a skew"),
+        (["--plane", "xy"], "no two placements along the diagonals of xy; found 1 placements in the plane"),
         (["--axis", "y"], "placement 1: 89.86 deg off y; expected at most 1 deg"),
         (["--axis", "x", "--range", "0", "300"], "the range of the table is outside what was measured on x"),
         (["--axis", "x", "--range", "300", "200"], "--range must rise"),

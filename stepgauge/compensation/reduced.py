@@ -1,0 +1,71 @@
+"""A table as controls that take less want it: a straight line with a play, or whole pulses from point to point."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from stepgauge.compensation.table import CompensationTable
+from stepgauge.errors import InputError, naming
+
+PULSE_UM = 1.0
+"""Least input increment that the pulses of a pitch error table are counted in."""
+MOST_PULSES, MOST_MAGNIFICATION = 7, 100
+
+
+def straight_line(table: CompensationTable) -> dict[str, float]:
+    """The least-squares line through the mean of both senses, and what it leaves.
+
+    ``ppm``: slope of the error (indicated minus true) in um per m; ``factor``: by which commands must be stretched,
+    1 / (1 - slope); ``play_mm``: mean reversal (positive minus negative travel); ``left_um``: largest error that
+    neither corrects.
+    """
+    x, mean = table.position_mm, table.mean_um
+    slope, offset = np.polyfit(x, mean, 1)
+    play_um = float(table.reversal_um.mean())
+    left = [table.positive_um - play_um / 2.0, table.negative_um + play_um / 2.0]
+    return {
+        "ppm": float(slope * 1e3),
+        "factor": float(1.0 / (1.0 - slope * 1e-3)),
+        "play_mm": play_um * 1e-3,
+        "left_um": float(np.abs(np.array(left) - (slope * x + offset)).max()),
+    }
+
+
+def pitch_pulses(table: CompensationTable) -> dict[str, Any]:
+    """Increments of the error in whole pulses, from each point to the next, by sense of travel.
+
+    ``magnification``: the smallest that keeps every pulse within +-7; ``points``: one entry a point, of which the first
+    stands at the low end and is 0; ``reference``: number of the point nearest to the zero of the table. Rounding does
+    not add up: the sum of pulses up to a point is the rounded error there. :class:`InputError` for a table too steep.
+    """
+    reference = int(np.abs(table.position_mm - table.zero_at_mm).argmin())
+    senses = {"positive": table.positive_um, "negative": table.negative_um}
+    for magnification in range(1, MOST_MAGNIFICATION + 1):
+        unit = PULSE_UM * magnification
+        steps = {
+            name: np.diff(
+                np.rint((values - values[reference]) / unit), prepend=np.rint((values[0] - values[reference]) / unit)
+            )
+            for name, values in senses.items()
+        }
+        if max(np.abs(one[1:]).max() for one in steps.values()) <= MOST_PULSES:
+            points = [
+                dict(zip(senses, pair, strict=True))
+                for pair in zip(*(one.astype(int).tolist() for one in steps.values()), strict=True)
+            ]
+            points[0] = dict.fromkeys(senses, 0)
+            there = (table.negative_um - table.positive_um)[reference]
+            return {
+                "magnification": magnification,
+                "unit_um": unit,
+                "reference": reference,
+                "points": points,
+                "at_reference": int(np.rint(there / unit)),
+            }
+    raise InputError(
+        naming("step_mm"),
+        "the error changes too much from point to point",
+        expected=f"{MOST_PULSES * MOST_MAGNIFICATION} um",
+    )

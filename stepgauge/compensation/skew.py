@@ -1,0 +1,111 @@
+"""Squareness of two axes from a gauge that lay along both diagonals of their plane, as firmwares for skew want it.
+
+Skew alpha: the indicated first coordinate is too large by alpha times the second, rad. Along a direction (c, s) of the
+plane a length is then indicated too long by alpha c s, beside sx c^2 + sy s^2 of the two scales; the difference of two
+directions with the same c^2 has alpha alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stepgauge import __version__
+from stepgauge.errors import InputError, naming
+from stepgauge.files.resources import folder
+from stepgauge.files.templating import check_printable, fill_template
+
+PLANES = ("xy", "xz", "yz")
+FIRMWARES = {
+    "marlin": ("Marlin M852", ""),
+    "klipper": ("Klipper SET_SKEW", ""),
+    "rrf": ("RepRapFirmware M556", "the sense of M556"),
+}
+"""Title, and what could not be confirmed in a manual or in the source."""
+OUT_OF_PLANE_DEG, UNLIKE_DEG = 2.0, 2.0
+SIDE_MM = 100.0
+"""Side of the square that lengths are stated for."""
+
+
+@dataclass(frozen=True)
+class Skew:
+    """Squareness error of a plane: ``alpha_rad`` as above, from two placements by number."""
+
+    plane: str
+    alpha_rad: float
+    placements: tuple[int, int]
+
+
+def find_skew(evaluation: Mapping[str, Any], path: str | Path, plane: str) -> Skew:
+    """The skew of a plane from an ``evaluation.json``.
+
+    :class:`InputError` where no two placements lie in the plane, mirrored at one of its axes.
+    """
+    i, j = ("xyz".index(axis) for axis in plane)
+    lying = [one for one in evaluation["placements"] if _out_of_plane_deg(one["axis"], i, j) <= OUT_OF_PLANE_DEG]
+    for one in lying:
+        for other in lying:
+            if one["axis"][i] * one["axis"][j] > 0.0 > other["axis"][i] * other["axis"][j]:
+                turned = abs(_from_axis_deg(one["axis"], i, j) - _from_axis_deg(other["axis"], i, j))
+                if turned <= UNLIKE_DEG:
+                    return Skew(plane, _alpha(one, other, i, j), (one["placement"], other["placement"]))
+    raise InputError(
+        path,
+        f"no two placements along the diagonals of {plane}",
+        found=f"{len(lying)} placements in the plane",
+        expected=f"two, mirrored at an axis to {UNLIKE_DEG:g} deg, best at 45 deg",
+    )
+
+
+def _out_of_plane_deg(axis: list[float], i: int, j: int) -> float:
+    return math.degrees(math.asin(min(1.0, abs(axis[3 - i - j]))))
+
+
+def _from_axis_deg(axis: list[float], i: int, j: int) -> float:
+    return math.degrees(math.atan2(abs(axis[j]), abs(axis[i])))
+
+
+def _alpha(one: Mapping[str, Any], other: Mapping[str, Any], i: int, j: int) -> float:
+    product = [placement["axis"][i] * placement["axis"][j] for placement in (one, other)]
+    return (_slope(one) - _slope(other)) * 1e-3 / (product[0] - product[1])
+
+
+def _slope(placement: Mapping[str, Any]) -> float:
+    """Of the mean error along the gauge, um per mm."""
+    rows = [(face["position_mm"], face["xm_um"]) for face in placement["faces"] if face["xm_um"] is not None]
+    position, error = np.array(rows, float).T
+    return float(np.polyfit(position, error, 1)[0])
+
+
+def render_skew(skew: Skew, firmware: str, evaluation: Mapping[str, Any], path: str | Path) -> str:
+    """The commands of a firmware that take a skew away (``FIRMWARES``); what is not confirmed stands in them."""
+    if firmware not in FIRMWARES:
+        raise InputError(
+            naming("to"), "no firmware that corrects a skew", found=firmware, expected=", ".join(FIRMWARES)
+        )
+    factor = -skew.alpha_rad
+    sine = math.sin(math.atan(factor))
+    diagonals = [SIDE_MM * math.sqrt(2.0 + 2.0 * sign * sine) for sign in (1, -1)]
+    source = folder("templates") / "compensation" / "skew.j2"
+    context = {
+        "firmware": firmware,
+        "plane": skew.plane,
+        "factor": factor,
+        "ppm": skew.alpha_rad * 1e6,
+        "ac_mm": diagonals[0],
+        "bd_mm": diagonals[1],
+        "side_mm": SIDE_MM,
+        "unconfirmed": FIRMWARES[firmware][1],
+        "placements": list(skew.placements),
+        "evaluation": Path(path).name,
+        "gauge": evaluation["gauge"]["serial"],
+        "version": __version__,
+    }
+    text = fill_template(source, "compensation", context)
+    check_printable(text, source)
+    return text
