@@ -65,7 +65,7 @@ def _periods_mm(choices: dict[str, Any], data: Residuals) -> Array:
     if data.turn_mm is not None:
         return data.turn_mm / np.arange(1.0, min(np.unique(_coordinate(choices, data)).size / 2.0, MOST_PERIODS) + 1.0)
     span = max(float(np.ptp(_coordinate(choices, data))), 1.0)
-    frequency = np.arange(FEWEST_ALONG / span, 0.5, 1.0 / (3.0 * span))[:MOST_PERIODS]
+    frequency = np.arange(FEWEST_ALONG / span, 1.0 / data.shortest_mm, 1.0 / (3.0 * span))[:MOST_PERIODS]
     return 1.0 / frequency
 
 

@@ -19,6 +19,8 @@ from stepgauge.recording.identity import axis_from_approaches, certified_mm, che
 
 Array = NDArray[np.float64]
 FEWEST_ROWS = 12
+SHORTEST_MM = 2.0
+"""Shortest period along an axis: below the pitch of common screws, above that of scales, which faces do not resolve."""
 MOST_ALONE = 0.2
 """Share of probings without a repeat at the same speed above which repeats at other speeds also count."""
 
@@ -31,7 +33,8 @@ class Residuals:
     approach goes along the gauge axis (fronts), -1 against it; ``placement``: index from 0; ``probings``: the columns
     that effects use, with the simulated coordinates, since a recorded coordinate contains the residual itself;
     ``frame``: the recording, rows as in the file. Of a recording without a gauge, ``unknown (p, n)``: nuisance columns
-    of which nothing is known, in place of the origins; ``turn_mm``: a turn of a rotary axis.
+    of which nothing is known, in place of the origins; ``turn_mm``: a turn of a rotary axis;
+    ``shortest_mm``: the shortest period along an axis that is looked for.
     """
 
     um: Array
@@ -44,6 +47,7 @@ class Residuals:
     machine: Machine
     unknown: Array | None = None
     turn_mm: float | None = None
+    shortest_mm: float = SHORTEST_MM
 
     def __len__(self) -> int:
         return len(self.um)

@@ -77,3 +77,15 @@ def test_a_lead_that_divides_the_spacing_is_not_seen_and_this_is_said() -> None:
     assert found.verdict == "adequate"
     assert "a period that divides the even steps of 25.0 mm cannot be seen" in found.summary()
     assert any("divides it (1.00, 2.50, 5.00, 25.0 mm)" in one for one in found.said["limits"])
+
+
+def test_a_lead_is_found_at_uneven_targets_whatever_the_length_of_the_axis() -> None:
+    """Of 1.2 m and of 80 mm, which are computed on other scales: the shortest period that is looked for is 2 mm."""
+    for length_mm, lead_mm in ((1200.0, 7.0), (80.0, 2.5)):
+        steps = even(np.arange(41.0) * length_mm / 40.0)
+        assert steps is not None
+        targets = np.array(steps.uneven())
+        found = diagnose_axis(axis(targets, lambda t, w: 1.5 * np.sin(2.0 * np.pi * t / lead_mm) + 0.01 * t))  # noqa: B023
+        by_kind = {one["kind"]: one["parameters"] for one in found.said["effects"]}
+        assert set(by_kind) == {"scale_error", "periodic_scale_error"}
+        assert by_kind["periodic_scale_error"]["period_mm"]["value"] == pytest.approx(lead_mm, rel=1e-3)

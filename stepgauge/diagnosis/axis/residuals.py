@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import datetime
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,9 +17,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.axis.recording import AxisRecording, places_of
+from stepgauge.diagnosis.aliases import even
 from stepgauge.diagnosis.axis.stations import fitted_distances, station_columns
 from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.residuals import FEWEST_ROWS, Residuals
+from stepgauge.diagnosis.residuals import FEWEST_ROWS, SHORTEST_MM, Residuals
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import CertificateTable, Gauge, GaugeTable
@@ -73,8 +74,17 @@ def axis_data(recording: AxisRecording) -> AxisData:
     rows = _rows(recording, face, target * _base_deviations(recording) + away, scaling)
     um = away * scaling.deviation * way
     turn_mm = 360.0 * scaling.position if recording.form == "axis" and units.axis == "rotary" else None
-    residuals = _residuals(recording, rows, um, way, gauge, machine, turn_mm)
+    shortest_mm = _shortest(recording, places) * scaling.position
+    residuals = replace(_residuals(recording, rows, um, way, gauge, machine, turn_mm), shortest_mm=shortest_mm)
     return AxisData(recording, residuals, scaling, repeatability)
+
+
+def _shortest(recording: AxisRecording, places: Array) -> float:
+    """The shortest period to look for, mm or deg: of evenly spaced targets two steps, what is shorter is an alias."""
+    if recording.form != "axis":
+        return SHORTEST_MM / _power(TYPICAL_MM, float(np.ptp(places)))
+    steps = even(places)
+    return SHORTEST_MM if steps is None else max(2.0 * steps.spacing, SHORTEST_MM)
 
 
 def _targets(recording: AxisRecording) -> Array:
