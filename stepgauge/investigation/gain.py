@@ -33,9 +33,7 @@ class Prediction:
     precision: Array
 
 
-def distances(
-    predictions: Sequence[Prediction], new: NDArray[np.bool_], whiten: Callable[[Array], Array]
-) -> Array:
+def distances(predictions: Sequence[Prediction], new: NDArray[np.bool_], whiten: Callable[[Array], Array]) -> Array:
     """Chi-square distances of the predictions of new rows, shape ``(h, h)``, symmetric.
 
     The difference of two means stands in the new rows only; what of it the parameters of one hypothesis and the
