@@ -44,8 +44,8 @@ NOTHING = Unseen((), np.zeros(0), np.zeros(0))
 class Case:
     """What is investigated, and how far.
 
-    ``odds``: at which an answer stands; ``minutes``: of machine and hands in all; ``without``: kinds of effects that are
-    known not to be there.
+    ``odds``: at which an answer stands; ``minutes``: of machine and hands in all; ``without``: kinds of effects that
+    are known not to be there.
     """
 
     gauge: Gauge

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
+from scipy.linalg import cho_factor, cho_solve
 
 from stepgauge.diagnosis.engine import Searched
 from stepgauge.diagnosis.forms import form_candidates
@@ -124,8 +125,8 @@ class Predicting:
 
         :class:`InputError` where a law cannot be computed there.
         """
-        forms = self._forms(more.data)
-        return [self._of(one, fit, more, forms) for one, fit in zip(self.possible, self._fits, strict=True)]
+        forms, told = self._forms(more.data), self._nuisances(more)
+        return [self._of(one, fit, more, forms, told) for one, fit in zip(self.possible, self._fits, strict=True)]
 
     def _forms(self, data: Residuals) -> dict[str, Candidate]:
         """The forms of the hypotheses, with the features that they have in a lengthened recording."""
@@ -134,7 +135,12 @@ class Predicting:
         return {one.label: one for one in form_candidates(data, self.priors, self.found.search.problem.scale_um)}
 
     def _of(
-        self, one: Hypothesis, effects: Sequence[Effect], more: Lengthened, forms: dict[str, Candidate]
+        self,
+        one: Hypothesis,
+        effects: Sequence[Effect],
+        more: Lengthened,
+        forms: dict[str, Candidate],
+        nuisances: Callable[[Array], Array],
     ) -> Prediction:
         mean = np.zeros(len(more.data))
         for effect in effects:
@@ -146,15 +152,20 @@ class Predicting:
                 mean = mean + self._formed(own, part.sd, mean)
             columns.append(own)
             sd.append(np.full(len(own), part.sd))
-        return Prediction(mean + self._told(mean, more), np.vstack(columns), np.concatenate(sd) ** -2.0)
+        return Prediction(mean + nuisances(mean), np.vstack(columns), np.concatenate(sd) ** -2.0)
 
-    def _told(self, mean: Array, more: Lengthened) -> Array:
-        """What origins and faces add, as the recording so far tells them under a hypothesis."""
-        count, problem = len(self.found.data), bare_problem(more.data)
-        columns, sd = nuisances(problem, self.found.search.scatters.plain())
+    def _nuisances(self, more: Lengthened) -> Callable[[Array], Array]:
+        """What origins and faces add to a mean, as the recording so far tells them."""
+        count = len(self.found.data)
+        columns, sd = nuisances(bare_problem(more.data), self.found.search.scatters.plain())
         design = columns[:, :count] * (sd / more.metric.sigma_um)[:, None]
-        left = (self.found.data.um - mean[:count]) / more.metric.sigma_um
-        return np.asarray(np.linalg.solve(design @ design.T + np.eye(len(sd)), design @ left) * sd @ columns)
+        factor = cho_factor(design @ design.T + np.eye(len(sd)))
+
+        def told(mean: Array) -> Array:
+            left = (self.found.data.um - mean[:count]) / more.metric.sigma_um
+            return np.asarray(cho_solve(factor, design @ left) * sd @ columns)
+
+        return told
 
     def _formed(self, columns: Array, sd: float, mean: Array) -> Array:
         """What a form adds: its amplitudes fitted to what is left in the recording so far."""

@@ -33,9 +33,13 @@ AGREE_MM = 0.1
 UP = 2
 
 
+class NotAsAskedError(InputError):
+    """The gauge does not lie as it was asked to: it has to be laid again."""
+
+
 @dataclass(frozen=True)
 class Target:
-    """A probing: the surface point in gauge coordinates (along, across, up; mm) and the approach, an axis with a sign."""
+    """A probing: the surface point in gauge coordinates (along, across, up; mm); approach by axis and sign."""
 
     name: str
     surface_mm: tuple[float, float, float]
@@ -90,18 +94,27 @@ def locate(link: Link, asked: Placement, gauge: Gauge, machine: Machine, wishes:
             believed = fitted(asked, gauge, machine, every[: len(points)], points)[0]
         _leave(link, believed, gauge, machine)
     except DmeError as error:
+        link.clear()
         if error.number in RETREATS:
-            link.clear()
-            link.end()
-        what = f"the gauge was not found: {every[len(points)].name} is not there"
-        found = MEANING.get(error.number, str(error))
-        raise InputError(link.name, what, found=found, expected=f"the gauge within {LAID_MM:g} mm") from None
+            _leave(link, believed, gauge, machine)
+        link.end()
+        raise _not_found(link, error, every[min(len(points), len(every) - 1)]) from None
     except ConnectionLostError as error:
         raise InputError(link.name, "the connection was lost", found=str(error), expected="--resume") from None
     link.end()
     found, off_mm = fitted(asked, gauge, machine, every, points)
     check_agreement(every, off_mm, link.name)
     return found
+
+
+def _not_found(link: Link, error: DmeError, target: Target) -> InputError:
+    """A search in vain: the gauge has to be laid again; any other error: somebody has to look at the machine first."""
+    found = MEANING.get(error.number, str(error))
+    if error.number in RETREATS:
+        what = f"the gauge was not found: {target.name} is not there"
+        return NotAsAskedError(link.name, what, found=found, expected=f"the gauge within {LAID_MM:g} mm")
+    what = f"the machine stopped on its way to {target.name}"
+    return InputError(link.name, what, found=found, expected="the cause removed, then --resume")
 
 
 def _probe(link: Link, target: Target, believed: Placement, gauge: Gauge, machine: Machine) -> list[float]:
@@ -170,7 +183,9 @@ def check_agreement(probed: Sequence[Target], off_mm: Array, where: str) -> None
     worst = int(np.abs(off_mm).argmax())
     if abs(off_mm[worst]) > AGREE_MM:
         found = f"{probed[worst].name} is {off_mm[worst]:+.3f} mm off the others"
-        raise InputError(where, "the probings do not fit this gauge", found=found, expected=f"within {AGREE_MM:g} mm")
+        raise NotAsAskedError(
+            where, "the probings do not fit this gauge", found=found, expected=f"within {AGREE_MM:g} mm"
+        )
 
 
 def check_end_for_end(recording: Any, gauge: Gauge, sigma_um: float) -> None:
@@ -186,7 +201,9 @@ def check_end_for_end(recording: Any, gauge: Gauge, sigma_um: float) -> None:
     chi2 = [_line_chi2(mean - certified[told - 1], told, gauge, sigma_um) for certified in (own, turned)]
     if chi2[1] < len(told) and chi2[0] > chi2[1] + CLEARLY:
         what = "the gauge lies end for end: its faces fit the certificate from the other end"
-        raise InputError(recording.path, what, found=f"chi-square {chi2[0]:.0f}", expected=f"{chi2[1]:.0f} if turned")
+        raise NotAsAskedError(
+            recording.path, what, found=f"chi-square {chi2[0]:.0f}", expected=f"{chi2[1]:.0f} if turned"
+        )
 
 
 CLEARLY = 100.0

@@ -31,7 +31,7 @@ ELSEWHERE_MM, TURNED_COS = 50.0, 0.97
 class Reach:
     """Where the gauge may be laid and what that costs.
 
-    ``region_mm (3, 2)``: lowest and highest coordinates that any part of the gauge's axis may have, None for the travel;
+    ``region_mm (3, 2)``: lowest and highest coordinates that the ends of the gauge may have, None for the travel;
     ``level``: the gauge lies on the table, at the height at which it is, and is neither lifted nor inclined;
     ``hands_minutes``: to lay it elsewhere; ``cycles``: of a whole run.
     """
@@ -62,10 +62,11 @@ def possible_runs(data: Residuals, placements: Sequence[Placement], machine: Mac
     """
     here, cycles = placements[-1], reach.cycles
     runs = list(_as_it_lies(data, here, machine, cycles))
-    for run in laid_elsewhere(data, placements[0]):
-        known = any(_same(run.placement, one) for one in placements)
-        if not known and reach.allows(run, placements[0]):
+    taken = list(placements)
+    for run in (one for base in (placements[0], here) for one in laid_elsewhere(data, base)):
+        if not any(_same(run.placement, one) for one in taken) and reach.allows(run, placements[0]):
             runs.append(replace(run, cycles=cycles))
+            taken.append(run.placement)
     return runs
 
 
@@ -129,7 +130,11 @@ def with_minutes(
 def run_json(run: ExtraRun) -> dict[str, Any]:
     """A run as JSON types, to be read by :func:`run_of`."""
     said = {name: getattr(run, name) for name in ("words", "speed_mm_s", "cycles", "order", "wait_s", "stays")}
-    return {**said, "blocks": None if run.blocks is None else list(run.blocks), "placement": placement_json(run.placement)}
+    return {
+        **said,
+        "blocks": None if run.blocks is None else list(run.blocks),
+        "placement": placement_json(run.placement),
+    }
 
 
 def run_of(said: dict[str, Any]) -> ExtraRun:
@@ -147,5 +152,3 @@ def placement_json(placement: Placement) -> dict[str, Any]:
 def placement_of_json(said: dict[str, Any]) -> Placement:
     """The placement that :func:`placement_json` wrote."""
     return make_placement(said["c1_mm"], said["c2_mm"], said["first_block"], said["last_block"], said["up"])
-
-

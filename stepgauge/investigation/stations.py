@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -39,11 +39,14 @@ class Station(Protocol):
     def stand(self, number: int, lies: Placement) -> None:
         """From now on the gauge lies nearly so; ``number``: of the placement, from 1."""
 
+    def go_on(self, time_s: float) -> None:
+        """An investigation goes on that was broken off after this time of the machine's clock."""
+
     def wait(self, seconds: float) -> None:
         """Nothing for so long."""
 
-    def linked(self, settings: ProbingSettings) -> Iterator[Link]:
-        """A link for as long as it is needed (a context manager)."""
+    def linked(self, settings: ProbingSettings) -> AbstractContextManager[Link]:
+        """A link for as long as it is needed."""
 
 
 @dataclass
@@ -57,6 +60,9 @@ class Served:
 
     def stand(self, number: int, lies: Placement) -> None:
         """The person has laid it."""
+
+    def go_on(self, time_s: float) -> None:
+        """Its clock has gone on by itself."""
 
     def wait(self, seconds: float) -> None:
         """Real time passes; a wish to stop ends it."""
@@ -82,7 +88,6 @@ class Simulated:
     faults : effects and events that are concealed from it
     seed : of the repeatability and of how exactly the gauge is laid
     gauge_temperature_C : true and indicated
-    start_s : what the clock shows at first; an investigation that is resumed goes on at its last time
     """
 
     def __init__(
@@ -92,12 +97,11 @@ class Simulated:
         faults: Faults | None = None,
         seed: int = 0,
         gauge_temperature_C: float | None = None,
-        start_s: float = 0.0,
         stop: Stop | None = None,
     ) -> None:
         self.machine, self.gauge, self.faults, self.seed, self.stop = machine, gauge, faults or Faults(), seed, stop
         self.gauge_temperature_C, self.wishes = gauge_temperature_C, Wishes(home=True)
-        self.clock = MachineClock(None, start_s)
+        self.clock = MachineClock(None)
         self._cmm: LiveCmm | None = None
 
     def stand(self, number: int, lies: Placement) -> None:
@@ -106,11 +110,13 @@ class Simulated:
         true = lies if number == 1 else nearly(lies, np.random.default_rng([self.seed, number]))
         seed = int(random.integers(2**32))
         before = self._cmm
-        self._cmm = LiveCmm(
-            self.machine, self.gauge, true, self.clock, self.faults, self.gauge_temperature_C, seed
-        )
+        self._cmm = LiveCmm(self.machine, self.gauge, true, self.clock, self.faults, self.gauge_temperature_C, seed)
         if before is not None:
             self._cmm.position_mm = before.position_mm
+
+    def go_on(self, time_s: float) -> None:
+        """The clock shows this time at least."""
+        self.clock.advance_to(time_s)
 
     def wait(self, seconds: float) -> None:
         """The clock goes on."""

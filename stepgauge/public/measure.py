@@ -102,4 +102,3 @@ def measure(
             return measure_job(job, link, book, wishes=Wishes(tool, homing), progress=progress)
     finally:
         book.close()
-
