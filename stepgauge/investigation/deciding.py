@@ -189,7 +189,7 @@ def decide(case: Case, learnt: Learnt, placements: Sequence[Placement], spent_mi
     worth = [one for one in within if one.nats >= LEAST_NATS]
     hidden = max((one.hidden.chance for one in within), default=0.0)
     if stands and hidden <= 1.0 - case.sure and not _unsettled(case, learnt):
-        return End(_how(case, learnt.diagnosis), "the answer stands", True)
+        return End(how(learnt.diagnosis), "the answer stands", True)
     if worth:
         return worth
     turned = [one for one in within if not one.run.stays and directions([*placements, one.run.placement]) > 1]
@@ -197,7 +197,7 @@ def decide(case: Case, learnt: Learnt, placements: Sequence[Placement], spent_mi
         return turned
     over = any(one.nats >= LEAST_NATS for one in learnt.rated)
     why = "the time is over" if over else "no run within reach tells enough"
-    return End(_how(case, learnt.diagnosis), why, stands)
+    return End(how(learnt.diagnosis), why, stands)
 
 
 def _stands(case: Case, diagnosis: Diagnosis) -> bool:
@@ -217,7 +217,9 @@ def _unsettled(case: Case, learnt: Learnt) -> bool:
     return max(answers.values(), default=0.0) < case.sure
 
 
-def _how(case: Case, diagnosis: Diagnosis) -> str:
+def how(diagnosis: Diagnosis) -> str:
+    """``cause`` where everything that was found is named alone, ``set`` where rivals are left; else the verdict."""
     if diagnosis.verdict != "effects":
         return diagnosis.verdict
-    return "cause" if all(one.own >= case.sure for one in diagnosis.findings) else "set"
+    alone = all(not (one.confounded_with or one.alternatives) for one in diagnosis.findings)
+    return "cause" if alone else "set"

@@ -6,6 +6,7 @@ numbers say how it lies (the blocks stand up), so that two are left over: its le
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -81,12 +82,15 @@ def locating_settings(machine: Machine) -> ProbingSettings:
     )
 
 
-def locate(link: Link, asked: Placement, gauge: Gauge, machine: Machine, wishes: Wishes) -> Placement:
-    """Probe a gauge that lies nearly as asked, and find how it lies; the session is ended, the machine out of the way.
+def locate(link: Link, asked: Placement, gauge: Gauge, machine: Machine, wishes: Wishes) -> tuple[Placement, float]:
+    """Probe a gauge that lies nearly as asked, and find how it lies, and the minutes that this took.
+
+    The session is ended, the machine out of the way.
 
     :class:`InputError` where it does not lie there, or where the probings contradict its length or its width.
     """
     link.prepare(wishes)
+    began_s = clock_s(link)
     believed, points, every = asked, list[list[float]](), targets(gauge)
     try:
         for target in every:
@@ -101,10 +105,17 @@ def locate(link: Link, asked: Placement, gauge: Gauge, machine: Machine, wishes:
         raise _not_found(link, error, every[min(len(points), len(every) - 1)]) from None
     except ConnectionLostError as error:
         raise InputError(link.name, "the connection was lost", found=str(error), expected="--resume") from None
+    minutes = (clock_s(link) - began_s) / 60.0
     link.end()
     found, off_mm = fitted(asked, gauge, machine, every, points)
     check_agreement(every, off_mm, link.name)
-    return found
+    return found, minutes
+
+
+def clock_s(link: Link) -> float:
+    """The machine's clock in an open session, that of this computer where it has none."""
+    now_s = link.time_s()
+    return time.monotonic() if now_s is None else now_s
 
 
 def _not_found(link: Link, error: DmeError, target: Target) -> InputError:

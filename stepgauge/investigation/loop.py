@@ -13,7 +13,7 @@ from stepgauge.diagnosis.result import Diagnosis, Finding
 from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.errors import InputError
 from stepgauge.gauge.placement import Placement
-from stepgauge.investigation.deciding import LEAST_NATS, SHOWN, Case, End, Learnt, decide, learn
+from stepgauge.investigation.deciding import LEAST_NATS, SHOWN, Case, End, Learnt, decide, how, learn
 from stepgauge.investigation.gain import entropy
 from stepgauge.investigation.reach import run_of
 from stepgauge.investigation.running import Made, Runner, joined
@@ -121,7 +121,7 @@ def told_json(found: Learnt) -> dict[str, Any]:
     p = np.array([one.probability for one in found.possible])
     return {
         "verdict": diagnosis.verdict,
-        "how": diagnosis.verdict if diagnosis.verdict != "effects" else "set",
+        "how": how(diagnosis),
         "summary": diagnosis.summary().splitlines()[0],
         "adequate": float(diagnosis.odds.get("adequate", math.nan)) if diagnosis.odds else None,
         "found": [_finding(one) for one in diagnosis.findings],
@@ -140,7 +140,7 @@ def _finding(one: Finding) -> dict[str, Any]:
     return {
         "kind": one.kind,
         "label": one.label,
-        "probability": min(one.probability, 1.0),
+        "probability": min(max(one.probability, one.own), 1.0),
         "own_probability": min(one.own, 1.0),
         "set": [*one.confounded_with, *one.alternatives],
         "parameters": values,

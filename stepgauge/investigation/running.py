@@ -17,7 +17,6 @@ from stepgauge.investigation.journal import Steps
 from stepgauge.investigation.locating import LAID_MM, NotAsAskedError, check_end_for_end, locate, locating_settings
 from stepgauge.investigation.reach import placement_json, placement_of_json, program_of
 from stepgauge.investigation.stations import Station
-from stepgauge.live.controller import Link
 from stepgauge.live.job import Job, make_job
 from stepgauge.live.journal import Journal, resume, start
 from stepgauge.live.measuring import Progress, measure
@@ -126,18 +125,18 @@ class Runner:
     def _located(self, asked: Placement) -> dict[str, Any]:
         case = self.case
         with self.station.linked(locating_settings(case.machine)) as link:
-            began_s = link.time_s()
             try:
-                found = locate(link, asked, case.gauge, case.machine, self.station.wishes)
+                found, minutes = locate(link, asked, case.gauge, case.machine, self.station.wishes)
             except NotAsAskedError as error:
                 return {"refused": str(error)}
-            return {"lies": placement_json(found), "minutes": _minutes_since(link, began_s)}
+            return {"lies": placement_json(found), "minutes": minutes}
 
     def _measured(self, name: str, run: ExtraRun, lies: Placement, placement_number: int) -> dict[str, Any]:
         case = self.case
         program = program_of(run, case.gauge, case.machine, lies)
         job = make_job(program, case.machine, case.gauge, lies, placement_number=placement_number)
-        recording, own_clock, began_s = self._points(job, self.folder / f"run-{name}.journal")
+        own_clock = self.steps.once("clock", self._has_clock)
+        recording, began_s = self._points(job, self.folder / f"run-{name}.journal")
         if not run.stays:
             try:
                 check_end_for_end(recording, case.gauge, case.machine.table.repeatability_um)
@@ -148,16 +147,22 @@ class Runner:
         minutes = float(np.ptp(recording.frame["time_s"])) / 60.0
         return {"path": path.name, "minutes": minutes, "own_clock": own_clock, "began_s": began_s}
 
-    def _points(self, job: Job, path: Path) -> tuple[Recording, bool, float]:
+    def _has_clock(self) -> bool:
+        """Whether the machine tells its own time, which goes on from run to run."""
+        with self.station.linked(locating_settings(self.case.machine)) as link:
+            link.prepare(self.station.wishes)
+            told = link.time_s() is not None
+            link.end()
+        return told
+
+    def _points(self, job: Job, path: Path) -> tuple[Recording, float]:
         """All points of a run, those that its journal has not yet measured now."""
         book = self._journal(path, job)
         try:
             if len(book.rows) == len(job):
-                recording = job.recording(book, {})
-                return recording, bool(book.head.get("own_clock", True)), book.began_s
+                return job.recording(book, {}), book.began_s
             with self.station.linked(job.program.settings) as link:
-                recording = measure(job, link, book, wishes=self.station.wishes, progress=self.progress)
-                return recording, link.time_s() is not None, book.began_s
+                return measure(job, link, book, wishes=self.station.wishes, progress=self.progress), book.began_s
         finally:
             book.close()
 
@@ -173,11 +178,6 @@ class Runner:
         path = self.folder / measured["path"]
         own, began_s = measured["own_clock"], measured["began_s"]
         return Made(run, path, lies, number, machine, machine + rest, own, began_s)
-
-
-def _minutes_since(link: Link, began_s: float | None) -> float:
-    now_s = link.time_s()
-    return 0.0 if began_s is None or now_s is None else max(0.0, (now_s - began_s) / 60.0)
 
 
 def question(run: ExtraRun) -> str:
