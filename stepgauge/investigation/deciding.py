@@ -24,7 +24,7 @@ from stepgauge.gauge.placement import Placement
 from stepgauge.investigation.gain import distances, information
 from stepgauge.investigation.hidden import Unseen, unseen
 from stepgauge.investigation.hypotheses import Hypothesis, Predicting, hypotheses
-from stepgauge.investigation.reach import Reach, directions, possible_runs, run_json, with_minutes
+from stepgauge.investigation.reach import Costed, Reach, directions, possible_runs, run_json, with_minutes
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
 
@@ -93,14 +93,20 @@ class Rated:
 
 @dataclass(frozen=True)
 class Learnt:
-    """The diagnosis of all runs so far, and the further runs, the one that tells most per minute first."""
+    """The diagnosis of all runs so far, and the further runs, the one that tells most per minute first.
+
+    ``late``: runs that the time left is too short for, which are not rated.
+    """
 
     diagnosis: Diagnosis
     possible: tuple[Hypothesis, ...]
     rated: tuple[Rated, ...]
+    late: tuple[ExtraRun, ...] = ()
 
 
-def learn(case: Case, recording: Recording, placements: Sequence[Placement], done: Collection[str]) -> Learnt:
+def learn(
+    case: Case, recording: Recording, placements: Sequence[Placement], done: Collection[str], spent_minutes: float = 0.0
+) -> Learnt:
     """Diagnose everything that was measured, and rate the runs that are within reach.
 
     Parameters
@@ -108,40 +114,42 @@ def learn(case: Case, recording: Recording, placements: Sequence[Placement], don
     recording : of all runs, joined
     placements : how the gauge was laid, in that order; the last one is how it lies
     done : words of the runs that were made or declined
+    spent_minutes : of the case's minutes
     """
     data = make_residuals(recording, case.gauge, case.machine)
     diagnosis, found = diagnose_with_search(data, case.without, case.priors)
     runs = [run for run in possible_runs(data, placements, case.machine, case.reach) if run.words not in done]
+    costed = list(with_minutes(runs, case.gauge, case.machine, case.reach))
+    in_time = [one for one in costed if spent_minutes + one.minutes <= case.minutes]
+    late = tuple(one.run for one in costed if one not in in_time)
     if found is None:
-        return Learnt(diagnosis, (), tuple(_unrated(case, runs)))
+        return Learnt(diagnosis, (), tuple(_unrated(in_time)), late)
     possible = hypotheses(found)
-    rated = rate(case, found, possible, data, runs)
-    return Learnt(diagnosis, tuple(possible), tuple(sorted(rated, key=lambda one: -one.nats / one.minutes)))
+    rated = rate(case, found, possible, data, in_time)
+    return Learnt(diagnosis, tuple(possible), tuple(sorted(rated, key=lambda one: -one.nats / one.minutes)), late)
 
 
-def _unrated(case: Case, runs: Sequence[ExtraRun]) -> list[Rated]:
+def _unrated(runs: Sequence[Costed]) -> list[Rated]:
     """Of too few readings nothing can be said but that more are needed: any run of whole cycles, the cheapest first."""
-    costs = with_minutes([run for run in runs if run.blocks is None], case.gauge, case.machine, case.reach)
-    rated = [Rated(run, own, whole, 1.0, (), NOTHING) for run, own, whole in costs]
+    rated = [Rated(*one, 1.0, (), NOTHING) for one in runs if one.run.blocks is None]
     return sorted(rated, key=lambda one: one.minutes)
 
 
 def rate(
-    case: Case, found: Searched, possible: Sequence[Hypothesis], data: Residuals, runs: Sequence[ExtraRun]
+    case: Case, found: Searched, possible: Sequence[Hypothesis], data: Residuals, runs: Sequence[Costed]
 ) -> list[Rated]:
-    """What each run would tell, and what it costs; runs that cannot be made or computed are left out."""
-    costs = {run.words: (own, whole) for run, own, whole in with_minutes(runs, case.gauge, case.machine, case.reach)}
-    kept = [run for run in runs if run.words in costs]
+    """What each run would tell; runs that cannot be computed are left out."""
+    costs = {one.run.words: one for one in runs}
     predicting = Predicting(found, possible, case.priors)
     named = {part.candidate.label for part in possible[0].parts}
     rated = []
-    for more in lengthened(data, found.model.state.sigma_um, kept):
+    for more in lengthened(data, found.model.state.sigma_um, [one.run for one in runs]):
         try:
             nats, told = _of_rivals(possible, predicting, more, len(data))
             hidden = unseen(more, len(data), case.priors, case.without, named) if _is_new(more.run) else NOTHING
         except InputError:
             continue
-        rated.append(Rated(more.run, *costs[more.run.words], nats, told, hidden))
+        rated.append(Rated(*costs[more.run.words], nats, told, hidden))
     return rated
 
 
@@ -182,21 +190,19 @@ class End:
     stands: bool
 
 
-def decide(case: Case, learnt: Learnt, placements: Sequence[Placement], spent_minutes: float) -> End | list[Rated]:
+def decide(case: Case, learnt: Learnt, placements: Sequence[Placement]) -> End | list[Rated]:
     """The end, or the runs to propose, the best first."""
     stands = _stands(case, learnt.diagnosis) and directions(placements) > 1
-    within = [one for one in learnt.rated if spent_minutes + one.minutes <= case.minutes]
-    worth = [one for one in within if one.nats >= LEAST_NATS]
-    hidden = max((one.hidden.chance for one in within), default=0.0)
+    worth = [one for one in learnt.rated if one.nats >= LEAST_NATS]
+    hidden = max((one.hidden.chance for one in learnt.rated), default=0.0)
     if stands and hidden <= 1.0 - case.sure and not _unsettled(case, learnt):
         return End(how(learnt.diagnosis), "the answer stands", True)
     if worth:
         return worth
-    turned = [one for one in within if not one.run.stays and directions([*placements, one.run.placement]) > 1]
+    turned = [one for one in learnt.rated if not one.run.stays and directions([*placements, one.run.placement]) > 1]
     if directions(placements) < 2 and turned:
         return turned
-    over = any(one.nats >= LEAST_NATS for one in learnt.rated)
-    why = "the time is over" if over else "no run within reach tells enough"
+    why = "the time is over" if learnt.late else "no run within reach tells enough"
     return End(how(learnt.diagnosis), why, stands)
 
 

@@ -81,8 +81,8 @@ class Investigation:
 
     def _told(self) -> dict[str, Any]:
         done = [*(made.run.words for made in self.runs[1:]), *self.declined]
-        found = learn(self.case, self.recording, self.placements, done)
-        decided = decide(self.case, found, self.placements, self.spent_minutes)
+        found = learn(self.case, self.recording, self.placements, done, self.spent_minutes)
+        decided = decide(self.case, found, self.placements)
         end = decided if isinstance(decided, End) else None
         proposed = [] if isinstance(decided, End) else decided
         return {
@@ -152,6 +152,7 @@ def needed(case: Case, found: Learnt, end: End) -> list[str]:
     if end.stands:
         return []
     wanted = [_wanted(one.as_json()) for one in found.rated if one.nats >= LEAST_NATS]
+    wanted += [f"{run.words}, for which the time was too short" for run in found.late]
     for one in found.diagnosis.findings:
         if one.own < case.sure and {one.kind, *one.confounded_with} & STYLUS_KINDS:
             wanted.append(f"the same runs with a stylus of another length and tip, for {one.label} and its rivals")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,10 +113,16 @@ def program_of(run: ExtraRun, gauge: Gauge, machine: Machine, placement: Placeme
     return checked_program(lies, gauge, machine, run.options(gauge.n_blocks), settings_of(gauge, machine, run))
 
 
-def with_minutes(
-    runs: Sequence[ExtraRun], gauge: Gauge, machine: Machine, reach: Reach
-) -> Iterator[tuple[ExtraRun, float, float]]:
-    """Runs whose path is free, with the minutes that they take of the machine, and in all with hands and locating."""
+class Costed(NamedTuple):
+    """A run with the minutes that it takes of the machine, locating included, and in all with hands and pauses."""
+
+    run: ExtraRun
+    machine_minutes: float
+    minutes: float
+
+
+def with_minutes(runs: Sequence[ExtraRun], gauge: Gauge, machine: Machine, reach: Reach) -> Iterator[Costed]:
+    """Runs whose path is free, with what they cost."""
     for run in runs:
         try:
             machine_s = duration_s(program_of(run, gauge, machine))
@@ -124,7 +130,7 @@ def with_minutes(
             continue
         own = machine_s / 60.0 + (0.0 if run.stays else LOCATING_MINUTES)
         pause = run.wait_s / 60.0 if run.stays else reach.hands_minutes
-        yield run, own, own + pause
+        yield Costed(run, own, own + pause)
 
 
 def run_json(run: ExtraRun) -> dict[str, Any]:
