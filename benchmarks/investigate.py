@@ -15,9 +15,9 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import json
+import math
 import multiprocessing
 import os
-import statistics
 import sys
 import tempfile
 import threading
@@ -288,6 +288,13 @@ def _drawn(pipe: Any, kind: str, folder: Path, minutes: float) -> Result:
     return result
 
 
+def stopped(kind: str, why: str) -> Result:
+    """A draw that ended with an error: wrong, whatever the plans would have said."""
+    plans = ("loop", "same", "full")
+    wrong, minutes = dict.fromkeys(plans, False), dict.fromkeys(plans, math.nan)
+    return Result(kind, wrong, dict(wrong), dict.fromkeys(plans, why), minutes, 0, f"error: {why}")
+
+
 def _measured(pipe: Any, cycles: int) -> list[pd.DataFrame]:
     pipe.send(("measured", [(n, placement_json(one), cycles, speed) for n, one, speed in fixed_plan()]))
     frames: list[pd.DataFrame] = pipe.recv()
@@ -315,7 +322,7 @@ def table(results: list[Result]) -> Iterator[str]:
     for kind in [*kinds, "all"]:
         own = [one for one in results if kind in (one.kind, "all")]
         cells = [f"{sum(o.right[n] for o in own)} ({sum(o.alone[n] for o in own)})" for n in ("loop", "same", "full")]
-        median = [statistics.median(o.minutes[n] for o in own) for n in ("loop", "full")]
+        median = [float(np.nanmedian([o.minutes[n] for o in own])) for n in ("loop", "full")]
         yield f"| {kind.replace('_', ' ')} | {len(own)} | {' | '.join(cells)} | {median[0]:.1f}, {median[1]:.1f} |"
 
 
@@ -328,7 +335,7 @@ def bars(results: list[Result]) -> Iterator[str]:
     """The bars of the loop: 95 % of what the full plan solves, in half of its machine time."""
     solvable = [one for one in results if one.right["full"]]
     solved = sum(one.right["loop"] for one in solvable)
-    ratio = statistics.median(one.minutes["loop"] / one.minutes["full"] for one in results)
+    ratio = float(np.nanmedian([one.minutes["loop"] / one.minutes["full"] for one in results]))
     yield f"of {len(solvable)} that the full plan solves the loop solves {solved} (bar 95 %)"
     yield f"machine time of the loop over that of the full plan: {ratio:.2f} (median; bar 0.5)"
 
@@ -351,7 +358,10 @@ def main(draws: int, kinds: tuple[str, ...], seed: int, minutes: float, output: 
                 continue
             began = time.monotonic()
             with tempfile.TemporaryDirectory() as folder:
-                result = draw(kind, seed + 1000 * index + number, Path(folder), minutes)
+                try:
+                    result = draw(kind, seed + 1000 * index + number, Path(folder), minutes)
+                except InputError as error:
+                    result = stopped(kind, str(error))
             results.append(result)
             if output:
                 with output.open("a") as file:

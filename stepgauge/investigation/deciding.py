@@ -120,8 +120,9 @@ def learn(
     diagnosis, found = diagnose_with_search(data, case.without, case.priors)
     runs = [run for run in possible_runs(data, placements, case.machine, case.reach) if run.words not in done]
     costed = list(with_minutes(runs, case.gauge, case.machine, case.reach))
-    in_time = [one for one in costed if spent_minutes + one.minutes <= case.minutes]
-    late = tuple(one.run for one in costed if one not in in_time)
+    left_minutes = case.minutes - spent_minutes
+    in_time = [one for one in costed if one.minutes <= left_minutes]
+    late = tuple(one.run for one in costed if one.minutes > left_minutes)
     if found is None:
         return Learnt(diagnosis, (), tuple(_unrated(in_time)), late)
     possible = hypotheses(found)

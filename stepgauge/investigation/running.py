@@ -26,6 +26,8 @@ from stepgauge.recording import Recording, read_recording, write_recording
 Ask = Callable[[str], bool]
 """Asks a person to do something; False: it cannot be done. Whoever wants to stop raises an interrupt."""
 ATTEMPTS = 5
+LIFTED = -1
+"""In place of the number of a placement: the gauge is being laid again."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,7 @@ class Runner:
             if told is None or isinstance(told, Made):
                 self.last = told or self.last
                 return told
-            said = f"{told}. "
+            said, self.standing = f"{told}. ", LIFTED
         raise InputError("the gauge", "could not be laid as asked", found=said.rstrip(". "), expected="it as asked")
 
     def _attempted(
@@ -88,7 +90,8 @@ class Runner:
     ) -> Made | str | None:
         """The run; why it has to be laid again, where it does not lie as asked; None where it cannot be laid so."""
         located: dict[str, Any] = {"lies": placement_json(lies), "minutes": 0.0}
-        if not run.stays and not self.steps.once(f"laid {name}", lambda: self.ask(f"{said}{question(run)}")):
+        asked = f"laid {name}, {run.words}"
+        if not run.stays and not self.steps.once(asked, lambda: self.ask(f"{said}{question(run)}")):
             return None
         self._stand(placement_number, run.placement)
         if not run.stays:

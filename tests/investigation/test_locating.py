@@ -28,7 +28,7 @@ from stepgauge.live.in_process import InProcess
 from stepgauge.machine.virtual import run_program
 from stepgauge.recording import APPROACH, POSITION, Recording
 from tests.build import make_gauge, make_pose
-from tests.live.made import lying, small_gauge, small_machine, small_program
+from tests.live.made import lying, small_gauge, small_machine, small_program, with_effects
 
 GAUGE, MACHINE = small_gauge(), small_machine()
 ASKED = lying(GAUGE)
@@ -48,6 +48,14 @@ def test_a_gauge_laid_nearly_as_asked_is_found(seed: int) -> None:
     assert np.abs(found.c1_mm - true.c1_mm).max() < 2e-3
     assert np.abs(found.axis - true.axis).max() < 5e-5
     assert link.position_mm()[2] > ASKED.c1_mm[2] + 100.0  # out of the way
+
+
+def test_a_warm_gauge_moves_its_faces_and_not_its_tops() -> None:
+    cmm = LiveCmm(
+        MACHINE, GAUGE, ASKED, MachineClock(None), with_effects({"kind": "gauge_temperature", "delta_K": 1.0})
+    )
+    found, _ = locate(InProcess(cmm, locating_settings(MACHINE)), ASKED, GAUGE, MACHINE, Wishes())
+    assert np.abs(found.c1_mm - ASKED.c1_mm).max() < 3e-3
 
 
 def test_a_gauge_that_is_not_there_is_asked_for_again() -> None:
