@@ -28,6 +28,16 @@ def interruptible() -> Iterator[Callable[[], bool]]:
 
 
 @contextmanager
+def at_once() -> Iterator[None]:
+    """Inside of :func:`interruptible`: a single Ctrl-C is heeded now."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
 def progress_bar() -> Iterator[Callable[[int, int, float], None]]:
     """A progress bar with the time of day at which the measurement will end, by its pace up to now."""
     import datetime

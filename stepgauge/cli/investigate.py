@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import click
 
-from stepgauge.cli.interrupt import interruptible, progress_bar
+from stepgauge.cli.interrupt import at_once, interruptible, progress_bar
 from stepgauge.cli.options import GAUGE, NOT_NEGATIVE, POSITIVE, SUFFIX, FiniteRange, machine_option, output, say
 
 
@@ -97,7 +98,7 @@ def command(gauge: str, machine: str, placement: str, output: str, suffix: str, 
                 gauge,
                 machine,
                 output,
-                ask=_done if options["yes"] else _ask,
+                ask=_done if options["yes"] else _asking(stop),
                 server=options["server"],
                 faults=options["faults"],
                 seed=options["seed"],
@@ -131,8 +132,16 @@ def _check(options: dict[str, Any]) -> None:
         raise click.UsageError("--faults are those of the virtual CMM: they need --simulate.")
 
 
-def _ask(question: str) -> bool:
-    return click.confirm(f"{question}. Done?", err=True)
+def _asking(stop: Callable[[], bool]) -> Callable[[str], bool]:
+    """Asks a person; here Ctrl-C ends at once, for nothing moves."""
+
+    def ask(question: str) -> bool:
+        if stop():
+            raise click.Abort
+        with at_once():
+            return click.confirm(f"{question}. Done?", err=True)
+
+    return ask
 
 
 def _done(question: str) -> bool:

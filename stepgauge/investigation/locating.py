@@ -19,8 +19,7 @@ from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, make_placement
 from stepgauge.live.codes import DmeError
-from stepgauge.live.connection import ConnectionLostError
-from stepgauge.live.controller import Link, Wishes
+from stepgauge.live.controller import Link
 from stepgauge.live.measuring import MEANING, RETREATS
 from stepgauge.live.ways import Ways
 from stepgauge.machine.file import Machine
@@ -82,14 +81,13 @@ def locating_settings(machine: Machine) -> ProbingSettings:
     )
 
 
-def locate(link: Link, asked: Placement, gauge: Gauge, machine: Machine, wishes: Wishes) -> tuple[Placement, float]:
+def locate(link: Link, asked: Placement, gauge: Gauge, machine: Machine) -> tuple[Placement, float]:
     """Probe a gauge that lies nearly as asked, and find how it lies, and the minutes that this took.
 
-    The session is ended, the machine out of the way.
+    The session that was prepared is ended, the machine out of the way.
 
-    :class:`InputError` where it does not lie there, or where the probings contradict its length or its width.
+    :class:`NotAsAskedError` where it does not lie there, or where the probings contradict its length or its width.
     """
-    link.prepare(wishes)
     began_s = clock_s(link)
     believed, points, every = asked, list[list[float]](), targets(gauge)
     try:
@@ -98,13 +96,14 @@ def locate(link: Link, asked: Placement, gauge: Gauge, machine: Machine, wishes:
             believed = fitted(asked, gauge, machine, every[: len(points)], points)[0]
         _leave(link, believed, gauge, machine)
     except DmeError as error:
+        if error.number not in RETREATS:
+            raise
         link.clear()
-        if error.number in RETREATS:
-            _leave(link, believed, gauge, machine)
+        _leave(link, believed, gauge, machine)
         link.end()
-        raise _not_found(link, error, every[min(len(points), len(every) - 1)]) from None
-    except ConnectionLostError as error:
-        raise InputError(link.name, "the connection was lost", found=str(error), expected="--resume") from None
+        what = f"the gauge was not found: {every[len(points)].name} is not there"
+        expected = f"the gauge within {LAID_MM:g} mm"
+        raise NotAsAskedError(link.name, what, found=MEANING[error.number], expected=expected) from None
     minutes = (clock_s(link) - began_s) / 60.0
     link.end()
     found, off_mm = fitted(asked, gauge, machine, every, points)
@@ -116,16 +115,6 @@ def clock_s(link: Link) -> float:
     """The machine's clock in an open session, that of this computer where it has none."""
     now_s = link.time_s()
     return time.monotonic() if now_s is None else now_s
-
-
-def _not_found(link: Link, error: DmeError, target: Target) -> InputError:
-    """A search in vain: the gauge has to be laid again; any other error: somebody has to look at the machine first."""
-    found = MEANING.get(error.number, str(error))
-    if error.number in RETREATS:
-        what = f"the gauge was not found: {target.name} is not there"
-        return NotAsAskedError(link.name, what, found=found, expected=f"the gauge within {LAID_MM:g} mm")
-    what = f"the machine stopped on its way to {target.name}"
-    return InputError(link.name, what, found=found, expected="the cause removed, then --resume")
 
 
 def _probe(link: Link, target: Target, believed: Placement, gauge: Gauge, machine: Machine) -> list[float]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,9 +18,12 @@ from stepgauge.investigation.journal import Steps
 from stepgauge.investigation.locating import LAID_MM, NotAsAskedError, check_end_for_end, locate, locating_settings
 from stepgauge.investigation.reach import placement_json, placement_of_json, program_of
 from stepgauge.investigation.stations import Station
+from stepgauge.live.codes import DmeError
+from stepgauge.live.connection import ConnectionLostError, StopAskedError
+from stepgauge.live.controller import Link
 from stepgauge.live.job import Job, make_job
 from stepgauge.live.journal import Journal, resume, start
-from stepgauge.live.measuring import Progress, measure
+from stepgauge.live.measuring import MEANING, Progress, StoppedByPersonError, measure
 from stepgauge.live.ways import Ways
 from stepgauge.recording import Recording, read_recording, write_recording
 
@@ -110,9 +114,8 @@ class Runner:
         """The machine out of the way before the gauge is laid elsewhere."""
         assert self.last is not None
         self._stand(self.last.placement_number, self.last.run.placement)
-        case, ways = self.case, Ways(self.case.machine, self.case.gauge, self.last.lies)
-        with self.station.linked(locating_settings(case.machine)) as link:
-            link.prepare(self.station.wishes)
+        ways = Ways(self.case.machine, self.case.gauge, self.last.lies)
+        with self._session("going out of the way") as link:
             here = link.position_mm()
             for place in ways.out(here, [here]):
                 link.go(place)
@@ -127,9 +130,9 @@ class Runner:
 
     def _located(self, asked: Placement) -> dict[str, Any]:
         case = self.case
-        with self.station.linked(locating_settings(case.machine)) as link:
+        with self._session("locating the gauge") as link:
             try:
-                found, minutes = locate(link, asked, case.gauge, case.machine, self.station.wishes)
+                found, minutes = locate(link, asked, case.gauge, case.machine)
             except NotAsAskedError as error:
                 return {"refused": str(error)}
             return {"lies": placement_json(found), "minutes": minutes}
@@ -150,10 +153,29 @@ class Runner:
         minutes = float(np.ptp(recording.frame["time_s"])) / 60.0
         return {"path": path.name, "minutes": minutes, "own_clock": own_clock, "began_s": began_s}
 
+    @contextmanager
+    def _session(self, what: str) -> Iterator[Link]:
+        """A session in which no program is measured; what stops it is told as :func:`measure` tells it."""
+        with self.station.linked(locating_settings(self.case.machine)) as link:
+            try:
+                link.prepare(self.station.wishes)
+                yield link
+            except (StopAskedError, KeyboardInterrupt):
+                link.clear()
+                link.end()
+                raise StoppedByPersonError(f"the machine was {what}, and stands where it was") from None
+            except DmeError as error:
+                found = MEANING.get(error.number, str(error))
+                expected = "the cause removed, then --resume"
+                raise InputError(
+                    link.name, f"the machine stopped while {what}", found=found, expected=expected
+                ) from None
+            except ConnectionLostError as error:
+                raise InputError(link.name, "the connection was lost", found=str(error), expected="--resume") from None
+
     def _has_clock(self) -> bool:
         """Whether the machine tells its own time, which goes on from run to run."""
-        with self.station.linked(locating_settings(self.case.machine)) as link:
-            link.prepare(self.station.wishes)
+        with self._session("reading its clock") as link:
             told = link.time_s() is not None
             link.end()
         return told

@@ -23,7 +23,6 @@ from stepgauge.investigation.locating import (
 from stepgauge.investigation.stations import nearly
 from stepgauge.live.clock import MachineClock
 from stepgauge.live.cmm import LiveCmm
-from stepgauge.live.controller import Wishes
 from stepgauge.live.in_process import InProcess
 from stepgauge.machine.virtual import run_program
 from stepgauge.recording import APPROACH, POSITION, Recording
@@ -37,7 +36,7 @@ ASKED = lying(GAUGE)
 def located(true: Placement, gauge: object = GAUGE) -> tuple[Placement, InProcess]:
     cmm = LiveCmm(MACHINE, gauge, true, MachineClock(None))  # type: ignore[arg-type]
     link = InProcess(cmm, locating_settings(MACHINE))
-    return locate(link, ASKED, GAUGE, MACHINE, Wishes())[0], link
+    return locate(link, ASKED, GAUGE, MACHINE)[0], link
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -54,7 +53,7 @@ def test_a_warm_gauge_moves_its_faces_and_not_its_tops() -> None:
     cmm = LiveCmm(
         MACHINE, GAUGE, ASKED, MachineClock(None), with_effects({"kind": "gauge_temperature", "delta_K": 1.0})
     )
-    found, _ = locate(InProcess(cmm, locating_settings(MACHINE)), ASKED, GAUGE, MACHINE, Wishes())
+    found, _ = locate(InProcess(cmm, locating_settings(MACHINE)), ASKED, GAUGE, MACHINE)
     assert np.abs(found.c1_mm - ASKED.c1_mm).max() < 3e-3
 
 
