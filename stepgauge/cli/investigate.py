@@ -11,10 +11,10 @@ from stepgauge.cli.interrupt import at_once, interruptible, progress_bar
 from stepgauge.cli.options import GAUGE, NOT_NEGATIVE, POSITIVE, SUFFIX, FiniteRange, machine_option, output, say
 
 
-class _Region(click.ParamType):
+class _Box(click.ParamType):
     """Lowest and highest coordinates, ``X0:X1,Y0:Y1,Z0:Z1`` in mm."""
 
-    name = "region"
+    name = "box"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         try:
@@ -22,7 +22,7 @@ class _Region(click.ParamType):
         except ValueError:
             pairs = []
         if len(pairs) != 3 or not all(len(pair) == 2 and pair[0] < pair[1] for pair in pairs):
-            self.fail(f"{value!r} is no region in mm (X0:X1,Y0:Y1,Z0:Z1, each from low to high)", param, ctx)
+            self.fail(f"{value!r} is no box in mm (X0:X1,Y0:Y1,Z0:Z1, each from low to high)", param, ctx)
         return tuple(pairs)
 
 
@@ -45,9 +45,7 @@ class _Region(click.ParamType):
     show_default=True,
     help="Odds at which an answer stands.",
 )
-@click.option(
-    "--within", "region", type=_Region(), metavar="BOX", help="Where the gauge may lie: X0:X1,Y0:Y1,Z0:Z1, mm."
-)
+@click.option("--within", type=_Box(), metavar="BOX", help="Where the gauge may lie: X0:X1,Y0:Y1,Z0:Z1, mm.")
 @click.option("--level", is_flag=True, help="The gauge is neither lifted nor inclined: it stays at its height.")
 @click.option(
     "--hands-minutes",
@@ -104,7 +102,7 @@ def command(gauge: str, machine: str, placement: str, output: str, suffix: str, 
                 seed=options["seed"],
                 minutes=options["minutes"],
                 odds=options["odds"],
-                region_mm=options["region"],
+                within_mm=options["within"],
                 level=options["level"],
                 hands_minutes=options["hands_minutes"],
                 cycles=options["cycles"],

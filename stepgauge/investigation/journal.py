@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from stepgauge.errors import InputError, reading
+from stepgauge.errors import InputError, naming, reading
 from stepgauge.live.journal import Row, held, read_line, sync_folder, write_line
 
 FORMAT = "stepgauge investigation journal 1"
@@ -54,7 +54,7 @@ def open_steps(folder: Path, head: Row, again: bool) -> Steps:
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / NAME
     if not again and path.exists() and path.stat().st_size:
-        expected = "--resume to go on with it, or another folder"
+        expected = naming("resume", words="{} to go on with it, or another folder")
         raise InputError(path, "an investigation is here", expected=expected)
     if again and not path.is_file():
         raise InputError(path, "there is no journal to resume", expected="an investigation that was begun")

@@ -11,7 +11,7 @@ import numpy as np
 
 from stepgauge.diagnosis.result import Diagnosis, Finding
 from stepgauge.diagnosis.runs import ExtraRun
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.gauge.placement import Placement
 from stepgauge.investigation.deciding import LEAST_NATS, SHOWN, Case, End, Learnt, decide, how, learn
 from stepgauge.investigation.gain import entropy
@@ -178,4 +178,4 @@ def check_first(case: Case, first: Placement) -> None:
     run = ExtraRun("the gauge as it lies", first, cycles=case.reach.cycles, stays=True)
     program_of(run, case.gauge, case.machine)
     if case.reach.region_mm is not None and not case.reach.allows(run, first):
-        raise InputError("region", "the gauge lies outside of it now", expected="a region that holds both ends")
+        raise InputError(naming("within_mm"), "the gauge lies outside of it now", expected="a box that holds both ends")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.diagnosis.runs import ExtraRun
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.gauge.placement import Placement
 from stepgauge.investigation.deciding import Case
 from stepgauge.investigation.journal import Steps
@@ -166,12 +166,13 @@ class Runner:
                 raise StoppedByPersonError(f"the machine was {what}, and stands where it was") from None
             except DmeError as error:
                 found = MEANING.get(error.number, str(error))
-                expected = "the cause removed, then --resume"
+                expected = naming("resume", words="the cause removed, then {}")
                 raise InputError(
                     link.name, f"the machine stopped while {what}", found=found, expected=expected
                 ) from None
             except ConnectionLostError as error:
-                raise InputError(link.name, "the connection was lost", found=str(error), expected="--resume") from None
+                what, expected = "the connection was lost", naming("resume")
+                raise InputError(link.name, what, found=str(error), expected=expected) from None
 
     def _has_clock(self) -> bool:
         """Whether the machine tells its own time, which goes on from run to run."""

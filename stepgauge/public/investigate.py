@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stepgauge.investigation.deciding import Case
     from stepgauge.investigation.stations import Station
 
-Region = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
+Box = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 
 
 def investigate(
@@ -33,7 +33,7 @@ def investigate(
     seed: int = 0,
     minutes: float = 60.0,
     odds: float = 20.0,
-    region_mm: Region | None = None,
+    within_mm: Box | None = None,
     level: bool = False,
     hands_minutes: float = 5.0,
     cycles: int = 2,
@@ -64,7 +64,7 @@ def investigate(
     seed : of the virtual CMM
     minutes : of machine and hands, in all
     odds : at which an answer stands
-    region_mm : lowest and highest x, y and z at which the ends of the gauge may lie; default: the travel
+    within_mm : lowest and highest x, y and z at which the ends of the gauge may lie; default: the travel
     level : the gauge is neither lifted nor inclined
     hands_minutes : what it takes a person to lay the gauge elsewhere
     cycles : of a whole run
@@ -94,7 +94,7 @@ def investigate(
     _check(minutes, odds, hands_minutes, cycles)
     steps, cmm = as_gauge(gauge), as_machine(machine)
     lies = as_placement(placement, steps)
-    reach = Reach(region_mm, level, hands_minutes, cycles)
+    reach = Reach(within_mm, level, hands_minutes, cycles)
     table = {} if priors is None else {"priors": _priors(priors)}
     case = Case(steps, cmm, reach, odds, minutes, tuple(several(without)), **table)
     check_first(case, lies)

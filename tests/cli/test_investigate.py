@@ -24,7 +24,7 @@ def placement(tmp_path: Path) -> Path:
         ((), "either --server or --simulate"),
         (("--simulate", "--server", "127.0.0.1:1"), "either --server or --simulate"),
         (("--server", "127.0.0.1:1", "--faults", "f.toml"), "they need --simulate"),
-        (("--simulate", "--within", "0:700,900:100,0:600"), "no region in mm"),
+        (("--simulate", "--within", "0:700,900:100,0:600"), "no box in mm"),
         (("--simulate", "--within", "0:700,0:600,0:600"), "the gauge lies outside of it now"),
         (("--simulate", "--resume"), "there is no journal to resume"),
         (("--server", "127.0.0.1:1"), "127.0.0.1:1"),

@@ -49,7 +49,7 @@ def test_what_is_not_this_investigation_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="there is no journal to resume"):
         open_steps(tmp_path, HEAD, True)
     steps = open_steps(tmp_path, HEAD, False)
-    with pytest.raises(InputError, match="--resume to go on with it"):
+    with pytest.raises(InputError, match="resume to go on with it"):
         open_steps(tmp_path, HEAD, False)
     with pytest.raises(InputError, match="another measurement is writing"):
         open_steps(tmp_path, HEAD, True)
