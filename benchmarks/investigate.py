@@ -18,6 +18,7 @@ import json
 import math
 import multiprocessing
 import os
+import statistics
 import sys
 import tempfile
 import threading
@@ -322,7 +323,7 @@ def table(results: list[Result]) -> Iterator[str]:
     for kind in [*kinds, "all"]:
         own = [one for one in results if kind in (one.kind, "all")]
         cells = [f"{sum(o.right[n] for o in own)} ({sum(o.alone[n] for o in own)})" for n in ("loop", "same", "full")]
-        median = [float(np.nanmedian([o.minutes[n] for o in own])) for n in ("loop", "full")]
+        median = [_median([o.minutes[n] for o in own]) for n in ("loop", "full")]
         yield f"| {kind.replace('_', ' ')} | {len(own)} | {' | '.join(cells)} | {median[0]:.1f}, {median[1]:.1f} |"
 
 
@@ -331,11 +332,17 @@ def _share(results: list[Result], kind: str, name: str) -> float:
     return sum(own) / len(own)
 
 
+def _median(values: list[float]) -> float:
+    """Of the draws that came to an end."""
+    ended = [value for value in values if not math.isnan(value)]
+    return statistics.median(ended) if ended else math.nan
+
+
 def bars(results: list[Result]) -> Iterator[str]:
     """The bars of the loop: 95 % of what the full plan solves, in half of its machine time."""
     solvable = [one for one in results if one.right["full"]]
     solved = sum(one.right["loop"] for one in solvable)
-    ratio = float(np.nanmedian([one.minutes["loop"] / one.minutes["full"] for one in results]))
+    ratio = _median([one.minutes["loop"] / one.minutes["full"] for one in results])
     yield f"of {len(solvable)} that the full plan solves the loop solves {solved} (bar 95 %)"
     yield f"machine time of the loop over that of the full plan: {ratio:.2f} (median; bar 0.5)"
 

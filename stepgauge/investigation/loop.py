@@ -160,8 +160,8 @@ def needed(case: Case, found: Learnt, end: End) -> list[str]:
 
 
 def _wanted(one: dict[str, Any]) -> str:
-    apart = ", ".join(one["tells_apart"]) or ", ".join(one["may_show"]) or "what is left"
-    return f"{one['run']['words']} ({one['minutes']:.0f} min), for {apart}"
+    apart = ", ".join(one["tells_apart"] or one["may_show"]).replace("_", " ")
+    return f"{one['run']['words']} ({one['minutes']:.0f} min), for {apart or 'what is left'}"
 
 
 def final_diagnosis(case: Case, recording: Recording) -> Diagnosis:
