@@ -87,7 +87,7 @@ def causes(random: np.random.Generator, kind: str) -> Effect:
         "scale_curvature": {"axis": axis, "um_per_m2": _signed(random, 20.0)},
         "scale_error": {"axis": axis, "ppm": _signed(random, 4.0)},
         "squareness": {"plane": "xy", "urad": _signed(random, 6.0)},
-        "step_change": {"direction": axis, "time_s": float(random.uniform(40.0, 600.0)), "um": _signed(random, 1.5)},
+        "step_change": {"direction": axis, "time_s": float(random.uniform(20.0, 150.0)), "um": _signed(random, 1.5)},
         "straightness": {"axis": "x", "direction": "y", "um": _signed(random, 4.0), "length_mm": 700.0},
         "thermal_drift": {"direction": axis, "rate_um_per_h": _signed(random, 15.0)},
         "trigger_delay": {"ms": abs(_signed(random, 0.3))},

@@ -70,7 +70,8 @@ def _open(said: Said) -> str:
 
 def _answer(said: Said) -> Iterator[Block]:
     last = said["runs"][-1]["learnt"]
-    yield words(sentence(said), strong=True)
+    if not (last["found"] or last["unexplained"]):
+        yield words(f"{HOW[said['end']['how']]}.")
     if last["found"]:
         rows = [
             (_named(one), _values(one["parameters"]), percent(one["own_probability"]), percent(one["probability"]))
@@ -86,12 +87,15 @@ def _answer(said: Said) -> Iterator[Block]:
 
 
 def _values(parameters: Said) -> str:
-    return "; ".join(f"{name.rpartition('_')[0] or name} {plus_minus(one)}" for name, one in parameters.items())
+    """Parameters with their uncertainties; one that is called by its unit needs no name."""
+    return "; ".join(f"{name.rpartition('_')[0]} {plus_minus(one)}".strip() for name, one in parameters.items())
 
 
 def _asked(said: Said) -> Iterator[Block]:
     rows = [_row(run) for run in said["runs"]]
-    yield table(("run", "minutes", "verdict", "most probable after it", "open"), rows, (1.0, 0.0, 0.0, 1.0, 0.0))
+    columns = ("run", "minutes", "verdict", "most probable after it", "open")
+    note = "open: what is not known about which hypothesis holds (their entropy)"
+    yield table(columns, rows, (1.0, 0.0, 0.0, 1.0, 0.0), note=note)
     for run in said["runs"]:
         yield heading(f"Run {run['number']}: {run['words']}")
         yield words(_why(run["why"]) if run["why"] else "The first run: how the gauge lay.")
