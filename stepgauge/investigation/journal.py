@@ -93,5 +93,5 @@ def _check_same(path: Path, found: Row, head: Row) -> None:
         raise InputError(path, "this is no journal of an investigation", expected=FORMAT)
     for key, value in head.items():
         if found.get(key) != value:
-            what = f"this is the journal of an investigation with another {key}"
+            what = f"this is the journal of an investigation with another {key.replace('_', ' ')}"
             raise InputError(path, what, found=str(found.get(key))[:60], expected=str(value)[:60])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -145,6 +146,8 @@ def _head(case: Case, lies: Placement, server: str | None, faults: File | None, 
     return {
         "gauge": case.gauge.table.serial,
         "machine": case.machine.table.name,
+        "machine_file": _known(case.machine.table, case.machine.probe, case.machine.effects),
+        "certificate": _known(case.gauge.table, case.gauge.certificate, case.gauge.position_mm.tolist()),
         "placement": placement_json(lies),
         "server": server,
         "simulated": None if server else {"faults": None if faults is None else str(faults), "seed": seed},
@@ -155,6 +158,11 @@ def _head(case: Case, lies: Placement, server: str | None, faults: File | None, 
         "hands_minutes": reach.hands_minutes,
         "cycles": reach.cycles,
     }
+
+
+def _known(*parts: object) -> str:
+    """By which the content of a file is known again."""
+    return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 
 def _gone_through(

@@ -23,7 +23,7 @@ from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.controller import Link, Wishes
 from stepgauge.live.in_process import InProcess
 from stepgauge.motion.moves import ProbingSettings
-from tests.investigation.made import REVERSAL, Person, begun, lies_along_y, small_case, station
+from tests.investigation.made import REVERSAL, WITHOUT, Person, begun, lies_along_y, small_case, station
 from tests.live.made import make_state, serving, small_gauge, small_machine, with_effects, write_files
 
 SHORT = {"minutes": 10.5}
@@ -47,6 +47,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Path:
         faults=folder / "faults.toml",
         level=True,
         minutes=SHORT["minutes"],
+        without=WITHOUT,
         tell=told.append,
     )
     diagnosis.write(folder / "cause" / "diagnosis", "svg")
@@ -91,8 +92,24 @@ def test_the_story_is_told_in_every_kind_of_page(found: Path, tmp_path: Path) ->
         assert words in text
     for name in ("story.html", "story.pdf"):
         sg.report(found, tmp_path / name)
-        assert (tmp_path / name).stat().st_size > 5000
+        assert (tmp_path / name).stat().st_size > 3000
     assert "Run 2" in (tmp_path / "story.html").read_text()
+
+
+def test_another_machine_file_is_not_gone_on_with(found: Path) -> None:
+    files = {name: found.parent / f"{name}.toml" for name in ("placement", "gauge", "machine", "faults")}
+    other = found.parent / "other.toml"
+    other.write_text(files["machine"].read_text().replace("repeatability_um = 0.2", "repeatability_um = 0.3"))
+    common = {
+        "ask": bool,
+        "faults": files["faults"],
+        "level": True,
+        "minutes": SHORT["minutes"],
+        "without": WITHOUT,
+        "resume": True,
+    }
+    with pytest.raises(sg.InputError, match="with another machine file"):
+        sg.investigate(files["placement"], files["gauge"], other, found, **common)
 
 
 class StoppedError(Exception):
