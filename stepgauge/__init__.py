@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from stepgauge.public.diagnose import diagnose as diagnose
     from stepgauge.public.diagnose import diagnose_probe_map as diagnose_probe_map
     from stepgauge.public.evaluate import evaluate as evaluate
+    from stepgauge.public.investigate import investigate as investigate
     from stepgauge.public.locate import locate as locate
     from stepgauge.public.measure import measure as measure
     from stepgauge.public.plan import plan as plan
@@ -53,6 +54,7 @@ _PLACES = {
     "diagnose": "public.diagnose",
     "diagnose_probe_map": "public.diagnose",
     "evaluate": "public.evaluate",
+    "investigate": "public.investigate",
     "locate": "public.locate",
     "measure": "public.measure",
     "plan": "public.plan",

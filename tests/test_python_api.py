@@ -34,6 +34,9 @@ budget(sources, gauge, machine, *, placements=(), blocks=None, r_eff="first", u_
 diagnose(recordings, gauge=None, machine=None, *, without=(), priors=None)
 diagnose_probe_map(probe_map, probe, *, columns=None, priors=None)
 evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff="first", measured_at=None, machine_name=None)
+investigate(placement, gauge, machine, folder, *, ask, server=None, faults=None, seed=0, minutes=60.0, odds=20.0,
+    within_mm=None, level=False, hands_minutes=5.0, cycles=2, without=(), priors=None, resume=False, homing=False,
+    tool="StepGaugeProbe", tell=None, progress=None, stop=None)
 locate(points, gauge, *, machine=None, blocks=None, tip_radius_mm=None, repeatability_um=None, turned=False)
 measure(program, machine, gauge, placement, *, server, journal, resume=False, homing=False,
     tool="StepGaugeProbe", gauge_temperature_C=None, placement_number=1, dialect=None, search_mm=2.0, spy=None,

@@ -118,6 +118,7 @@ TASKS: Tasks = {
     },
     "Understand and improve the machine": {
         "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> what departs from it"),
+        "investigate": ("stepgauge.cli.investigate", "measure, diagnose, measure what tells the rivals apart"),
         "effects": ("stepgauge.cli.effects", "systematic effects: equations, parameters"),
         "compensate": ("stepgauge.cli.compensate", "evaluation -> an error table for a controller"),
         "probe": ("stepgauge.cli.probe", "the probe itself: map, qualify, compensate, bench"),

@@ -47,7 +47,7 @@ GROWTH_UNITS = {"time": "um/h", "speed": "um/(mm/s)"}
 
 
 @dataclass(frozen=True)
-class _Searched:
+class Searched:
     """A search with its answer, and its residuals."""
 
     data: Residuals
@@ -84,15 +84,22 @@ def diagnose(
 
 def diagnose_residuals(recorded: Residuals, without: Collection[str] = (), priors: Priors | None = None) -> Diagnosis:
     """The same for residuals that are known; parameters as :func:`diagnose`."""
+    return diagnose_with_search(recorded, without, priors)[0]
+
+
+def diagnose_with_search(
+    recorded: Residuals, without: Collection[str] = (), priors: Priors | None = None
+) -> tuple[Diagnosis, Searched | None]:
+    """The diagnosis and the search that it is made from; None where the residuals are too few for a search."""
     _check_kinds(without)
     start_s = clock_start_s(recorded)
     searched = _some(recorded)
     some = counted_from(searched, start_s)
     if _degrees(some) < FEWEST_DOF or bare_problem(some).within_um < SMALLEST_SIGMA_UM:
-        return _insufficient(searched)
+        return _insufficient(searched), None
     found = _search(some, priors or shipped_priors(), without)
     data = some if len(some) == len(recorded) else counted_from(recorded, start_s)
-    return _told(found, data, recorded, start_s, priors or shipped_priors(), without)
+    return _told(found, data, recorded, start_s, priors or shipped_priors(), without), found
 
 
 def _check_kinds(without: Collection[str]) -> None:
@@ -131,15 +138,15 @@ def _repeated(data: Residuals) -> bool:
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")
-def _search(data: Residuals, priors: Priors, without: Collection[str]) -> _Searched:
+def _search(data: Residuals, priors: Priors, without: Collection[str]) -> Searched:
     """The search; many small products are five times slower if several threads share each."""
     search = Search(make_problem(data, priors, without), priors)
     answer = Answer(search, search.run())
-    return _Searched(data, search, answer, make_model(search, answer, data, priors))
+    return Searched(data, search, answer, make_model(search, answer, data, priors))
 
 
 def _told(
-    found: _Searched,
+    found: Searched,
     data: Residuals,
     recorded: Residuals,
     start_s: float,
@@ -332,7 +339,7 @@ def _insufficient(data: Residuals) -> Diagnosis:
     return Diagnosis("insufficient", (), (), (), fit, noise, data, data.um, data.um, ())
 
 
-def _remarks(found: _Searched, data: Residuals, start_s: float) -> Iterator[str]:
+def _remarks(found: Searched, data: Residuals, start_s: float) -> Iterator[str]:
     """Remarks on the search that the reader of its results needs."""
     scatter = found.model.state.scatter
     if len(found.data) < len(data):

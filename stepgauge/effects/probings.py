@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from stepgauge.probes.schema import ProbeTable
 
 Array = NDArray[np.float64]
+FACE_COS = 0.5
+"""Cosine of approach and gauge axis, at least, where a face is probed."""
 Rows = NDArray[np.int64]
 _COORDINATE = {axis: f"{axis}_mm" for axis in "xyz"}
 AT_ONCE_S = 1e-9
@@ -176,9 +178,13 @@ class Probings:
     def shifted_along_gauge(self, um: Array) -> Array:
         """Displacement of the trigger along the approach when a face moves ``um`` along the gauge axis: um / (a . p).
 
-        On its path along ``p`` the ball meets a plane perpendicular to ``a`` later by this amount.
+        On its path along ``p`` the ball meets a plane perpendicular to ``a`` later by this amount. What is approached
+        at more than 60 deg to the axis is a side or a top, which moves in itself.
         """
-        return um / self.along()
+        along = self.along()
+        if np.abs(along).min(initial=1.0) >= FACE_COS:
+            return um / along
+        return um * np.divide(1.0, along, where=np.abs(along) >= FACE_COS, out=np.zeros(len(along)))
 
     def touches_since_pause(self, pause_s: float) -> Array:
         """Number of probings before each one since the last pause longer than ``pause_s``, in order of time.

@@ -49,11 +49,6 @@ class Job:
         *way, measure = self.program.moves(point)
         return way, measure
 
-    @property
-    def longest_mm(self) -> float:
-        """The longest move that there may be in the machine's travel, mm."""
-        return float(np.linalg.norm(np.ptp(self.machine.travel_mm, axis=1)))
-
     def name(self, point: int) -> str:
         """A point in words."""
         return f"cycle {self.cycles[point - 1]}, face {self.faces[point - 1]}"

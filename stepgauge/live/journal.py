@@ -75,18 +75,23 @@ class Journal:
 
     def _write(self, line: Row) -> None:
         assert self._file is not None
-        try:
-            self._file.write(json.dumps(line, allow_nan=False).encode("ascii") + b"\n")
-            self._file.flush()
-            os.fsync(self._file.fileno())
-        except OSError as error:
-            raise InputError(self.path, f"cannot be written: {error.strerror or error}") from None
+        write_line(self._file, line, self.path)
+
+
+def write_line(file: BinaryIO, line: Row, path: Path) -> None:
+    """Put a line on the disk; when this returns, it is there."""
+    try:
+        file.write(json.dumps(line, allow_nan=False).encode("ascii") + b"\n")
+        file.flush()
+        os.fsync(file.fileno())
+    except OSError as error:
+        raise InputError(path, f"cannot be written: {error.strerror or error}") from None
 
 
 def start(path: Path, head: Row) -> Journal:
     """A new journal; :class:`InputError` where an unfinished one, or a file of another kind, is in its place."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    file = _held(path)
+    file = held(path)
     try:
         if _is_unfinished(path):
             expected = naming("resume", words="{} to go on with it, or delete it to begin anew")
@@ -97,7 +102,7 @@ def start(path: Path, head: Row) -> Journal:
         raise
     journal = Journal(path, {"format": FORMAT, **head}, _file=file)
     journal._write(journal.head)
-    _sync_folder(path.parent)
+    sync_folder(path.parent)
     return journal
 
 
@@ -108,7 +113,7 @@ def resume(path: Path, head: Row) -> Journal:
     """
     if not path.is_file():
         raise InputError(path, "there is no journal to resume", expected="a measurement that was begun")
-    file = _held(path)
+    file = held(path)
     try:
         journal, whole = _read(path)
         if whole:  # else it was broken off before its first line was on the disk
@@ -132,7 +137,7 @@ def _check_same(journal: Journal, head: Row) -> None:
             raise InputError(journal.path, what, found=str(found)[:40], expected=str(value)[:40])
 
 
-def _held(path: Path) -> BinaryIO:
+def held(path: Path) -> BinaryIO:
     """The file, open for appending, for this process alone until it is closed."""
     try:
         file = path.open("ab")
@@ -161,7 +166,7 @@ def _read(path: Path) -> tuple[Journal, int]:
         data = path.read_bytes()
     journal, whole = Journal(path, {}), 0
     for number, raw in enumerate(data.split(b"\n")[:-1], 1):
-        line = _line(raw, path, number)
+        line = read_line(raw, path, number)
         if number == 1:
             journal.head = line
         elif "point" in line:
@@ -172,7 +177,8 @@ def _read(path: Path) -> tuple[Journal, int]:
     return journal, whole
 
 
-def _line(raw: bytes, path: Path, number: int) -> Row:
+def read_line(raw: bytes, path: Path, number: int) -> Row:
+    """A whole line of a journal (:class:`InputError` where it is damaged)."""
     try:
         line = json.loads(raw)
     except (ValueError, RecursionError):
@@ -205,7 +211,7 @@ def _is_unfinished(path: Path) -> bool:
     return len(whole) > 1 and not whole[-1].startswith(b'{"end"')
 
 
-def _sync_folder(folder: Path) -> None:
+def sync_folder(folder: Path) -> None:
     """A new file is on the disk only when its folder says so; where folders cannot be opened, the system sees to it."""
     if os.name != "posix":
         return

@@ -202,6 +202,11 @@ class Machine(Summarized):
         travel = self.table.travel_mm
         return np.array([travel.x, travel.y, travel.z])
 
+    @property
+    def longest_move_mm(self) -> float:
+        """The longest move that there may be in the travel, mm."""
+        return float(np.linalg.norm(np.ptp(self.travel_mm, axis=1)))
+
 
 def check_recorded(comments: Mapping[str, str], machine: Machine) -> None:
     """:class:`InputError` if a recording names another machine or another tip; one without names is accepted.

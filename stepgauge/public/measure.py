@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.live.connection import Address, Connection, Spy
-from stepgauge.live.controller import Controller, Link, Wishes
-from stepgauge.live.job import Job, make_job
+from stepgauge.live.controller import Wishes
+from stepgauge.live.job import make_job
 from stepgauge.live.journal import resume as go_on
 from stepgauge.live.journal import start
+from stepgauge.live.linking import linked
 from stepgauge.live.measuring import Progress
 from stepgauge.live.measuring import measure as measure_job
 from stepgauge.machine.file import Machine
@@ -25,9 +23,6 @@ from stepgauge.recording import Recording
 
 if TYPE_CHECKING:
     from stepgauge.planning.planned import Plan
-
-LINUXCNC = "linuxcnc"
-"""Instead of an address: the controller that runs on this computer."""
 
 
 def measure(
@@ -103,27 +98,7 @@ def measure(
     try:
         if len(book.rows) == len(job):  # nothing is missing: no machine is needed
             return job.recording(book, {"server": server})
-        with linked(job, server, spy, stop) as link:
+        with linked(server, moves.settings, cmm, spy=spy, stop=stop) as link:
             return measure_job(job, link, book, wishes=Wishes(tool, homing), progress=progress)
     finally:
         book.close()
-
-
-@contextmanager
-def linked(job: Job, server: str, spy: File | None, stop: Callable[[], bool] | None) -> Iterator[Link]:
-    """The machine that ``server`` names, for as long as it is needed."""
-    if server == LINUXCNC:
-        from stepgauge.live.linuxcnc import LinuxCnc
-
-        if spy is not None:
-            raise InputError("spy", "LinuxCNC has no session to write down", found=spy, expected="an I++ DME server")
-        yield LinuxCnc(job.program.settings, stop)
-        return
-    address = Address.parse(server)
-    with ExitStack() as open_files:
-        watching = None if spy is None else Spy(spy, {"server": str(address)})
-        if watching is not None:
-            open_files.callback(watching.close)
-        connection = Connection(address, watching, stop)
-        open_files.callback(connection.close)
-        yield Controller(connection, job.program.settings, job.longest_mm)

@@ -55,11 +55,13 @@ def report(
     """Write a result as pages: a report to sign, the story of a diagnosis, an overlay, or a page to explore.
 
     One evaluation gives a report, with ``certificate`` a calibration certificate; a diagnosis gives its story, with
-    what to do first; two evaluations or more of one gauge are laid over each other, the first being the one before.
+    what to do first, and an investigation its own; two evaluations or more of one gauge are laid over each other, the
+    first being the one before.
 
     Parameters
     ----------
-    result : an evaluation or a diagnosis, its folder or JSON file; or several evaluations
+    result : an evaluation or a diagnosis, its folder or JSON file; the folder of an investigation; or several
+        evaluations
     path : the file to write, ``NAME.pdf`` or ``NAME.html``; of an overlay also ``.png`` or ``.svg``
     gauge : adds the uncertainties of its certificate; default: that of an evaluation given as an object
     placements : add angles and uncertainties, once per placement, in order; they need the gauge
@@ -97,6 +99,10 @@ def report(
     renderer(path)
     if kinds == {"diagnosis"}:
         return write_report(path, _story(asked.results[0]), template)
+    if kinds == {"investigation"}:
+        from stepgauge.reports.investigation import read_story
+
+        return write_report(path, read_story(asked.results[0]), template)
     return _signed(asked, template)
 
 
@@ -177,6 +183,9 @@ def _interactive(asked: _Asked, recordings: list[Any], template: File | None) ->
     if Path(asked.path).suffix.lower() != ".html":
         raise InputError(asked.path, "not a page for a browser", found=repr(Path(asked.path).suffix), expected=".html")
     (result,) = asked.results
+    if _kind(result) == "investigation":
+        what = "an investigation has no page to explore; its diagnosis has one"
+        raise InputError("interactive", what, expected=f"{result}/diagnosis")
     make = _diagnosis_page if _kind(result) == "diagnosis" else _evaluation_page
     return write_report(asked.path, make(asked, result, recordings), template)
 

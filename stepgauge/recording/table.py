@@ -303,10 +303,11 @@ def _check_values(frame: pd.DataFrame, path: str | Path, first_line: int) -> Non
         )
 
 
-def write_recording(path: str | Path, recording: Recording) -> None:
+def write_recording(path: str | Path, recording: Recording, at_once: bool = False) -> None:
     """Write a recording as CSV, comments first, or (by the extension) as Parquet; coordinates to 1e-7 mm.
 
-    It is rounded and written piece by piece, so that a large one needs no second copy in memory.
+    It is rounded and written piece by piece, so that a large one needs no second copy in memory. ``at_once`` (CSV):
+    now, whatever else the verb still has to write.
     """
     known = [name for name in [*COUNTS, *POSITION, *APPROACH, *OPTIONAL[1:]] if name in recording.frame]
     others = [name for name in recording.frame.columns if name not in known]
@@ -314,7 +315,7 @@ def write_recording(path: str | Path, recording: Recording) -> None:
     if is_parquet(path):
         write_parquet(path, pieces, recording.comments)
         return
-    with replacing(path) as beside, beside.open("w", encoding="utf-8", newline="") as file:
+    with replacing(path, at_once) as beside, beside.open("w", encoding="utf-8", newline="") as file:
         for key, value in recording.comments.items():
             file.writelines(f"# {key}: {line}\n" for line in value.split("\n"))
         file.write(f"# {PROBINGS}: {len(recording)}\n")

@@ -7,24 +7,23 @@ from pathlib import Path
 from stepgauge.errors import InputError
 from stepgauge.files.text import read_json
 
-KINDS = ("evaluation", "diagnosis")
+KINDS = ("evaluation", "diagnosis", "investigation")
 
 
 def kind_of(path: str | Path) -> str:
-    """``evaluation`` or ``diagnosis``, by the file in a folder or by the file itself.
+    """``evaluation``, ``diagnosis`` or ``investigation``, by the file in a folder or by the file itself.
 
-    :class:`InputError` where there is neither, or both.
+    :class:`InputError` where there is none of them, or more than one.
     """
     place = Path(path)
     if place.is_dir():
         found = [kind for kind in KINDS if (place / f"{kind}.json").is_file()]
-        expected = "evaluation.json or diagnosis.json"
+        expected = ", ".join(f"{kind}.json" for kind in KINDS[:-1]) + f" or {KINDS[-1]}.json"
         if not found:
             raise InputError(path, "holds no result that can be reported", expected=f"a folder with {expected}")
         if len(found) > 1:
-            raise InputError(
-                path, "holds an evaluation and a diagnosis", expected=f"one of them by name: {place}/{expected}"
-            )
+            what = f"holds {' and '.join('an ' + one if one[0] in 'aei' else 'a ' + one for one in found)}"
+            raise InputError(path, what, expected=f"one of them by name: {place}/{found[0]}.json")
         return found[0]
     data = read_json(place)
     stated = data.get("format") if isinstance(data, dict) else None

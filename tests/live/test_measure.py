@@ -64,7 +64,7 @@ def run(job: Job, port: int, path: Path, again: bool = False, **more: Any) -> Re
     )
     journal = (resume if again else start)(path, job.head())
     try:
-        link = Controller(connection, job.program.settings, job.longest_mm)
+        link = Controller(connection, job.program.settings, job.machine.longest_move_mm)
         return measure(job, link, journal, wishes=more.pop("wishes", Wishes(home=True)), **more)
     finally:
         journal.close()

@@ -1,0 +1,158 @@
+"""``stepgauge investigate``: measure, diagnose, and measure what tells the rivals apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from stepgauge.cli.interrupt import at_once, interruptible, progress_bar
+from stepgauge.cli.options import GAUGE, NOT_NEGATIVE, POSITIVE, SUFFIX, FiniteRange, machine_option, output, say
+
+
+class _Box(click.ParamType):
+    """Lowest and highest coordinates, ``X0:X1,Y0:Y1,Z0:Z1`` in mm."""
+
+    name = "box"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        try:
+            pairs = [tuple(float(one) for one in pair.split(":")) for pair in str(value).split(",")]
+        except ValueError:
+            pairs = []
+        if len(pairs) != 3 or not all(len(pair) == 2 and pair[0] < pair[1] for pair in pairs):
+            self.fail(f"{value!r} is no box in mm (X0:X1,Y0:Y1,Z0:Z1, each from low to high)", param, ctx)
+        return tuple(pairs)
+
+
+@click.command("investigate")
+@GAUGE
+@machine_option(True, "Machine file (TOML) that is to be judged, or the name of a shipped one.")
+@click.option("--placement", "-p", required=True, metavar="P", help="Placement file: how the gauge lies now.")
+@click.option("--server", metavar="HOST:PORT", help="The I++ DME server of the machine, or linuxcnc.")
+@click.option("--simulate", is_flag=True, help="Measure on the virtual CMM of this process instead.")
+@click.option("--faults", metavar="FILE", help="With --simulate: concealed faults, as of 'stepgauge serve'.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="With --simulate: of its scatter.")
+@output("Folder for the journal, the recordings, the story and the diagnosis.")
+@click.option(
+    "--minutes", type=POSITIVE, default=60.0, show_default=True, help="How long it may take, machine and hands."
+)
+@click.option(
+    "--odds",
+    type=FiniteRange(1.0, min_open=True),
+    default=20.0,
+    show_default=True,
+    help="Odds at which an answer stands.",
+)
+@click.option("--within", type=_Box(), metavar="BOX", help="Where the gauge may lie: X0:X1,Y0:Y1,Z0:Z1, mm.")
+@click.option("--level", is_flag=True, help="The gauge is neither lifted nor inclined: it stays at its height.")
+@click.option(
+    "--hands-minutes",
+    type=NOT_NEGATIVE,
+    default=5.0,
+    show_default=True,
+    metavar="MIN",
+    help="What it takes you to lay the gauge elsewhere.",
+)
+@click.option(
+    "--cycles", type=click.IntRange(2, 100), default=2, show_default=True, help="Repetitions of every face in a run."
+)
+@click.option("--without", multiple=True, metavar="KIND", help="Kind of effect that is known not to be there.")
+@click.option("--priors", metavar="FILE", help="Priors in place of the shipped ones (TOML), as of 'diagnose'.")
+@click.option("--resume", is_flag=True, help="Go on with the investigation in the folder; nothing is asked twice.")
+@click.option("--yes", is_flag=True, help="Do not ask: whatever is asked of a person is done.")
+@click.option("--homing", is_flag=True, help="The machine may home itself if it is not.")
+@click.option(
+    "--tool", default="StepGaugeProbe", show_default=True, metavar="NAME", help="The server's name of the probe."
+)
+@SUFFIX
+def command(gauge: str, machine: str, placement: str, output: str, suffix: str, **options: Any) -> None:
+    """Find out what is wrong with a machine while the gauge is still on its table.
+
+    A first run is measured and diagnosed. Of the further runs within reach (the gauge elsewhere, in another direction,
+    end for end; another speed, another order, a pause, a few blocks often) the one is chosen that is expected to tell
+    most per minute about which answer is right. Where hands are needed you are asked; answer no, and something else is
+    chosen. A gauge that you have laid is found by seven probings from outside, and refused where they do not fit it.
+
+    It ends with one cause or a set at stated odds, with adequate, with unknown, or with what would be needed and is not
+    to be had. Every step is in a journal; after a kill or an error --resume goes on, and asks nothing twice.
+
+    \b
+    stepgauge investigate -g step-gauge-420 -m bridge-cmm -p placement.toml \\
+        --server 127.0.0.1:1294 --minutes 60 -o cause
+    stepgauge investigate -g step-gauge-420 -m bridge-cmm -p placement.toml \\
+        --simulate --faults faults.toml --yes -o cause
+    stepgauge report cause -o cause.pdf
+    """
+    from stepgauge.live.measuring import StoppedByPersonError
+    from stepgauge.public.investigate import investigate
+
+    _check(options)
+    with interruptible() as stop, progress_bar() as progress:
+        try:
+            diagnosis = investigate(
+                placement,
+                gauge,
+                machine,
+                output,
+                ask=_done if options["yes"] else _asking(stop),
+                server=options["server"],
+                faults=options["faults"],
+                seed=options["seed"],
+                minutes=options["minutes"],
+                odds=options["odds"],
+                within_mm=options["within"],
+                level=options["level"],
+                hands_minutes=options["hands_minutes"],
+                cycles=options["cycles"],
+                without=options["without"],
+                priors=options["priors"],
+                resume=options["resume"],
+                homing=options["homing"],
+                tool=options["tool"],
+                tell=say,
+                progress=progress,
+                stop=stop,
+            )
+        except StoppedByPersonError as stopped:
+            say(f"stopped: {stopped}; the same command with --resume goes on")
+            raise click.exceptions.Exit(130) from None
+    files = diagnosis.write(f"{output}/diagnosis", suffix)
+    _say_end(output)
+    say(f"wrote {output}: investigation.json, investigation.md, recording.csv, diagnosis ({len(files)} files)")
+
+
+def _check(options: dict[str, Any]) -> None:
+    if bool(options["server"]) == options["simulate"]:
+        raise click.UsageError("either --server or --simulate: on which machine?")
+    if options["faults"] and not options["simulate"]:
+        raise click.UsageError("--faults are those of the virtual CMM: they need --simulate.")
+
+
+def _asking(stop: Callable[[], bool]) -> Callable[[str], bool]:
+    """Asks a person; here Ctrl-C ends at once, for nothing moves."""
+
+    def ask(question: str) -> bool:
+        if stop():
+            raise click.Abort
+        with at_once():
+            return click.confirm(f"{question}. Done?", err=True)
+
+    return ask
+
+
+def _done(question: str) -> bool:
+    say(f"{question}.")
+    return True
+
+
+def _say_end(folder: str) -> None:
+    from stepgauge.files.outputs import place_of
+    from stepgauge.files.text import read_json
+    from stepgauge.reports.investigation import sentence
+
+    said = read_json(place_of(f"{folder}/investigation.json"))
+    say(sentence(said))
+    for one in said["needed"]:
+        say(f"needed and not to be had: {one}")

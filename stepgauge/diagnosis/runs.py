@@ -1,0 +1,211 @@
+"""Further runs of a gauge that was measured, and the recording that each would make longer, by simulation.
+
+A run lays the gauge elsewhere or leaves it where it is, and may be measured at another speed, in another order, at some
+blocks only, or after a wait. Its readings are ideal: what matters is where, how and when they are taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.posterior.scatter import Scatters
+from stepgauge.diagnosis.problem import bare_problem
+from stepgauge.diagnosis.residuals import Residuals, unchecked_residuals
+from stepgauge.errors import InputError
+from stepgauge.gauge.placement import STANDING_COS, Placement, make_placement
+from stepgauge.planning.plan import PlanOptions, faces_in_order
+from stepgauge.recording import APPROACH, POSITION, Recording
+
+Array = NDArray[np.float64]
+CYCLES = 2
+MARGIN_MM = np.array([40.0, 40.0, 60.0])
+"""Distance to the travel limits for stand-off, clearance and lift, on x, y and z."""
+SPEED_FACTOR = 3.0
+PAUSE_S = 120.0
+"""Between two runs, s."""
+TOUCH_S = 2.0
+"""Time between two touches where the recording does not tell, s."""
+BEYOND = 1.0
+"""A temperature that goes on changing is expected to go on by no more than it has changed so far, times this."""
+
+
+@dataclass(frozen=True)
+class ExtraRun:
+    """A further measurement: in words, the position of the gauge, and the speed (None: as before).
+
+    ``blocks``: those that are measured (None: all); ``wait_s``: time before it; ``stays``: the gauge is not touched, so
+    that its origin is the one it had.
+    """
+
+    words: str
+    placement: Placement
+    speed_mm_s: float | None = None
+    cycles: int = CYCLES
+    order: str = "blocks"
+    blocks: tuple[int, ...] | None = None
+    wait_s: float = PAUSE_S
+    stays: bool = False
+
+    def options(self, n_blocks: int) -> PlanOptions:
+        """The run as a plan of a gauge with so many blocks."""
+        return PlanOptions(1, n_blocks, order=self.order, cycles=self.cycles, only_blocks=self.blocks)
+
+
+@dataclass(frozen=True)
+class Lengthened:
+    """The recording with the simulated rows of an extra run, and its whitening."""
+
+    run: ExtraRun
+    data: Residuals
+    metric: Metric
+
+
+def lengthened(data: Residuals, sigma_um: float, runs: Iterable[ExtraRun] | None = None) -> list[Lengthened]:
+    """The recording with each run, by default all of :func:`extra_runs`; ``sigma_um``: scatter of a probing.
+
+    Runs whose readings the machine file cannot predict are left out.
+    """
+    found = []
+    for run in extra_runs(data) if runs is None else runs:
+        try:
+            more = with_run(run, data)
+        except InputError:
+            continue
+        found.append(Lengthened(run, more, plain_metric(more, sigma_um)))
+    return found
+
+
+def plain_metric(data: Residuals, sigma_um: float) -> Metric:
+    """The whitening of residuals with independent scatter."""
+    problem = bare_problem(data)
+    scatters = Scatters(problem, shipped_priors())
+    return Metric(problem, scatters.plain(), scatters, sigma_um)
+
+
+def extra_runs(data: Residuals) -> Iterator[ExtraRun]:
+    """Runs that fit into the travel, the least effort first."""
+    here = placement_of(data)
+    speed = float(np.median(data.frame["speed_mm_s"])) if "speed_mm_s" in data.frame else None
+    if speed is not None:
+        slower = max(speed / SPEED_FACTOR, 0.1)
+        yield ExtraRun(f"the same placement at {slower:.3g} mm/s instead of {speed:.3g} mm/s", here, slower)
+    yield from laid_elsewhere(data, here)
+
+
+def laid_elsewhere(data: Residuals, here: Placement) -> Iterator[ExtraRun]:
+    """Runs with the gauge end for end, shifted and along other directions, within the travel."""
+    length = float(np.linalg.norm(here.c2_mm - here.c1_mm))
+    middle = (here.c1_mm + here.c2_mm) / 2.0
+    options = [("the gauge end for end in the same position", middle, -here.axis)]
+    options += [(f"the gauge shifted to {_text(m)}", m, here.axis) for m in _shifts(data, middle, here.axis, length)]
+    for words, direction in _directions():
+        centre = _nearest_inside(data, middle, direction, length)
+        if abs(direction @ here.axis) < 0.98 and centre is not None:
+            options.append((f"the gauge along {words}, about {_text(centre)}", centre, direction))
+    for words, centre, axis in options:
+        if abs(axis[2]) < STANDING_COS and _inside(data, centre, axis, length):
+            half = axis * length / 2.0
+            yield ExtraRun(words, make_placement(centre - half, centre + half, here.first_block, here.last_block))
+
+
+def _text(place: Array) -> str:
+    return "({:.0f}, {:.0f}, {:.0f}) mm".format(*place)
+
+
+def _directions() -> Iterator[tuple[str, Array]]:
+    diagonal = 1.0 / np.sqrt(2.0)
+    yield "machine x", np.array([1.0, 0.0, 0.0])
+    yield "machine y", np.array([0.0, 1.0, 0.0])
+    yield "the diagonal of x and y", np.array([diagonal, diagonal, 0.0])
+    yield "the diagonal of x and -y", np.array([diagonal, -diagonal, 0.0])
+    yield "an incline of 30 deg over x", np.array([np.sqrt(0.75), 0.0, 0.5])
+    yield "an incline of 30 deg over y", np.array([0.0, np.sqrt(0.75), 0.5])
+
+
+def placement_of(data: Residuals) -> Placement:
+    """The first placement of the gauge, from its probings."""
+    number = int(data.frame["placement"].iloc[int(np.flatnonzero(data.placement == 0)[0])])
+    axis = data.probings.setting.axis[number]
+    rows = data.placement == 0
+    position = data.frame[POSITION].to_numpy(float)[rows]
+    face_one = (position - data.gauge.position_mm[data.face[rows] - 1][:, None] * axis).mean(axis=0)
+    c1, c2 = (face_one + axis * data.gauge.block_centre_mm[block] for block in (0, -1))
+    up = None if abs(axis[2]) < STANDING_COS else np.array([1.0, 0.0, 0.0])
+    return make_placement(c1, c2, 1, data.gauge.n_blocks, up)
+
+
+def _room(data: Residuals, axis: Array, length: float) -> tuple[Array, Array]:
+    """Least and largest coordinates of the centre of a gauge in this direction."""
+    limits = data.probings.setting.travel_mm
+    reach = np.abs(axis) * (length / 2.0 + 30.0) + MARGIN_MM
+    return limits[:, 0] + reach, limits[:, 1] - reach
+
+
+def _inside(data: Residuals, centre: Array, axis: Array, length: float) -> bool:
+    low, high = _room(data, axis, length)
+    return bool((centre >= low - 1e-9).all() and (centre <= high + 1e-9).all())
+
+
+def _nearest_inside(data: Residuals, centre: Array, axis: Array, length: float) -> Array | None:
+    low, high = _room(data, axis, length)
+    return None if (low > high).any() else np.clip(centre, low, high)
+
+
+def _shifts(data: Residuals, middle: Array, axis: Array, length: float) -> Iterator[Array]:
+    """Shifts along each machine axis to the farther limit."""
+    low, high = _room(data, axis, length)
+    for i in range(3):
+        target = middle.copy()
+        target[i] = low[i] if middle[i] - low[i] > high[i] - middle[i] else high[i]
+        if abs(target[i] - middle[i]) > 50.0:
+            yield target
+
+
+def with_run(run: ExtraRun, data: Residuals) -> Residuals:
+    """The recording followed by the rows of an extra run, with ideal readings."""
+    cycle, face = np.array(list(faces_in_order(run.options(data.gauge.n_blocks)))).T
+    sign = np.where(face % 2 == 1, 1.0, -1.0)
+    axis, radius = run.placement.axis, data.machine.probe.tip_radius_mm
+    along = data.gauge.position_mm[face - 1] - sign * radius
+    last = data.frame.iloc[-1]
+    frame = pd.DataFrame({name: last[name] for name in data.frame.columns}, index=range(len(face)))
+    if run.stays:
+        frame["placement"], frame["cycle"] = int(last["placement"]), cycle + int(data.frame["cycle"].max())
+    else:
+        frame["placement"], frame["cycle"] = int(data.frame["placement"].max()) + 1, cycle
+    frame["face"] = face
+    frame[POSITION] = run.placement.origin_mm(data.gauge) + along[:, None] * axis
+    frame[APPROACH] = sign[:, None] * axis
+    if run.speed_mm_s is not None:
+        frame["speed_mm_s"] = run.speed_mm_s
+    if "time_s" in frame:
+        frame["time_s"] = data.frame["time_s"].max() + run.wait_s + _touch_s(data) * np.arange(len(face))
+        _go_on(frame, data.frame)
+    both = pd.concat([data.frame, frame[data.frame.columns]], ignore_index=True)
+    return unchecked_residuals(Recording(both), data.gauge, data.machine)
+
+
+def _touch_s(data: Residuals) -> float:
+    """Typical time between two touches, s."""
+    steps = np.diff(np.sort(data.frame["time_s"].to_numpy(float)))
+    return float(np.median(steps)) if steps.size and np.median(steps) > 0.0 else TOUCH_S
+
+
+def _go_on(frame: pd.DataFrame, before: pd.DataFrame) -> None:
+    """Temperatures that change go on changing at the mean rate so far, but not for ever."""
+    time_s = before["time_s"].to_numpy(float)
+    ahead_s = frame["time_s"].to_numpy(float) - time_s.max()
+    for name in (name for name in before.columns if name.endswith("_C")):
+        values = before[name].to_numpy(float)
+        span = float(np.ptp(values))
+        if span > 0.0 and np.ptp(time_s) > 0.0:
+            rate = float(np.polyfit(time_s - time_s.mean(), values, 1)[0])
+            last = float(values[time_s.argmax()])
+            frame[name] = last + np.clip(rate * ahead_s, -BEYOND * span, BEYOND * span)

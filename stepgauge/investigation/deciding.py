@@ -1,0 +1,232 @@
+"""What is known after a run, and which run would tell most per minute: the rules by which an investigation goes on.
+
+It ends when the answer stands (its odds are at least those asked for, the gauge was laid in two directions, and no run
+within reach would probably show anything that is hidden so far), or when no run within reach tells enough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.engine import Searched, diagnose_with_search
+from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
+from stepgauge.diagnosis.residuals import Residuals, make_residuals
+from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.diagnosis.runs import ExtraRun, Lengthened, lengthened
+from stepgauge.errors import InputError
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement
+from stepgauge.investigation.gain import distances, information
+from stepgauge.investigation.hidden import Unseen, unseen
+from stepgauge.investigation.hypotheses import Hypothesis, Predicting, hypotheses
+from stepgauge.investigation.reach import Costed, Reach, directions, possible_runs, run_json, with_minutes
+from stepgauge.machine.file import Machine
+from stepgauge.recording import Recording
+
+Array = NDArray[np.float64]
+LEAST_NATS = 0.1
+"""A run that is expected to tell less is not worth a person's way to the machine, nats."""
+TOLD_APART = 9.0
+"""Chi-square from which a run is said to tell two hypotheses apart."""
+SHOWN = 4
+"""Hypotheses, kinds and runs that are told of a step."""
+
+
+NOTHING = Unseen((), np.zeros(0), np.zeros(0))
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is investigated, and how far.
+
+    ``odds``: at which an answer stands; ``minutes``: of machine and hands in all; ``without``: kinds of effects that
+    are known not to be there.
+    """
+
+    gauge: Gauge
+    machine: Machine
+    reach: Reach = field(default_factory=Reach)
+    odds: float = 20.0
+    minutes: float = 60.0
+    without: tuple[str, ...] = ()
+    priors: Priors = field(default_factory=shipped_priors)
+
+    @property
+    def sure(self) -> float:
+        """The probability that these odds are."""
+        return self.odds / (1.0 + self.odds)
+
+
+@dataclass(frozen=True)
+class Rated:
+    """A run with its cost, and what it is expected to tell: of the rivals, and of what has not shown yet (nats)."""
+
+    run: ExtraRun
+    machine_minutes: float
+    minutes: float
+    rivals_nats: float
+    told: tuple[str, ...]
+    hidden: Unseen
+
+    @property
+    def nats(self) -> float:
+        return self.rivals_nats + self.hidden.nats
+
+    def as_json(self) -> dict[str, Any]:
+        """For the journal and the story."""
+        return {
+            "run": run_json(self.run),
+            "machine_minutes": round(self.machine_minutes, 2),
+            "minutes": round(self.minutes, 2),
+            "nats": self.nats,
+            "rivals_nats": self.rivals_nats,
+            "tells_apart": list(self.told),
+            "chance_hidden": self.hidden.chance,
+            "may_show": self.hidden.most(SHOWN),
+        }
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """The diagnosis of all runs so far, and the further runs, the one that tells most per minute first.
+
+    ``late``: runs that the time left is too short for, which are not rated.
+    """
+
+    diagnosis: Diagnosis
+    possible: tuple[Hypothesis, ...]
+    rated: tuple[Rated, ...]
+    late: tuple[ExtraRun, ...] = ()
+
+
+def learn(
+    case: Case, recording: Recording, placements: Sequence[Placement], done: Collection[str], spent_minutes: float = 0.0
+) -> Learnt:
+    """Diagnose everything that was measured, and rate the runs that are within reach.
+
+    Parameters
+    ----------
+    recording : of all runs, joined
+    placements : how the gauge was laid, in that order; the last one is how it lies
+    done : words of the runs that were made or declined
+    spent_minutes : of the case's minutes
+    """
+    data = make_residuals(recording, case.gauge, case.machine)
+    diagnosis, found = diagnose_with_search(data, case.without, case.priors)
+    runs = [run for run in possible_runs(data, placements, case.machine, case.reach) if run.words not in done]
+    costed = list(with_minutes(runs, case.gauge, case.machine, case.reach))
+    left_minutes = case.minutes - spent_minutes
+    in_time = [one for one in costed if one.minutes <= left_minutes]
+    late = tuple(one.run for one in costed if one.minutes > left_minutes)
+    if found is None:
+        return Learnt(diagnosis, (), tuple(_unrated(in_time)), late)
+    possible = hypotheses(found)
+    rated = rate(case, found, possible, data, in_time)
+    return Learnt(diagnosis, tuple(possible), tuple(sorted(rated, key=lambda one: -one.nats / one.minutes)), late)
+
+
+def _unrated(runs: Sequence[Costed]) -> list[Rated]:
+    """Of too few readings nothing can be said but that more are needed: any run of whole cycles, the cheapest first."""
+    rated = [Rated(*one, 1.0, (), NOTHING) for one in runs if one.run.blocks is None]
+    return sorted(rated, key=lambda one: one.minutes)
+
+
+def rate(
+    case: Case, found: Searched, possible: Sequence[Hypothesis], data: Residuals, runs: Sequence[Costed]
+) -> list[Rated]:
+    """What each run would tell; runs that cannot be computed are left out."""
+    costs = {one.run.words: one for one in runs}
+    predicting = Predicting(found, possible, case.priors)
+    named = {part.candidate.label for part in possible[0].parts}
+    rated = []
+    for more in lengthened(data, found.model.state.sigma_um, [one.run for one in runs]):
+        try:
+            nats, told = _of_rivals(possible, predicting, more, len(data))
+            hidden = unseen(more, len(data), case.priors, case.without, named) if _is_new(more.run) else NOTHING
+        except InputError:
+            continue
+        rated.append(Rated(*costs[more.run.words], nats, told, hidden))
+    return rated
+
+
+def _is_new(run: ExtraRun) -> bool:
+    """Whether a run may show what those before were blind to: elsewhere, or at another speed."""
+    return not run.stays or run.speed_mm_s is not None
+
+
+def _of_rivals(
+    possible: Sequence[Hypothesis], predicting: Predicting, more: Lengthened, n_old: int
+) -> tuple[float, tuple[str, ...]]:
+    """Expected information about the answer, nats, and the rivals that the run tells from the leading one.
+
+    Hypotheses with the same laws are one answer: which form an unknown rest has is not asked for.
+    """
+    p = np.array([one.probability for one in possible])
+    new = np.arange(len(more.data)) >= n_old
+    distance = distances(predicting(more), new, more.metric)
+    answer = [_answer(one) for one in possible]
+    same = np.array([[one == other for other in answer] for one in answer])
+    told = tuple(
+        one.words for one, d, alike in zip(possible, distance[0], same[0], strict=True) if d > TOLD_APART and not alike
+    )
+    return information(p, np.where(same, 0.0, distance)), told[:SHOWN]
+
+
+def _answer(one: Hypothesis) -> tuple[frozenset[str], bool]:
+    laws = frozenset(part.candidate.source.label for part in one.parts if part.candidate.named)
+    return laws, any(not part.candidate.named for part in one.parts)
+
+
+@dataclass(frozen=True)
+class End:
+    """How an investigation ends: ``how`` is ``cause``, ``set``, ``adequate``, ``unknown`` or ``insufficient``."""
+
+    how: str
+    why: str
+    stands: bool
+
+
+def decide(case: Case, learnt: Learnt, placements: Sequence[Placement]) -> End | list[Rated]:
+    """The end, or the runs to propose, the best first."""
+    stands = _stands(case, learnt.diagnosis) and directions(placements) > 1
+    worth = [one for one in learnt.rated if one.nats >= LEAST_NATS]
+    hidden = max((one.hidden.chance for one in learnt.rated), default=0.0)
+    if stands and hidden <= 1.0 - case.sure and not _unsettled(case, learnt):
+        return End(how(learnt.diagnosis), "the answer stands", True)
+    if worth:
+        return worth
+    turned = [one for one in learnt.rated if not one.run.stays and directions([*placements, one.run.placement]) > 1]
+    if directions(placements) < 2 and turned:
+        return turned
+    why = "the time is over" if learnt.late else "no run within reach tells enough"
+    return End(how(learnt.diagnosis), why, stands)
+
+
+def _stands(case: Case, diagnosis: Diagnosis) -> bool:
+    """Whether everything that is said has the odds that were asked for."""
+    if diagnosis.verdict == "adequate":
+        return bool(diagnosis.odds["adequate"] >= case.sure)
+    if diagnosis.verdict != "effects":
+        return False
+    return all(one.own >= case.sure for one in diagnosis.findings)
+
+
+def _unsettled(case: Case, learnt: Learnt) -> bool:
+    """Whether rivals of what is said hold more probability than the odds leave."""
+    answers: dict[Any, float] = {}
+    for one in learnt.possible:
+        answers[_answer(one)] = answers.get(_answer(one), 0.0) + one.probability
+    return max(answers.values(), default=0.0) < case.sure
+
+
+def how(diagnosis: Diagnosis) -> str:
+    """``cause`` where everything that was found is named alone, ``set`` where rivals are left; else the verdict."""
+    if diagnosis.verdict != "effects":
+        return diagnosis.verdict
+    alone = all(not (one.confounded_with or one.alternatives) for one in diagnosis.findings)
+    return "cause" if alone else "set"

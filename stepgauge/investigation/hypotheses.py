@@ -1,0 +1,185 @@
+"""What may be the case after a diagnosis, with its probability, and what each of it predicts for further readings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+from scipy.linalg import cho_factor, cho_solve
+
+from stepgauge.diagnosis.engine import Searched
+from stepgauge.diagnosis.forms import form_candidates
+from stepgauge.diagnosis.library import family_signatures
+from stepgauge.diagnosis.posterior.metric import Metric, nuisances
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Candidate
+from stepgauge.diagnosis.problem import bare_problem
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.runs import Lengthened
+from stepgauge.diagnosis.solve import solve
+from stepgauge.effects import Effect, along_approach_um
+from stepgauge.investigation.gain import Prediction
+
+Array = NDArray[np.float64]
+LEAST = 3e-3
+"""Hypotheses that are less probable than this are not looked at."""
+MOST = 16
+
+
+@dataclass(frozen=True)
+class Part:
+    """One law or form of a hypothesis: its candidate, the number of its shape, the prior sd of its amplitudes."""
+
+    candidate: Candidate
+    atom: int
+    sd: float
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """Laws and forms that may be there together, and the posterior probability that it is these."""
+
+    parts: tuple[Part, ...]
+    probability: float
+
+    @property
+    def words(self) -> str:
+        """The hypothesis by the names of its parts."""
+        return " and ".join(sorted(_name(one.candidate) for one in self.parts)) or "nothing"
+
+
+def _name(candidate: Candidate) -> str:
+    if candidate.named:
+        return str(candidate.source.label)
+    return f"something unknown over {candidate.source.covariate}"
+
+
+def hypotheses(found: Searched) -> list[Hypothesis]:
+    """The most probable hypotheses of a search, their probabilities summing to one.
+
+    Those that were computed and, for every term of the best one, the rivals that were only rated.
+    """
+    worth = _computed(found) | _rated(found)
+    ranked = sorted(worth.values(), key=lambda one: -one[1])
+    share = special.softmax([value for _, value in ranked])
+    kept = [(parts, p) for (parts, _), p in zip(ranked, share, strict=True) if p >= LEAST][:MOST]
+    total = sum(p for _, p in kept)
+    return [Hypothesis(parts, float(p / total)) for parts, p in kept]
+
+
+Worth = dict[frozenset[str], tuple[tuple[Part, ...], float]]
+
+
+def _computed(found: Searched) -> Worth:
+    """For each set of labels the most probable hypothesis that was computed, and its log posterior."""
+    worth: Worth = {}
+    for state in found.search.evidence.visited.values():
+        if state.labels not in worth or worth[state.labels][1] < state.log_posterior:
+            parts = tuple(Part(term.candidate, term.atom, term.sd) for term in state.terms)
+            worth[state.labels] = (parts, state.log_posterior)
+    return worth
+
+
+def _rated(found: Searched) -> Worth:
+    """Rivals of terms of the best hypothesis that were rated and not computed."""
+    best, worth = found.answer.best, Worth()
+    for place in found.answer.places:
+        others = tuple(Part(t.candidate, t.atom, t.sd) for i, t in enumerate(best.terms) if i != place.term)
+        for rival in place.rivals:
+            if rival.state is None and rival.share > 0.0:
+                parts = (*others, Part(rival.candidate, rival.look.atom, rival.look.sd))
+                value = best.log_posterior + float(np.log(rival.share / place.rivals[0].share))
+                worth[frozenset(one.candidate.label for one in parts)] = (parts, value)
+    return worth
+
+
+class Predicting:
+    """What hypotheses predict, fitted to the recording so far; computed once for all runs that may follow."""
+
+    def __init__(self, found: Searched, possible: Sequence[Hypothesis], priors: Priors) -> None:
+        self.found, self.possible, self.priors = found, possible, priors
+
+    @cached_property
+    def _metric(self) -> Metric:
+        state = self.found.model.state
+        return Metric(self.found.search.problem, state.scatter, self.found.search.scatters, state.sigma_um)
+
+    @cached_property
+    def _fits(self) -> list[tuple[Effect, ...]]:
+        """The effects of each hypothesis with their fitted values."""
+        return [self._fit(one) for one in self.possible]
+
+    def _fit(self, one: Hypothesis) -> tuple[Effect, ...]:
+        laws = [part for part in one.parts if part.candidate.named]
+        families = [part.candidate.source for part in laws]
+        solved = solve(families, [part.atom for part in laws], self.found.data, self._metric).solved
+        return tuple(each.effect for each in solved)
+
+    def __call__(self, more: Lengthened) -> list[Prediction]:
+        """One prediction for each hypothesis, over all rows of a lengthened recording.
+
+        :class:`InputError` where a law cannot be computed there.
+        """
+        forms, told = self._forms(more.data), self._nuisances(more)
+        return [self._of(one, fit, more, forms, told) for one, fit in zip(self.possible, self._fits, strict=True)]
+
+    def _forms(self, data: Residuals) -> dict[str, Candidate]:
+        """The forms of the hypotheses, with the features that they have in a lengthened recording."""
+        if all(part.candidate.named for one in self.possible for part in one.parts):
+            return {}
+        return {one.label: one for one in form_candidates(data, self.priors, self.found.search.problem.scale_um)}
+
+    def _of(
+        self,
+        one: Hypothesis,
+        effects: Sequence[Effect],
+        more: Lengthened,
+        forms: dict[str, Candidate],
+        nuisances: Callable[[Array], Array],
+    ) -> Prediction:
+        mean = np.zeros(len(more.data))
+        for effect in effects:
+            mean = mean + along_approach_um(effect, more.data.probings)
+        columns, sd = [np.zeros((0, len(mean)))], [np.zeros(0)]
+        for part in one.parts:
+            own = _columns(part, more.data, forms)
+            if not part.candidate.named and len(own):
+                mean = mean + self._formed(own, part.sd, mean)
+            columns.append(own)
+            sd.append(np.full(len(own), part.sd))
+        return Prediction(mean + nuisances(mean), np.vstack(columns), np.concatenate(sd) ** -2.0)
+
+    def _nuisances(self, more: Lengthened) -> Callable[[Array], Array]:
+        """What origins and faces add to a mean, as the recording so far tells them."""
+        count = len(self.found.data)
+        columns, sd = nuisances(bare_problem(more.data), self.found.search.scatters.plain())
+        design = columns[:, :count] * (sd / more.metric.sigma_um)[:, None]
+        factor = cho_factor(design @ design.T + np.eye(len(sd)))
+
+        def told(mean: Array) -> Array:
+            left = (self.found.data.um - mean[:count]) / more.metric.sigma_um
+            return np.asarray(cho_solve(factor, design @ left) * sd @ columns)
+
+        return told
+
+    def _formed(self, columns: Array, sd: float, mean: Array) -> Array:
+        """What a form adds: its amplitudes fitted to what is left in the recording so far."""
+        count = len(self.found.data)
+        design = self._metric(columns[:, :count]) * sd
+        left = self._metric(self.found.data.um - mean[:count])
+        amplitudes = np.linalg.solve(design @ design.T + np.eye(len(design)), design @ left)
+        return np.asarray(amplitudes * sd @ columns)
+
+
+def _columns(part: Part, data: Residuals, forms: dict[str, Candidate]) -> Array:
+    """How the rows of a lengthened recording change with the amplitudes of a part, ``(d, n)``."""
+    source: Any = part.candidate.source
+    if part.candidate.named:
+        return np.asarray(family_signatures(source, source.atoms[part.atom], data))
+    form = forms.get(part.candidate.label)
+    return np.zeros((0, len(data))) if form is None or part.atom >= form.atoms else form.columns(part.atom)

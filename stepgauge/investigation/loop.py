@@ -1,0 +1,181 @@
+"""The loop: measure, diagnose, choose what tells most per minute, ask for it, measure, until an answer stands."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from stepgauge.diagnosis.result import Diagnosis, Finding
+from stepgauge.diagnosis.runs import ExtraRun
+from stepgauge.errors import InputError, naming
+from stepgauge.gauge.placement import Placement
+from stepgauge.investigation.deciding import LEAST_NATS, SHOWN, Case, End, Learnt, decide, how, learn
+from stepgauge.investigation.gain import entropy
+from stepgauge.investigation.reach import run_of
+from stepgauge.investigation.running import Made, Runner, joined
+from stepgauge.recording import Recording
+
+Tell = Callable[[str], None]
+STYLUS_KINDS = {"effective_radius", "kinematic_pretravel", "lever_arm", "probe_lobing", "seat_defect", "tip_change"}
+"""Kinds whose size changes with the stylus: another one would tell them from the rest."""
+
+
+@dataclass
+class Investigation:
+    """What was measured so far, and what was learnt of it (JSON types, as in the journal)."""
+
+    case: Case
+    runner: Runner
+    first: Placement
+    tell: Tell = lambda _: None
+    runs: list[Made] = field(default_factory=list)
+    learnt: list[dict[str, Any]] = field(default_factory=list)
+    declined: list[str] = field(default_factory=list)
+
+    def go_through(self) -> dict[str, Any]:
+        """All runs, to the end; what was learnt last, with the end."""
+        run = ExtraRun("the gauge as it lies", self.first, cycles=self.case.reach.cycles, wait_s=0.0, stays=True)
+        made = self._make(run)
+        assert made is not None  # a gauge that lies there is not asked for
+        while self._learn()["end"] is None:
+            if not self._next():
+                self.learnt[-1]["end"] = self._given_up()
+                break
+        return self.learnt[-1]
+
+    @property
+    def placements(self) -> list[Placement]:
+        """How the gauge was found to lie, one for each time that it was laid."""
+        return list({made.placement_number: made.lies for made in self.runs}.values())
+
+    @property
+    def spent_minutes(self) -> float:
+        """Of machine and hands so far."""
+        return sum(made.minutes for made in self.runs)
+
+    @property
+    def recording(self) -> Recording:
+        """Of all runs together."""
+        return joined(self.runs)
+
+    def _make(self, run: ExtraRun) -> Made | None:
+        laid = not run.stays or not self.runs
+        number = len(self.placements) + 1 if laid else self.runs[-1].placement_number
+        lies = self.runs[-1].lies if self.runs else self.first
+        self.tell(f"run {len(self.runs) + 1}: {run.words}")
+        made = self.runner.make(len(self.runs) + 1, run, lies, number)
+        if made is not None:
+            self.runs.append(made)
+        return made
+
+    def _learn(self) -> dict[str, Any]:
+        """What the runs so far tell; a step of the journal, for it decides what is asked next."""
+        said: dict[str, Any] = self.runner.steps.once(f"learnt {len(self.runs)}", self._told)
+        self.learnt.append(dict(said))
+        self.tell(said["summary"])
+        return self.learnt[-1]
+
+    def _told(self) -> dict[str, Any]:
+        done = [*(made.run.words for made in self.runs[1:]), *self.declined]
+        found = learn(self.case, self.recording, self.placements, done, self.spent_minutes)
+        decided = decide(self.case, found, self.placements)
+        end = decided if isinstance(decided, End) else None
+        proposed = [] if isinstance(decided, End) else decided
+        return {
+            **told_json(found),
+            "directions": len(self.placements),
+            "proposed": [one.as_json() for one in proposed],
+            "end": None if end is None else {"how": end.how, "why": end.why, "stands": end.stands},
+            "needed": [] if end is None else needed(self.case, found, end),
+        }
+
+    def _next(self) -> bool:
+        """Make the best run that the person can make possible; False where there is none."""
+        for one in self.learnt[-1]["proposed"]:
+            run = run_of(one["run"])
+            if run.words in self.declined:
+                continue
+            if self._make(self._as_it_lies(run)) is not None:
+                self.learnt[-1]["chosen"] = one
+                return True
+            self.declined.append(run.words)
+        return False
+
+    def _as_it_lies(self, run: ExtraRun) -> ExtraRun:
+        """A run of the gauge as it lies is where it was found to lie."""
+        return replace(run, placement=self.runs[-1].run.placement) if run.stays else run
+
+    def _given_up(self) -> dict[str, Any]:
+        last = self.learnt[-1]
+        last["needed"] = [_wanted(one) for one in last["proposed"][:SHOWN]]
+        return {"how": last["how"], "why": "what would tell more was declined", "stands": False}
+
+
+def told_json(found: Learnt) -> dict[str, Any]:
+    """What is known after a run."""
+    diagnosis = found.diagnosis
+    p = np.array([one.probability for one in found.possible])
+    return {
+        "verdict": diagnosis.verdict,
+        "how": how(diagnosis),
+        "summary": diagnosis.summary().splitlines()[0],
+        "adequate": float(diagnosis.odds.get("adequate", math.nan)) if diagnosis.odds else None,
+        "found": [_finding(one) for one in diagnosis.findings],
+        "unexplained": [one.where for one in diagnosis.unexplained],
+        "hypotheses": [{"words": one.words, "probability": one.probability} for one in found.possible[:SHOWN]],
+        "entropy_nats": entropy(p) if len(p) else None,
+    }
+
+
+def _finding(one: Finding) -> dict[str, Any]:
+    values = {
+        name: {"value": estimate.value, "u": estimate.u, "unit": estimate.unit}
+        for name, estimate in one.parameters.items()
+        if math.isfinite(estimate.value) and (estimate.u is None or math.isfinite(estimate.u))
+    }
+    return {
+        "kind": one.kind,
+        "label": one.label,
+        "probability": min(max(one.probability, one.own), 1.0),
+        "own_probability": min(one.own, 1.0),
+        "set": [*one.confounded_with, *one.alternatives],
+        "parameters": values,
+    }
+
+
+def needed(case: Case, found: Learnt, end: End) -> list[str]:
+    """What would tell more, and is not to be had."""
+    if end.stands:
+        return []
+    wanted = [_wanted(one.as_json()) for one in found.rated if one.nats >= LEAST_NATS]
+    wanted += [f"{run.words}, for which the time was too short" for run in found.late]
+    for one in found.diagnosis.findings:
+        if one.own < case.sure and {one.kind, *one.confounded_with} & STYLUS_KINDS:
+            wanted.append(f"the same runs with a stylus of another length and tip, for {one.label} and its rivals")
+    return wanted[:SHOWN]
+
+
+def _wanted(one: dict[str, Any]) -> str:
+    apart = ", ".join(one["tells_apart"] or one["may_show"]).replace("_", " ")
+    return f"{one['run']['words']} ({one['minutes']:.0f} min), for {apart or 'what is left'}"
+
+
+def final_diagnosis(case: Case, recording: Recording) -> Diagnosis:
+    """The diagnosis of all runs together, for its own files."""
+    from stepgauge.diagnosis.engine import diagnose
+
+    return diagnose(recording, case.gauge, case.machine, case.without, case.priors)
+
+
+def check_first(case: Case, first: Placement) -> None:
+    """:class:`InputError` where the first run cannot be made, before anything is asked or moved."""
+    from stepgauge.investigation.reach import program_of
+
+    run = ExtraRun("the gauge as it lies", first, cycles=case.reach.cycles, stays=True)
+    program_of(run, case.gauge, case.machine)
+    if case.reach.region_mm is not None and not case.reach.allows(run, first):
+        raise InputError(naming("within_mm"), "the gauge lies outside of it now", expected="a box that holds both ends")

@@ -1,0 +1,160 @@
+"""Which further runs are within reach, and what each costs in minutes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.runs import SPEED_FACTOR, ExtraRun, laid_elsewhere
+from stepgauge.errors import InputError
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement, make_placement
+from stepgauge.machine.file import Machine
+from stepgauge.planning.program import ProbingChoice, checked_program, duration_s, fastest_mm_s, make_settings
+
+Array = NDArray[np.float64]
+LOCATING_MINUTES = 3.0
+"""Seven probings from outside, with the long ways between them."""
+WAIT_S = 1200.0
+FEW_BLOCKS_CYCLES = 5
+LEVEL_SIN = 0.01
+ELSEWHERE_MM, TURNED_COS = 50.0, 0.97
+"""Placements nearer than this, in directions nearer than this, are one."""
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Where the gauge may be laid and what that costs.
+
+    ``region_mm (3, 2)``: lowest and highest coordinates that the ends of the gauge may have, None for the travel;
+    ``level``: the gauge lies on the table, at the height at which it is, and is neither lifted nor inclined;
+    ``hands_minutes``: to lay it elsewhere; ``cycles``: of a whole run.
+    """
+
+    region_mm: tuple[tuple[float, float], ...] | None = None
+    level: bool = False
+    hands_minutes: float = 5.0
+    cycles: int = 2
+
+    def allows(self, run: ExtraRun, first: Placement) -> bool:
+        """Whether the gauge may lie so."""
+        ends = np.array([run.placement.c1_mm, run.placement.c2_mm])
+        if self.level and not (
+            abs(run.placement.axis[2] - first.axis[2]) < LEVEL_SIN
+            and abs(float(ends[:, 2].mean() - (first.c1_mm + first.c2_mm)[2] / 2.0)) < 1.0
+        ):
+            return False
+        if self.region_mm is None:
+            return True
+        low, high = np.array(self.region_mm).T
+        return bool((ends >= low).all() and (ends <= high).all())
+
+
+def possible_runs(data: Residuals, placements: Sequence[Placement], machine: Machine, reach: Reach) -> list[ExtraRun]:
+    """Runs that have not been made yet: with the gauge as it lies now, and laid elsewhere.
+
+    ``placements``: how the gauge was laid, the last one being how it lies.
+    """
+    here, cycles = placements[-1], reach.cycles
+    runs = list(_as_it_lies(data, here, machine, cycles))
+    taken = list(placements)
+    for run in (one for base in (placements[0], here) for one in laid_elsewhere(data, base)):
+        if not any(_same(run.placement, one) for one in taken) and reach.allows(run, placements[0]):
+            runs.append(replace(run, cycles=cycles))
+            taken.append(run.placement)
+    return runs
+
+
+def _as_it_lies(data: Residuals, here: Placement, machine: Machine, cycles: int) -> Iterator[ExtraRun]:
+    """Other speeds, another order, a pause, and a few blocks often, with the gauge where it is."""
+    own = machine.table.measuring_speed_mm_s
+    done = set(np.round(data.frame["speed_mm_s"], 6)) if "speed_mm_s" in data.frame else set()
+    for speed in (max(own / SPEED_FACTOR, 0.1), min(own * SPEED_FACTOR, fastest_mm_s(machine)[0])):
+        if round(speed, 6) not in done:
+            words = f"the gauge as it lies, at {speed:.3g} mm/s instead of {own:.3g} mm/s"
+            yield ExtraRun(words, here, speed, cycles=cycles, wait_s=0.0, stays=True)
+    yield ExtraRun("the gauge as it lies, there and back", here, cycles=2, order="up-down", wait_s=0.0, stays=True)
+    pause = f"the gauge as it lies, after a pause of {WAIT_S / 60.0:g} min"
+    yield ExtraRun(pause, here, cycles=cycles, wait_s=WAIT_S, stays=True)
+    count = data.gauge.n_blocks
+    some = tuple(sorted({1, (count + 1) // 2, count}))
+    words = f"the gauge as it lies, blocks {', '.join(map(str, some))} {FEW_BLOCKS_CYCLES} times"
+    yield ExtraRun(words, here, cycles=FEW_BLOCKS_CYCLES, blocks=some, wait_s=0.0, stays=True)
+
+
+def _same(one: Placement, other: Placement) -> bool:
+    apart = np.linalg.norm((one.c1_mm + one.c2_mm - other.c1_mm - other.c2_mm) / 2.0)
+    return bool(one.axis @ other.axis > TURNED_COS and apart < ELSEWHERE_MM)
+
+
+def directions(placements: Sequence[Placement]) -> int:
+    """How many directions the gauge was laid in; end for end is the same."""
+    kept: list[Array] = []
+    for one in placements:
+        if all(abs(float(one.axis @ other)) < TURNED_COS for other in kept):
+            kept.append(one.axis)
+    return len(kept)
+
+
+def settings_of(gauge: Gauge, machine: Machine, run: ExtraRun) -> Any:
+    """How a run is probed: with the machine's speeds, but for the one that it states."""
+    choice = ProbingChoice(measuring_speed_mm_s=run.speed_mm_s)
+    return make_settings(gauge, machine, machine.probe.tip_radius_mm, choice)
+
+
+def program_of(run: ExtraRun, gauge: Gauge, machine: Machine, placement: Placement | None = None) -> Any:
+    """The checked program of a run, with the gauge where it is found to lie (:class:`InputError` if it fails)."""
+    lies = placement or run.placement
+    return checked_program(lies, gauge, machine, run.options(gauge.n_blocks), settings_of(gauge, machine, run))
+
+
+class Costed(NamedTuple):
+    """A run with the minutes that it takes of the machine, locating included, and in all with hands and pauses."""
+
+    run: ExtraRun
+    machine_minutes: float
+    minutes: float
+
+
+def with_minutes(runs: Sequence[ExtraRun], gauge: Gauge, machine: Machine, reach: Reach) -> Iterator[Costed]:
+    """Runs whose path is free, with what they cost."""
+    for run in runs:
+        try:
+            machine_s = duration_s(program_of(run, gauge, machine))
+        except InputError:
+            continue
+        own = machine_s / 60.0 + (0.0 if run.stays else LOCATING_MINUTES)
+        pause = run.wait_s / 60.0 if run.stays else reach.hands_minutes
+        yield Costed(run, own, own + pause)
+
+
+def run_json(run: ExtraRun) -> dict[str, Any]:
+    """A run as JSON types, to be read by :func:`run_of`."""
+    said = {name: getattr(run, name) for name in ("words", "speed_mm_s", "cycles", "order", "wait_s", "stays")}
+    return {
+        **said,
+        "blocks": None if run.blocks is None else list(run.blocks),
+        "placement": placement_json(run.placement),
+    }
+
+
+def run_of(said: dict[str, Any]) -> ExtraRun:
+    """The run that :func:`run_json` wrote."""
+    blocks = None if said["blocks"] is None else tuple(said["blocks"])
+    return ExtraRun(**{**said, "blocks": blocks, "placement": placement_of_json(said["placement"])})
+
+
+def placement_json(placement: Placement) -> dict[str, Any]:
+    """A placement as JSON types."""
+    vectors = {name: [float(v) for v in getattr(placement, name)] for name in ("c1_mm", "c2_mm", "up")}
+    return {**vectors, "first_block": placement.first_block, "last_block": placement.last_block}
+
+
+def placement_of_json(said: dict[str, Any]) -> Placement:
+    """The placement that :func:`placement_json` wrote."""
+    return make_placement(said["c1_mm"], said["c2_mm"], said["first_block"], said["last_block"], said["up"])

@@ -1,0 +1,249 @@
+"""One run of an investigation: the gauge is laid where hands are needed, located, and measured; every step once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stepgauge.diagnosis.runs import ExtraRun
+from stepgauge.errors import InputError, naming
+from stepgauge.gauge.placement import Placement
+from stepgauge.investigation.deciding import Case
+from stepgauge.investigation.journal import Steps
+from stepgauge.investigation.locating import LAID_MM, NotAsAskedError, check_end_for_end, locate, locating_settings
+from stepgauge.investigation.reach import placement_json, placement_of_json, program_of
+from stepgauge.investigation.stations import Station
+from stepgauge.live.codes import DmeError
+from stepgauge.live.connection import ConnectionLostError, StopAskedError
+from stepgauge.live.controller import Link
+from stepgauge.live.job import Job, make_job
+from stepgauge.live.journal import Journal, resume, start
+from stepgauge.live.measuring import MEANING, Progress, StoppedByPersonError, measure
+from stepgauge.live.ways import Ways
+from stepgauge.recording import Recording, read_recording, write_recording
+
+Ask = Callable[[str], bool]
+"""Asks a person to do something; False: it cannot be done. Whoever wants to stop raises an interrupt."""
+ATTEMPTS = 5
+LIFTED = -1
+"""In place of the number of a placement: the gauge is being laid again."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """A run that was made: where its recording is, how the gauge lay, what it took."""
+
+    run: ExtraRun
+    path: Path
+    lies: Placement
+    placement_number: int
+    machine_minutes: float
+    minutes: float
+    own_clock: bool
+    began_s: float
+
+
+@dataclass
+class Runner:
+    """Makes runs on a station.
+
+    ``last``: the run before; ``standing``: the number of the placement that the gauge has in this process.
+    """
+
+    case: Case
+    station: Station
+    steps: Steps
+    ask: Ask
+    progress: Progress | None = None
+    last: Made | None = field(default=None, init=False)
+    standing: int = field(default=0, init=False)
+
+    @property
+    def folder(self) -> Path:
+        return self.steps.path.parent
+
+    def make(self, number: int, run: ExtraRun, lies: Placement, placement_number: int) -> Made | None:
+        """Make a run; None where the person cannot lay the gauge so.
+
+        Parameters
+        ----------
+        number : of the run, from 1
+        run : what is to be measured
+        lies : how the gauge lies, where it stays
+        placement_number : of the placement that the gauge has in this run
+        """
+        if not run.stays:
+            self.steps.once(f"parked {number}", self._park)
+        said = ""
+        for attempt in range(1, ATTEMPTS + 1):
+            name = f"{number}" if attempt == 1 else f"{number}-{attempt}"
+            told = self._attempted(name, said, run, lies, placement_number)
+            if told is None or isinstance(told, Made):
+                self.last = told or self.last
+                return told
+            said, self.standing = f"{told}. ", LIFTED
+        raise InputError("the gauge", "could not be laid as asked", found=said.rstrip(". "), expected="it as asked")
+
+    def _attempted(
+        self, name: str, said: str, run: ExtraRun, lies: Placement, placement_number: int
+    ) -> Made | str | None:
+        """The run; why it has to be laid again, where it does not lie as asked; None where it cannot be laid so."""
+        located: dict[str, Any] = {"lies": placement_json(lies), "minutes": 0.0}
+        asked = f"laid {name}, {run.words}"
+        if not run.stays and not self.steps.once(asked, lambda: self.ask(f"{said}{question(run)}")):
+            return None
+        self._stand(placement_number, run.placement)
+        if not run.stays:
+            located = self.steps.once(f"located {name}", lambda: self._located(run.placement))
+        elif run.wait_s > 0.0:
+            self.steps.once(f"waited {name}", lambda: self.station.wait(run.wait_s))
+        if "refused" in located:
+            return str(located["refused"])
+        found = placement_of_json(located["lies"])
+        measured = self.steps.once(f"measured {name}", lambda: self._measured(name, run, found, placement_number))
+        if "refused" in measured:
+            return str(measured["refused"])
+        return self._made(run, found, placement_number, located, measured)
+
+    def _park(self) -> None:
+        """The machine out of the way before the gauge is laid elsewhere."""
+        assert self.last is not None
+        self._stand(self.last.placement_number, self.last.run.placement)
+        ways = Ways(self.case.machine, self.case.gauge, self.last.lies)
+        with self._session("going out of the way") as link:
+            here = link.position_mm()
+            for place in ways.out(here, [here]):
+                link.go(place)
+            link.end()
+
+    def _stand(self, number: int, asked: Placement) -> None:
+        if self.standing == 0 and self.last is not None:
+            self.station.go_on(float(read_recording(self.last.path).frame["time_s"].max()))
+        if self.standing != number:
+            self.station.stand(number, asked)
+            self.standing = number
+
+    def _located(self, asked: Placement) -> dict[str, Any]:
+        case = self.case
+        with self._session("locating the gauge") as link:
+            try:
+                found, minutes = locate(link, asked, case.gauge, case.machine)
+            except NotAsAskedError as error:
+                return {"refused": str(error)}
+            return {"lies": placement_json(found), "minutes": minutes}
+
+    def _measured(self, name: str, run: ExtraRun, lies: Placement, placement_number: int) -> dict[str, Any]:
+        case = self.case
+        program = program_of(run, case.gauge, case.machine, lies)
+        job = make_job(program, case.machine, case.gauge, lies, placement_number=placement_number)
+        own_clock = self.steps.once("clock", self._has_clock)
+        recording, began_s = self._points(job, self.folder / f"run-{name}.journal")
+        if not run.stays:
+            try:
+                check_end_for_end(recording, case.gauge, case.machine.table.repeatability_um)
+            except NotAsAskedError as error:
+                return {"refused": str(error)}
+        path = self.folder / f"run-{name}.csv"
+        write_recording(path, recording, at_once=True)
+        minutes = float(np.ptp(recording.frame["time_s"])) / 60.0
+        return {"path": path.name, "minutes": minutes, "own_clock": own_clock, "began_s": began_s}
+
+    @contextmanager
+    def _session(self, what: str) -> Iterator[Link]:
+        """A session in which no program is measured; what stops it is told as :func:`measure` tells it."""
+        with self.station.linked(locating_settings(self.case.machine)) as link:
+            try:
+                link.prepare(self.station.wishes)
+                yield link
+            except (StopAskedError, KeyboardInterrupt):
+                link.clear()
+                link.end()
+                raise StoppedByPersonError(f"the machine was {what}, and stands where it was") from None
+            except DmeError as error:
+                found = MEANING.get(error.number, str(error))
+                expected = naming("resume", words="the cause removed, then {}")
+                raise InputError(
+                    link.name, f"the machine stopped while {what}", found=found, expected=expected
+                ) from None
+            except ConnectionLostError as error:
+                what, expected = "the connection was lost", naming("resume")
+                raise InputError(link.name, what, found=str(error), expected=expected) from None
+
+    def _has_clock(self) -> bool:
+        """Whether the machine tells its own time, which goes on from run to run."""
+        with self._session("reading its clock") as link:
+            told = link.time_s() is not None
+            link.end()
+        return told
+
+    def _points(self, job: Job, path: Path) -> tuple[Recording, float]:
+        """All points of a run, those that its journal has not yet measured now."""
+        book = self._journal(path, job)
+        try:
+            if len(book.rows) == len(job):
+                return job.recording(book, {}), book.began_s
+            with self.station.linked(job.program.settings) as link:
+                return measure(job, link, book, wishes=self.station.wishes, progress=self.progress), book.began_s
+        finally:
+            book.close()
+
+    def _journal(self, path: Path, job: Job) -> Journal:
+        begun = path.is_file() and path.stat().st_size > 0
+        return (resume if begun else start)(path, job.head())
+
+    def _made(
+        self, run: ExtraRun, lies: Placement, number: int, located: dict[str, Any], measured: dict[str, Any]
+    ) -> Made:
+        machine = located["minutes"] + measured["minutes"]
+        rest = run.wait_s / 60.0 if run.stays else self.case.reach.hands_minutes
+        path = self.folder / measured["path"]
+        own, began_s = measured["own_clock"], measured["began_s"]
+        return Made(run, path, lies, number, machine, machine + rest, own, began_s)
+
+
+def question(run: ExtraRun) -> str:
+    """What the person is asked to do."""
+    ends = [", ".join(f"{value:.0f}" for value in end) for end in (run.placement.c1_mm, run.placement.c2_mm)]
+    return (
+        f"Lay {run.words}: the middle of block {run.placement.first_block} at ({ends[0]}) mm, that of block"
+        f" {run.placement.last_block} at ({ends[1]}) mm, each to {LAID_MM:g} mm. The machine then moves by itself to"
+        " find it: keep the table clear"
+    )
+
+
+def joined(runs: list[Made]) -> Recording:
+    """All runs as one recording.
+
+    A gauge that was left in place keeps its placement number, its cycles are counted on; times go on from run to run.
+    """
+    import pandas as pd
+
+    frames, comments, end_s = [], dict[str, str](), -np.inf
+    cycles: dict[int, int] = {}
+    for made in runs:
+        recording = read_recording(made.path)
+        frame, before = recording.frame.copy(), cycles.get(made.placement_number, 0)
+        frame["placement"], frame["cycle"] = made.placement_number, frame["cycle"] + before
+        cycles[made.placement_number] = int(frame["cycle"].max())
+        if "time_s" in frame:
+            frame["time_s"] += _shift_s(made, runs[0], float(frame["time_s"].min()), end_s)
+            end_s = float(frame["time_s"].max())
+        frames.append(frame)
+        comments = {**recording.comments, **comments}
+    shared = [name for name in frames[0].columns if all(name in frame for frame in frames)]
+    whole = pd.concat([frame[shared] for frame in frames], ignore_index=True)
+    return Recording(whole, comments, ", ".join(str(made.path) for made in runs))
+
+
+def _shift_s(made: Made, first: Made, begin_s: float, end_s: float) -> float:
+    """What brings the times of a run to the clock of the first one.
+
+    A machine without a clock counts from when each run was begun; one that was started anew begins again.
+    """
+    shift_s = 0.0 if made.own_clock else made.began_s - first.began_s
+    return shift_s if begin_s + shift_s > end_s else end_s - begin_s + max(made.run.wait_s, 1.0)
