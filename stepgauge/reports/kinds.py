@@ -25,6 +25,9 @@ def kind_of(path: str | Path) -> str:
             what = f"holds {' and '.join('an ' + one if one[0] in 'aei' else 'a ' + one for one in found)}"
             raise InputError(path, what, expected=f"one of them by name: {place}/{found[0]}.json")
         return found[0]
+    if place.is_file() and place.suffix.lower() != ".json":
+        expected = "the folder that evaluate or diagnose wrote, or its evaluation.json or diagnosis.json"
+        raise InputError(path, "is no result", expected=expected)
     data = read_json(place)
     stated = data.get("format") if isinstance(data, dict) else None
     return next((kind for kind in KINDS if stated == f"stepgauge {kind} 1"), "evaluation")
