@@ -124,7 +124,9 @@ def test_every_structure_without_a_law_has_a_number_of_its_own() -> None:
 
 
 def test_what_turns_is_centred_on_a_rotary_axis_alone() -> None:
-    linear, rotary = (remedy("periodic_scale_error", {f"period_{unit}": {"value": 5.0}}, "axis") for unit in ("mm", "deg"))
+    linear, rotary = (
+        remedy("periodic_scale_error", {f"period_{unit}": {"value": 5.0}}, "axis") for unit in ("mm", "deg")
+    )
     assert "centre what turns" not in linear.repair
     assert "centre what turns" in rotary.repair
 

@@ -105,7 +105,9 @@ def test_status_reads_axes_and_diagnoses(run: Run, project: Path) -> None:
     assert run("budget", "recordings/virtual.csv").code == 0
     shown = run("status").out  # the diagnosis of the axis is none of the gauge's recording, and is not written over
     assert re.search(r"next +stepgauge diagnose recordings/virtual.csv -o results/diagnosis-virtual\n", shown)
-    assert re.search(r"budget +results/budget\n +up to date; incomplete: not stated are temperature of the gauge, ", shown)
+    assert re.search(
+        r"budget +results/budget\n +up to date; incomplete: not stated are temperature of the gauge, ", shown
+    )
     path = project / "recordings/axis.csv"
     (project / "laser").mkdir()
     (project / "laser/again.csv").write_text(path.read_text() + "\n")
