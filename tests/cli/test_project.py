@@ -94,8 +94,15 @@ def test_points_that_are_not_there_are_asked_for_with_an_example(run: Run, proje
 def test_status_reads_axes_and_diagnoses(run: Run, project: Path) -> None:
     """A recording of an axis is one, and what was diagnosed from it is told until the recording changes."""
     table = ROOT / "examples/line-spacing/spacings.csv"
-    assert run("import", table, "--sensor", "optical", "-o", "recordings/axis.csv").code == 0
-    assert run("diagnose", "recordings/axis.csv").code == 0
+    said = run("import", table, "--sensor", "optical", "-o", "recordings/axis.csv")
+    assert said.code == 0
+    assert "from stepgauge.toml" not in said.err  # an axis has no gauge, placement or machine
+    said = run("diagnose", "recordings/axis.csv")
+    assert said.code == 0
+    assert "from stepgauge.toml: --output results/diagnosis\n" in said.err
+    said = run("report", "results/diagnosis", "-o", "axis.html")
+    assert said.code == 0
+    assert "from stepgauge.toml" not in said.err
     shown = run("status").out
     assert re.search(r"recording +recordings/axis.csv\n +axis by optical sensor: 40 readings at 10 targets", shown)
     assert re.search(r"diagnosis +results/diagnosis\n +unknown", shown)
