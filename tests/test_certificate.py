@@ -27,6 +27,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.notation import uncertain
 from stepgauge.files.resources import folder
 from stepgauge.gauge.certified import read_gauge
+from stepgauge.reports.certificate import closing_sections, identity_sections, not_stated
 from stepgauge.reports.certificate_file import read_laboratory
 from stepgauge.reports.content import Sources, make_content
 from stepgauge.reports.page import Stated
@@ -135,6 +136,27 @@ def test_what_is_not_stated_says_so(tmp_path: Path) -> None:
     assert "End of the report of measurement" in pages[-1]
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[item]\nowner_number = 'A 1'\n[customer]\nemail = 'a@b.example'\n",
+        "[certificate]\nreceived = 2026-05-01\n[conditions]\nhumidity_percent = [40.0, 45.0]\n[item]\nmodel = 'B 7'\n",
+    ],
+)
+def test_every_line_without_a_statement_is_listed(tmp_path: Path, text: str) -> None:
+    """As many entries as lines that say "not stated"; those of results and gauge are listed with their reason."""
+    (tmp_path / "c.toml").write_text(text)
+    evaluation, said = evaluated()[0], read_laboratory(tmp_path / "c.toml")
+    gauge, _ = shipped()
+    sections = [*identity_sections(evaluation, said), *closing_sections(evaluation, said, gauge, None)]
+    lines = [label for part in sections for label, value in part.rows if value is None]
+    own = [label for label in lines if label != "Expanded" and not label.startswith("Gauge, placement")]
+    assert len(not_stated(evaluation, said)) == len(own)
+    assert ("relative humidity" in not_stated(evaluation, said)) == ("Relative humidity" in own)
+    assert ("model of the item" in not_stated(evaluation, said)) == ("Model" in own)
+
+
 def test_uncertainties_stand_beside_the_errors() -> None:
     evaluation, budget = evaluated()
     made = whole()
@@ -205,8 +227,13 @@ def test_an_unfilled_form_is_refused(results: Path, tmp_path: Path, capsys: pyte
     form = folder("templates") / "reports" / "certificate.toml"
     code, said = call(capsys, "report", results / "result", "-c", form, "-o", tmp_path / "c.pdf")
     assert code == 2
-    for key in ("certificate.number", "method.name", "[[person]]"):  # the line is cut in its middle, not at its ends
-        assert key in said
+    for keys in (
+        "[certificate] number, issued, performed_from, performed_to;",
+        "[laboratory] name, street, city or country; [customer] name;",
+        "[item] manufacturer, serial or owner_number; [method] name; [[person]] signs = true",
+    ):
+        assert keys in said
+    assert "certificate.toml" in said
     assert not (tmp_path / "c.pdf").exists()
 
 

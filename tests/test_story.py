@@ -112,6 +112,25 @@ def test_the_table_stays_short_and_names_what_it_leaves_out() -> None:
     assert f"Further rivals, in the appendix: {5 * (len(effect['set']) - 1) - (len(rows) - 5)}." in first
 
 
+def test_every_structure_without_a_law_has_a_number_of_its_own() -> None:
+    data = said("unknown")
+    data["unexplained"] = [{**data["unexplained"][0], "covariate": name} for name in ("pair", "temperature")]
+    numbered = len(data["effects"]) + 1
+    steps = [line for line in first_of(data) if "Look for what changes with" in line or "Nothing: do not" in line]
+    assert [line.split(": ")[1] for line in steps] == [f"{numbered}", f"{numbered + 1}", f"{numbered}, {numbered + 1}"]
+    page = markdown(diagnosis_story(data))
+    for number, name in enumerate(("pair", "temperature"), numbered):
+        assert f"| {number} | structure without a known law: {name} |" in page
+
+
+def test_what_turns_is_centred_on_a_rotary_axis_alone() -> None:
+    linear, rotary = (
+        remedy("periodic_scale_error", {f"period_{unit}": {"value": 5.0}}, "axis") for unit in ("mm", "deg")
+    )
+    assert "centre what turns" not in linear.repair
+    assert "centre what turns" in rotary.repair
+
+
 @pytest.mark.parametrize("of", ["gauge", "axis", "map"])
 def test_every_effect_has_a_check_and_a_repair_without_gaps(of: str) -> None:
     for kind in effect_kinds(every=True):

@@ -76,11 +76,13 @@ def _telling(callback: Any) -> Any:
     def run(*args: Any, **kwargs: Any) -> Any:
         """The line, then the verb."""
         ctx = click.get_current_context()
+        left = getattr(callback, "leaves", lambda _: ())(ctx.params)
         taken = [
             f"--{_long(option)} {_shown(ctx.params[option.name])}"
             for option in ctx.command.params
             if isinstance(option, click.Option)
             and option.name
+            and option.name not in left
             and ctx.get_parameter_source(option.name) == ParameterSource.DEFAULT_MAP
         ]
         if taken:

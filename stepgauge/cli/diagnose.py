@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import SUFFIX, machine_option, output, say
+from stepgauge.cli.options import SUFFIX, leaves, machine_option, output, say
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.many import Outcome
@@ -24,6 +24,12 @@ def _show_priors(context: click.Context, _: click.Parameter, value: str | None) 
 
     click.echo(priors_text(), nl=False)
     raise click.exceptions.Exit
+
+
+def _left(options: dict[str, Any]) -> tuple[str, ...]:
+    """Neither the map of a probe nor a recording without a gauge needs these."""
+    needed = options["probe"] is None and not _are_of_axis(options["recordings"])
+    return () if needed else ("gauge", "machine")
 
 
 @click.command("diagnose")
@@ -71,6 +77,7 @@ def _show_priors(context: click.Context, _: click.Parameter, value: str | None) 
     help="Priors in place of the shipped ones (TOML); what the file leaves out stays. Without FILE: print them.",
 )
 @SUFFIX
+@leaves(_left)
 def command(
     recordings: tuple[str, ...],
     gauge: str | None,

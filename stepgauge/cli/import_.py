@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from stepgauge.cli.options import PLACEMENT_NUMBER, TEMPERATURE_C, FiniteRange, machine_option, output, say
+from stepgauge.cli.options import PLACEMENT_NUMBER, TEMPERATURE_C, FiniteRange, leaves, machine_option, output, say
 
 if TYPE_CHECKING:
     from stepgauge.gauge.placement import Placement
@@ -22,6 +22,12 @@ SENSORS = [
     *("capacitive", "inductive", "optical", "edm", "other"),
 ]
 """Written out so that --help needs no import of the effects; a test compares it with theirs."""
+
+OF_POINTS = (
+    *("gauge", "placement", "placement_number", "machine", "program", "points"),
+    *("gauge_temperature", "tip_radius", "length_unit", "temperature_unit"),
+)
+"""Options, by their Python names, of points of three coordinates."""
 
 
 class _UnitName(click.ParamType):
@@ -42,6 +48,11 @@ class _UnitName(click.ParamType):
 
 
 UNIT = _UnitName()
+
+
+def _left(options: dict[str, Any]) -> tuple[str, ...]:
+    """What a table of one axis is read without."""
+    return OF_POINTS if _is_of_axis(options["log"], options["source"], options) else ()
 
 
 @click.command("import")
@@ -162,6 +173,7 @@ UNIT = _UnitName()
     metavar="NAMES",
     help='Of one axis: names of all columns, e.g. "target_mm,reading_mm". Default: those of LOG.',
 )
+@leaves(_left)
 def command(log: str, source: str | None, output: str, **options: Any) -> None:
     """Turn what a controller or a person wrote down into a recording.
 
@@ -195,7 +207,7 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
 
     check_output(output, log, options["program"], options["gauge"], options["placement"], options["machine"])
     _check_options(options)
-    if options["sensor"] and not _is_typed("placement") and not _names_points(log, source, options):
+    if _is_of_axis(log, source, options):
         _import_axis(log, output, options)
         return
     steps = read_gauge(options["gauge"]) if options["gauge"] else None
@@ -218,6 +230,10 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
         say(line)
     placements = ", ".join(map(str, imported.recording.placements))
     say(f"wrote {output}: {len(imported.recording)} probings, placement {placements}")
+
+
+def _is_of_axis(log: str, source: str | None, options: dict[str, Any]) -> bool:
+    return bool(options["sensor"]) and not _is_typed("placement") and not _names_points(log, source, options)
 
 
 def _check_options(options: dict[str, Any]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -202,6 +202,19 @@ def is_from_project(name: str) -> bool:
     from click.core import ParameterSource
 
     return click.get_current_context().get_parameter_source(name) == ParameterSource.DEFAULT_MAP
+
+
+def leaves(names_of: Callable[[dict[str, Any]], Sequence[str]]) -> Decorator:
+    """Options that a verb leaves alone, by their Python names, given the values of all: they are told of no project.
+
+    ``names_of`` is looked up by :mod:`stepgauge.cli.defaults`; stand nearest to the function of the verb.
+    """
+
+    def mark(callback: Callable[..., Any]) -> Callable[..., Any]:
+        callback.__dict__["leaves"] = names_of
+        return callback
+
+    return mark
 
 
 def say(message: str) -> None:

@@ -6,11 +6,30 @@ from typing import Any
 
 import click
 
-from stepgauge.cli.options import is_from_project, machine_option, output, placement_option, say, say_written
+from stepgauge.cli.options import is_from_project, leaves, machine_option, output, placement_option, say, say_written
 from stepgauge.cli.stated import NAMES, stated_options
 
 BESIDE = {"placements": "placement_files", "budget": "budget_file", "certificate": "laboratory_file"}
 """Options that name files which only a report to sign prints."""
+
+
+def _is_signed(options: dict[str, Any]) -> bool:
+    """Whether the report is one to sign: of one evaluation, and no page to explore."""
+    return len(options["results"]) == 1 and not options["interactive"] and _kind(options) == "evaluation"
+
+
+def _kind(options: dict[str, Any]) -> str:
+    from stepgauge.reports.kinds import kind_of
+
+    return kind_of(options["results"][0])
+
+
+def _left(options: dict[str, Any]) -> tuple[str, ...]:
+    """What others than a report to sign do not print, and what a certificate states itself."""
+    if _is_signed(options):
+        return NAMES if options["laboratory_file"] else ()
+    judged = len(options["results"]) == 1 and _kind(options) != "evaluation"
+    return (*NAMES, *BESIDE.values(), *(("gauge", "machine") if judged else ()))
 
 
 @click.command("report")
@@ -57,6 +76,7 @@ BESIDE = {"placements": "placement_files", "budget": "budget_file", "certificate
     help="With --interactive: recordings of the evaluation, in order. Default: those that it was made from.",
 )
 @stated_options("Your own template, Typst for PDF, Jinja for HTML; start from a copy: 'stepgauge shipped report.typ'.")
+@leaves(_left)
 def command(results: tuple[str, ...], output: str, **options: Any) -> None:
     """Pages from results: RESULT is the folder that a verb wrote, or its JSON file.
 
@@ -82,12 +102,11 @@ def command(results: tuple[str, ...], output: str, **options: Any) -> None:
     stepgauge report result --interactive -o explore.html
     """
     from stepgauge.public.report import report
-    from stepgauge.reports.kinds import kind_of
 
     if options["placement_files"] and not options["gauge"]:
         raise click.UsageError("--placement is checked against its gauge: give --gauge as well.")
     said = {name: options[name] for name in (*NAMES, "date")}
-    signed = len(results) == 1 and not options["interactive"] and kind_of(results[0]) == "evaluation"
+    signed = _is_signed({"results": results, **options})
     if options["laboratory_file"] or not signed:
         said = {name: None if is_from_project(name) else value for name, value in said.items()}
     if options["laboratory_file"] and any(said.values()):

@@ -58,14 +58,6 @@ class Even:
         met = [bool(unit_mm) and is_lead(one * unit_mm, u * (one / period) ** 2 * unit_mm) for one in found]
         return [float(one) for one in found[np.argsort(np.logical_not(met), kind="stable")]][:MOST_TOLD]
 
-    def hidden(self, unit_mm: float | None = None) -> list[float]:
-        """Periods that are a constant at all places: the leads that go into the spacing, else its first parts."""
-        leads = [] if unit_mm is None else [lead / unit_mm for lead in LEADS_MM]
-        steps = float(np.ptp(self.places)) / self.spacing
-        turned = [(one, 2.0 * np.pi * steps * (self.spacing / one - np.rint(self.spacing / one))) for one in leads]
-        met = [one for one, phase in turned if abs(phase) < ALIKE and one < 1.5 * self.spacing]
-        return met or [float(self.spacing / n) for n in (1, 2, 3)]
-
     def told(self, period: float, u: float, unit: str, unit_mm: float | None) -> dict[str, Any]:
         """What a finding states besides its period, JSON types; empty where no other period is like it."""
         periods = self.alike(period, u, unit_mm)

@@ -151,7 +151,7 @@ _OF_AN_AXIS = {
     "periodic_scale_error": Remedy(
         "Compare the period, and every alias of it that is named, with the pitch of scale, screw or gear, and with the"
         " wavelength.",
-        "Clean the scale and adjust its reading head; centre what turns.",
+        "Clean the scale and adjust its reading head.",
     ),
     "local_scale_defect": Remedy(
         "Inspect the scale at this position.", "Clean it; if it stays, make a new error table."
@@ -181,6 +181,10 @@ _OF_AN_AXIS = {
         "Measure these targets again.",
     ),
 }
+_CENTRED = Remedy(
+    _OF_AN_AXIS["periodic_scale_error"].check, "Clean the scale, adjust its reading head, and centre what turns."
+)
+"""For an error of a rotary axis that repeats."""
 _STATE = "If it is so, state it in the probe file; else have the probe repaired."
 _OF_A_MAP = {
     "lever_arm": Remedy("Measure the length of stylus and carrier.", _STATE),
@@ -213,6 +217,8 @@ def remedy(kind: str, parameters: Mapping[str, Mapping[str, Any]], of: str = "ga
     ``of``: what was diagnosed: a recording of a ``gauge``, of an ``axis`` without one, or the ``map`` of a probe.
     """
     found = _BY_WHAT.get(of, {}).get(kind) or _REMEDIES.get(kind, _UNKNOWN_KIND)
+    if of == "axis" and kind == "periodic_scale_error" and "period_deg" in parameters:
+        found = _CENTRED
     return filled(found, **{name: _short(one["value"]) for name, one in parameters.items() if "value" in one})
 
 

@@ -195,14 +195,15 @@ def _regime(said: Said, model: Model, data: Residuals) -> str:
     """The part of the record in which a smooth form differs from the rest, in words; empty for all of it."""
     form: Form = said.lead.candidate.source
     place = next((i for i, term in enumerate(model.state.terms) if term is said.term), None)
-    x = next((one.values for one in covariates(data) if one.name == form.covariate), None)
-    if form.shape != SMOOTH or form.beside or place is None or x is None:
+    covariate = next((one for one in covariates(data) if one.name == form.covariate), None)
+    if form.shape != SMOOTH or form.beside or place is None or covariate is None:
         return ""
+    x, unit = covariate.values, form.unit or "as recorded" * covariate.further
     mean, covariance = model.state.amplitudes(place)
     share = mask(data, form.side)
     seen = np.abs(share) > FAINT * np.abs(share).max()
     columns = said.term.columns[:, seen] / share[seen]
-    return regime(x[seen], columns, mean, covariance, f" {form.unit}".rstrip())
+    return regime(x[seen], columns, mean, covariance, f" {unit}".rstrip())
 
 
 def nearest_laws(model: Model) -> Iterator[str]:

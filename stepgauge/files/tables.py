@@ -133,7 +133,8 @@ def _check_header(where: str, header: list[str], required: Sequence[str], others
         ([name for name in required if header.count(name) > 1], "there twice"),
     ):
         if names:
-            near = difflib.get_close_matches(names[0], set(header) ^ set(required), n=1, cutoff=0.7)
+            unpaired = set(header) - set(required) if what == "missing" else set(required) - set(header)
+            near = difflib.get_close_matches(names[0], sorted(unpaired), n=1, cutoff=0.7)
             hint = f" ({near[0]!r} is {'there' if what == 'missing' else 'missing'})" if near else ""
             said = f"column {names[0]} is {what}{hint}"
             raise InputError(where, said, found=",".join(header), expected=",".join(required))

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 from stepgauge.axis.recording import LONGEST_COMMENT, is_axis_recording, read_axis_recording
 from stepgauge.diagnosis.stored import read_diagnosis
@@ -22,16 +25,28 @@ from stepgauge.recording.columns import REQUIRED
 MOST = 1000
 """Recordings and results that are looked at; more belong into a store."""
 RESULT_KINDS = ("evaluation", "budget", "diagnosis")
+_REASONS = {
+    "evaluation": ("evaluate", "find the errors of the machine"),
+    "budget": ("budget", "state the uncertainty of these errors"),
+    "diagnosis": ("diagnose", "find what the machine file does not explain"),
+}
+"""The verb that makes each of them of a recording, and why."""
+_REASON_OF_AXIS = "find what explains its deviations"
 
 
 @dataclass(frozen=True)
 class Item:
-    """One thing of a project: what it is, its path as typed, what is in it; ``wrong``: it cannot be used."""
+    """One thing of a project: what it is, its path as typed, what is in it; ``wrong``: it cannot be used.
+
+    ``files``: SHA-256 of a recording, and of all files that a result was made from; ``of_axis``: it has no gauge.
+    """
 
     what: str
     path: str
     said: str
     wrong: bool = False
+    files: frozenset[str] = frozenset()
+    of_axis: bool = False
 
 
 @dataclass(frozen=True)
@@ -50,7 +65,9 @@ def project_status(project: Project) -> Status:
     items.append(_placement(project, gauge))
     recordings = list(_recordings(project))
     results = list(_results(project))
-    return Status((*items, *recordings, *results), *_next(project, items, recordings, results))
+    reports = list(_reports(project))
+    found = (*items, *recordings, *results, *reports)
+    return Status(found, *_next(project, items, recordings, results))
 
 
 def _path(project: Project, key: str) -> str:
@@ -98,16 +115,21 @@ def _placement_words(placement: Placement) -> str:
 
 
 def _recordings(project: Project) -> Iterator[Item]:
-    """Those in their folder, and those beside the project file, where there are other tables as well."""
+    """Those in their folder, those beside the project file among other tables, and farther down those of an axis."""
     own = sorted((project.folder / RECORDINGS).glob("*"))
     beside = [path for path in sorted(project.folder.glob("*.csv")) if _is_recording(path)]
-    for path in [*own, *beside][:MOST]:
+    below = [path for path in sorted(project.folder.glob("*/**/*.csv")) if path not in own and is_axis_recording(path)]
+    for path in [*own, *beside, *below][:MOST]:
         if path.suffix.lower() in (".csv", ".parquet"):
-            shown = os.path.relpath(path)
+            shown, of_axis = os.path.relpath(path), is_axis_recording(path)
             try:
-                yield Item("recording", shown, _recording_words(path))
+                yield Item("recording", shown, _recording_words(path), files=_digest(path), of_axis=of_axis)
             except InputError as error:
                 yield Item("recording", shown, error.as_typed(), wrong=True)
+
+
+def _digest(path: Path) -> frozenset[str]:
+    return frozenset([hashlib.sha256(path.read_bytes()).hexdigest()])
 
 
 def _is_recording(path: Path) -> bool:
@@ -137,21 +159,44 @@ def _results(project: Project) -> Iterator[Item]:
         for path in sorted(project.folder.glob(f"**/{kind}.json"))[:MOST]:
             shown = os.path.relpath(path.parent)
             try:
-                yield Item(kind, shown, _result_words(path, kind))
+                said, inputs = _result_words(path, kind)
+                yield Item(kind, shown, said, files=frozenset(_digests(inputs)))
             except InputError as error:
                 yield Item(kind, shown, error.as_typed(), wrong=True)
 
 
-def _result_words(path: Path, kind: str) -> str:
-    """What a result says of itself; :class:`InputError` where it is not what its inputs now give."""
+def _result_words(path: Path, kind: str) -> tuple[str, Any]:
+    """What a result says of itself, and its inputs; :class:`InputError` where it is not what its inputs now give."""
     if kind != "diagnosis":
-        read_result(path, kind)
-        return "up to date"
+        data = read_result(path, kind)
+        open_ = [str(one["what"]) for one in data.get("not_included", [])]
+        lacking = f"; incomplete: not stated are {', '.join(open_)}" if open_ else ""
+        return f"up to date{lacking}", data.get("made_from", data.get("inputs", []))
     found = read_diagnosis(path)
     if found.changed():
         what = f"{found.changed()[0]} has changed since this was made from it"
         raise InputError(path, what, expected="the same verb again, with what is there now")
-    return found.verdict
+    return found.verdict, found.data["inputs"]
+
+
+def _digests(inputs: Any) -> Iterator[str]:
+    """The SHA-256 of all files in the inputs of a result, whatever their form."""
+    if isinstance(inputs, dict) and isinstance(inputs.get("sha256"), str):
+        yield inputs["sha256"]
+    for one in inputs.values() if isinstance(inputs, dict) else inputs if isinstance(inputs, list) else ():
+        yield from _digests(one)
+
+
+def _reports(project: Project) -> Iterator[Item]:
+    """What was printed, with the time at which it was."""
+    for path in _printed(project):
+        written = datetime.fromtimestamp(path.stat().st_mtime).isoformat(" ", "minutes")
+        yield Item("PDF", os.path.relpath(path), f"written {written}")
+
+
+def _printed(project: Project) -> list[Path]:
+    """The PDFs beside the project file and in the folder of results."""
+    return [*sorted(project.folder.glob("*.pdf")), *sorted((project.folder / RESULTS).glob("*.pdf"))][:MOST]
 
 
 def _next(project: Project, items: list[Item], recordings: list[Item], results: list[Item]) -> tuple[str, str]:
@@ -164,20 +209,29 @@ def _next(project: Project, items: list[Item], recordings: list[Item], results: 
     usable = [one for one in recordings if not one.wrong]
     if not usable:
         return f"stepgauge plan {items[2].path}", "write the measuring program; run it, and 'import' what was measured"
-    done = {one.what: one for one in results if not one.wrong}
-    if "evaluation" not in done:
-        return f"stepgauge evaluate {usable[-1].path}", "find the errors of the machine"
-    if "budget" not in done:
-        return f"stepgauge budget {usable[-1].path}", "state the uncertainty of these errors"
-    if "diagnosis" not in done:
-        return f"stepgauge diagnose {usable[-1].path}", "find what the machine file does not explain"
-    if not _is_reported(project, done["evaluation"].path):
-        return f"stepgauge report {done['evaluation'].path}", "write the report"
+    done = [one for one in results if not one.wrong]
+    for kind, (verb, reason) in _REASONS.items():
+        made = frozenset[str]().union(*(one.files for one in done if one.what == kind))
+        asked = [one for one in usable if kind == "diagnosis" or not one.of_axis]
+        lacking = sorted((one for one in asked if not one.files <= made), key=lambda one: not one.of_axis)
+        if lacking:
+            one = lacking[-1]
+            command = f"stepgauge {verb} {one.path}{_elsewhere(project, kind, one, done)}"
+            return command, _REASON_OF_AXIS if one.of_axis else reason
+    evaluations = [one.path for one in done if one.what == "evaluation"]
+    if evaluations and not _is_reported(project, evaluations[-1]):
+        return f"stepgauge report {evaluations[-1]}", "write the report"
     return f"stepgauge plan {items[2].path}", "all is there, the report too; measure again when it is due"
 
 
+def _elsewhere(project: Project, kind: str, recording: Item, done: list[Item]) -> str:
+    """A folder of its own for a result where the usual one may hold that of another recording."""
+    if not any(one.what == kind for one in done):
+        return ""
+    return f" -o {os.path.relpath(project.folder / RESULTS / f'{kind}-{Path(recording.path).stem}')}"
+
+
 def _is_reported(project: Project, evaluation: str) -> bool:
-    """Whether a PDF beside the project file or in the folder of results was made after an evaluation."""
+    """Whether something was printed after an evaluation."""
     since = (Path(evaluation) / "evaluation.json").stat().st_mtime
-    printed = [*project.folder.glob("*.pdf"), *(project.folder / RESULTS).glob("*.pdf")]
-    return any(one.stat().st_mtime >= since for one in printed)
+    return any(one.stat().st_mtime >= since for one in _printed(project))

@@ -28,8 +28,8 @@ def end_mark(said: Laboratory, title: str) -> str:
     return f"End of {title.lower()} {number_text}" if number_text else f"End of the {title.lower()}"
 
 
-def not_stated(said: Laboratory) -> list[str]:
-    """What ISO/IEC 17025 asks for and ``certificate.toml`` does not state."""
+def not_stated(evaluation: dict[str, Any], said: Laboratory) -> list[str]:
+    """What the certificate prints as not stated for want of it in ``certificate.toml``, one entry to a line."""
     head, item = said.certificate, said.item
     asked = (
         ("number of the certificate", head.number),
@@ -38,13 +38,18 @@ def not_stated(said: Laboratory) -> list[str]:
         ("place of the calibration", head.place or head.place_text),
         ("name of the laboratory", said.laboratory.name),
         ("address of the laboratory", said.laboratory.address),
+        ("accreditation of the laboratory", said.laboratory.accreditation),
         ("name of the customer", said.customer.name),
         ("contact of the customer", said.customer.address or said.customer.email or said.customer.phone),
+        ("item", item.name or evaluation["comments"].get("machine")),
         ("manufacturer of the item", item.manufacturer),
+        ("model of the item", item.model),
         ("serial or inventory number of the item", item.serial or item.owner_number),
         ("condition of the item", item.condition),
+        ("date of receipt of the item", head.received),
         ("procedure of the laboratory", said.method.name),
         ("air temperature", said.conditions.temperature_C),
+        ("relative humidity", said.conditions.humidity_percent),
         ("adjustment or repair", said.statements.adjustment),
         ("additions to, deviations from and exclusions from the method", said.method.deviations),
         ("person who authorises the certificate", [one for one in said.persons if one.signs]),
@@ -83,8 +88,7 @@ def identity_sections(evaluation: dict[str, Any], said: Laboratory) -> list[Sect
         ("Item", item.name or machine),
         ("Manufacturer", item.manufacturer),
         ("Model", item.model),
-        ("Serial number", item.serial),
-        ("Inventory number", item.owner_number),
+        *_either(("Serial number", item.serial), ("Inventory number", item.owner_number)),
         ("Condition", item.condition),
     ]
     if item.software:
@@ -98,9 +102,16 @@ def identity_sections(evaluation: dict[str, Any], said: Laboratory) -> list[Sect
 
 
 def _contact(contact: Contact, laboratory: bool = False) -> list[Row]:
-    rows: list[Row] = [("Name", contact.name), ("Address", contact.address)]
-    rows += [(label, value) for label, value in (("E-mail", contact.email), ("Telephone", contact.phone)) if value]
-    return [*rows, ("Accreditation", contact.accreditation)] if laboratory else rows
+    ways = (("E-mail", contact.email), ("Telephone", contact.phone))
+    if laboratory:
+        reached = [("Address", contact.address), *(way for way in ways if way[1])]
+        return [("Name", contact.name), *reached, ("Accreditation", contact.accreditation)]
+    return [("Name", contact.name), *_either(("Address", contact.address), *ways)]
+
+
+def _either(*rows: Row) -> list[Row]:
+    """Rows of which one is enough: those that are stated, else the first."""
+    return [row for row in rows if row[1]] or [*rows[:1]]
 
 
 def closing_sections(
@@ -127,13 +138,19 @@ def closing_sections(
         ),
         _section("Additions, deviations, exclusions", [("Of the method", said.method.deviations)]),
         _section("Scope", [("Validity", ONLY_ITEMS)]),
-        _section("Persons", [_person(one) for one in said.persons] or [("Authorised by", None)]),
+        _section("Persons", _persons(said)),
     ]
     if told.external:
         sections.insert(-1, _section("External providers", [("Provided", told.external)]))
     if told.remarks:
         sections.insert(-1, _section("Remarks", [("Remarks", told.remarks)]))
     return sections
+
+
+def _persons(said: Laboratory) -> list[Row]:
+    """Who authorises the certificate, not stated where nobody does, and who took part."""
+    rows = [_person(one) for one in said.persons]
+    return rows if any(one.signs for one in said.persons) else [*rows, ("Authorised by", None)]
 
 
 def _person(one: Person) -> Row:

@@ -181,20 +181,20 @@ def read_laboratory(path: str | Path) -> Laboratory:
 def check_filled(said: Laboratory) -> None:
     """:class:`InputError` that names the keys without which nothing may be signed (ISO/IEC 17025:2017, 7.8.2.1)."""
     head, item = said.certificate, said.item
-    asked = (
-        ("certificate.number", head.number),
-        ("certificate.issued", head.issued),
-        ("certificate.performed_from", head.performed_from),
-        ("certificate.performed_to", head.performed_to),
-        ("laboratory.name", said.laboratory.name),
-        ("laboratory address (street, city or country)", said.laboratory.address),
-        ("customer.name", said.customer.name),
-        ("item.manufacturer", item.manufacturer),
-        ("item.serial or item.owner_number", item.serial or item.owner_number),
-        ("method.name", said.method.name),
-        ("[[person]] with signs = true", any(one.signs for one in said.persons)),
-    )
-    missing = [key for key, value in asked if not value]
-    if missing:
-        found = f"nothing for {', '.join(missing)}"
-        raise InputError(said.path, "the form is not filled in", found=found, expected="each of these stated")
+    asked: dict[str, dict[str, object]] = {
+        "[certificate]": {
+            "number": head.number,
+            "issued": head.issued,
+            "performed_from": head.performed_from,
+            "performed_to": head.performed_to,
+        },
+        "[laboratory]": {"name": said.laboratory.name, "street, city or country": said.laboratory.address},
+        "[customer]": {"name": said.customer.name},
+        "[item]": {"manufacturer": item.manufacturer, "serial or owner_number": item.serial or item.owner_number},
+        "[method]": {"name": said.method.name},
+        "[[person]]": {"signs = true": any(one.signs for one in said.persons)},
+    }
+    missing = {table: [key for key, value in keys.items() if not value] for table, keys in asked.items()}
+    if any(missing.values()):
+        expected = "; ".join(f"{table} {', '.join(keys)}" for table, keys in missing.items() if keys)
+        raise InputError(said.path, "the form is not filled in", expected=expected)

@@ -98,7 +98,7 @@ def make_content(evaluation: dict[str, Any], stated: Stated, sources: Sources) -
         lists=[("Notes", _notes(evaluation, sources)), ("Assumptions of the budget", _assumptions(budget))],
         closing=[] if laboratory is None else closing_sections(evaluation, laboratory, sources.gauge, budget),
         method=METHOD,
-        not_stated=_not_stated(stated, sources, sections),
+        not_stated=_not_stated(evaluation, stated, sources, sections),
         signatures=measured_and_approved(stated) if laboratory is None else _authorised(laboratory),
         end=None if laboratory is None else end_mark(laboratory, title),
         issued=None if laboratory is None else _issued(laboratory),
@@ -183,8 +183,8 @@ def _notes(evaluation: dict[str, Any], sources: Sources) -> list[str]:
     return notes
 
 
-def _not_stated(stated: Stated, sources: Sources, sections: Sequence[Section]) -> list[str]:
-    missing = unsaid(stated) if sources.laboratory is None else not_stated(sources.laboratory)
+def _not_stated(evaluation: dict[str, Any], stated: Stated, sources: Sources, sections: Sequence[Section]) -> list[str]:
+    missing = unsaid(stated) if sources.laboratory is None else not_stated(evaluation, sources.laboratory)
     missing += [what for section in sections for what in section.missing]
     if sources.laboratory is not None and sources.laboratory.certificate.performed_to is not None:
         missing = [what for what in missing if what != DATE_MISSING]

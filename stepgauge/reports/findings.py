@@ -88,8 +88,8 @@ def _checks(said: Said, told: Words) -> Iterator[str]:
             first = next(one for one in members if _remedy(one, told).check == text)
             which = told.name(effect) if first is members[0] else f"or {told.member(first)}"
             yield f"{number}{f', {which}' if several else ''}: {text}"
-    for row in remaining(said["unexplained"]):
-        yield f"{len(said['effects']) + 1}: {_of_form(row, told).check}"
+    for number, row in _forms(said):
+        yield f"{number}: {_of_form(row, told).check}"
 
 
 def _repairs(said: Said, told: Words) -> Iterator[str]:
@@ -100,8 +100,14 @@ def _repairs(said: Said, told: Words) -> Iterator[str]:
     for number, effect in enumerate(said["effects"], 1):
         if number not in unsure:
             yield f"{number}: {_remedy(effect, told).repair}"
-    if said["unexplained"]:
-        yield f"{len(said['effects']) + 1}: {UNKNOWN_FORM.repair}"
+    forms = [str(number) for number, _ in _forms(said)]
+    if forms:
+        yield f"{', '.join(forms)}: {UNKNOWN_FORM.repair}"
+
+
+def _forms(said: Said) -> Iterator[tuple[int, Said]]:
+    """What is left without a known law, numbered on from the effects."""
+    return enumerate(remaining(said["unexplained"]), len(said["effects"]) + 1)
 
 
 def _has_rivals(effect: Said) -> bool:
@@ -148,7 +154,7 @@ def found_part(said: Said, told: Words, *more: Block | None) -> dict[str, Any]:
         for one in rivals:
             inner.append(len(rows))
             rows.append(_row("or", told.member(one), one, _of_set(one, effect), told))
-    rows += [_form_row(row, len(said["effects"]) + 1) for row in remaining(said["unexplained"])]
+    rows += [_form_row(row, number) for number, row in _forms(said)]
     if not rows:
         return part("What was found", words(_nothing(said)), *more)
     listed = table(FOUND, rows, _SHARES, inner, _note(said, left_out))

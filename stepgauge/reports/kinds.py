@@ -16,15 +16,17 @@ def kind_of(path: str | Path) -> str:
     :class:`InputError` where there is none of them, or more than one.
     """
     place = Path(path)
+    expected = ", ".join(f"{kind}.json" for kind in KINDS[:-1]) + f" or {KINDS[-1]}.json"
     if place.is_dir():
         found = [kind for kind in KINDS if (place / f"{kind}.json").is_file()]
-        expected = ", ".join(f"{kind}.json" for kind in KINDS[:-1]) + f" or {KINDS[-1]}.json"
         if not found:
             raise InputError(path, "holds no result that can be reported", expected=f"a folder with {expected}")
         if len(found) > 1:
             what = f"holds {' and '.join('an ' + one if one[0] in 'aei' else 'a ' + one for one in found)}"
             raise InputError(path, what, expected=f"one of them by name: {place}/{found[0]}.json")
         return found[0]
+    if place.is_file() and place.suffix.lower() != ".json":
+        raise InputError(path, "is no result that can be reported", expected=f"a folder with {expected}, or that file")
     data = read_json(place)
     stated = data.get("format") if isinstance(data, dict) else None
     return next((kind for kind in KINDS if stated == f"stepgauge {kind} 1"), "evaluation")

@@ -42,7 +42,6 @@ def test_aliases_agree_at_even_places_and_at_uneven_ones_no_more(spacing: float)
     for alias in steps.alike(period, 0.01, 1.0):
         assert amplitude_at(places, period, alias) == pytest.approx(1.0, abs=1e-6)
         assert amplitude_at(np.array(steps.uneven()), period, alias) < 0.9
-    assert all(np.ptp(np.sin(2.0 * np.pi * places / one)) < 1e-3 for one in steps.hidden(1.0))
 
 
 def test_places_without_a_common_step_have_no_aliases() -> None:
@@ -76,7 +75,7 @@ def test_a_lead_that_divides_the_spacing_is_not_seen_and_this_is_said() -> None:
     found = screw(np.arange(0.0, 801.0, 25.0))
     assert found.verdict == "adequate"
     assert "a period that divides the even steps of 25.0 mm cannot be seen" in found.summary()
-    assert any("divides it (1.00, 2.50, 5.00, 25.0 mm)" in one for one in found.said["limits"])
+    assert any("whose period is 25.00 mm or a whole fraction of it" in one for one in found.said["limits"])
 
 
 def test_a_lead_is_found_at_uneven_targets_whatever_the_length_of_the_axis() -> None:

@@ -55,7 +55,9 @@ def test_the_loop_needs_no_option_in_a_project(
     assert re.search(r"next +stepgauge report results/evaluation", run("status").out)
     said = run("report", "results/evaluation")
     assert said.code == 0
-    assert re.search(r"next +stepgauge plan placement.toml\n +all is there", run("status").out)
+    shown = run("status").out
+    assert re.search(r"next +stepgauge plan placement.toml\n +all is there", shown)
+    assert re.search(r"PDF +results/report.pdf\n +written 20", shown)
     assert "--placement placement.toml" in said.err
     assert "--operator A. Person" in said.err
     (project / "recordings/virtual.csv").write_text((project / "recordings/virtual.csv").read_text() + "\n")
@@ -92,12 +94,31 @@ def test_points_that_are_not_there_are_asked_for_with_an_example(run: Run, proje
 def test_status_reads_axes_and_diagnoses(run: Run, project: Path) -> None:
     """A recording of an axis is one, and what was diagnosed from it is told until the recording changes."""
     table = ROOT / "examples/line-spacing/spacings.csv"
-    assert run("import", table, "--sensor", "optical", "-o", "recordings/axis.csv").code == 0
-    assert run("diagnose", "recordings/axis.csv").code == 0
+    said = run("import", table, "--sensor", "optical", "-o", "recordings/axis.csv")
+    assert said.code == 0
+    assert "from stepgauge.toml" not in said.err  # an axis has no gauge, placement or machine
+    said = run("diagnose", "recordings/axis.csv")
+    assert said.code == 0
+    assert "from stepgauge.toml: --output results/diagnosis\n" in said.err
+    said = run("report", "results/diagnosis", "-o", "axis.html")
+    assert said.code == 0
+    assert "from stepgauge.toml" not in said.err
     shown = run("status").out
     assert re.search(r"recording +recordings/axis.csv\n +axis by optical sensor: 40 readings at 10 targets", shown)
     assert re.search(r"diagnosis +results/diagnosis\n +unknown", shown)
+    for line in ("locate points.csv", "plan placement.toml --blocks 1:3 --cycles 2", "simulate program.dmi --seed 1"):
+        assert run(*line.split()).code == 0
+    assert run("evaluate", "recordings/virtual.csv").code == 0
+    assert run("budget", "recordings/virtual.csv").code == 0
+    shown = run("status").out  # the diagnosis of the axis is none of the gauge's recording, and is not written over
+    assert re.search(r"next +stepgauge diagnose recordings/virtual.csv -o results/diagnosis-virtual\n", shown)
+    assert re.search(
+        r"budget +results/budget\n +up to date; incomplete: not stated are temperature of the gauge, ", shown
+    )
     path = project / "recordings/axis.csv"
+    (project / "laser").mkdir()
+    (project / "laser/again.csv").write_text(path.read_text() + "\n")
+    assert re.search(r"recording +laser/again.csv\n +axis by optical sensor", run("status").out)
     path.write_text(path.read_text() + "\n")
     assert re.search(r"diagnosis +results/diagnosis\n +! .*axis.csv has changed", run("status").out)
 

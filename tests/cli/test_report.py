@@ -64,7 +64,10 @@ def test_own_template_from_a_copy_of_the_shipped_one(result: Path, tmp_path: Pat
     [
         (["{result}", "-o", "{tmp}/report.docx"], [".docx", ".pdf or .html"]),
         (["{result}/nothing.json", "-o", "{tmp}/report.pdf"], ["nothing.json", "no such file"]),
-        (["{result}/evaluation.csv", "-o", "{tmp}/report.pdf"], ["evaluation.csv", "not valid JSON"]),
+        (
+            ["{result}/evaluation.csv", "-o", "{tmp}/report.pdf"],
+            ["evaluation.csv", "is no result", "a folder with evaluation.json"],
+        ),
         (["{result}", "-g", "step-gauge-600", "-o", "{tmp}/report.pdf"], ["SG-600", "expected SG-420-001"]),
         (["{result}", "-m", "machining-centre", "-o", "{tmp}/report.pdf"], ["not the machine", "Bridge CMM"]),
         (["{result}", "-p", "{tmp}/placement.toml", "-o", "{tmp}/report.pdf"], ["give --gauge"]),

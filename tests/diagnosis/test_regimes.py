@@ -54,6 +54,7 @@ def test_a_disagreement_in_one_part_of_the_record_is_told_with_its_edge(name: st
     where = [one.where for one in found.unexplained if one.covariate == covariate]
     assert where
     assert words in where[0]
+    assert ("as recorded" in where[0]) == (covariate != "time")
     told_edge = float(where[0].split(words)[1].split()[0])
     if covariate == "time":
         t = plain.frame["time_s"].to_numpy()

@@ -285,11 +285,11 @@ _SENTENCES: dict[str, Sentence] = {
 
 
 def _evenly(even: Even, about: About) -> str:
-    hidden = ", ".join(significant(one) for one in even.hidden(about.unit_mm))
+    step = f"{significant(even.spacing, 4)} {about.position}"
     return (
-        f"The targets lie in even steps of {significant(even.spacing, 4)} {about.position}: an error whose period"
-        f" divides it ({hidden} {about.position}) is the same at all of them and cannot be seen, and a shorter period"
-        " may show as a longer one, its alias. Targets at uneven steps show both."
+        f"The targets lie in even steps of {step}: an error whose period is {step} or a whole fraction of it is the"
+        " same at all of them and cannot be seen, and a shorter period may show as a longer one, its alias. Targets at"
+        " uneven steps show both."
     )
 
 

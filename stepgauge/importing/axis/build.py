@@ -64,6 +64,9 @@ class AxisOptions:
 def build_axis(found: Long, grid: Grid, options: AxisOptions) -> AxisRecording:
     """The recording; :class:`InputError` names the option that settles what the table leaves open."""
     form = "distances" if found.stations else "axis" if found.target is not None or options.targets else "spot"
+    if form == "spot" and {1, -1} <= set(found.way.tolist()):
+        expected = naming("targets", words="a column of targets, or {} with the list of them")
+        raise InputError(grid.path, "readings of two directions have no targets", expected=expected)
     target, index = _targets(found, grid, options)
     role = _role(found, grid, target) if form == "axis" else READING
     units = _units(found, grid, options, form, role)
@@ -133,13 +136,21 @@ def _units(found: Long, grid: Grid, options: AxisOptions, form: str, role: str) 
         stated = found.value_unit
     if stated is None and options.targets is not None and options.targets.gauge:
         asked = asked or "mm"
-    name = plain_name(stated.name) if stated is not None else asked
-    deviation = options.deviation_unit
-    if role == DEVIATION and found.value_unit is not None:
-        deviation = plain_name(found.value_unit.name)
+    name = _settled_unit(grid, "unit", options.unit, stated) or asked
+    of_value = found.value_unit if role == DEVIATION else None
+    deviation = _settled_unit(grid, "deviation_unit", options.deviation_unit, of_value) or options.deviation_unit
     of_targets = "target" if form == "axis" and found.target is not None else "reading"
     _check_stated(found, grid, "" if name else of_targets, role == DEVIATION and deviation is None)
     return AxisUnits.of(_known(name), deviation)
+
+
+def _settled_unit(grid: Grid, option: str, asked: str | None, stated: Unit | None) -> str | None:
+    """The unit that a header states, None for none; an option that says otherwise is an :class:`InputError`."""
+    name = None if stated is None else plain_name(stated.name)
+    if name is not None and asked is not None and plain_name(asked) != name:
+        what = naming(option, words="{} is another unit than that of the header")
+        raise InputError(grid.path, what, found=asked, expected=name)
+    return name
 
 
 def _check_stated(found: Long, grid: Grid, position: str, deviation: bool) -> None:

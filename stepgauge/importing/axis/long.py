@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.axis.recording import places_of
 from stepgauge.errors import InputError, naming
 from stepgauge.files.units import Unit
 from stepgauge.importing.axis.grid import Grid
@@ -26,6 +27,7 @@ from stepgauge.importing.axis.roles import (
     WAY,
     Role,
 )
+from stepgauge.importing.axis.travel import cycles_of_repeats
 from stepgauge.importing.clock import seconds_of
 
 Array = NDArray[np.float64]
@@ -91,16 +93,45 @@ def to_long(grid: Grid, roles: Sequence[Role], missing: bool) -> Long:
 def _taken(
     grid: Grid, roles: Sequence[Role], columns: Sequence[Role], missing: bool
 ) -> tuple[Whole, Array, Whole, Whole]:
-    """Row, value, direction and cycle of every reading, column after column."""
-    picked = [_picked(grid, column, roles, missing) for column in columns]
+    """Row, value, direction and cycle of every reading, sweep after sweep and in each column after column."""
+    titles = [parse_label(title) for title in grid.titles]
+    of_rows = _of_rows(grid, roles, CYCLE, titles) if len(columns) == 1 else _sweeps(grid, roles, columns, titles)
+    first = _rank(of_rows)
+    picked = [_picked(grid, column, _rising(grid, roles, first == 0), missing) for column in columns]
     row = np.concatenate([rows for rows, _ in picked]).astype(np.int64)
     own = np.repeat(np.arange(len(columns)), [len(rows) for rows, _ in picked])
-    titles = [parse_label(title) for title in grid.titles]
     stated = np.array([column.label.way for column in columns])[own]
     way = np.where(stated != 0, stated, _of_rows(grid, roles, WAY, titles)[row])
-    of_rows = len(columns) == 1
-    cycle = _of_rows(grid, roles, CYCLE, titles)[row] if of_rows else np.array(_column_cycles(columns))[own]
-    return row, np.concatenate([values for _, values in picked]), way, cycle
+    cycle, value = of_rows[row], np.concatenate([values for _, values in picked])
+    if len(columns) == 1:
+        return row, value, way, cycle
+    of_columns = np.array(_column_cycles(columns))
+    cycle = np.where(cycle > 0, (cycle - 1) * of_columns.max() + of_columns[own], 0)
+    order = np.argsort(first[row], kind="stable")
+    return row[order], value[order], way[order], cycle[order]
+
+
+def _sweeps(grid: Grid, roles: Sequence[Role], columns: Sequence[Role], titles: Sequence[Label]) -> Whole:
+    """Of every row of a table with a column per direction or cycle, how often the targets have begun again, from 1.
+
+    A column of cycles, or lines between the blocks, say it; else a target that comes again, unless the headers count
+    the cycles. Nought where only a list of targets can tell.
+    """
+    stated = _of_rows(grid, roles, CYCLE, titles)
+    if stated.all():
+        return stated
+    target = _only(roles, TARGET)
+    if any(one.label.cycle for one in columns):
+        return np.ones(len(grid.rows), np.int64)
+    if target is None:
+        return np.full(len(grid.rows), int(max(_column_cycles(columns)) > 1))
+    return cycles_of_repeats(places_of(_numbers(grid, target)), _of_rows(grid, roles, PLACEMENT, titles))
+
+
+def _rank(values: Whole) -> Whole:
+    """Every value as its place among the different ones, in the order in which they first appear, from 0."""
+    _, at, which = np.unique(values, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(at))[which.ravel()]
 
 
 def _value_columns(grid: Grid, roles: Sequence[Role]) -> list[Role]:
@@ -153,7 +184,7 @@ def _column_cycles(columns: Sequence[Role]) -> list[int]:
     return found
 
 
-def _picked(grid: Grid, column: Role, roles: Sequence[Role], missing: bool) -> tuple[Whole, Array]:
+def _picked(grid: Grid, column: Role, rising: bool, missing: bool) -> tuple[Whole, Array]:
     """Rows and values of one column in the order of travel: upwards in the table for a column of the way back."""
     values = grid.numbers(column.place)
     empty = np.array([cell in ("", "-", "--") for cell in grid.cells(column.place)])
@@ -161,14 +192,14 @@ def _picked(grid: Grid, column: Role, roles: Sequence[Role], missing: bool) -> t
         _check_numbers(grid, column, values, naming("accept", words="a number (empty: {} missing)"))
     rows = np.flatnonzero(~empty & np.isfinite(values)) if missing else np.arange(len(values))
     _check_numbers(grid, column, np.where(empty, 0.0, values), "a number")
-    if column.label.way < 0 and _rising(grid, roles):
+    if column.label.way < 0 and rising:
         rows = rows[::-1]
     return rows, values[rows]
 
 
-def _rising(grid: Grid, roles: Sequence[Role]) -> bool:
+def _rising(grid: Grid, roles: Sequence[Role], sweep: NDArray[np.bool_]) -> bool:
     target = _only(roles, TARGET)
-    values = np.zeros(2) if target is None else grid.numbers(target.place)
+    values = np.zeros(2) if target is None else grid.numbers(target.place)[sweep]
     return bool(values[-1] > values[0])
 
 

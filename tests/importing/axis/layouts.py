@@ -75,6 +75,13 @@ def all_of(t: float) -> list[float]:
     return [deviation(t, w, c) for c in CYCLES for w in (1, -1)]
 
 
+def swept(counted: bool) -> str:
+    """A column for each direction, sweep below sweep; ``counted``: with the number of the run."""
+    rows = [(c, t) for c in CYCLES for t in TARGETS]
+    lines = [f"{f'{c};' * counted}{de(t)};{de(deviation(t, 1, c))};{de(deviation(t, -1, c))}" for c, t in rows]
+    return "Run;" * counted + "Target (mm);Forward (um);Reverse (um)\n" + "\n".join(lines) + "\n"
+
+
 def laser_sections() -> str:
     """Targets in a list, readings by run and target, as laser software with sections writes them."""
     runs = [(r, w, c) for r, (c, w) in enumerate([(c, w) for c in CYCLES for w in (1, -1)], 1)]
@@ -180,6 +187,8 @@ LAYOUTS = [
         "a sign and a number for every column",
         wide(listed(";"), "target [mm];+1 [um];-1 [um];+2 [um];-2 [um]"),
     ),
+    Layout("forward and reverse, sweeps below one another", swept(counted=False)),
+    Layout("forward and reverse, sweeps below one another, with a column Run", swept(counted=True)),
     Layout("sections of laser software", laser_sections(), suffix=".rtl"),
     Layout("a block for every run", blocks(), suffix=".txt"),
     Layout(

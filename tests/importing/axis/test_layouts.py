@@ -10,7 +10,7 @@ import pytest
 
 from stepgauge.axis.recording import AxisRecording, read_axis_recording
 from tests.cli.conftest import Run
-from tests.importing.axis.layouts import LAYOUTS, Layout, truth
+from tests.importing.axis.layouts import LAYOUTS, Layout, swept, travelled, truth
 
 MOST_OPTIONS = 3
 
@@ -48,3 +48,9 @@ def test_every_reading_arrives(run: Run, tmp_path: Path, layout: Layout) -> None
     assert found[["way", "cycle"]].to_numpy().tolist() == expected[["way", "cycle"]].to_numpy().tolist()
     np.testing.assert_allclose(found["deviation"], expected["deviation"], atol=2e-3 * of_file)
     assert back.covariates == list(layout.covariates)
+
+
+def test_sweeps_below_one_another_are_in_the_order_of_travel(run: Run, tmp_path: Path) -> None:
+    """There and back in every sweep, before the next one."""
+    frame = imported(run, tmp_path, Layout("swept", swept(counted=True))).frame
+    assert list(frame[["target", "way", "cycle"]].itertuples(index=False, name=None)) == travelled()

@@ -57,6 +57,21 @@ OPEN = [
     ("target_mm,error_um\n" + PAIRS, ["--column", "reading=Nothing"], "there is no column 'Nothing' for reading"),
     ("target_mm,error_um\n" + PAIRS, ["--column", "height=error_um"], "--column: not understood; .*NAME of target"),
     ("angle_deg,error_um\n" + PAIRS, [], "--deviation-unit: not a unit of this axis; found um"),
+    (
+        "Forward (um);Reverse (um)\n" + PAIRS.replace(",", ";"),
+        [],
+        "readings of two directions have no targets; expected a column of targets, or --targets with",
+    ),
+    (
+        "target_mm,error_um\n" + PAIRS,
+        ["--unit", "deg"],
+        "--unit is another unit than that of the header; found deg; expected mm",
+    ),
+    (
+        "target_mm,error_um\n" + PAIRS,
+        ["--deviation-unit", "mm"],
+        "--deviation-unit is another unit than that of the header; found mm; expected um",
+    ),
     ('{"a": 1}', [], "no records are found"),
     ("nothing\nto see\n", [], "no table of numbers is found"),
 ]
