@@ -26,13 +26,14 @@ from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.importing import import_log
 from stepgauge.live.codes import DmeError
-from stepgauge.live.connection import Address, Connection, Spy
+from stepgauge.live.connection import Address, Connection, ConnectionLostError, Spy, UnaskedError
 from stepgauge.live.controller import Controller, Wishes
-from stepgauge.live.faults import NUMBERS, Faults
+from stepgauge.live.faults import NEVER_UNASKED, NUMBERS, Faults
 from stepgauge.live.job import Job, make_job
 from stepgauge.live.journal import journal_of, resume, start
 from stepgauge.live.machine_state import MachineState
 from stepgauge.live.measuring import (
+    MEANING,
     RETREATS,
     MeasurementStoppedError,
     StoppedByPersonError,
@@ -376,6 +377,79 @@ def test_an_error_that_nobody_asked_for_explains_an_abort() -> None:
         with pytest.raises(DmeError, match=r"0500 Emergency stop"):
             connection.ask("GoTo(X(1))")
         connection.close()
+
+
+OWN = [kind for kind in NUMBERS if kind not in NEVER_UNASKED]
+
+
+@pytest.mark.parametrize("kind", OWN)
+def test_an_error_that_the_machine_says_between_commands_ends_in_one_line(tmp_path: Path, kind: str) -> None:
+    """It comes after the seventh point is complete: that point counts, and nothing moves any more."""
+    state = make_state(faults=events({"kind": kind, "after_points": 7, "unasked": True}))
+    with serving(state) as port:
+        with pytest.raises(MeasurementStoppedError) as stopped:
+            run(make(), port, tmp_path / "j")
+        assert re.search(rf"{MEANING[NUMBERS[kind]]}.*error {NUMBERS[kind]:04d} .*face 8, 7 of 24", str(stopped.value))
+        assert state.cmm.position_mm[2] < 200.0, "where it was"
+        check_whole(run(make(), port, tmp_path / "j", again=True))
+        assert state.cmm.completed == 24
+
+
+def test_a_machine_that_is_moved_by_hand_stops_there_and_goes_on_by_a_safe_way(tmp_path: Path) -> None:
+    table = {"after_points": 9}
+    state = make_state(faults=events({"kind": "key_press", **table}, {"kind": "moved_by_hand", **table}))
+    spy = Spy(tmp_path / "spy.log", {})
+    with serving(state) as port:
+        with pytest.raises(MeasurementStoppedError, match=r"moved the machine by hand.*error 9001 .*9 of 24"):
+            run(make(), port, tmp_path / "j", spy=spy)
+        said = (tmp_path / "spy.log").read_text()
+        assert 'E0000 # KeyPress("DONE")' in said
+        assert "E0000 # GoTo(X(" in said
+        check_whole(run(make(), port, tmp_path / "j", again=True))
+    spy.close()
+    assert state.cmm.completed == 24
+
+
+@pytest.mark.parametrize("time_s", [0.0, 12.0, 20.0])
+def test_an_emergency_stop_at_any_time_of_the_clock(tmp_path: Path, time_s: float) -> None:
+    """Before the first move, in a move, in a search: the machine stands at once."""
+    state = make_state(speed=40.0, faults=events({"kind": "emergency_stop", "time_s": time_s, "unasked": True}))
+    with serving(state) as port:
+        with pytest.raises(MeasurementStoppedError, match=r"emergency stop: .*error 0500"):
+            run(make(1), port, tmp_path / "j")
+        here = state.cmm.position_mm.copy()
+        time.sleep(0.05)
+        assert (state.cmm.position_mm == here).all()
+        assert (time_s == 0.0) == (here == state.cmm.home_mm).all()
+        check_whole(run(make(1), port, tmp_path / "j", again=True), 1)
+    assert state.cmm.completed == 8
+
+
+@pytest.mark.parametrize(
+    ("said", "number"),
+    [
+        (b'E0000 ! Error(3, 1009, "", "Air pressure out of range")\r\n', 1009),
+        (b"E0000 # PtMeas(X(1), Y(2), Z(3), IJK(0, 0, 1))\r\n", 9001),
+        (b'E0000 ! Error(1, 0504, "", "x")\r\nE0000 # KeyPress("F1")\r\n', None),
+    ],
+)
+@pytest.mark.parametrize("when", ["in", "after", "before it hangs up"])
+def test_what_a_machine_says_by_itself(said: bytes, number: int | None, when: str) -> None:
+    """In a command that it completes all the same, between two, and before the connection breaks."""
+    answers = {
+        "in": (b"00001 &\r\n" + said + b"00001 %\r\nE0001 &\r\nE0001 %\r\n",),
+        "after": (b"00001 &\r\n00001 %\r\n" + said,),
+        "before it hangs up": (b"00001 &\r\n" + said, None),
+    }[when]
+    with fake(*answers) as port:
+        connection = Connection(Address("127.0.0.1", port), silence_s=0.3)
+        with pytest.raises(UnaskedError) if number else contextlib.nullcontext() as raised:
+            with contextlib.suppress(ConnectionLostError):
+                connection.ask("GoTo(X(1))")
+                connection.ask("GoTo(X(2))")
+    connection.close()
+    assert number is None or raised.value.number == number
+    assert [one.number for one in connection.warnings] == ([] if number else [504])
 
 
 def test_where_no_server_is() -> None:
