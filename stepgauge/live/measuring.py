@@ -164,6 +164,11 @@ class _Run:
                 self.link.go(place)
         self.link.end()
 
+    def abort_and_retreat(self) -> None:
+        """After an interrupt: no way back where the machine says meanwhile that it may not move."""
+        self.link.abort()
+        self.retreat()
+
     def end(self) -> None:
         """End of the session without a move."""
         self.link.clear()
@@ -206,9 +211,7 @@ def measure(
     try:
         run.measure_all(wishes or Wishes())
     except (StopAskedError, KeyboardInterrupt) as asked:
-        if isinstance(asked, KeyboardInterrupt):
-            _after(link.abort)
-        _after(run.retreat)
+        _after(run.abort_and_retreat if isinstance(asked, KeyboardInterrupt) else run.retreat)
         raise StoppedByPersonError(_so_far(run)) from None
     except DmeError as error:
         may_move = error.number in RETREATS and not isinstance(error, UnaskedError)
