@@ -47,6 +47,7 @@ def progress_bar() -> Iterator[Callable[[int, int, float], None]]:
     began: list[tuple[float, float]] = []
 
     def end(left_s: float | None) -> str:
+        """What the bar shows beside itself; nothing before the first point."""
         if left_s is None:
             return ""
         began.append((time.monotonic(), left_s)) if not began else None

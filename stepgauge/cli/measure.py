@@ -1,8 +1,8 @@
-"""``stepgauge measure``: a program, measured on an I++ DME server."""
+"""``stepgauge measure``: a program, or a path that is planned now, measured on an I++ DME server."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -16,12 +16,17 @@ from stepgauge.cli.options import (
     machine_option,
     output,
     say,
+    say_lines,
     say_written,
 )
+from stepgauge.cli.plan_choices import path_options, plan_keywords, typed_path_options
+
+if TYPE_CHECKING:
+    from stepgauge.planning.planned import Plan
 
 
 @click.command("measure")
-@click.argument("program", metavar="PROGRAM")
+@click.argument("program", required=False, metavar="[PROGRAM]")
 @machine_option(True, "Machine file (TOML), or the name of a shipped one: travel, speeds, probe.")
 @GAUGE
 @click.option("--placement", "-p", required=True, metavar="P", help="Placement file: how the gauge lies.")
@@ -51,10 +56,14 @@ from stepgauge.cli.options import (
     "--dialect", "-d", type=click.Choice(DIALECTS), help="Language of the program. Default: recognised from its text."
 )
 @SEARCH
-def command(program: str, machine: str, gauge: str, placement: str, server: str, output: str, **options: Any) -> None:
-    """Measure a program on a CMM, over I++ DME, the standard interface of CMM controllers; or on LinuxCNC.
+@path_options
+def command(
+    program: str | None, machine: str, gauge: str, placement: str, server: str, output: str, **options: Any
+) -> None:
+    """Measure the gauge on a CMM, over I++ DME, the standard interface of CMM controllers; or on LinuxCNC.
 
-    PROGRAM is what 'stepgauge plan' wrote for DMIS or I++ DME. Before the machine moves, the whole path is checked
+    PROGRAM is what 'stepgauge plan' wrote for DMIS or I++ DME. Without one the path is planned now, as 'stepgauge plan'
+    would with the options of the path (--route to --travel-speed). Before the machine moves, the whole path is checked
     once more against gauge, rail and travel; the server must be a Cartesian CMM, homed, with the tool, and take the
     speeds of the program. From wherever the machine stands a safe way to the path is looked for; if there is none,
     nothing moves.
@@ -68,6 +77,8 @@ def command(program: str, machine: str, gauge: str, placement: str, server: str,
     stepgauge plan placement.toml -g step-gauge-420 -m bridge-cmm -d ippdme -o gauge.ipp
     stepgauge measure gauge.ipp -m bridge-cmm -g step-gauge-420 -p placement.toml \\
         --server 127.0.0.1:1294 --homing -o recording.csv
+    stepgauge measure -m bridge-cmm -g step-gauge-420 -p placement.toml --cycles 3 --order up-down \\
+        --server 127.0.0.1:1294 --homing -o recording.csv
     stepgauge evaluate recording.csv -g step-gauge-420 -o result
     """
     from stepgauge.files.text import check_output
@@ -77,10 +88,11 @@ def command(program: str, machine: str, gauge: str, placement: str, server: str,
     from stepgauge.recording import write_recording
 
     check_output(output, program, machine, gauge, placement, options["spy"])
+    what = _path(program, placement, gauge, machine, options)
     with interruptible() as stop, progress_bar() as progress:
         try:
             recording = measure(
-                program,
+                what,
                 machine,
                 gauge,
                 placement,
@@ -103,3 +115,18 @@ def command(program: str, machine: str, gauge: str, placement: str, server: str,
     write_recording(output, recording)
     say(f"{len(recording)} points measured")
     say_written(output)
+
+
+def _path(program: str | None, placement: str, gauge: str, machine: str, options: dict[str, Any]) -> str | Plan:
+    """The program, or the plan that stands for one (:class:`click.UsageError` for a program and options of a path)."""
+    if program is not None:
+        if typed := typed_path_options():
+            raise click.UsageError(f"{', '.join(typed)}: without PROGRAM, which says it already.")
+        return program
+    if options["dialect"] is not None:
+        raise click.UsageError("--dialect is the language of PROGRAM, which is missing.")
+    from stepgauge.public.plan import plan
+
+    planned = plan(placement, gauge, machine, **plan_keywords(options))
+    say_lines(planned.summary())
+    return planned

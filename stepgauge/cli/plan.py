@@ -9,16 +9,14 @@ import click
 from stepgauge.cli.options import (
     DIALECTS,
     GAUGE,
-    NOT_NEGATIVE,
     POSITIVE,
-    FiniteRange,
     machine_option,
     output,
     say,
     say_lines,
     say_written,
 )
-from stepgauge.cli.plan_choices import plan_keywords, stated_controls
+from stepgauge.cli.plan_choices import path_options, plan_keywords, stated_controls
 
 
 @click.command("plan")
@@ -52,34 +50,10 @@ from stepgauge.cli.plan_choices import plan_keywords, stated_controls
     help="How the control is set up, where it differs from the usual; repeatable. Names: see the page on dialects.",
 )
 @click.option(
-    "--route",
-    type=click.Choice(["side", "over"]),
-    default="side",
-    show_default=True,
-    help="From face to face around the side of the blocks (horizontal path) or over their top (vertical path).",
-)
-@click.option(
-    "--around",
-    type=click.Choice(["+s", "-s"]),
-    default="+s",
-    show_default=True,
-    help="Side that the route 'side' takes: right (+s) or left (-s), looking along the gauge.",
-)
-@click.option(
-    "--order",
-    type=click.Choice(["blocks", "fronts-backs", "up-down"]),
-    default="blocks",
-    show_default=True,
-    help="Front and back block by block; all fronts then all backs; or cycles up and down the gauge in turn.",
-)
-@click.option(
-    "--cycles", type=click.IntRange(1, 1000), help="Repetitions of every face. [default: 5; with --iso10360: 3]"
-)
-@click.option("--blocks", metavar="A:B|A,B,...", help="First and last block to measure, or a list. Default: all.")
-@click.option(
     "--iso10360",
     is_flag=True,
-    help="No PLACEMENT: plan the seven positions of ISO 10360-2 in the machine's travel (needs --machine).",
+    help="No PLACEMENT: plan the seven positions of ISO 10360-2 in the machine's travel, each in 3 cycles unless"
+    " --cycles says otherwise (needs --machine).",
 )
 @click.option(
     "--stylus",
@@ -104,12 +78,7 @@ from stepgauge.cli.plan_choices import plan_keywords, stated_controls
 @click.option(
     "--tip-radius", type=POSITIVE, metavar="MM", help="Nominal tip radius, mm. Default: machine or placement."
 )
-@click.option(
-    "--standoff",
-    type=POSITIVE,
-    metavar="MM",
-    help="Gap between ball and face before measuring, mm. Default: the middle of the gap between blocks.",
-)
+@path_options
 @click.option(
     "--search",
     type=POSITIVE,
@@ -117,45 +86,6 @@ from stepgauge.cli.plan_choices import plan_keywords, stated_controls
     show_default=True,
     metavar="MM",
     help="Search beyond the nominal contact, mm.",
-)
-@click.option(
-    "--clearance",
-    type=POSITIVE,
-    default=5.0,
-    show_default=True,
-    metavar="MM",
-    help="Gap between ball and blocks on the way, mm.",
-)
-@click.option(
-    "--margin",
-    type=NOT_NEGATIVE,
-    default=0.5,
-    show_default=True,
-    metavar="MM",
-    help="Smallest gap that the check accepts, mm.",
-)
-@click.option(
-    "--height",
-    type=FiniteRange(),
-    default=0.0,
-    show_default=True,
-    metavar="MM",
-    help="Probing point above the middle of the faces, mm.",
-)
-@click.option(
-    "--home", metavar="X,Y,Z", help="Where the program starts and ends, machine mm. Default: above the gauge."
-)
-@click.option(
-    "--measuring-speed",
-    type=POSITIVE,
-    metavar="MM/S",
-    help="Speed of the searches, mm/s, within the machine's limits. Default: the machine's, or 3.",
-)
-@click.option(
-    "--travel-speed",
-    type=POSITIVE,
-    metavar="MM/S",
-    help="Speed on the way, mm/s, within the machine's limits. Default: the machine's, or 50.",
 )
 def command(source: str | None, gauge: str, output: str, dialect: str, template: str | None, **options: Any) -> None:
     """Plan the measurement of the step gauge and write the program for the controller.

@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 MEMORY = 4096
 """Probings that effects with a memory look back on."""
 LEAST_MM = 1e-12
+BY_HAND_MM = 10.0
+"""How far a person moves the machine out along the stylus."""
 
 
 @dataclass(frozen=True)
@@ -211,6 +213,11 @@ class LiveCmm:
         if contact is not None and float((here - contact) @ (leg.start_mm - contact)) > 0.0:
             here = contact
         self.position_mm, self._contact_mm = here, None
+
+    def move_by_hand(self) -> None:
+        """A person moves the standing machine out along the stylus, as far as the travel lets."""
+        away = self.position_mm + BY_HAND_MM * self.upward
+        self.position_mm, self._contact_mm = np.clip(away, self.limits_mm[:, 0], self.limits_mm[:, 1]), None
 
     def search(self, start_mm: Array, end_mm: Array, speed_mm_s: float) -> tuple[Leg, Touch | None]:
         """The search from here: its leg, and the touch that ends it. Without one the leg has the error.

@@ -5,15 +5,16 @@ from __future__ import annotations
 import contextlib
 import datetime
 import re
+import select
 import socket
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
 from stepgauge.errors import InputError, naming
-from stepgauge.live.codes import DmeError
+from stepgauge.live.codes import ABORTING, DmeError
 from stepgauge.live.protocol import END, NO_TAG, PORT, Answer, Lines, parse_answer, parse_error
 
 CONNECT_S = 10.0
@@ -22,10 +23,19 @@ SILENCE_S = 30.0
 LOOK_S = 0.1
 """How often it is looked whether the person wants to stop."""
 ABORT_TAG = "E0001"
+LEADING_OUT = ("ClearAllErrors()", "EndSession()")
+"""Commands that are sent in spite of what the machine said by itself."""
+BY_HAND = {"GoTo": "The machine was moved by hand", "PtMeas": "A point was measured by hand"}
+BY_HAND_NUMBER = 9001
+"""Clients have 9000 to 9999 for errors of their own."""
 
 
 class ConnectionLostError(Exception):
     """The server is gone, silent, or speaks another language; the message says which."""
+
+
+class UnaskedError(DmeError):
+    """What the machine said by itself, whatever was being asked for: nothing may be sent after it but its end."""
 
 
 class StopAskedError(Exception):
@@ -92,7 +102,7 @@ class Connection:
         self._spy, self._stop = spy, stop or (lambda: False)
         self._lines, self._tag = Lines(), 0
         self._received: list[Answer] = []
-        self._unasked: DmeError | None = None
+        self._unasked: UnaskedError | None = None
         try:
             self._socket = socket.create_connection((address.host, address.port), CONNECT_S)
         except OSError as error:
@@ -118,6 +128,8 @@ class Connection:
         ------
         DmeError
             the server's error, of severity 2 or more
+        UnaskedError
+            the machine said by itself, now or since the command before, that it cannot go on, or that a person moved it
         ConnectionLostError
             no answer, or none that I++ DME has
         StopAskedError
@@ -125,10 +137,27 @@ class Connection:
         """
         if self.heeds_stop and self._stop():
             raise StopAskedError
-        self._tag = self._tag % 99999 + 1
-        tag = f"{self._tag:05d}"
-        self._send(tag, command)
-        return self._complete(tag, takes_s)
+        with self._heeding(command):
+            self._tag = self._tag % 99999 + 1
+            tag = f"{self._tag:05d}"
+            self._send(tag, command)
+            return self._complete(tag, takes_s)
+
+    @contextlib.contextmanager
+    def _heeding(self, command: str) -> Iterator[None]:
+        """Before and after a command: what the machine said by itself is why it failed, or must not be sent."""
+        try:
+            self._look()
+            self._heed(command)
+            yield
+        except (DmeError, ConnectionLostError):
+            self._heed(command)
+            raise
+        self._heed(command)
+
+    def _heed(self, command: str) -> None:
+        if self._unasked is not None and command not in LEADING_OUT:
+            raise self._unasked from None
 
     def _complete(self, tag: str, takes_s: float) -> list[str]:
         """The data of a command, once it is complete."""
@@ -140,7 +169,7 @@ class Connection:
                 failed = failed or self._error(answer.text)
         if failed is None:
             return data
-        raise self._unasked if failed.number == 6 and self._unasked is not None else failed
+        raise failed
 
     def _error(self, text: str) -> DmeError | None:
         """An error that ends a command; a warning is kept."""
@@ -159,6 +188,8 @@ class Connection:
                 if answer.tag == tag:
                     return answer
                 self._other(answer)
+            if self._unasked is not None and self._unasked.number == BY_HAND_NUMBER and tag != ABORT_TAG:
+                self.abort()
             if self.heeds_stop and self._stop():
                 self.abort()
                 raise StopAskedError
@@ -166,10 +197,22 @@ class Connection:
                 raise ConnectionLostError(f"the server was silent for {takes_s + self.silence_s:.0f} s")
             self._receive()
 
+    def _look(self) -> None:
+        """What has come since the last command: events may come at any time."""
+        if select.select([self._socket], [], [], 0.0)[0]:
+            self._receive()
+        while self._received:
+            self._other(self._received.pop(0))
+
     def _other(self, answer: Answer) -> None:
-        """Events and reports; an error that nobody asked for explains why the next command fails."""
-        if answer.kind == "!" and answer.tag == NO_TAG:
-            self._unasked = self._error(answer.text) or self._unasked
+        """Events and reports: of errors and movements by hand the first is kept; keys that are pressed are none."""
+        if answer.tag != NO_TAG or self._unasked is not None:
+            return
+        method = answer.text.partition("(")[0]
+        if answer.kind == "!" and (error := self._error(answer.text)) is not None:
+            self._unasked = UnaskedError(error.number, error.method, error.severity, error.text)
+        elif answer.kind == "#" and method in BY_HAND:
+            self._unasked = UnaskedError(BY_HAND_NUMBER, method, ABORTING, BY_HAND[method])
 
     def _receive(self) -> None:
         """Lines that have come, after :data:`LOOK_S` at the latest."""
@@ -189,30 +232,35 @@ class Connection:
             self._received.append(answer)
 
     def abort(self) -> None:
-        """Motion stops at once; complete when the command that runs is. From now on ``stop`` is not asked any more."""
+        """Motion stops at once; complete when the command that runs is. From now on ``stop`` is not asked any more.
+
+        :class:`UnaskedError` where the machine says by itself that it may not be moved after that.
+        """
         self.heeds_stop = False
         self._send(ABORT_TAG, "AbortE()")
         with contextlib.suppress(DmeError):
             self._complete(ABORT_TAG, 0.0)
+        self._heed("AbortE()")
+
+    def forget_events(self) -> None:
+        """What the machine has said by itself up to now was of another session, or is known."""
+        self._look()
+        self._unasked = None
 
     def forget_errors(self) -> None:
         """ClearAllErrors, and what was reported without being asked for."""
-        self._unasked = None
+        self.forget_events()
         self.ask("ClearAllErrors()")
 
-    def ask_first_of(self, commands: Sequence[str]) -> tuple[int, list[str]]:
-        """The first command that the server takes, by its number, and its data; what it does not take is cleared.
-
-        :class:`DmeError` of the last one where it takes none.
-        """
-        for number, command in enumerate(commands):
-            try:
-                return number, self.ask(command)
-            except DmeError:
-                self.forget_errors()
-                if number == len(commands) - 1:
-                    raise
-        raise AssertionError("no command was given")
+    def ask_if_known(self, command: str) -> list[str] | None:
+        """The data of a command; None where the server does not take it, whose error is then cleared."""
+        try:
+            return self.ask(command)
+        except UnaskedError:
+            raise
+        except DmeError:
+            self.ask("ClearAllErrors()")
+            return None
 
     def _send(self, tag: str, command: str) -> None:
         line = f"{tag} {command}"

@@ -110,8 +110,9 @@ class Controller:
         """
         ask, settings = self.connection.ask, self.settings
         ask("EndSession()")
+        self.connection.forget_events()
         ask("StartSession()")
-        self.connection.forget_errors()
+        ask("ClearAllErrors()")
         self._check_class()
         self._check_home(wishes)
         ask("SetCoordSystem(MachineCsy)")
@@ -121,8 +122,10 @@ class Controller:
         self._set("PtMeasPar.Search", settings.search_mm)
         self._set("PtMeasPar.Retract", settings.retract_mm)
         self._set("GoToPar.Speed", settings.travel_speed_mm_s)
-        self.connection.ask_first_of([f"OnPtMeasReport({report})" for report in REPORTS])
-        self._find_temperatures()
+        self._ask_for_reports()
+        self._temperatures = tuple(
+            name for name in TEMPERATURES if self.connection.ask_if_known(f"GetProp({name}())") is not None
+        )
 
     @property
     def name(self) -> str:
@@ -150,14 +153,11 @@ class Controller:
         if not abs(found - value) <= SPEED_TOLERANCE * value:
             raise refused(self, f"the server does not take {path} of the program", f"{found:g}", f"{value:g}")
 
-    def _find_temperatures(self) -> None:
-        """Which temperatures the server tells; real ones have few of them."""
-        for name in TEMPERATURES:
-            try:
-                self.connection.ask(f"GetProp({name}())")
-                self._temperatures += (name,)
-            except DmeError:
-                self.connection.forget_errors()
+    def _ask_for_reports(self) -> None:
+        """The most that the server tells of a measurement (:class:`DmeError` where it does not take the least)."""
+        *more, least = (f"OnPtMeasReport({report})" for report in REPORTS)
+        if all(self.connection.ask_if_known(command) is None for command in more):
+            self.connection.ask(least)
 
     def position_mm(self) -> Array:
         """Where the machine stands, shape ``(3,)``."""
@@ -172,11 +172,8 @@ class Controller:
 
     def time_s(self) -> float | None:
         """The machine's own clock, s; None where it has none that it tells."""
-        try:
-            return _number(_data(self.connection.ask(f"GetProp({OWN_TIME}())")), OWN_TIME)
-        except DmeError:
-            self.connection.forget_errors()
-            return None
+        told = self.connection.ask_if_known(f"GetProp({OWN_TIME}())")
+        return None if told is None else _number(_data(told), OWN_TIME)
 
     def go(self, place_mm: Array) -> None:
         """Move to a place, shape ``(3,)``."""

@@ -19,8 +19,10 @@ EventKind = Literal[
     "connection_lost",
     "emergency_stop",
     "illegal_touch",
+    "key_press",
     "limit_switch",
     "missed_face",
+    "moved_by_hand",
     "probe_not_armed",
 ]
 NUMBERS: dict[str, int] = {
@@ -34,7 +36,10 @@ NUMBERS: dict[str, int] = {
     "probe_not_armed": 1501,
 }
 """The standard's error of each event."""
-assert set(NUMBERS) == set(get_args(EventKind))
+BY_A_PERSON = ("key_press", "moved_by_hand")
+"""Events that are no errors, and that no command asks for."""
+assert {*NUMBERS, *BY_A_PERSON} == set(get_args(EventKind))
+NEVER_UNASKED = ("connection_lost", "missed_face")
 IN_SEARCH = ("missed_face", "probe_not_armed")
 """Events of a probing; the others happen in any move."""
 
@@ -42,15 +47,23 @@ IN_SEARCH = ("missed_face", "probe_not_armed")
 class EventTable(Table):
     """The keys of an ``[[event]]``: something that stops the machine, once."""
 
-    kind: EventKind = Field(description=", ".join(NUMBERS))
+    kind: EventKind = Field(description=", ".join(get_args(EventKind)))
     time_s: float | None = Field(None, ge=0, description="when it happens, s of the machine's clock")
     after_points: int | None = Field(None, ge=0, description="or after how many measured points")
+    unasked: bool = Field(False, description="the server says it by itself, not as the error of a move")
 
     @model_validator(mode="after")
     def _once(self) -> EventTable:
         if (self.time_s is None) == (self.after_points is None):
             raise ValueError("either time_s or after_points")
+        if self.unasked and self.kind in NEVER_UNASKED:
+            raise ValueError(f"{self.kind} is never unasked")
         return self
+
+    @property
+    def is_own(self) -> bool:
+        """Whether the server says it by itself (tag E0000)."""
+        return self.unasked or self.kind in BY_A_PERSON
 
 
 @dataclass
@@ -64,10 +77,25 @@ class Faults:
         """The event that happens in a move, and at what share of its time; it does not happen again."""
         for event in self.events:
             share = self._share(event, points, begin_s, end_s)
-            if share is not None and (searching or event.kind not in IN_SEARCH):
+            if share is not None and not event.is_own and (searching or event.kind not in IN_SEARCH):
                 self.events.remove(event)
                 return event, share
         return None
+
+    def take_own(self, points: int, now_s: float, moving: bool) -> EventTable | None:
+        """An event that the server says by itself now; a person moves the machine while it stands."""
+        for event in self._own(moving):
+            if now_s >= event.time_s if event.time_s is not None else points >= (event.after_points or 0):
+                self.events.remove(event)
+                return event
+        return None
+
+    def next_own_s(self, moving: bool) -> float | None:
+        """When by the machine's clock the next of them comes."""
+        return min((event.time_s for event in self._own(moving) if event.time_s is not None), default=None)
+
+    def _own(self, moving: bool) -> list[EventTable]:
+        return [event for event in self.events if event.is_own and not (moving and event.kind == "moved_by_hand")]
 
     def _share(self, event: EventTable, points: int, begin_s: float, end_s: float) -> float | None:
         if event.time_s is None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, PartlyDoneError, naming
 from stepgauge.live.codes import DmeError
-from stepgauge.live.connection import ConnectionLostError, StopAskedError
+from stepgauge.live.connection import BY_HAND_NUMBER, ConnectionLostError, StopAskedError, UnaskedError
 from stepgauge.live.controller import Link, Measured, Wishes, refused
 from stepgauge.live.job import Job
 from stepgauge.live.journal import Journal, Row
@@ -41,6 +41,7 @@ MEANING = {
     1502: "the server does not know the tool",
     2500: "a limit switch or the end of the travel",
     2504: "collision",
+    BY_HAND_NUMBER: "somebody moved the machine by hand",
 }
 RETREATS = (1003, 1006)
 """Errors after which the machine may move: it searched in vain, and nothing is wrong with it."""
@@ -163,6 +164,11 @@ class _Run:
                 self.link.go(place)
         self.link.end()
 
+    def abort_and_retreat(self) -> None:
+        """After an interrupt: no way back where the machine says meanwhile that it may not move."""
+        self.link.abort()
+        self.retreat()
+
     def end(self) -> None:
         """End of the session without a move."""
         self.link.clear()
@@ -205,12 +211,11 @@ def measure(
     try:
         run.measure_all(wishes or Wishes())
     except (StopAskedError, KeyboardInterrupt) as asked:
-        if isinstance(asked, KeyboardInterrupt):
-            _after(link.abort)
-        _after(run.retreat)
+        _after(run.abort_and_retreat if isinstance(asked, KeyboardInterrupt) else run.retreat)
         raise StoppedByPersonError(_so_far(run)) from None
     except DmeError as error:
-        _after(run.retreat if error.number in RETREATS else run.end)
+        may_move = error.number in RETREATS and not isinstance(error, UnaskedError)
+        _after(run.retreat if may_move else run.end)
         raise _stopped(run, MEANING.get(error.number, "the server reports an error"), f"error {error} ") from None
     except ConnectionLostError as error:
         raise _stopped(run, "the connection was lost", f"{error} ") from None

@@ -10,11 +10,13 @@ import asyncio
 import logging
 from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from stepgauge.live.cmm import Leg
 from stepgauge.live.codes import DmeError
 from stepgauge.live.daemons import Daemon
+from stepgauge.live.faults import NUMBERS
 from stepgauge.live.machine_state import MachineState
 from stepgauge.live.protocol import NO_TAG, Call, Command, parse_command
 
@@ -25,6 +27,8 @@ IN_ERROR = ("ClearAllErrors", "GetErrStatusE", "GetXtdErrStatus", "EndSession")
 WITHOUT_SESSION = ("StartSession", "EndSession")
 LONGEST_QUEUE = 1000
 """Commands that may wait; more are refused with error 0000."""
+KEY = "DONE"
+"""The key that a person presses on the virtual CMM."""
 SLICE_S = 0.05
 """Real time between two looks at the daemons during a move."""
 _log = logging.getLogger(__name__)
@@ -113,7 +117,7 @@ class Session:
             waiting = next((one for one in self._order if not one.done), None)
             if waiting is None:
                 self._wake.clear()
-                await self._wake.wait()
+                await self._rest()
                 continue
             self._running = waiting
             self._stopped.clear()
@@ -121,7 +125,34 @@ class Session:
             self._running = None
             waiting.done = True
             self._flush()
+            self._say_own(moving=False)
             await asyncio.sleep(0)
+
+    async def _rest(self) -> None:
+        """Until there is something to do; what happens by itself meanwhile is said."""
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._wake.wait(), self._own_after_s(moving=False))
+        self._say_own(moving=False)
+
+    def _own_after_s(self, moving: bool) -> float | None:
+        """Real time until something happens by itself, s; None: not as long as the clock stands, or nothing is left."""
+        time_s = self.cmm.faults.next_own_s(moving)
+        if time_s is None or self.clock.speed is None or not self.open:
+            return None
+        return self.clock.real_s_until(time_s)
+
+    def _say_own(self, moving: bool) -> None:
+        """What happened by itself, with the tag of what no command asked for; an error aborts what runs and waits."""
+        while self.open and (event := self.cmm.faults.take_own(self.cmm.completed, self.clock.now_s, moving)):
+            if event.kind in NUMBERS:
+                self.send(f"{NO_TAG} {DmeError(NUMBERS[event.kind]).line()}")
+                self._abort_waiting()
+            elif event.kind == "key_press":
+                self.send(f'{NO_TAG} # KeyPress("{KEY}")')
+            else:
+                self.cmm.move_by_hand()
+                here = [self.state.quantity(axis, self.cmm.position_mm) for axis in "XYZ"]
+                self.send(f"{NO_TAG} # GoTo({', '.join(here)})")
 
     async def _execute(self, waiting: _Waiting) -> None:
         command = waiting.command
@@ -223,10 +254,10 @@ class Session:
     async def _wait(self, leg: Leg) -> None:
         while (left_s := self.clock.real_s_until(leg.end_s)) > 0.0 and not self._stopped.is_set():
             self._tell_daemons(leg)
-            try:
-                await asyncio.wait_for(self._stopped.wait(), min(left_s, SLICE_S) if self.daemons else left_s)
-            except TimeoutError:
-                continue
+            slice_s, own_s = SLICE_S if self.daemons else left_s, self._own_after_s(moving=True)
+            with suppress(TimeoutError):
+                await asyncio.wait_for(self._stopped.wait(), min(left_s, slice_s, left_s if own_s is None else own_s))
+            self._say_own(moving=True)
         if self._stopped.is_set():
             raise DmeError(6)
 

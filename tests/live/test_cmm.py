@@ -170,6 +170,7 @@ def test_an_event_by_time_cuts_the_move_at_that_time() -> None:
         ('[[event]]\nkind = "collision"\n', "either time_s or after_points"),
         ('[[event]]\nkind = "collision"\ntime_s = 1\nafter_points = 1\n', "either time_s or after_points"),
         ('[[effect]]\nkind = "sorcery"\n', "effect\\[1\\].kind"),
+        ('[[event]]\nkind = "missed_face"\ntime_s = 1\nunasked = true\n', "missed_face is never unasked"),
         ("[machine]\n", "\\[\\[effect\\]\\] and \\[\\[event\\]\\]"),
         ("[event]\n", "array of tables"),
     ],

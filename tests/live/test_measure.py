@@ -26,13 +26,14 @@ from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.importing import import_log
 from stepgauge.live.codes import DmeError
-from stepgauge.live.connection import Address, Connection, Spy
+from stepgauge.live.connection import Address, Connection, ConnectionLostError, Spy, UnaskedError
 from stepgauge.live.controller import Controller, Wishes
-from stepgauge.live.faults import NUMBERS, Faults
+from stepgauge.live.faults import NEVER_UNASKED, NUMBERS, Faults
 from stepgauge.live.job import Job, make_job
 from stepgauge.live.journal import journal_of, resume, start
 from stepgauge.live.machine_state import MachineState
 from stepgauge.live.measuring import (
+    MEANING,
     RETREATS,
     MeasurementStoppedError,
     StoppedByPersonError,
@@ -378,6 +379,88 @@ def test_an_error_that_nobody_asked_for_explains_an_abort() -> None:
         connection.close()
 
 
+OWN = [kind for kind in NUMBERS if kind not in NEVER_UNASKED]
+
+
+@pytest.mark.parametrize("kind", OWN)
+def test_an_error_that_the_machine_says_between_commands_ends_in_one_line(tmp_path: Path, kind: str) -> None:
+    """It comes after the fifth point is complete: that point counts, and nothing moves any more."""
+    state, job = make_state(faults=events({"kind": kind, "after_points": 5, "unasked": True})), make(1)
+    with serving(state) as port:
+        with pytest.raises(MeasurementStoppedError) as stopped:
+            run(job, port, tmp_path / "j")
+        assert re.search(rf"{MEANING[NUMBERS[kind]]}.*error {NUMBERS[kind]:04d} .*face 6, 5 of 8", str(stopped.value))
+        assert state.cmm.position_mm[2] < 200.0, "where it was"
+        check_whole(run(job, port, tmp_path / "j", again=True), 1)
+        assert state.cmm.completed == 8
+
+
+def test_a_machine_that_is_moved_by_hand_stops_there_and_goes_on_by_a_safe_way(tmp_path: Path) -> None:
+    table = {"after_points": 4}
+    state = make_state(faults=events({"kind": "key_press", **table}, {"kind": "moved_by_hand", **table}))
+    spy = Spy(tmp_path / "spy.log", {})
+    with serving(state) as port:
+        with pytest.raises(MeasurementStoppedError, match=r"moved the machine by hand.*error 9001 .*4 of 8"):
+            run(make(1), port, tmp_path / "j", spy=spy)
+        said = (tmp_path / "spy.log").read_text()
+        assert 'E0000 # KeyPress("DONE")' in said
+        assert "E0000 # GoTo(X(" in said
+        check_whole(run(make(1), port, tmp_path / "j", again=True), 1)
+    spy.close()
+    assert state.cmm.completed == 8
+
+
+def test_an_emergency_stop_before_the_first_move(tmp_path: Path) -> None:
+    state = make_state(speed=40.0, faults=events({"kind": "emergency_stop", "time_s": 0.0, "unasked": True}))
+    with serving(state) as port, pytest.raises(MeasurementStoppedError, match=r"emergency stop: .*error 0500"):
+        run(make(1), port, tmp_path / "j")
+    assert (state.cmm.position_mm == state.cmm.home_mm).all()
+
+
+def test_an_emergency_stop_in_a_move(tmp_path: Path) -> None:
+    """By the clock, one second after a point: the machine stands at once."""
+    state = make_state(speed=30.0)
+
+    def press(done: int, *_: float) -> None:
+        if done == 3:
+            table = {"kind": "emergency_stop", "time_s": state.cmm.clock.now_s + 1.0, "unasked": True}
+            state.cmm.faults.events.extend(events(table).events)
+
+    with serving(state) as port:
+        with pytest.raises(MeasurementStoppedError, match=r"emergency stop: .*error 0500 .*3 of 8 points"):
+            run(make(1), port, tmp_path / "j", progress=press)
+        here = state.cmm.position_mm.copy()
+        time.sleep(0.1)
+        assert (state.cmm.position_mm == here).all()
+        check_whole(run(make(1), port, tmp_path / "j", again=True), 1)
+    assert state.cmm.completed == 8
+
+
+@pytest.mark.parametrize(
+    ("said", "number"),
+    [
+        (b'E0000 ! Error(3, 1009, "", "Air pressure out of range")\r\n', 1009),
+        (b"E0000 # PtMeas(X(1), Y(2), Z(3), IJK(0, 0, 1))\r\n", 9001),
+        (b'E0000 ! Error(1, 0504, "", "x")\r\nE0000 # KeyPress("F1")\r\n', None),
+    ],
+)
+@pytest.mark.parametrize("when", ["in", "after", "before it hangs up"])
+def test_what_a_machine_says_by_itself(said: bytes, number: int | None, when: str) -> None:
+    """In a command that it completes all the same, between two, and before the connection breaks."""
+    answers = {
+        "in": (b"00001 &\r\n" + said + b"00001 %\r\nE0001 &\r\nE0001 %\r\n",),
+        "after": (b"00001 &\r\n00001 %\r\n" + said,),
+        "before it hangs up": (b"00001 &\r\n" + said, None),
+    }[when]
+    with fake(*answers) as port:
+        connection = Connection(Address("127.0.0.1", port), silence_s=0.3)
+        with pytest.raises(UnaskedError if number else ConnectionLostError) as raised:
+            [connection.ask(f"GoTo(X({x}))") for x in (1, 2)]
+        connection.close()
+    assert number is None or getattr(raised.value, "number", None) == number
+    assert [one.number for one in connection.warnings] == ([] if number else [504])
+
+
 def test_where_no_server_is() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]
@@ -525,6 +608,30 @@ def test_a_journal_that_is_complete_needs_no_server(files: dict[str, str], progr
     assert "24 points measured" in done.stderr
     assert verb.output.read_bytes() == first
     assert "EndSession()" in (program.parent / "spy.log").read_text()
+
+
+def test_without_a_program_the_path_is_planned_with_the_options_of_plan(
+    files: dict[str, str],  # noqa: F811
+    tmp_path: Path,
+) -> None:
+    """As the program that plan writes with them; resumed only with the same ones, and never beside a program."""
+    from click.testing import CliRunner
+
+    from stepgauge.cli.measure import command
+
+    path = ["--cycles", "2", "--blocks", "2:3", "--order", "up-down", "--measuring-speed", "2"]
+    with serving() as port:
+        common = [*words(files), "--server", f"127.0.0.1:{port}", "--homing", "-o", str(tmp_path / "r.csv")]
+        done = CliRunner().invoke(command, [*common, *path], catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    recording = read_recording(tmp_path / "r.csv")
+    assert recording.frame["face"].tolist() == [3, 4, 5, 6, 6, 5, 4, 3]
+    assert recording.frame["speed_mm_s"].unique() == [2.0]
+    with pytest.raises(InputError, match="program"):
+        CliRunner().invoke(command, [*common, *path, "--cycles", "3", "--resume"], catch_exceptions=False)
+    for more, wrong in (["gauge.ipp", "--cycles", "3"], "--cycles: without PROGRAM"), (["-d", "dmis"], "--dialect is"):
+        done = CliRunner().invoke(command, [*common, *more])
+        assert (done.exit_code, wrong in done.output) == (2, True), done.output
 
 
 def test_rows_of_all_sessions_make_one_frame(tmp_path: Path) -> None:

@@ -173,6 +173,27 @@ def test_events_of_the_machine_are_the_errors_of_the_standard(kind: str) -> None
     assert number(client.ask(f"PtMeas({SURFACE})")) == 1006, "an event happens once"
 
 
+def test_what_the_machine_says_by_itself_aborts_what_runs_and_waits() -> None:
+    client = Memory(make_state(speed=50.0)).start()
+    time_s = client.state.cmm.clock.now_s + 1.0
+    client.state.cmm.faults = events(
+        {"kind": "key_press", "time_s": time_s}, {"kind": "limit_switch", "time_s": time_s, "unasked": True}
+    )
+    lines = client.run("00091 GoTo(X(300))", "00092 IsHomed()", wait_s=0.01)
+    assert lines == [
+        "00091 &",
+        "00092 &",
+        'E0000 # KeyPress("DONE")',
+        'E0000 ! Error(3, 2500, "", "Machine limit encountered [Move Out Of Limits]")',
+        '00091 ! Error(2, 0006, "GoTo", "Transaction aborted (Use ClearAllErrors To Continue)")',
+        "00091 %",
+        '00092 ! Error(2, 0006, "IsHomed", "Transaction aborted (Use ClearAllErrors To Continue)")',
+        "00092 %",
+    ]
+    assert client.state.cmm.position_mm[0] < 100.0
+    assert number(client.ask("IsHomed()")) == 514
+
+
 def test_home_that_fails_is_an_error_of_home_and_the_machine_does_not_move() -> None:
     client = Memory()
     client.ask("StartSession()")
