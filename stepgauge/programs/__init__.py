@@ -163,7 +163,7 @@ DIALECTS = {
             tool="PROBE",
             comment="$$ {}",
             self_positioning=True,
-            options={"device": "RESULTS", "file": "STEPGAUGE.DMO"},
+            options={"device": "RESULTS", "file": "STEPGAUGE.DMO", "sphere": ""},
         ),
         Dialect(
             "linuxcnc",
