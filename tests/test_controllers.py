@@ -130,6 +130,7 @@ def test_options_are_those_of_the_dialect() -> None:
     program = plan()
     text = program_text(program, "haas", options={"offset": "G55", "probe_on": "G65 P9832"}).text
     assert "G80 G55" in text
+    assert max(float(feed) for feed in re.findall(r"F([\d.]+)", text)) == 2500.0, "Haas takes no faster G31"
     assert "G65 P9832\n" in text
     for name, options, words in (
         ("grbl", {"offset": "G55"}, "not an option of grbl; found 'offset'; expected none"),

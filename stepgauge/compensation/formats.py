@@ -93,9 +93,7 @@ FORMATS = {
         ),
         Format("grbl", "steps per mm of grbl, play of grblHAL", "compensation-grbl.j2", *_LINE),
         Format("marlin", "scale and play of Marlin (M92, M425)", "compensation-marlin.j2", *_LINE),
-        Format(
-            "rrf", "scale and play of RepRapFirmware (M579, M425)", "compensation-rrf.j2", *_LINE
-        ),
+        Format("rrf", "scale and play of RepRapFirmware (M579, M425)", "compensation-rrf.j2", *_LINE),
         Format("csv", "table for any other controller", "compensation-csv.j2", "both", True, False, None),
     )
 }

@@ -147,7 +147,9 @@ class _Interpreter:
             expected = "SENS, the selected sensor, a sphere F(..), number of points"
             self.reader.fail("CALIB not understood", found=",".join(arguments), expected=expected)
         if self.reader.states.get("mode") != "MAN" or self.feature is not None:
-            self.reader.fail("a calibration that the software drives itself", expected="MODE/MAN first, outside of MEAS")
+            self.reader.fail(
+                "a calibration that the software drives itself", expected="MODE/MAN first, outside of MEAS"
+            )
         self.calibrating = name
 
     def _snset(self, arguments: list[str]) -> None:
