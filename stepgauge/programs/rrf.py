@@ -1,7 +1,8 @@
 """RepRapFirmware 3 as a virtual controller: G38 searches, meta commands for checks and for the log.
 
-A search has the speed of its probe (``M558``). ``G38.2`` ends at the contact, where ``move.axes[n].userPosition`` is read (the position of the stopped axes, no latch);
-without a contact ``result`` is not 0. ``G38.3`` on the way says nothing: the program compares position and target.
+A search has the speed of its probe (``M558``). ``G38.2`` ends at the contact, where ``move.axes[n].userPosition`` is
+read (the position of the stopped axes, no latch); without a contact ``result`` is not 0. ``G38.3`` on the way says
+nothing: the program compares position and target.
 """
 
 from __future__ import annotations
