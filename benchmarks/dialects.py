@@ -82,7 +82,7 @@ def outcome(dialect: Dialect, random: np.random.Generator, folder: Path) -> Outc
     around = int(random.choice([-1, 1]))
     options = PlanOptions(1, BLOCKS, route=str(route), order=str(order), cycles=CYCLES, around=around)
     settings = make_settings(gauge, machine, machine.probe.tip_radius_mm, ProbingChoice())
-    planned = checked_program(placement, gauge, machine, options, settings)
+    planned = dialect.slowed(checked_program(placement, gauge, machine, options, settings))
     text = render(planned, dialect)
     found = difference(planned, read_again(text, dialect, settings), dialect)
     own = probing_settings(machine, settings.search_mm)

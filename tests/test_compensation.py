@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -298,6 +299,31 @@ def test_a_machine_is_right_with_what_every_control_is_given() -> None:
     assert left_um(reached(lambda p, sense: p + fanuc_um(fanuc, p, sense) * 1e-3)) < 1.2  # pulses of 1 um
 
 
+@pytest.mark.parametrize("travel", ["both", "mean"])
+def test_the_program_for_fanuc_sets_what_the_list_says(travel: str) -> None:
+    """Parameters and points as the control has them after G11, of the second axis; the compensation is the list's."""
+    table = table_of(GAUGE, measured(GAUGE, reversal_um=5.0), step_mm=10.0, travel=travel)
+    listed = render_table(table, FORMATS["fanuc"], joint=1)
+    text = render_table(table, FORMATS["fanuc-g10"], joint=1)
+    assert "\n#3006=1" in text.split("G10 L50")[0]
+    assert text.endswith("G11\nM30\n%\n")
+    blocks = [re.fullmatch(r"N(\d+)(?: P(\d))? R(-?\d+)", one) for one in text.split("\n") if one.startswith("N")]
+    value = {int(n): int(r) for n, p, r in (one.groups() for one in blocks if one) if (p == "2") == (int(n) < 10000)}
+    assert len(value) == len(blocks) == text.split("G10 L50\n")[1].split("G11")[0].count("\n")
+    assert value[3624] == 10000
+    assert 3605 not in value, "its other bits are not ours"
+    assert (3626 in value) == (travel == "both")
+    low, high, grid = value[3621], value[3622], table.position_mm
+    for sense in (1, -1):
+        first = value[3626] if travel == "both" and sense < 0 else low
+        total = np.cumsum([value[10000 + first + i] for i in range(high - low + 1)]) * value[3623]
+        start = value[3627] * value[3623] if travel == "both" and sense < 0 else 0
+        error = np.interp(CHECK, grid, total - total[value[3620] - low] + start)
+        np.testing.assert_allclose(error, fanuc_um(listed, CHECK, sense), atol=1e-9)
+    with pytest.raises(InputError, match="no points left in the control; found 4; expected 0 to 3"):
+        render_table(table, FORMATS["fanuc-g10"], joint=4)
+
+
 def fanuc_um(text: str, p: Array, sense: int) -> Array:
     """Sum of the pulses from the reference, between the points on a straight line."""
     say = {n: float(v) for n, v in re.findall(r"^PARAMETER (\d+) = (\S+)", text, re.M)}
@@ -305,7 +331,7 @@ def fanuc_um(text: str, p: Array, sense: int) -> Array:
     rows = np.array([[float(v) for v in row.split()] for row in re.findall(r"^\d+ \S+ \S+$", part, re.M)])
     total = np.cumsum(rows[:, 2]) * say["3623"]
     start = float(re.search(r"3627 = (\S+)", text)[1]) * say["3623"] if sense < 0 else 0.0  # type: ignore[index]
-    return np.interp(p, rows[:, 1], total - total[int(say["3620"])] + start)
+    return np.interp(p, rows[:, 1], total - total[int(say["3620"] - say["3621"])] + start)
 
 
 @pytest.mark.parametrize("name", ["grbl", "marlin", "rrf"])
@@ -328,18 +354,25 @@ def test_scale_and_play_are_taken_away_and_the_rest_is_stated(name: str) -> None
 @given(skew=st.floats(-2e-3, 2e-3), sx=st.floats(-2e-4, 2e-4), sy=st.floats(-2e-4, 2e-4))
 def test_a_skew_is_found_and_taken_away(skew: float, sx: float, sy: float) -> None:
     """Indicated x = x (1 + sx) + skew y. Marlin and Klipper send x - f y: f = -skew; scales do not disturb it."""
-    parts = []
-    for number, yaw in enumerate((0.7, -0.7), 1):
+
+    def evaluation(corrected: float = 0.0) -> dict[str, Any]:
+        """What both diagonals give where the control shows x - corrected y for what its motor says."""
+        parts = [diagonal(number, yaw, corrected) for number, yaw in enumerate((0.7, -0.7), 1)]
+        return evaluation_to_dict(evaluate(join_recordings(parts), GAUGE))
+
+    def diagonal(number: int, yaw: float, corrected: float) -> Recording:
         axis = np.array([np.cos(yaw), np.sin(yaw), 0.0])
         face = np.tile(np.arange(1, GAUGE.n_faces + 1), 2)
         way = np.where(face % 2 == 1, 1.0, -1.0)
         true = np.outer(GAUGE.position_mm[face - 1] - way * RADIUS, axis)
         seen = true + np.c_[sx * true[:, 0] + skew * true[:, 1], sy * true[:, 1], 0.0 * face]
         frame = pd.DataFrame({"placement": number, "cycle": np.arange(len(face)) // GAUGE.n_faces + 1, "face": face})
+        seen[:, 0] -= corrected * seen[:, 1]
         frame[["x_mm", "y_mm", "z_mm"]] = seen
         frame[["approach_i", "approach_j", "approach_k"]] = way[:, None] * axis
-        parts.append(Recording(frame, {}, "made.csv"))
-    data = evaluation_to_dict(evaluate(join_recordings(parts), GAUGE))
+        return Recording(frame, {}, "made.csv")
+
+    data = evaluation()
     found = find_skew(data, "evaluation.json", "xy")
     assert found.alpha_rad == pytest.approx(skew, abs=3e-6 + 3e-3 * abs(skew))
     marlin = float(re.search(r"^M852 I(\S+)$", render_skew(found, "marlin", data, "e"), re.M)[1])  # type: ignore[index]
@@ -349,5 +382,10 @@ def test_a_skew_is_found_and_taken_away(skew: float, sx: float, sy: float) -> No
     klipper = np.tan(np.pi / 2 - np.arccos((ac * ac - side * side - ad * ad) / (2 * side * ad)))
     assert klipper == pytest.approx(marlin, abs=1e-7)
     assert abs(-marlin - skew) < 3e-6 + 3e-3 * abs(skew)  # true x = (x - f y) - skew y = x
+    rrf = re.search(r"^M556 S(\S+) X(\S+)$", render_skew(found, "rrf", data, "e"), re.M)
+    tangent = float(rrf[2]) / float(rrf[1])  # type: ignore[index]
+    assert tangent == pytest.approx(-marlin, abs=1e-7)
+    again = find_skew(evaluation(corrected=tangent), "evaluation.json", "xy")  # the motor gets x + tangent y
+    assert abs(again.alpha_rad) < 3e-6 + 3e-3 * abs(skew)
     with pytest.raises(InputError, match="no two placements along the diagonals of yz; found 0 placements"):
         find_skew(data, "evaluation.json", "yz")

@@ -130,6 +130,7 @@ def test_options_are_those_of_the_dialect() -> None:
     program = plan()
     text = program_text(program, "haas", options={"offset": "G55", "probe_on": "G65 P9832"}).text
     assert "G80 G55" in text
+    assert max(float(feed) for feed in re.findall(r"F([\d.]+)", text)) == 2500.0, "Haas takes no faster G31"
     assert "G65 P9832\n" in text
     for name, options, words in (
         ("grbl", {"offset": "G55"}, "not an option of grbl; found 'offset'; expected none"),
@@ -286,3 +287,26 @@ def test_rough_positions_of_other_blocks_are_refused(tmp_path: Path) -> None:
         InputError, match=r"not as far from each other as certified; found 80\.0 mm; expected 100\.0 mm"
     ):
         stepgauge.plan(table, gauge, make_machine(), teach=True)
+
+
+def test_dmis_has_its_sensor_calibrated_by_hand_on_request() -> None:
+    """The moves and the log are those without; a calibration that the software drives itself is refused."""
+    program = plan()
+    text = program_text(program, "dmis", options={"sphere": "25.0012"}).text
+    wanted = ("TEXT/OPER", "SNSLCT/S(", "MODE/MAN", "=FEAT/SPHERE", "CALIB/SENS,S(PROBE),F(REFSPH),9\nENDMES")
+    places = [text.index(words) for words in (*wanted, "SNSLCT/SA(PROBE)", "MODE/PROG", "GOTO/")]
+    assert places == sorted(places)
+    logs = [
+        DIALECTS["dmis"].log_of(one, "x", program.settings, Probe())
+        for one in (text, program_text(program, "dmis").text)
+    ]
+    assert logs[0] == logs[1]
+    for old, new, words in (
+        ("MODE/MAN\n", "", "drives itself"),
+        ("ENDMES\nTEXT", "GOTO/1,2,3\nENDMES\nTEXT", "by hand"),
+        ("F(REFSPH),9", "F(OTHER),9", "CALIB not understood"),
+        ("25.0012\n", "big\n", "not a number"),
+        ("ENDMES\nTEXT", "TEXT", "MEAS or CALIB block|not calibrated"),
+    ):
+        with pytest.raises(InputError, match=words):
+            DIALECTS["dmis"].read(text.replace(old, new, 1), "x", program.settings)

@@ -127,6 +127,8 @@ UNREAD = [
     ("grbl", "M0\n", "G10 L20 P6 X0 Y0 Z0\nM0\n"),
     ("rrf", "{{ control.offset }}\nvar", "G55\nvar"),
     ("rrf", "G21\n", ""),
+    ("rrf", "M558 K{{ control.probe }} F{{ measuring }}\nG38.2", "G38.2"),
+    ("rrf", "G38.2 K{{ control.probe }}", "G38.2 K9"),
     ("rrf", "result != 0", "result == 0"),
     ("rrf", '"END"\nM121', '"END"\nG1 X0 Y0 Z0 F100\nM121'),
 ]

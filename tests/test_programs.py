@@ -177,6 +177,8 @@ WRONG = {
         ("PRCOMP/OFF", "PRCOMP/ON", "tip centres are wanted"),
         ("GOTO/", "GOTOX/", "not understood"),
         ("ENDMES", "$$", "MEAS inside"),
+        ("MODE/PROG,MAN", "MODE/MAN", "operator makes by hand"),
+        ("SNSLCT/S(PROBE)", "SNSLCT/SA(PROBE)", "not calibrated"),
         ("PTMEAS/CART,", "PTMEAS/CART,nan,", "needs 6 numbers"),
         ("SNSET/SEARCH", "SNSET/DEPTH", "SNSET not understood"),
         ("POSVEL,MPM", "POSVEL,INCH", "FEDRAT not understood"),

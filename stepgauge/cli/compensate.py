@@ -12,7 +12,10 @@ from stepgauge.cli.options import FiniteRange, output, plot_option, say, say_wri
 if TYPE_CHECKING:
     from stepgauge.compensation import CompensationTable, TableOptions, TipRadius
 
-FORMATS = ["linuxcnc", "siemens", "siemens-cec", "heidenhain", "fanuc", "grbl", "marlin", "rrf", "klipper", "csv"]
+FORMATS = [
+    *("linuxcnc", "siemens", "siemens-cec", "heidenhain", "fanuc", "fanuc-g10"),
+    *("grbl", "marlin", "rrf", "klipper", "csv"),
+]
 MILLIMETRES = FiniteRange(-1e6, 1e6)
 
 
@@ -30,7 +33,8 @@ MILLIMETRES = FiniteRange(-1e6, 1e6)
     type=click.Choice(FORMATS),
     required=True,
     help="linuxcnc: COMP_FILE; siemens: $AA_ENC_COMP, siemens-cec: $AN_CEC of SINUMERIK; heidenhain: .COM; fanuc: pitch"
-    " error pulses; grbl, marlin, rrf: scale and play; klipper: skew; csv: for any other controller.",
+    " error pulses, fanuc-g10: as a program; grbl, marlin, rrf: scale and play; klipper: skew; csv: for any other"
+    " controller.",
 )
 @output("File to write; beside it goes the same name with .json added: what it was made from, notes, uncertainties.")
 @click.option(

@@ -81,11 +81,19 @@ FORMATS = {
             128,
             "the sense of the pulses",
         ),
+        Format(
+            "fanuc-g10",
+            "the same as a program (G10 L50)",
+            "compensation-fanuc-g10.j2",
+            "both",
+            True,
+            True,
+            128,
+            "the sense of the pulses; 10000 plus the point as its number; R in 0.001 mm for 3624",
+        ),
         Format("grbl", "steps per mm of grbl, play of grblHAL", "compensation-grbl.j2", *_LINE),
         Format("marlin", "scale and play of Marlin (M92, M425)", "compensation-marlin.j2", *_LINE),
-        Format(
-            "rrf", "scale and play of RepRapFirmware (M579, M425)", "compensation-rrf.j2", *_LINE, "the sense of M579"
-        ),
+        Format("rrf", "scale and play of RepRapFirmware (M579, M425)", "compensation-rrf.j2", *_LINE),
         Format("csv", "table for any other controller", "compensation-csv.j2", "both", True, False, None),
     )
 }
@@ -122,6 +130,7 @@ def render_table(
     """
     check_format(table, known)
     source = Path(template) if template else folder("templates") / "compensation" / known.template
+    number = "xyz".index(table.axis) if joint is None else joint
     context = {
         "table": table,
         "rows": [dict(zip((*COLUMNS, "from_positive", "from_negative"), row, strict=True)) for row in _rows(table)],
@@ -129,9 +138,9 @@ def render_table(
         "notes": table.notes,
         "kind": kind,
         "line": straight_line(table),
-        "pulses": pitch_pulses(table) if known.name == "fanuc" else {},
+        "pulses": pitch_pulses(table, number) if known.name.startswith("fanuc") else {},
         "unconfirmed": known.unconfirmed,
-        "joint": "xyz".index(table.axis) if joint is None else joint,
+        "joint": number,
         "version": __version__,
     }
     text = fill_template(source, "compensation", context)

@@ -12,6 +12,8 @@ from stepgauge.errors import InputError, naming
 PULSE_UM = 1.0
 """Least input increment that the pulses of a pitch error table are counted in."""
 MOST_PULSES, MOST_MAGNIFICATION = 7, 100
+POINTS, POINTS_OF_AXIS = 1024, 256
+"""Numbers of points in a control, and of an axis: both senses of up to 128, so that no axis has those of another."""
 
 
 def straight_line(table: CompensationTable) -> dict[str, float]:
@@ -33,13 +35,18 @@ def straight_line(table: CompensationTable) -> dict[str, float]:
     }
 
 
-def pitch_pulses(table: CompensationTable) -> dict[str, Any]:
+def pitch_pulses(table: CompensationTable, joint: int = 0) -> dict[str, Any]:
     """Increments of the error in whole pulses, from each point to the next, by sense of travel.
 
     ``magnification``: the smallest that keeps every pulse within +-7; ``points``: one entry a point, of which the first
     stands at the low end and is 0; ``reference``: number of the point nearest to the zero of the table. Rounding does
-    not add up: the sum of pulses up to a point is the rounded error there. :class:`InputError` for a table too steep.
+    not add up: the sum of pulses up to a point is the rounded error there. ``first``: number of the lowest point in the
+    control, 256 times ``joint`` (the axis, from 0). :class:`InputError` for a table too steep and an axis too many.
     """
+    first = POINTS_OF_AXIS * joint
+    if first >= POINTS:
+        most = POINTS // POINTS_OF_AXIS - 1
+        raise InputError(naming("joint"), "no points left in the control", found=joint, expected=f"0 to {most}")
     reference = int(np.abs(table.position_mm - table.zero_at_mm).argmin())
     senses = {"positive": table.positive_um, "negative": table.negative_um}
     for magnification in range(1, MOST_MAGNIFICATION + 1):
@@ -60,6 +67,7 @@ def pitch_pulses(table: CompensationTable) -> dict[str, Any]:
             return {
                 "magnification": magnification,
                 "unit_um": unit,
+                "first": first,
                 "reference": reference,
                 "points": points,
                 "at_reference": int(np.rint(there / unit)),

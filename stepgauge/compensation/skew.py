@@ -21,12 +21,8 @@ from stepgauge.files.resources import folder
 from stepgauge.files.templating import check_printable, fill_template
 
 PLANES = ("xy", "xz", "yz")
-FIRMWARES = {
-    "marlin": ("Marlin M852", ""),
-    "klipper": ("Klipper SET_SKEW", ""),
-    "rrf": ("RepRapFirmware M556", "the sense of M556"),
-}
-"""Title, and what could not be confirmed in a manual or in the source."""
+FIRMWARES = ("marlin", "klipper", "rrf")
+"""M852, SET_SKEW, M556; the sense of each was read in the source of the firmware."""
 OUT_OF_PLANE_DEG, UNLIKE_DEG = 2.0, 2.0
 SIDE_MM = 100.0
 """Side of the square that lengths are stated for."""
@@ -83,7 +79,7 @@ def _slope(placement: Mapping[str, Any]) -> float:
 
 
 def render_skew(skew: Skew, firmware: str, evaluation: Mapping[str, Any], path: str | Path) -> str:
-    """The commands of a firmware that take a skew away (``FIRMWARES``); what is not confirmed stands in them."""
+    """The commands of a firmware that take a skew away (``FIRMWARES``)."""
     if firmware not in FIRMWARES:
         raise InputError(
             naming("to"), "no firmware that corrects a skew", found=firmware, expected=", ".join(FIRMWARES)
@@ -100,7 +96,6 @@ def render_skew(skew: Skew, firmware: str, evaluation: Mapping[str, Any], path: 
         "ac_mm": diagonals[0],
         "bd_mm": diagonals[1],
         "side_mm": SIDE_MM,
-        "unconfirmed": FIRMWARES[firmware][1],
         "placements": list(skew.placements),
         "evaluation": Path(path).name,
         "gauge": evaluation["gauge"]["serial"],

@@ -189,6 +189,7 @@ def program_text(
     be read back, and in any case if it is read as another program than the planned one.
     """
     known = DIALECTS[dialect].with_options(options or {})
+    program = known.slowed(program)
     where = template or known.template
     text = render(program, known, template, CHECKED)
     try:

@@ -6,6 +6,7 @@ the text as the controller would: modal state, variables, branches, registers of
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import import_module
@@ -31,8 +32,9 @@ class Dialect:
     otherwise, empty where the text does not say; ``comment``: the form of a comment, empty where there is none;
     ``self_positioning``: the controller goes to the stand-off and back by itself; ``family``: the dialect that it is a
     variant of; ``options``: what differs from machine to machine, with what is taken unless somebody says otherwise;
-    ``log_decimals``: digits of a coordinate in its log, mm (None: its log is not known); ``beside``: further files that
-    the control needs, by name (options put in).
+    ``log_decimals``: digits of a coordinate in its log, mm (None: its log is not known); ``most_feed_mm_s``:
+    fastest search that the control takes, and so the fastest travel; ``beside``: further files that the control needs,
+    by name (options put in).
     """
 
     name: str
@@ -48,6 +50,7 @@ class Dialect:
     family: str = ""
     options: Mapping[str, str] = field(default_factory=dict)
     log_decimals: int | None = 7
+    most_feed_mm_s: float = math.inf
     beside: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -63,6 +66,11 @@ class Dialect:
             if len(value) > MOST_OPTION or not value.isprintable() or not value.isascii():
                 raise InputError(naming("set"), f"{name} does not fit in a block", found=repr(value))
         return replace(self, options={**self.options, **said})
+
+    def slowed(self, program: Program) -> Program:
+        """The program with a travel that this control takes."""
+        travel = min(program.settings.travel_speed_mm_s, self.most_feed_mm_s)
+        return replace(program, settings=replace(program.settings, travel_speed_mm_s=travel))
 
     @property
     def required(self) -> dict[str, str]:
@@ -144,9 +152,10 @@ _FANUC = Dialect(
 )
 
 
-def _variant(name: str, title: str, **options: str) -> Dialect:
+def _variant(name: str, title: str, most_feed_mm_s: float = math.inf, **options: str) -> Dialect:
     """A control that reads the macro language of Fanuc, with what differs."""
-    return replace(_FANUC, name=name, title=title, family="fanuc", options={**_FANUC.options, **options})
+    known = {**_FANUC.options, **options}
+    return replace(_FANUC, name=name, title=title, family="fanuc", options=known, most_feed_mm_s=most_feed_mm_s)
 
 
 DIALECTS = {
@@ -163,7 +172,7 @@ DIALECTS = {
             tool="PROBE",
             comment="$$ {}",
             self_positioning=True,
-            options={"device": "RESULTS", "file": "STEPGAUGE.DMO"},
+            options={"device": "RESULTS", "file": "STEPGAUGE.DMO", "sphere": ""},
         ),
         Dialect(
             "linuxcnc",
@@ -186,7 +195,9 @@ DIALECTS = {
             self_positioning=True,
         ),
         _FANUC,
-        _variant("haas", "Haas NGC", probe_on="M59 P1134", probe_off="M69 P1134", length_in_z="yes", open=""),
+        _variant(
+            "haas", "Haas NGC", 2500.0 / 60.0, probe_on="M59 P1134", probe_off="M69 P1134", length_in_z="yes", open=""
+        ),
         _variant("mazak", "Mazak Matrix and Smooth, EIA", length_in_z="yes"),
         _variant("mitsubishi", "Mitsubishi M70 and M80", length_in_z="yes"),
         Dialect(

@@ -1,6 +1,7 @@
 """Reader of DMIS: GOTO and PTMEAS between MEAS and ENDMES, in millimetres, without probe compensation.
 
 PTMEAS names the nominal surface point and the outward normal; the controller goes to the stand-off and back by itself.
+A sensor is calibrated by the operator (MODE/MAN, CALIB to ENDMES): nothing moves that is in the text.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from stepgauge.files.templating import fixed
 from stepgauge.programs.reading import Reader
 
 _STATEMENT = re.compile(r"(?:([A-Z]+)\(([\w-]+)\)\s*=\s*)?([A-Z]+)(?:\s*/\s*(.*))?", re.ASCII)
-_NO_MOVE = {"DMISMN", "TEXT", "DISPLY", "FEAT"}
+_NO_MOVE = {"DMISMN", "TEXT", "DISPLY"}
 _OUTPUT_HEAD = ("UNITS", "PRCOMP")
 """Statements that say in the output what its points are."""
 _SPEED_UNITS = {"MPM": 1000.0 / 60.0, "MMPS": 1.0}
@@ -45,6 +46,9 @@ class _Interpreter:
     def __init__(self, reader: Reader) -> None:
         self.reader = reader
         self.sensors: dict[str, tuple[float, tuple[float, float, float] | None]] = {}
+        self.spheres: set[str] = set()
+        self.calibrated: set[str] = set()
+        self.calibrating: str | None = None
         self.label = ""
         self.measured: dict[str, list[str]] = {}
         self.devices: dict[str, bool] = {}
@@ -96,11 +100,11 @@ class _Interpreter:
         self.reader.states["coordinates"] = "MCS"
 
     def _mode(self, arguments: list[str]) -> None:
-        if arguments[0] != "PROG":
+        if arguments[0] != "PROG" and arguments != ["MAN"]:
             self.reader.fail(
                 "the path is not that of the program", found=f"MODE/{','.join(arguments)}", expected="MODE/PROG,MAN"
             )
-        self.reader.states["mode"] = "PROG"
+        self.reader.states["mode"] = arguments[0]
 
     def _snsdef(self, arguments: list[str]) -> None:
         if self.label in self.sensors:
@@ -116,16 +120,37 @@ class _Interpreter:
         return i, j, k
 
     def _snslct(self, arguments: list[str]) -> None:
-        name = arguments[0].removeprefix("S(").removesuffix(")")
-        if len(arguments) != 1 or name not in self.sensors:
+        known = {f"S({name})": name for name in self.sensors} | {f"SA({name})": name for name in self.calibrated}
+        if len(arguments) != 1 or arguments[0] not in known:
             self.reader.fail(
-                "the sensor that is selected is not defined here",
+                "the sensor that is selected is not defined here, or SA(..) not calibrated",
                 found=f"SNSLCT/{','.join(arguments)}",
-                expected="one of " + ", ".join(f"S({known})" for known in self.sensors) if self.sensors else "SNSDEF",
+                expected="one of " + ", ".join(known) if known else "SNSDEF",
             )
+        name = known[arguments[0]]
         radius, self.reader.stylus = self.sensors[name]
         self.reader.set(tip_radius_mm=radius)
         self.reader.states["tool"] = name
+
+    def _feat(self, arguments: list[str]) -> None:
+        if arguments[0] != "SPHERE":
+            return
+        if arguments[1:3] != ["OUTER", "CART"] or self.reader.numbers(arguments[3:], 4, "FEAT/SPHERE")[3] <= 0.0:
+            self.reader.fail("not a reference sphere", found=",".join(arguments), expected="SPHERE,OUTER,CART,x,y,z,d")
+        self.spheres.add(f"F({self.label})")
+
+    def _calib(self, arguments: list[str]) -> None:
+        """By hand on a sphere: where the software moved by itself, it would go a way that the plan does not know."""
+        kind, sensor, sphere, hits = arguments if len(arguments) == 4 else [""] * 4
+        name = self.reader.states.get("tool", "")
+        if kind != "SENS" or sensor != f"S({name})" or sphere not in self.spheres or not hits.isdigit():
+            expected = "SENS, the selected sensor, a sphere F(..), number of points"
+            self.reader.fail("CALIB not understood", found=",".join(arguments), expected=expected)
+        if self.reader.states.get("mode") != "MAN" or self.feature is not None:
+            self.reader.fail(
+                "a calibration that the software drives itself", expected="MODE/MAN first, outside of MEAS"
+            )
+        self.calibrating = name
 
     def _snset(self, arguments: list[str]) -> None:
         names = {"APPRCH": "standoff_mm", "SEARCH": "search_mm", "RETRCT": "retract_mm"}
@@ -148,21 +173,23 @@ class _Interpreter:
             self.reader.fail(
                 "only points are measured", found=f"MEAS/{','.join(arguments)}", expected="MEAS/POINT,F(..),1"
             )
-        if self.feature is not None:
-            self.reader.fail("MEAS inside a MEAS block", expected="ENDMES first")
+        if self.feature is not None or self.calibrating is not None:
+            self.reader.fail("MEAS inside a MEAS or CALIB block", expected="ENDMES first")
         self.feature = arguments[1].removeprefix("F(").removesuffix(")")
 
     def _endmes(self, _: list[str]) -> None:
-        if self.feature is None:
+        if self.feature is None and self.calibrating is None:
             self.reader.fail("ENDMES without MEAS")
-        self.feature = None
+        if self.calibrating is not None:
+            self.calibrated.add(self.calibrating)
+        self.feature = self.calibrating = None
 
     def _goto(self, arguments: list[str]) -> None:
-        self._check_units()
+        self._check_move()
         self.reader.goto(self.reader.numbers([a for a in arguments if a != "CART"], 3, "GOTO"))
 
     def _ptmeas(self, arguments: list[str]) -> None:
-        self._check_units()
+        self._check_move()
         if self.feature is None:
             self.reader.fail("PTMEAS outside of MEAS and ENDMES")
         values = self.reader.numbers([a for a in arguments if a != "CART"], 6, "PTMEAS")
@@ -202,9 +229,11 @@ class _Interpreter:
     def _endfil(self, _: list[str]) -> None:
         self.reader.log.append("ENDFIL")
 
-    def _check_units(self) -> None:
+    def _check_move(self) -> None:
         if "units" not in self.reader.states:
             self.reader.fail("a move before the units are set", expected="UNITS/MM,ANGDEC first")
+        if self.reader.states.get("mode") == "MAN" or self.calibrating is not None:
+            self.reader.fail("a move that the operator makes by hand", expected="ENDMES and MODE/PROG,MAN first")
 
 
 def run(text: str, reader: Reader) -> None:
@@ -212,5 +241,6 @@ def run(text: str, reader: Reader) -> None:
     interpreter = _Interpreter(reader)
     for statement in statements(text, reader):
         interpreter.statement(statement.upper())
-    if not interpreter.ended or interpreter.feature is not None:
-        reader.cut_short("ENDMES and ENDFIL" if interpreter.feature else "ENDFIL")
+    inside = interpreter.feature is not None or interpreter.calibrating is not None
+    if not interpreter.ended or inside:
+        reader.cut_short("ENDMES and ENDFIL" if inside else "ENDFIL")

@@ -1,7 +1,8 @@
 """RepRapFirmware 3 as a virtual controller: G38 searches, meta commands for checks and for the log.
 
-``G38.2`` ends at the contact, where ``move.axes[n].userPosition`` is read (the position of the stopped axes, no latch);
-without a contact ``result`` is not 0. ``G38.3`` on the way says nothing: the program compares position and target.
+A search has the speed of its probe (``M558``). ``G38.2`` ends at the contact, where ``move.axes[n].userPosition`` is
+read (the position of the stopped axes, no latch); without a contact ``result`` is not 0. ``G38.3`` on the way says
+nothing: the program compares position and target.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ _VARIABLE = re.compile(r"var\s+(\w+)\s*=\s*(.+)", re.IGNORECASE)
 _IF = re.compile(r"if\s+(.+)", re.IGNORECASE)
 _ABORT = re.compile(r'abort\s+"([^"]*)"', re.IGNORECASE)
 _MESSAGE = re.compile(r"M291\b(.*)", re.IGNORECASE)
+_PROBE = re.compile(r"M558\s*K(\d+)\s*F([\d.]+)", re.IGNORECASE)
 _POSITION = re.compile(r"move\.axes\[([012])\]\.userPosition", re.IGNORECASE)
 
 
@@ -41,6 +43,8 @@ class _Interpreter(GCode):
     def __init__(self, reader: Reader) -> None:
         super().__init__(reader)
         self.skipped_from: int | None = None
+        self.speed_mm_s: dict[float, float] = {}
+        self.probe = 0.0
 
     def line(self, raw: str) -> None:
         """A line with its indentation; the lines under an ``if`` that does not hold are passed over."""
@@ -64,6 +68,8 @@ class _Interpreter(GCode):
             self.reader.log.append(in_words(self.value(echo[3])))
         elif variable := _VARIABLE.fullmatch(text):
             self._set(variable[1], self.number(variable[2]))
+        elif probe := _PROBE.fullmatch(text):
+            self.speed_mm_s[float(probe[1])] = self.number(probe[2]) / 60.0
         elif not _MESSAGE.fullmatch(text):
             self.block(re.sub(r"\s+", "", text.upper()))
 
@@ -84,8 +90,16 @@ class _Interpreter(GCode):
     def take_arguments(self, words: dict[str, list[float]], codes: Sequence[float]) -> None:
         """K of G38 is the number of the probe."""
         if self.searches & set(codes):
-            words.pop("K", None)
+            self.probe = words.pop("K", [0.0])[0]
         super().take_arguments(words, codes)
+
+    def go(self, target: Mapping[str, float], motion: float | None) -> None:
+        """A search has the speed of its probe (M558), whatever F says."""
+        feed = self.feed_mm_s
+        if motion in self.searches:
+            self.feed_mm_s = self.speed_mm_s.get(self.probe)
+        super().go(target, motion)
+        self.feed_mm_s = feed
 
     def take_code(self, code: float) -> None:
         """Offsets other than the first are coordinates, too."""
