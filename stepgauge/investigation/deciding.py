@@ -29,7 +29,7 @@ from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
 
 Array = NDArray[np.float64]
-LEAST_NATS = 0.1
+LEAST_NATS = 0.03
 """A run that is expected to tell less is not worth a person's way to the machine, nats."""
 TOLD_APART = 9.0
 """Chi-square from which a run is said to tell two hypotheses apart."""
