@@ -85,7 +85,7 @@ def test_plan_writes_nothing_that_cannot_be_read_back_unless_asked_by_name(run: 
     shipped = (ROOT / "templates/programs/dmis.j2").read_text()
     mine.write_text(shipped.replace("{{ p.x | fixed(6) }}", "{{ (p.x + 1) | fixed(6) }}"))
     for more in ((), ("--unchecked",)):
-        refused(run(*line, *more), "mine.j2", "another one than planned", "line 18: x = ", "planned ")
+        refused(run(*line, *more), "mine.j2", "another one than planned", "line 22: x = ", "planned ")
 
 
 def test_simulate_knows_every_dialect_by_its_text(run: Run, files: Path) -> None:
