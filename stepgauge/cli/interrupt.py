@@ -8,6 +8,8 @@ from contextlib import contextmanager
 
 import click
 
+from stepgauge.cli.options import say
+
 
 @contextmanager
 def interruptible() -> Iterator[Callable[[], bool]]:
@@ -35,6 +37,18 @@ def at_once() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def stoppable() -> Iterator[None]:
+    """What a person stopped ends with a line that says how to go on, and exit code 130."""
+    from stepgauge.live.measuring import StoppedByPersonError
+
+    try:
+        yield
+    except StoppedByPersonError as stopped:
+        say(f"stopped: {stopped}; the same command with --resume goes on")
+        raise click.exceptions.Exit(130) from None
 
 
 @contextmanager

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from stepgauge.cli.interrupt import at_once, interruptible, progress_bar
+from stepgauge.cli.interrupt import at_once, interruptible, progress_bar, stoppable
 from stepgauge.cli.options import GAUGE, NOT_NEGATIVE, POSITIVE, SUFFIX, FiniteRange, machine_option, output, say
 
 
@@ -17,6 +17,7 @@ class _Box(click.ParamType):
     name = "box"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Three pairs from low to high, mm, from the text."""
         try:
             pairs = [tuple(float(one) for one in pair.split(":")) for pair in str(value).split(",")]
         except ValueError:
@@ -85,39 +86,34 @@ def command(gauge: str, machine: str, placement: str, output: str, suffix: str, 
         --simulate --faults faults.toml --yes -o cause
     stepgauge report cause -o cause.pdf
     """
-    from stepgauge.live.measuring import StoppedByPersonError
     from stepgauge.public.investigate import investigate
 
     _check(options)
-    with interruptible() as stop, progress_bar() as progress:
-        try:
-            diagnosis = investigate(
-                placement,
-                gauge,
-                machine,
-                output,
-                ask=_done if options["yes"] else _asking(stop),
-                server=options["server"],
-                faults=options["faults"],
-                seed=options["seed"],
-                minutes=options["minutes"],
-                odds=options["odds"],
-                within_mm=options["within"],
-                level=options["level"],
-                hands_minutes=options["hands_minutes"],
-                cycles=options["cycles"],
-                without=options["without"],
-                priors=options["priors"],
-                resume=options["resume"],
-                homing=options["homing"],
-                tool=options["tool"],
-                tell=say,
-                progress=progress,
-                stop=stop,
-            )
-        except StoppedByPersonError as stopped:
-            say(f"stopped: {stopped}; the same command with --resume goes on")
-            raise click.exceptions.Exit(130) from None
+    with interruptible() as stop, progress_bar() as progress, stoppable():
+        diagnosis = investigate(
+            placement,
+            gauge,
+            machine,
+            output,
+            ask=_done if options["yes"] else _asking(stop),
+            server=options["server"],
+            faults=options["faults"],
+            seed=options["seed"],
+            minutes=options["minutes"],
+            odds=options["odds"],
+            within_mm=options["within"],
+            level=options["level"],
+            hands_minutes=options["hands_minutes"],
+            cycles=options["cycles"],
+            without=options["without"],
+            priors=options["priors"],
+            resume=options["resume"],
+            homing=options["homing"],
+            tool=options["tool"],
+            tell=say,
+            progress=progress,
+            stop=stop,
+        )
     files = diagnosis.write(f"{output}/diagnosis", suffix)
     _say_end(output)
     say(f"wrote {output}: investigation.json, investigation.md, recording.csv, diagnosis ({len(files)} files)")

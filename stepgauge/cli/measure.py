@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.interrupt import interruptible, progress_bar
+from stepgauge.cli.interrupt import interruptible, progress_bar, stoppable
 from stepgauge.cli.options import (
     DIALECTS,
     GAUGE,
@@ -83,35 +83,30 @@ def command(
     """
     from stepgauge.files.text import check_output
     from stepgauge.live.journal import journal_of
-    from stepgauge.live.measuring import StoppedByPersonError
     from stepgauge.public.measure import measure
     from stepgauge.recording import write_recording
 
     check_output(output, program, machine, gauge, placement, options["spy"])
     what = _path(program, placement, gauge, machine, options)
-    with interruptible() as stop, progress_bar() as progress:
-        try:
-            recording = measure(
-                what,
-                machine,
-                gauge,
-                placement,
-                server=server,
-                journal=journal_of(output),
-                resume=options["resume"],
-                homing=options["homing"],
-                tool=options["tool"],
-                gauge_temperature_C=options["gauge_temperature"],
-                placement_number=options["placement_number"],
-                dialect=options["dialect"],
-                search_mm=options["search"],
-                spy=options["spy"],
-                progress=progress,
-                stop=stop,
-            )
-        except StoppedByPersonError as stopped:
-            say(f"stopped: {stopped}; the same command with --resume goes on")
-            raise click.exceptions.Exit(130) from None
+    with interruptible() as stop, progress_bar() as progress, stoppable():
+        recording = measure(
+            what,
+            machine,
+            gauge,
+            placement,
+            server=server,
+            journal=journal_of(output),
+            resume=options["resume"],
+            homing=options["homing"],
+            tool=options["tool"],
+            gauge_temperature_C=options["gauge_temperature"],
+            placement_number=options["placement_number"],
+            dialect=options["dialect"],
+            search_mm=options["search"],
+            spy=options["spy"],
+            progress=progress,
+            stop=stop,
+        )
     write_recording(output, recording)
     say(f"{len(recording)} points measured")
     say_written(output)

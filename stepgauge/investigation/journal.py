@@ -9,40 +9,28 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
-from stepgauge.errors import InputError, naming, reading
-from stepgauge.live.journal import Row, held, read_line, sync_folder, write_line
+from stepgauge.errors import InputError, naming
+from stepgauge.live.journal import Lines, Row, held, sync_folder, whole_lines
 
 FORMAT = "stepgauge investigation journal 1"
 NAME = "investigation.journal"
 
 
 @dataclass
-class Steps:
+class Steps(Lines):
     """An open journal; ``done`` are the steps on the disk, by their names."""
 
-    path: Path
     done: dict[str, Any] = field(default_factory=dict)
-    _file: BinaryIO | None = None
 
     def once(self, name: str, make: Callable[[], Any]) -> Any:
         """What a step gave: from the journal where it is done, else made now and put on the disk."""
         if name not in self.done:
             value = make()
-            self._write({"step": name, "value": value})
+            self.write({"step": name, "value": value})
             self.done[name] = value
         return self.done[name]
-
-    def close(self) -> None:
-        """No more lines; the file stays."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
-
-    def _write(self, line: Row) -> None:
-        assert self._file is not None
-        write_line(self._file, line, self.path)
 
 
 def open_steps(folder: Path, head: Row, again: bool) -> Steps:
@@ -58,29 +46,22 @@ def open_steps(folder: Path, head: Row, again: bool) -> Steps:
         raise InputError(path, "an investigation is here", expected=expected)
     if again and not path.is_file():
         raise InputError(path, "there is no journal to resume", expected="an investigation that was begun")
-    file = held(path)
-    try:
+    with held(path) as file:
         steps, whole = _read(path)
         if whole:
             _check_same(steps.path, steps.done.pop("head"), head)
         file.truncate(whole)
-    except BaseException:
-        file.close()
-        raise
     steps._file = file
     if not whole:
-        steps._write({"step": "head", "value": {"format": FORMAT, **head}})
+        steps.write({"step": "head", "value": {"format": FORMAT, **head}})
         sync_folder(folder)
     return steps
 
 
 def _read(path: Path) -> tuple[Steps, int]:
     """The steps in a file, and how many of its bytes are whole lines."""
-    with reading(path, "journal"):
-        data = path.read_bytes()
     steps, whole = Steps(path), 0
-    for number, raw in enumerate(data.split(b"\n")[:-1], 1):
-        line = read_line(raw, path, number)
+    for number, (raw, line) in enumerate(whole_lines(path), 1):
         if set(line) != {"step", "value"} or line["step"] in steps.done or (number == 1) != (line["step"] == "head"):
             raise InputError(f"{path}:{number}", "the journal is damaged", found=repr(raw[:40]))
         steps.done[line["step"]] = line["value"]

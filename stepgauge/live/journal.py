@@ -11,6 +11,8 @@ import hashlib
 import json
 import math
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -40,13 +42,35 @@ def fingerprint(program: Program, **others: object) -> str:
 
 
 @dataclass
-class Journal:
-    """An open journal; ``rows`` are the points that are on the disk, by their number in the program, from 1."""
+class Lines:
+    """A file of which every line is on the disk before the next one is written."""
 
     path: Path
+    _file: BinaryIO | None = field(default=None, kw_only=True)
+
+    def write(self, line: Row) -> None:
+        """Put a line on the disk; when this returns, it is there."""
+        assert self._file is not None
+        try:
+            self._file.write(json.dumps(line, allow_nan=False).encode("ascii") + b"\n")
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            raise InputError(self.path, f"cannot be written: {error.strerror or error}") from None
+
+    def close(self) -> None:
+        """No more lines; the file stays."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+
+@dataclass
+class Journal(Lines):
+    """An open journal; ``rows`` are the points that are on the disk, by their number in the program, from 1."""
+
     head: Row
     rows: dict[int, Row] = field(default_factory=dict)
-    _file: BinaryIO | None = None
 
     @property
     def began_s(self) -> float:
@@ -60,48 +84,24 @@ class Journal:
         """Put a point on the disk; when this returns, it is acknowledged."""
         if point in self.rows:
             raise InputError(self.path, f"point {point} is there twice")
-        self._write({"point": point, **row})
+        self.write({"point": point, **row})
         self.rows[point] = row
 
     def finish(self) -> None:
         """The measurement is complete."""
-        self._write({"end": len(self.rows)})
-
-    def close(self) -> None:
-        """No more lines; the file stays."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
-
-    def _write(self, line: Row) -> None:
-        assert self._file is not None
-        write_line(self._file, line, self.path)
-
-
-def write_line(file: BinaryIO, line: Row, path: Path) -> None:
-    """Put a line on the disk; when this returns, it is there."""
-    try:
-        file.write(json.dumps(line, allow_nan=False).encode("ascii") + b"\n")
-        file.flush()
-        os.fsync(file.fileno())
-    except OSError as error:
-        raise InputError(path, f"cannot be written: {error.strerror or error}") from None
+        self.write({"end": len(self.rows)})
 
 
 def start(path: Path, head: Row) -> Journal:
     """A new journal; :class:`InputError` where an unfinished one, or a file of another kind, is in its place."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    file = held(path)
-    try:
+    with held(path) as file:
         if _is_unfinished(path):
             expected = naming("resume", words="{} to go on with it, or delete it to begin anew")
             raise InputError(path, "an unfinished measurement is here", expected=expected)
         file.truncate(0)
-    except BaseException:
-        file.close()
-        raise
     journal = Journal(path, {"format": FORMAT, **head}, _file=file)
-    journal._write(journal.head)
+    journal.write(journal.head)
     sync_folder(path.parent)
     return journal
 
@@ -113,19 +113,15 @@ def resume(path: Path, head: Row) -> Journal:
     """
     if not path.is_file():
         raise InputError(path, "there is no journal to resume", expected="a measurement that was begun")
-    file = held(path)
-    try:
+    with held(path) as file:
         journal, whole = _read(path)
         if whole:  # else it was broken off before its first line was on the disk
             _check_same(journal, head)
         file.truncate(whole)
-    except BaseException:
-        file.close()
-        raise
     journal._file = file
     if not whole:
         journal.head = {"format": FORMAT, **head}
-        journal._write(journal.head)
+        journal.write(journal.head)
     return journal
 
 
@@ -137,14 +133,19 @@ def _check_same(journal: Journal, head: Row) -> None:
             raise InputError(journal.path, what, found=str(found)[:40], expected=str(value)[:40])
 
 
-def held(path: Path) -> BinaryIO:
-    """The file, open for appending, for this process alone until it is closed."""
+@contextmanager
+def held(path: Path) -> Iterator[BinaryIO]:
+    """The file, open for appending, for this process alone until it is closed: here only if the block fails."""
     try:
         file = path.open("ab")
     except OSError as error:
         raise InputError(path, f"cannot write here: {error.strerror or error}") from None
     _hold(file, path)
-    return file
+    try:
+        yield file
+    except BaseException:
+        file.close()
+        raise
 
 
 def _hold(file: BinaryIO, path: Path) -> None:
@@ -162,11 +163,8 @@ def _hold(file: BinaryIO, path: Path) -> None:
 
 def _read(path: Path) -> tuple[Journal, int]:
     """The journal of a file, and how many of its bytes are whole lines."""
-    with reading(path, "journal"):
-        data = path.read_bytes()
     journal, whole = Journal(path, {}), 0
-    for number, raw in enumerate(data.split(b"\n")[:-1], 1):
-        line = read_line(raw, path, number)
+    for number, (raw, line) in enumerate(whole_lines(path), 1):
         if number == 1:
             journal.head = line
         elif "point" in line:
@@ -177,15 +175,18 @@ def _read(path: Path) -> tuple[Journal, int]:
     return journal, whole
 
 
-def read_line(raw: bytes, path: Path, number: int) -> Row:
-    """A whole line of a journal (:class:`InputError` where it is damaged)."""
-    try:
-        line = json.loads(raw)
-    except (ValueError, RecursionError):
-        line = None
-    if not isinstance(line, dict):
-        raise InputError(f"{path}:{number}", "the journal is damaged", found=repr(raw[:40]))
-    return line
+def whole_lines(path: Path) -> Iterator[tuple[bytes, Row]]:
+    """The whole lines of a file, each as it stands there and as read (:class:`InputError` where one is damaged)."""
+    with reading(path, "journal"):
+        data = path.read_bytes()
+    for number, raw in enumerate(data.split(b"\n")[:-1], 1):
+        try:
+            line = json.loads(raw)
+        except (ValueError, RecursionError):
+            line = None
+        if not isinstance(line, dict):
+            raise InputError(f"{path}:{number}", "the journal is damaged", found=repr(raw[:40]))
+        yield raw, line
 
 
 def _point(line: Row, journal: Journal, number: int) -> int:

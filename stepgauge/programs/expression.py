@@ -95,6 +95,7 @@ class _Parser:
         return self.tokens[self.at] if self.at < len(self.tokens) else ("end", "")
 
     def take(self, wanted: str = "") -> tuple[str, str]:
+        """The next token, which must be ``wanted`` if that is given."""
         kind, word = self.peek()
         if kind == "end" or (wanted and word != wanted):
             raise ExpressionError(word or "the expression ends here")
@@ -102,6 +103,7 @@ class _Parser:
         return kind, word
 
     def expression(self, least: int = 0) -> Value:
+        """Operands and the operators between them that bind closer than ``least``, from the left."""
         value = self.operand()
         while True:
             kind, word = self.peek()
@@ -115,6 +117,7 @@ class _Parser:
             value = _BINARY[sign](value, right)
 
     def operand(self) -> Value:
+        """A number, a text, a variable, a function, or an expression in brackets, with its sign."""
         kind, word = self.take()
         if kind == "number":
             return float(word)

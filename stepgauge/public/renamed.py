@@ -22,6 +22,7 @@ def renamed(**names: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
 
         @wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> T:
+            """With the new names in place of the earlier ones."""
             given = dict[str, Any](kwargs)
             for old, new in names.items():
                 if old in given:

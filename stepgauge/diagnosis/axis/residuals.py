@@ -74,17 +74,15 @@ def axis_data(recording: AxisRecording) -> AxisData:
     rows = _rows(recording, face, target * _base_deviations(recording) + away, scaling)
     um = away * scaling.deviation * way
     turn_mm = 360.0 * scaling.position if recording.form == "axis" and units.axis == "rotary" else None
-    shortest_mm = _shortest(recording, places) * scaling.position
+    shortest_mm = _shortest(places, scaling) if recording.form == "axis" else SHORTEST_MM
     residuals = replace(_residuals(recording, rows, um, way, gauge, machine, turn_mm), shortest_mm=shortest_mm)
     return AxisData(recording, residuals, scaling, repeatability)
 
 
-def _shortest(recording: AxisRecording, places: Array) -> float:
-    """The shortest period to look for, mm or deg: of evenly spaced targets two steps, what is shorter is an alias."""
-    if recording.form != "axis":
-        return SHORTEST_MM / _power(TYPICAL_MM, float(np.ptp(places)))
+def _shortest(places: Array, scaling: Scaling) -> float:
+    """The shortest period to look for, scaled: of evenly spaced targets two steps, what is shorter is an alias."""
     steps = even(places)
-    return SHORTEST_MM if steps is None else max(2.0 * steps.spacing, SHORTEST_MM)
+    return scaling.position * (SHORTEST_MM if steps is None else max(2.0 * steps.spacing, SHORTEST_MM))
 
 
 def _targets(recording: AxisRecording) -> Array:
