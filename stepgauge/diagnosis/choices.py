@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, Parameter
 from stepgauge.effects.base import Axis, Vector
@@ -117,9 +117,13 @@ def _has_modelled_pretravel(data: Residuals) -> bool:
     return data.machine.probe.model != "constant"
 
 
-def _has_no_tripod(data: Residuals) -> bool:
-    """Of a probe that is modelled by its construction a part may be different; it is not another tripod."""
-    return not isinstance(data.machine.sensor, MechanicalProbe)
+def _may_show_a_tripod(data: Residuals) -> bool:
+    """Of a probe that is modelled by its construction a part may be different; it is not another tripod.
+
+    Its compliance, lever and azimuth are three numbers: so many directions must be left beside the origins.
+    """
+    directions = len(data.probings.approaches()[0]) - int(data.placement.max()) - 1
+    return directions >= 3 and not isinstance(data.machine.sensor, MechanicalProbe)
 
 
 def _has_speeds(data: Residuals) -> bool:
@@ -149,8 +153,8 @@ _ORDERS = {"scale_joint": (0, 1), "error_motion": (2, 3), "thermal_bending": (1,
 _SHOWN: dict[str, Callable[[Residuals], bool]] = {
     "lever_arm": _has_modelled_pretravel,
     "pretravel_scale": _has_modelled_pretravel,
-    "kinematic_pretravel": _has_no_tripod,
-    "seat_defect": _has_no_tripod,
+    "kinematic_pretravel": _may_show_a_tripod,
+    "seat_defect": _may_show_a_tripod,
     "servo_lag": _has_speeds,
     "stick_slip": goes_both_ways,
     "tip_change": _has_like_placements,
@@ -158,7 +162,7 @@ _SHOWN: dict[str, Callable[[Residuals], bool]] = {
 """What a recording or the machine file must have for a law of this kind to show."""
 
 
-def is_spanned(law: type[Effect], atoms: Sequence[dict[str, Any]], columns: Array) -> bool:
+def is_spanned(law: type[Effect], atoms: Sequence[dict[str, Any]], columns: Array, priors: Priors) -> bool:
     """Whether signatures ``(atoms, d, n)`` beside the origins have as many patterns as the law has parameters.
 
     Asked of laws of the direction of approach or of the way to the touch, of which few may occur. A parameter that
@@ -169,7 +173,7 @@ def is_spanned(law: type[Effect], atoms: Sequence[dict[str, Any]], columns: Arra
     patterns = columns.reshape(-1, columns.shape[-1])
     value = np.linalg.eigvalsh(patterns @ patterns.T)
     varied = {name for name in atoms[0] if any(atom[name] != atoms[0][name] for atom in atoms)}
-    varied -= set(shipped_priors().usual_shapes)
+    varied -= set(priors.usual_shapes)
     shaped = [p for p in law.parameters() if p.role == "nonlinear" and (p.required or p.name in varied)]
     free = len(shaped) + sum(p.role == "linear" for p in law.parameters())
     return bool((value > SPANNED**2 * value[-1]).sum() >= free)

@@ -48,13 +48,23 @@ class Covariate:
         return len(np.unique(self.values))
 
 
+def everywhere(data: Residuals) -> list[Covariate]:
+    """Where, when and how fast a face was probed, as far as it varies: what the scatter may grow with."""
+    found = [Covariate("position", "mm", data.probings.certified_mm())]
+    found += [Covariate(f"machine {axis}", "mm", _place_mm(data, axis)) for axis in AXES]
+    found += [Covariate("time", "s", data.frame["time_s"].to_numpy(float))] if data.has_time else []
+    if "speed_mm_s" in data.frame:
+        found.append(Covariate("speed", "", data.frame["speed_mm_s"].to_numpy(float)))
+    return [c for c in found if _is_usable(c)]
+
+
 def covariates(data: Residuals) -> list[Covariate]:
     """All covariates of a recording that vary."""
     frame = data.frame
     order = np.empty(len(data))
     order[data.order] = np.arange(len(data))
     found = [Covariate("position", "mm", data.probings.certified_mm())]
-    found += [Covariate(f"machine {axis}", "mm", _place_mm(data, axis)) for axis in "xyz"]
+    found += [Covariate(f"machine {axis}", "mm", _place_mm(data, axis)) for axis in AXES]
     runs = len(frame[["placement", "cycle"]].drop_duplicates())
     found += [Covariate("cycle", "", frame["cycle"].to_numpy(float))] if runs * FEWEST_IN_CYCLE <= len(data) else []
     found += [Covariate("time", "s", frame["time_s"].to_numpy(float))] if data.has_time else []
@@ -67,7 +77,11 @@ def covariates(data: Residuals) -> list[Covariate]:
             continue  # the truth of a simulation is no covariate
         if name in ("speed_mm_s", *OPTIONAL[3:]) or name not in (*REQUIRED, *OPTIONAL, *COUNTS):
             found.append(Covariate(_plain_name(name, found), "", frame[name].to_numpy(float), name != "speed_mm_s"))
-    return [c for c in found if np.isfinite(c.values).all() and _varies(c.values)]
+    return [c for c in found if _is_usable(c)]
+
+
+def _is_usable(covariate: Covariate) -> bool:
+    return bool(np.isfinite(covariate.values).all()) and _varies(covariate.values)
 
 
 def _place_mm(data: Residuals, axis: str) -> Array:

@@ -87,10 +87,14 @@ def diagnose_residuals(recorded: Residuals, without: Collection[str] = (), prior
     return diagnose_with_search(recorded, without, priors)[0]
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")
 def diagnose_with_search(
     recorded: Residuals, without: Collection[str] = (), priors: Priors | None = None
 ) -> tuple[Diagnosis, Searched | None]:
-    """The diagnosis and the search that it is made from; None where the residuals are too few for a search."""
+    """The diagnosis and the search that it is made from; None where the residuals are too few for a search.
+
+    On one thread: many small products are five times slower if several threads share each.
+    """
     _check_kinds(without)
     start_s = clock_start_s(recorded)
     searched = _some(recorded)
@@ -137,9 +141,7 @@ def _repeated(data: Residuals) -> bool:
     return bool((count[data.group] > 1).mean() > 0.5)
 
 
-@threadpool_limits.wrap(limits=1, user_api="blas")
 def _search(data: Residuals, priors: Priors, without: Collection[str]) -> Searched:
-    """The search; many small products are five times slower if several threads share each."""
     search = Search(make_problem(data, priors, without), priors)
     answer = Answer(search, search.run())
     return Searched(data, search, answer, make_model(search, answer, data, priors))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.usual import usual_shape
 from stepgauge.effects import Effect, Parameter
@@ -38,12 +38,14 @@ MOST_TOUCHES = 50.0
 """A probe has settled after some dozens of touches; a longer relaxation depends on time, not on touches."""
 
 
-def parameter_grid(kind: type[Effect], parameter: Parameter, choices: dict[str, Any], data: Residuals) -> list[Any]:
+def parameter_grid(
+    kind: type[Effect], parameter: Parameter, choices: dict[str, Any], data: Residuals, priors: Priors
+) -> list[Any]:
     """Values of one non-linear parameter to try: about what is usual, by a rule, or a dozen over its sensible range.
 
     None stands for what is there without it: at once, from the beginning, for ever.
     """
-    usual = usual_shape(parameter.name, shipped_priors(), data.machine)
+    usual = usual_shape(parameter.name, priors, data.machine)
     if usual is not None:
         return list(usual[0] * np.exp(usual[1] * (COARSE_SPREAD if lie_level(data) else SPREAD)))
     rule = _RULES.get(f"{kind.kind}.{parameter.name}", _RULES.get(parameter.name))

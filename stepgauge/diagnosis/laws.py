@@ -27,7 +27,7 @@ BEYOND = 1.1
 
 def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Collection[str] = ()) -> list[Law]:
     """Candidates for all laws with a signature here; ``metric``: for the fit of shapes between points of the grid."""
-    families = list(effect_families(data, without))
+    families = list(effect_families(data, priors, without))
     count, labels = Counter(one.kind for one in families), Counter[str]()
     found = []
     for family in families:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.choices import choices_of, has_free_direction, is_spanned
 from stepgauge.diagnosis.grids import parameter_grid
+from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um, effect_kinds
 from stepgauge.errors import InputError
@@ -101,7 +102,7 @@ class Family:
         return np.concatenate([self.pattern[atom] * share for share in self.share_rows])
 
 
-def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[Family]:
+def effect_families(data: Residuals, priors: Priors, without: Collection[str] = ()) -> Iterator[Family]:
     """Families of all named effects whose signature can be computed from this recording and is not zero.
 
     Kinds in ``without`` are no candidates.
@@ -111,7 +112,7 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
         if kind in NOT_LAWS or kind in without:
             continue
         for choices in choices_of(law, data):
-            atoms = _atoms(law, choices, data)
+            atoms = _atoms(law, choices, data, priors)
             if not atoms:
                 continue
             try:
@@ -125,7 +126,8 @@ def effect_families(data: Residuals, without: Collection[str] = ()) -> Iterator[
             else:
                 size = _sizes(columns, [np.ones((1, len(data)))])[0]
                 seen = columns if _has_phase(law) else _beside_origins(columns, data)
-                families = _family(law, choices, atoms, seen, size) if is_spanned(law, atoms, seen) else iter(())
+                spanned = is_spanned(law, atoms, seen, priors)
+                families = _family(law, choices, atoms, seen, size) if spanned else iter(())
             yield from families
 
 
@@ -155,9 +157,9 @@ def _beside_origins(columns: Array, data: Residuals) -> Array:
     return np.where(size > ORIGIN_ONLY * whole, left, columns)
 
 
-def _atoms(law: type[Effect], choices: dict[str, Any], data: Residuals) -> list[dict[str, Any]]:
+def _atoms(law: type[Effect], choices: dict[str, Any], data: Residuals, priors: Priors) -> list[dict[str, Any]]:
     nonlinear = [p for p in law.parameters() if p.role == "nonlinear" and p.name != "phase_deg"]
-    grids = [parameter_grid(law, p, choices, data) for p in nonlinear]
+    grids = [parameter_grid(law, p, choices, data, priors) for p in nonlinear]
     return [dict(zip((p.name for p in nonlinear), values, strict=True)) for values in product(*grids)]
 
 

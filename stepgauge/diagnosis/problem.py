@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.covariates import AXES, covariates
+from stepgauge.diagnosis.covariates import everywhere
 from stepgauge.diagnosis.forms import form_candidates
 from stepgauge.diagnosis.laws import law_candidates
 from stepgauge.diagnosis.parts import laws_in_parts
@@ -24,8 +24,6 @@ LEAST_GAP = 0.2
 """Least time between neighbours over the typical one: readings with equal times are not one reading."""
 STEP_GRAIN_UM = 0.01
 """A resolution finer than this counts as none."""
-GROWING = ("position", "time", "speed", *(f"machine {axis}" for axis in AXES))
-"""Covariates with which the scatter may grow."""
 
 
 def make_problem(data: Residuals, priors: Priors, without: Collection[str] = ()) -> Problem:
@@ -53,7 +51,7 @@ def bare_problem(data: Residuals) -> Problem:
         free=data.origins.astype(float),
         order=data.order,
         gap=_gaps(data),
-        growing={c.name: (c.values - c.values.min()) / np.ptp(c.values) for c in covariates(data) if c.name in GROWING},
+        growing={c.name: (c.values - c.values.min()) / np.ptp(c.values) for c in everywhere(data)},
         step_um=display_step_um(data),
         group=data.group,
         candidates=(),

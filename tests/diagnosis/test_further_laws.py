@@ -13,6 +13,7 @@ import pytest
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.files import write_diagnosis
 from stepgauge.diagnosis.library import effect_families
+from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.practice import in_practice
 from stepgauge.diagnosis.probe_file import PROBE_FILE, probe_file
 from stepgauge.diagnosis.residuals import make_residuals
@@ -188,7 +189,7 @@ def test_only_recorded_temperatures_that_change_are_candidates() -> None:
     recording = measured((turned(4.0),), 13)
     frame = recording.frame.assign(humidity=np.arange(len(recording)) % 7, hall_C=21.5)
     data = make_residuals(replace(recording, frame=frame), STEPS, machine())
-    assert not [one for one in effect_families(data) if "column" in one.choices]
+    assert not [one for one in effect_families(data, shipped_priors()) if "column" in one.choices]
 
 
 def test_a_heater_that_goes_on_later_is_a_drift_from_that_event_on() -> None:
@@ -269,13 +270,13 @@ def test_the_square_of_the_speed_is_named_from_several_speeds_and_no_candidate_o
     one = named(told(bent(at_speeds(measured(TWO, 41), 1.0, 3.0, 6.0, 10.0), truth)), "servo_lag")
     assert off(one, "um_per_mm2_s2", 0.04) < 3.0
     two = make_residuals(at_speeds(measured(TWO, 41), 1.0, 6.0), STEPS, machine())
-    assert "servo_lag" not in {family.kind for family in effect_families(two)}
+    assert "servo_lag" not in {family.kind for family in effect_families(two, shipped_priors())}
 
 
 def test_of_placements_that_share_no_direction_another_tip_is_no_candidate() -> None:
     """A radius that differs between x and y is a reversal of one axis: nothing tells the two apart."""
     data = make_residuals(measured((turned(0.0), turned(90.0)), 42), STEPS, machine())
-    assert "tip_change" not in {family.kind for family in effect_families(data)}
+    assert "tip_change" not in {family.kind for family in effect_families(data, shipped_priors())}
 
 
 def nothing_wrong(number: int) -> Recording:

@@ -68,7 +68,7 @@ def test_a_parameter_at_its_bound_has_no_uncertainty() -> None:
     """A ramp fitted by a drift that must level off: its time constant is the longest tried, which nobody measured."""
     ramp = bent(lambda r: 0.02 * r.frame["time_s"].to_numpy() * r.frame["approach_i"].to_numpy())
     data = make_residuals(ramp, gauge(), machine(noise_um=NOISE_UM))
-    (law,) = (one for one in effect_families(data) if one.label == "thermal_drift_x")
+    (law,) = (one for one in effect_families(data, shipped_priors()) if one.label == "thermal_drift_x")
     longest = max(range(len(law.atoms)), key=lambda i: law.atoms[i]["time_constant_h"] or 0.0)
     (solved,) = solve([law], [longest], data, white(data)).solved
     constant = solved.parameters["time_constant_h"]
@@ -90,7 +90,11 @@ def test_no_step_of_a_fit_lets_time_run_backwards(seed: int) -> None:
     scatter = bent(lambda r: random.normal(0.0, 5.0 * NOISE_UM, len(r.frame)), clean(pause_s=35.0))
     data = make_residuals(scatter, gauge(), machine(noise_um=NOISE_UM))
     whitening = white(data)
-    laws = {one.label: one for one in effect_families(data) if one.kind in ("thermal_drift", "approach_memory")}
+    laws = {
+        one.label: one
+        for one in effect_families(data, shipped_priors())
+        if one.kind in ("thermal_drift", "approach_memory")
+    }
     for law in laws.values():
         shaped = [number for number, atom in enumerate(law.atoms) if None not in atom.values()]
         for atom in (shaped[0], shaped[-1]):

@@ -109,11 +109,13 @@ def test_a_condition_in_time_is_told_by_the_clock_of_the_recording() -> None:
 def test_a_gauge_that_lies_a_little_aslant_tells_nothing_of_the_axis_it_hardly_moves_along() -> None:
     """Its heights tell the faces apart: a step of some millimetres in z would stand for one along the gauge."""
     level = make_residuals(measured((turned(2.0, 0.3), turned(80.0, -0.3)), 1), STEPS, machine())
-    kinds = {(one.kind, one.choices.get("axis")) for one in effect_families(level)}
+    kinds = {(one.kind, one.choices.get("axis")) for one in effect_families(level, shipped_priors())}
     assert {("scale_joint", "x"), ("scale_joint", "y"), ("scale_error", "x")} <= kinds
     assert not any(axis == "z" for kind, axis in kinds if kind.startswith("scale"))
     raised = make_residuals(measured((turned(2.0, 20.0), turned(80.0, -0.3)), 1), STEPS, machine())
-    assert ("scale_error", "z") in {(one.kind, one.choices.get("axis")) for one in effect_families(raised)}
+    assert ("scale_error", "z") in {
+        (one.kind, one.choices.get("axis")) for one in effect_families(raised, shipped_priors())
+    }
     assert level.frame["z_mm"].nunique() > EDGES
     found = {one.name: one.formulas for one in conditions(level)}
     assert "x_mm >" in found
@@ -125,7 +127,7 @@ def test_a_gauge_that_lies_a_little_aslant_tells_nothing_of_the_axis_it_hardly_m
 
 def test_a_part_of_few_faces_tells_no_law_with_as_many_parameters() -> None:
     data = make_residuals(measured(ALONG_X, 3), STEPS, machine())
-    every = {one.label: one for one in effect_families(data)}
+    every = {one.label: one for one in effect_families(data, shipped_priors())}
     last = np.flatnonzero(data.group >= np.unique(data.group)[-3])
     few = np.zeros(len(data))
     few[last] = 1.0
