@@ -88,6 +88,7 @@ NOT_IN_PROJECTS = ("init", "demo", "shipped", "effects")
 TASKS: Tasks = {
     "Start here": {
         "init": ("stepgauge.cli.init", "make a project: one file that states gauge, machine, names"),
+        "web": ("stepgauge.cli.web", "the project in a browser: watch, compare, ask, print"),
         "status": ("stepgauge.cli.status", "what the project has, and what to do next"),
         "demo": ("stepgauge.cli.demo", "the whole loop on an example, ending in a PDF report"),
         "shipped": ("stepgauge.cli.shipped", "list or copy the shipped gauges, machines, templates"),

@@ -1,0 +1,64 @@
+"""Names that a request brings are files in the project's folder, or errors."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from stepgauge.errors import InputError
+
+MOST_LISTED = 1000
+_NOT_LISTED = {"__pycache__", "node_modules"}
+
+
+def inside(folder: Path, name: str) -> Path:
+    """The path that ``name`` means in a folder, with all links followed.
+
+    :class:`InputError` for what lies outside of it, for hidden files, and for names that no file system has.
+    """
+    expected = "a file in the folder of the project"
+    if not name or "\0" in name or len(name) > 1000:
+        raise InputError("name", "this names no file", found=repr(name[:60]), expected=expected)
+    place = Path(os.path.realpath(folder / name))
+    root = Path(os.path.realpath(folder))
+    if not place.is_relative_to(root):
+        raise InputError(name, "this is outside of the project", expected=expected)
+    if any(part.startswith(".") for part in place.relative_to(root).parts):
+        raise InputError(name, "this is a hidden file", expected=expected)
+    return place
+
+
+def relative(folder: Path, name: str) -> str:
+    """The same as a path from the folder, which is what commands and pages show."""
+    return str(inside(folder, name).relative_to(os.path.realpath(folder)))
+
+
+def existing(folder: Path, name: str) -> Path:
+    """A file or folder that is there (:class:`InputError` if not)."""
+    place = inside(folder, name)
+    if not place.exists():
+        raise InputError(name, "no such file", expected="a file in the folder of the project")
+    return place
+
+
+def free_name(folder: Path, wanted: str, data: bytes | None = None) -> Path:
+    """A path for a new file: as wanted, or with a number behind it where that name is taken by other content."""
+    place = inside(folder, wanted)
+    for number in range(2, MOST_LISTED):
+        if not place.exists() or (data is not None and place.is_file() and place.read_bytes() == data):
+            return place
+        wished = Path(wanted)
+        place = inside(folder, str(wished.with_name(f"{wished.stem}-{number}{wished.suffix}")))
+    raise InputError(wanted, "too many files have this name already", expected="another name")
+
+
+def listed(folder: Path, suffixes: Iterable[str], deep: int = 3) -> list[str]:
+    """Files of a project by their suffixes, newest first, as paths from its folder; nothing hidden."""
+    wanted, found = set(suffixes), []
+    for root, folders, files in os.walk(folder):
+        level = len(Path(root).relative_to(folder).parts)
+        folders[:] = [one for one in folders if not one.startswith(".") and one not in _NOT_LISTED and level < deep]
+        found += [Path(root) / one for one in files if Path(one).suffix.lower() in wanted and not one.startswith(".")]
+    found.sort(key=lambda path: -path.stat().st_mtime if path.exists() else 0.0)
+    return [str(path.relative_to(folder)) for path in found[:MOST_LISTED]]

@@ -1,0 +1,76 @@
+"""What a form brings, as text, numbers and files; endpoints that wait for nothing but their own work."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import dataclass
+from math import isfinite
+
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import UploadFile
+from starlette.requests import Request
+from starlette.responses import Response
+
+from stepgauge.errors import InputError
+
+MOST_FIELDS = 200
+LARGEST_TEXT_BYTES = 4 * 2**20
+"""Of one field that is not a file."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """Texts and files by the names of their fields; what is empty is not there."""
+
+    texts: Mapping[str, str]
+    files: Mapping[str, bytes]
+
+    def text(self, name: str, default: str = "") -> str:
+        return self.texts.get(name, default)
+
+    def has(self, name: str) -> bool:
+        """Whether a box is ticked."""
+        return name in self.texts
+
+    def number(self, name: str, least: float, most: float, default: float | None = None) -> float | None:
+        """A number with a decimal point or comma (:class:`InputError` where it is none, or out of its range)."""
+        given = self.texts.get(name)
+        if given is None:
+            return default
+        try:
+            value = float(given.replace(",", "."))
+        except ValueError:
+            value = float("nan")
+        if not (isfinite(value) and least <= value <= most):
+            raise InputError(name, "not a number in its range", found=repr(given), expected=f"{least:g} to {most:g}")
+        return value
+
+    def whole(self, name: str, least: int, most: int, default: int | None = None) -> int | None:
+        """A whole number, as :meth:`number`."""
+        value = self.number(name, least, most, default)
+        if value is not None and value != int(value):
+            raise InputError(name, "not a whole number", found=f"{value:g}", expected=f"{least} to {most}")
+        return None if value is None else int(value)
+
+
+async def read_form(request: Request) -> Form:
+    """The form of a request; the whole of it is limited by :class:`stepgauge.web.guard.Guard`."""
+    texts: dict[str, str] = {}
+    files: dict[str, bytes] = {}
+    async with request.form(max_files=20, max_fields=MOST_FIELDS, max_part_size=LARGEST_TEXT_BYTES) as given:
+        for name, value in given.multi_items():
+            if isinstance(value, UploadFile):
+                if data := await value.read():
+                    files[name] = data
+            elif value.strip():
+                texts[name] = value.strip() if "\n" not in value else value
+    return Form(texts, files)
+
+
+def with_form(answer: Callable[[Request, Form], Response]) -> Callable[[Request], Awaitable[Response]]:
+    """An endpoint that is given its form, in a thread, so that other requests are answered meanwhile."""
+
+    async def endpoint(request: Request) -> Response:
+        return await run_in_threadpool(answer, request, await read_form(request))
+
+    return endpoint

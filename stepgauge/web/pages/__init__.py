@@ -1,0 +1,19 @@
+"""The pages in the order of the navigation. A page is a module with ``ROUTES``; its first route is the page itself.
+
+A module imports at its top what the first page needs at once and nothing heavy: numpy, plotly and the rest of stepgauge
+are imported in the functions that use them, so that the first page is there within a second.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+from starlette.routing import BaseRoute
+
+PAGES = ("project",)
+"""Modules of this package; ``nav.NAME`` is the text of each, ``/NAME`` its address, and the first is also ``/``."""
+
+
+def all_routes() -> list[BaseRoute]:
+    """The routes of all pages."""
+    return [route for name in PAGES for route in import_module(f"{__name__}.{name}").ROUTES]

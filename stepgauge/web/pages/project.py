@@ -1,0 +1,64 @@
+"""Project: what is there, and what is next."""
+
+from __future__ import annotations
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from stepgauge.errors import InputError
+from stepgauge.web.forms import Form, with_form
+from stepgauge.web.render import render, site_of
+
+PAGE_OF = {
+    "locate": "/locate",
+    "plan": "/plan",
+    "simulate": "/run",
+    "evaluate": "/result",
+    "budget": "/result",
+    "diagnose": "/diagnosis",
+    "report": "/report",
+}
+"""The page on which the verb that is next can be done."""
+
+
+def show(request: Request) -> Response:
+    """The page; what is in the files is read when it is open."""
+    if site_of(request).has_project:
+        return render(request, "project.html.j2")
+    from stepgauge.files.resources import shipped_names
+
+    return render(request, "project.html.j2", gauges=shipped_names("."), machines=shipped_names("machines"))
+
+
+def status(request: Request) -> Response:
+    """What ``stepgauge status`` prints."""
+    from stepgauge.project.status import project_status
+    from stepgauge.web.pages import PAGES
+
+    found = project_status(site_of(request).project())
+    page = PAGE_OF.get(found.command.split()[1], "")
+    return render(request, "project_status.html.j2", status=found, page=page if page[1:] in PAGES else "")
+
+
+def new(request: Request, form: Form) -> Response:
+    """``stepgauge init``: a project file with copies of the shipped files."""
+    from stepgauge.files.resources import shipped_names
+    from stepgauge.project.create import NewProject, create_project
+
+    site = site_of(request)
+    for key, where in (("gauge", "."), ("machine", "machines")):
+        if form.text(key) not in shipped_names(where):
+            raise InputError(key, "not a shipped file", found=form.text(key), expected="one of the list")
+    with site.writing():
+        texts = {"operator": form.text("operator")} if form.text("operator") else {}
+        create_project(site.folder, NewProject(form.text("gauge"), form.text("machine"), texts))
+    return render(request, "gone.html.j2", address="/")
+
+
+ROUTES = [
+    Route("/", show),
+    Route("/project", show),
+    Route("/project/status", status),
+    Route("/project/new", with_form(new), methods=["POST"]),
+]

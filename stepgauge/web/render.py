@@ -1,0 +1,69 @@
+"""Pages and parts of pages: Jinja templates of the package, with the language and the look that the browser keeps."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import jinja2
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, Response
+
+from stepgauge import __version__
+from stepgauge.errors import InputError
+from stepgauge.web.site import Site
+from stepgauge.web.texts import LANGUAGES, Words, best_language
+
+LOOKS = ("auto", "light", "dark")
+PARTIAL = "x-part"
+"""Header of a request that takes the answer into a part of a page."""
+
+
+@cache
+def _templates() -> jinja2.Environment:
+    loader = jinja2.PackageLoader("stepgauge.web", "templates")
+    return jinja2.Environment(
+        loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+
+
+def site_of(request: Request) -> Site:
+    """The project that is served."""
+    site: Site = request.app.state.site
+    return site
+
+
+def words_of(request: Request) -> Words:
+    """The texts in the language that was chosen, or that the browser asks for."""
+    return Words(request.cookies.get("language") or best_language(request.headers.get("accept-language", "")))
+
+
+def render(request: Request, template: str, code: int = 200, **content: Any) -> Response:
+    """A template as the answer: a page extends ``base.html.j2``, a part stands alone.
+
+    Every template has ``t`` (texts), ``number``, ``site``, ``pages`` (the navigation) and ``here`` (the path).
+    """
+    from stepgauge.web.pages import PAGES
+
+    words = words_of(request)
+    look = request.cookies.get("look", "auto")
+    given = {
+        "t": words,
+        "number": words.number,
+        "language": words.language,
+        "languages": LANGUAGES,
+        "look": look if look in LOOKS else "auto",
+        "looks": LOOKS,
+        "pages": PAGES,
+        "here": request.url.path,
+        "site": site_of(request),
+        "version": __version__,
+    }
+    return HTMLResponse(_templates().get_template(template).render(given | content), code)
+
+
+def error_answer(request: Request, error: Exception) -> Response:
+    """What was wrong with what was given: as a part where a part was asked for, else as a page."""
+    assert isinstance(error, InputError)
+    template = "error_part.html.j2" if PARTIAL in request.headers else "error.html.j2"
+    return render(request, template, 422, message=error.as_typed())

@@ -1,0 +1,87 @@
+"""The application on its port, until it is told to end."""
+
+from __future__ import annotations
+
+import asyncio
+import ipaddress
+import secrets
+import socket
+import threading
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import uvicorn
+
+from stepgauge.errors import InputError
+from stepgauge.web.app import make_app
+from stepgauge.web.site import Site
+
+LOOPBACK = "127.0.0.1"
+PORT = 8420
+"""Unless another is stated; where it is taken, any free one."""
+WARM_AFTER_S = 0.3
+"""The first page has been asked for by then."""
+
+
+@dataclass(frozen=True)
+class Listening:
+    """Where the page listens; ``port``: None for :data:`PORT` or any free one, 0 for any free one."""
+
+    host: str = LOOPBACK
+    port: int | None = None
+
+    @property
+    def is_loopback(self) -> bool:
+        try:
+            return ipaddress.ip_address(self.host).is_loopback
+        except ValueError:
+            return self.host == "localhost"
+
+    def open(self) -> socket.socket:
+        """A socket that listens (:class:`InputError` where it cannot)."""
+        for port in (PORT, 0) if self.port is None else (self.port,):
+            try:
+                family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
+                return socket.create_server((self.host, port), family=family)
+            except OSError as error:
+                failed = error
+        expected = "another --port or --host"
+        raise InputError(f"{self.host}:{self.port}", "cannot listen here", found=failed.strerror, expected=expected)
+
+
+def serve(folder: Path, verbs: Iterable[str], listening: Listening, ready: Callable[[str, bool], None]) -> None:
+    """Serve a project until SIGINT or SIGTERM; ``ready`` is told the address, and whether it has a token."""
+    with listening.open() as taken:
+        host, port = taken.getsockname()[:2]
+        token = None if listening.is_loopback else secrets.token_urlsafe(24)
+        site = Site(folder, tuple(verbs), port, token)
+        config = uvicorn.Config(
+            make_app(site),
+            log_level="warning",
+            access_log=False,
+            ws="none",
+            server_header=False,
+            timeout_graceful_shutdown=2,
+        )
+        shown = f"[{host}]" if ":" in host else host
+        address = f"http://{shown}:{port}/" + (f"?token={token}" if token else "")
+        asyncio.run(_run(uvicorn.Server(config), taken, lambda: ready(address, token is not None)))
+
+
+async def _run(server: uvicorn.Server, taken: socket.socket, ready: Callable[[], None]) -> None:
+    """``ready`` is called as soon as requests are answered."""
+    serving = asyncio.create_task(server.serve(sockets=[taken]))
+    while not (server.started or serving.done()):
+        await asyncio.sleep(0.005)
+    if server.started:
+        ready()
+        asyncio.get_running_loop().call_later(WARM_AFTER_S, threading.Thread(target=_warm, daemon=True).start)
+    with suppress(KeyboardInterrupt):
+        await serving
+
+
+def _warm() -> None:
+    """Import what most pages need, while the person looks at the first one."""
+    import stepgauge.project.status  # noqa: F401

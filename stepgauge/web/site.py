@@ -1,0 +1,75 @@
+"""What the pages share: the project's folder, who may ask, and one writer at a time."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stepgauge.project.find import NAME
+from stepgauge.web.work import Works
+
+if TYPE_CHECKING:
+    from stepgauge.project.file import Project
+
+LARGEST_UPLOAD_BYTES = 64 * 2**20
+"""Of a whole request: a recording of 100,000 probings has 12 MB."""
+
+
+@dataclass
+class Site:
+    """One served project.
+
+    ``folder``: its folder, which no request leaves; ``verbs``: those of the command line, which may have tables in the
+    project file; ``token``: what a request must bring (None: the page is on loopback); ``port``: where it listens.
+    """
+
+    folder: Path
+    verbs: tuple[str, ...]
+    port: int
+    token: str | None = None
+    works: Works = field(init=False)
+    _writer: threading.Lock = field(default_factory=threading.Lock)
+
+    def __post_init__(self) -> None:
+        self.folder = self.folder.resolve()
+        self.works = Works(self.folder)
+
+    @property
+    def has_project(self) -> bool:
+        return (self.folder / NAME).is_file()
+
+    def project(self) -> Project:
+        """The project file, read anew (:class:`InputError` where it is wrong or missing)."""
+        from stepgauge.project.file import read_project
+
+        return read_project(self.folder / NAME, self.verbs)
+
+    def stated(self, key: str) -> str:
+        """Gauge or machine as the project file states it (:class:`InputError` where it does not)."""
+        from stepgauge.errors import InputError
+
+        project = self.project()
+        value = project.values.get(key)
+        if not isinstance(value, str):
+            raise InputError(project.path, f"key {key} is missing", expected="a path, or the name of a shipped file")
+        return project.place(value)
+
+    @property
+    def placement(self) -> str:
+        """Where the project has, or will have, its placement."""
+        from stepgauge.project.create import OUTPUTS
+
+        project = self.project()
+        return project.place(str(project.values.get("placement", OUTPUTS["locate"])))
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """One writer at a time; what is written inside appears together, when it is done."""
+        from stepgauge.files.outputs import one_set
+
+        with self._writer, one_set():
+            yield

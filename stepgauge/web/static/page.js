@@ -1,0 +1,107 @@
+// What all pages share: parts of a page that are fetched, forms that answer in place, figures from JSON.
+// A form with data-into="SELECTOR" puts its answer there; data-load="/address" is fetched when it appears, and again
+// after data-every seconds; data-go="/address" leads there; data-plot="/address.json" is drawn by plotly.
+
+const PART = {"X-Part": "1"};
+export const by = id => document.getElementById(id);
+
+export async function ask(address, options = {}) {
+  const answer = await fetch(address, {...options, headers: {...PART, ...options.headers}});
+  const text = await answer.text();
+  if (!answer.ok && !(answer.headers.get("content-type") || "").includes("text/html")) throw new Error(text || answer.statusText);
+  return text;
+}
+
+export function put(target, text) {
+  const holder = document.createElement("template");
+  holder.innerHTML = text;
+  const parts = [...holder.content.children];
+  target.replaceChildren(holder.content);
+  parts.forEach(wire);
+  target.setAttribute("aria-busy", "false");
+}
+
+export function fail(target, error) {
+  const line = document.createElement("p");
+  line.className = "error";
+  line.setAttribute("role", "alert");
+  line.textContent = String(error.message || error);
+  target.replaceChildren(line);
+  target.setAttribute("aria-busy", "false");
+}
+
+async function load(place) {
+  try {
+    const text = await ask(place.dataset.load);
+    if (!place.isConnected) return;
+    if (place.dataset.every) replace(place, text); else put(place, text);
+  } catch (error) { if (place.isConnected) fail(place, error); }
+}
+
+function replace(place, text) {
+  const holder = document.createElement("template");
+  holder.innerHTML = text;
+  const made = [...holder.content.children];
+  const focused = place.contains(document.activeElement) && document.activeElement.tagName === "BUTTON";
+  place.replaceWith(...made);
+  made.forEach(wire);
+  if (focused) made[0]?.querySelector("button")?.focus();
+}
+
+async function submit(event) {
+  const form = event.target, into = form.dataset.into && (form.closest(form.dataset.into) || document.querySelector(form.dataset.into));
+  if (!into) return;
+  event.preventDefault();
+  into.setAttribute("aria-busy", "true");
+  const data = new FormData(form);
+  if (event.submitter?.name) data.append(event.submitter.name, event.submitter.value);
+  const get = form.method === "get";
+  const address = get ? form.action.split("?")[0] + "?" + new URLSearchParams(data) : form.action;
+  try { put(into, await ask(address, get ? {} : {method: "POST", body: data})); } catch (error) { fail(into, error); }
+}
+
+export function wire(root) {
+  const all = selector => [...(root.matches?.(selector) ? [root] : []), ...root.querySelectorAll(selector)];
+  all("form[data-into]").forEach(form => form.addEventListener("submit", submit));
+  all("select[data-submits]").forEach(one => one.addEventListener("change", () => one.form.requestSubmit()));
+  all("[data-follows]").forEach(form => {  // a form that answers to every change, after a moment of rest
+    let wait;
+    form.addEventListener("input", () => { clearTimeout(wait); wait = setTimeout(() => form.requestSubmit(), 250); });
+  });
+  all("[data-prints]").forEach(one => one.addEventListener("click", () => {
+    const paper = document.querySelector(one.dataset.prints || null);
+    (paper?.contentWindow || window).print();
+  }));
+  all("[data-load]").forEach(one => one.dataset.every ? setTimeout(() => one.isConnected && load(one), 1000 * one.dataset.every) : load(one));
+  all("[data-go]").forEach(one => location.assign(one.dataset.go));
+  all("[data-plot]").forEach(one => plot(one));
+}
+
+// Figures take their colours from the style sheet, so that they follow the look of the page.
+const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+export const line = n => style(`--line-${n}`);
+const AXIS = () => ({gridcolor: style("--plot-grid"), zerolinecolor: style("--quiet"), linecolor: style("--rule"), color: style("--ink")});
+export function looks(layout = {}) {
+  const axes = Object.fromEntries(Object.keys(layout).filter(key => /^[xy]axis\d*$/.test(key)).map(key => [key, {...AXIS(), ...layout[key]}]));
+  const scene = layout.scene && {...layout.scene, ...Object.fromEntries(["xaxis", "yaxis", "zaxis"].map(key => [key,
+    {...AXIS(), backgroundcolor: style("--ground"), ...layout.scene[key]}]))};
+  return {...layout, ...axes, ...(scene ? {scene} : {}), template: "none", paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+    font: {family: getComputedStyle(document.body).fontFamily, size: 13, color: style("--ink")},
+    hoverlabel: {bgcolor: style("--raised"), font: {color: style("--ink")}, bordercolor: style("--rule")}};
+}
+export const CONFIG = {responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"]};
+
+export async function draw(place, figure) {
+  await window.Plotly.react(place, figure.data, looks(figure.layout), CONFIG);
+  place.dataset.ready = "yes";
+}
+
+export async function plot(place, address = place.dataset.plot) {
+  try {
+    const answer = await fetch(address, {headers: PART});
+    if (!answer.ok) return fail(place, new DOMParser().parseFromString(await answer.text(), "text/html").body.textContent.trim());
+    await draw(place, await answer.json());
+  } catch (error) { fail(place, error); }
+}
+
+if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", () => wire(document)); else wire(document);

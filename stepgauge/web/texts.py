@@ -1,0 +1,47 @@
+"""Every text of the pages in its languages, from one catalogue (``texts.toml``)."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+LANGUAGES = {"en": "English", "de": "Deutsch"}
+
+
+@cache
+def catalogue() -> Mapping[str, tuple[str, ...]]:
+    """Texts by their keys, ``"nav.project"``, in the order of :data:`LANGUAGES`."""
+    with Path(__file__).with_name("texts.toml").open("rb") as file:
+        return {
+            f"{part}.{key}": tuple(texts) for part, keys in tomllib.load(file).items() for key, texts in keys.items()
+        }
+
+
+def best_language(accepted: str) -> str:
+    """The language of a header ``Accept-Language``: the first that is known, else English."""
+    wished = [one.partition(";")[0].strip().lower()[:2] for one in accepted.split(",")]
+    return next((one for one in wished if one in LANGUAGES), "en")
+
+
+class Words:
+    """The texts in one language: ``words("run.left", minutes="3")``."""
+
+    def __init__(self, language: str) -> None:
+        self.language = language if language in LANGUAGES else "en"
+        self._place = list(LANGUAGES).index(self.language)
+
+    def __call__(self, key: str, **values: Any) -> str:
+        """A text, with what stands in braces filled in; numbers are given as text, by :meth:`number`."""
+        text = catalogue()[key][self._place]
+        return text.format(**values) if values else text
+
+    def number(self, value: float | None, digits: int = 2) -> str:
+        """A number with that many decimals, as the language writes it; a dash for none."""
+        if value is None or value != value:
+            return "–"
+        text = f"{value:,.{digits}f}".replace("-", "−")
+        thin = text.replace(",", "\u202f")
+        return thin.replace(".", ",") if self.language == "de" else thin

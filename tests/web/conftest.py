@@ -1,0 +1,149 @@
+"""A served project and a real browser, whose every request and complaint is looked at."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+
+from stepgauge.project.create import NewProject, create_project
+from tests.conftest import ON_CI, ROOT
+
+CHROMIUM = "/usr/bin/chromium"
+QUIET = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+TABLET = {"width": 1024, "height": 768}
+
+
+def cannot(why: str) -> None:
+    """A test that cannot run says why; on CI that is a failure."""
+    if ON_CI:
+        pytest.fail(why)
+    pytest.skip(why)
+
+
+@dataclass
+class Served:
+    """``stepgauge web`` in a process of its own, on a free port."""
+
+    folder: Path
+    options: tuple[str, ...] = ()
+    process: subprocess.Popen[str] = field(init=False)
+    address: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        line = [sys.executable, "-m", "stepgauge", "web", str(self.folder), "--port", "0", "--no-browser"]
+        environment = {**os.environ, "PYTHONPATH": str(ROOT), "STEPGAUGE_GAUGE": "", "STEPGAUGE_MACHINE": ""}
+        self.process = subprocess.Popen(
+            [*line, *self.options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+        )
+        assert self.process.stdout is not None
+        self.address = self.process.stdout.readline().strip().rstrip("/")
+        assert self.address, self.process.stderr.read() if self.process.stderr else ""
+
+    @property
+    def host(self) -> str:
+        return urlsplit(self.address).netloc
+
+    def ask(
+        self, path: str, method: str = "GET", body: Any = None, **headers: str
+    ) -> tuple[int, dict[str, str], bytes]:
+        """A request without a browser: status, headers, body; ``headers`` with _ for -."""
+        connection = http.client.HTTPConnection(self.host, timeout=60)
+        own = {name.replace("_", "-"): value for name, value in headers.items()}
+        connection.request(method, path, body, own)
+        answer = connection.getresponse()
+        found = answer.status, {name.lower(): value for name, value in answer.getheaders()}, answer.read()
+        connection.close()
+        return found
+
+    def end(self, number: int = signal.SIGTERM) -> str:
+        """End the server; what it said on stderr."""
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        return self.process.communicate(timeout=30)[1]
+
+
+def make_project(folder: Path) -> Path:
+    """An empty project with the shipped 420 mm gauge and bridge CMM."""
+    create_project(folder, NewProject("step-gauge-420", "bridge-cmm", {"operator": "A. Person"}))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """One server for a module, with a project of its own."""
+    server = Served(make_project(tmp_path_factory.mktemp("web") / "project"))
+    yield server
+    said = server.end()
+    assert "Traceback" not in said, said
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """Debian's Chromium, headless."""
+    if shutil.which(CHROMIUM) is None:
+        cannot(f"needs Chromium at {CHROMIUM}: apt-get install chromium")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path=CHROMIUM, headless=True, args=list(QUIET))
+        yield found
+        found.close()
+
+
+@dataclass
+class Watched:
+    """A page of the browser; ``complaints`` of its console, and ``hosts`` that it asked for anything."""
+
+    page: Any
+    complaints: list[str] = field(default_factory=list)
+    hosts: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.page.on("console", lambda one: self.complaints.append(one.text) if one.type == "error" else None)
+        self.page.on("pageerror", lambda one: self.complaints.append(str(one)))
+        self.page.on("request", lambda one: self.hosts.add(urlsplit(one.url).hostname or "data"))
+
+    def check(self) -> None:
+        """No complaint, and nothing that left this computer."""
+        assert self.complaints == []
+        assert self.hosts <= {"127.0.0.1", "data"}, self.hosts
+
+    def violations(self) -> list[str]:
+        """What axe finds of the serious kinds; its script is put in by the driver, past the page's policy."""
+        from axe_playwright_python.base import AXE_SCRIPT
+
+        self.page.evaluate(AXE_SCRIPT)
+        found = self.page.evaluate("axe.run()")
+        grave = [one for one in found["violations"] if one["impact"] in ("serious", "critical")]
+        return [f"{one['id']}: {json.dumps([node['html'][:120] for node in one['nodes']][:3])}" for one in grave]
+
+
+@pytest.fixture
+def watched(browser: Any) -> Iterator[Watched]:
+    """A new window on a tablet; at the end of the test it must not have complained nor asked elsewhere."""
+    context = browser.new_context(viewport=TABLET, locale="en-GB")
+    found = Watched(context.new_page())
+    yield found
+    found.check()
+    context.close()

@@ -1,0 +1,40 @@
+"""The catalogue: every text in every language, none missing, none unused."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import stepgauge.web
+from stepgauge.web.pages import PAGES
+from stepgauge.web.texts import LANGUAGES, Words, best_language, catalogue
+
+ROOM = Path(stepgauge.web.__file__).parent
+FAMILIES = ("nav.", "look.", "kind.")
+"""Keys that are put together from a name."""
+
+
+def test_every_text_is_there_in_every_language_with_the_same_gaps() -> None:
+    for key, texts in catalogue().items():
+        assert len(texts) == len(LANGUAGES), key
+        gaps = [sorted(re.findall(r"{(\w+)}", text)) for text in texts]
+        assert all(one == gaps[0] for one in gaps), key
+        assert all(text.strip() for text in texts), key
+
+
+def test_no_text_is_missing_and_none_is_unused() -> None:
+    sources = [*ROOM.rglob("*.py"), *ROOM.rglob("*.j2")]
+    used = {
+        key for one in sources for key in re.findall(r"\bt(?:ext)?\([\"']([a-z_]+\.\w+)[\"']", one.read_text("utf-8"))
+    }
+    assert {f"nav.{page}" for page in PAGES} <= set(catalogue())
+    assert used - set(catalogue()) == set()
+    assert {key for key in catalogue() if not key.startswith(FAMILIES)} - used == set()
+
+
+def test_numbers_are_written_as_the_language_writes_them() -> None:
+    assert Words("de").number(-1234.5, 1) == "−1\u202f234,5"
+    assert Words("en").number(0.126, 2) == "0.13"
+    assert Words("xx").number(None) == "–"
+    assert best_language("fr-FR, de-DE;q=0.8, en;q=0.5") == "de"
+    assert best_language("") == "en"
