@@ -13,8 +13,8 @@ from typing import TypeVar
 import numpy as np
 
 from stepgauge.errors import InputError
+from stepgauge.files.lines import sync_folder
 from stepgauge.files.outputs import one_set
-from stepgauge.live.journal import sync_folder
 from stepgauge.recording import COUNTS, Recording
 
 DIGITS = 32

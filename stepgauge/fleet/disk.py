@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from stepgauge.errors import InputError
-from stepgauge.live.journal import sync_folder
+from stepgauge.files.lines import sync_folder
 
 LOCK = ".lock"
 UNFINISHED = ".tmp"

@@ -72,7 +72,7 @@ def write_rows(path: Path, tables: Iterable[Any], columns: tuple[Column, ...]) -
 
 
 def read_columns(path: Path) -> dict[str, Any] | None:
-    """The columns of a file of probings as arrays of numpy, ``(n,)``; covariates as Arrow has them. None: it is gone."""
+    """The columns of a file of probings as arrays ``(n,)``, covariates as Arrow has them; None where it is gone."""
     if not path.exists():
         return None
     names = [*OWN, "covariates"]
