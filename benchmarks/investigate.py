@@ -41,7 +41,6 @@ from stepgauge.errors import InputError
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import Placement, make_placement
 from stepgauge.investigation.deciding import Case
-from stepgauge.investigation.journal import open_steps
 from stepgauge.investigation.loop import Investigation
 from stepgauge.investigation.reach import LOCATING_MINUTES, placement_json, placement_of_json, program_of
 from stepgauge.investigation.running import Runner
@@ -56,6 +55,7 @@ from stepgauge.live.server import Listening, Server
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.machine.virtual import Conditions, run_program
 from stepgauge.recording import Recording
+from stepgauge.work.steps import open_steps
 
 GAUGE, MACHINE = "step-gauge-420", "bridge-cmm"
 PROCESSES = multiprocessing.get_context("spawn")

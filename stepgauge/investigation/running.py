@@ -14,7 +14,6 @@ from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.placement import Placement
 from stepgauge.investigation.deciding import Case
-from stepgauge.investigation.journal import Steps
 from stepgauge.investigation.locating import LAID_MM, NotAsAskedError, check_end_for_end, locate, locating_settings
 from stepgauge.investigation.reach import placement_json, placement_of_json, program_of
 from stepgauge.investigation.stations import Station
@@ -26,6 +25,7 @@ from stepgauge.live.journal import Journal, resume, start
 from stepgauge.live.measuring import MEANING, Progress, StoppedByPersonError, measure
 from stepgauge.live.ways import Ways
 from stepgauge.recording import Recording, read_recording, write_recording
+from stepgauge.work.steps import Steps
 
 Ask = Callable[[str], bool]
 """Asks a person to do something; False: it cannot be done. Whoever wants to stop raises an interrupt."""

@@ -10,22 +10,18 @@ import datetime
 import hashlib
 import json
 import math
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO
 
 import numpy as np
 
 from stepgauge.errors import InputError, naming, reading
+from stepgauge.files.lines import Lines, Row, held, sync_folder, whole_lines
 from stepgauge.motion.moves import Program
 from stepgauge.recording import POSITION
 
 FORMAT = "stepgauge measurement journal 1"
 SUFFIX = ".journal"
-Row = dict[str, Any]
 
 
 def journal_of(output: str | Path) -> Path:
@@ -39,30 +35,6 @@ def fingerprint(program: Program, **others: object) -> str:
     moves = b"".join(np.ascontiguousarray(np.round(array, 6) + 0.0).tobytes() for array in arrays)
     stated = json.dumps([repr(program.settings), sorted((key, str(value)) for key, value in others.items())])
     return hashlib.sha256(moves + stated.encode()).hexdigest()
-
-
-@dataclass
-class Lines:
-    """A file of which every line is on the disk before the next one is written."""
-
-    path: Path
-    _file: BinaryIO | None = field(default=None, kw_only=True)
-
-    def write(self, line: Row) -> None:
-        """Put a line on the disk; when this returns, it is there."""
-        assert self._file is not None
-        try:
-            self._file.write(json.dumps(line, allow_nan=False).encode("ascii") + b"\n")
-            self._file.flush()
-            os.fsync(self._file.fileno())
-        except OSError as error:
-            raise InputError(self.path, f"cannot be written: {error.strerror or error}") from None
-
-    def close(self) -> None:
-        """No more lines; the file stays."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
 
 
 @dataclass
@@ -133,34 +105,6 @@ def _check_same(journal: Journal, head: Row) -> None:
             raise InputError(journal.path, what, found=str(found)[:40], expected=str(value)[:40])
 
 
-@contextmanager
-def held(path: Path) -> Iterator[BinaryIO]:
-    """The file, open for appending, for this process alone until it is closed: here only if the block fails."""
-    try:
-        file = path.open("ab")
-    except OSError as error:
-        raise InputError(path, f"cannot write here: {error.strerror or error}") from None
-    _hold(file, path)
-    try:
-        yield file
-    except BaseException:
-        file.close()
-        raise
-
-
-def _hold(file: BinaryIO, path: Path) -> None:
-    """Two measurements that write one journal would spoil it; where files cannot be locked, nobody looks."""
-    try:
-        import fcntl
-    except ImportError:
-        return
-    try:
-        fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        file.close()
-        raise InputError(path, "another measurement is writing this journal", expected="one at a time") from None
-
-
 def _read(path: Path) -> tuple[Journal, int]:
     """The journal of a file, and how many of its bytes are whole lines."""
     journal, whole = Journal(path, {}), 0
@@ -173,20 +117,6 @@ def _read(path: Path) -> tuple[Journal, int]:
     if whole and journal.head.get("format") != FORMAT:
         raise InputError(path, "this is no journal of a measurement", expected=FORMAT)
     return journal, whole
-
-
-def whole_lines(path: Path) -> Iterator[tuple[bytes, Row]]:
-    """The whole lines of a file, each as it stands there and as read (:class:`InputError` where one is damaged)."""
-    with reading(path, "journal"):
-        data = path.read_bytes()
-    for number, raw in enumerate(data.split(b"\n")[:-1], 1):
-        try:
-            line = json.loads(raw)
-        except (ValueError, RecursionError):
-            line = None
-        if not isinstance(line, dict):
-            raise InputError(f"{path}:{number}", "the journal is damaged", found=repr(raw[:40]))
-        yield raw, line
 
 
 def _point(line: Row, journal: Journal, number: int) -> int:
@@ -210,14 +140,3 @@ def _is_unfinished(path: Path) -> bool:
     if data and FORMAT.encode() not in (whole or [data])[0] and not b'{"format": '.startswith(data[:11]):
         raise InputError(path, "this file is no journal of a measurement", expected="another name")
     return len(whole) > 1 and not whole[-1].startswith(b'{"end"')
-
-
-def sync_folder(folder: Path) -> None:
-    """A new file is on the disk only when its folder says so; where folders cannot be opened, the system sees to it."""
-    if os.name != "posix":
-        return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

@@ -178,10 +178,10 @@ def _gone_through(
 ) -> Diagnosis:
     from dataclasses import replace
 
-    from stepgauge.investigation.journal import open_steps
     from stepgauge.investigation.loop import Investigation, final_diagnosis
     from stepgauge.investigation.running import Runner
     from stepgauge.investigation.story import write_story
+    from stepgauge.work.steps import open_steps
 
     steps = open_steps(folder, head, again)
     try:

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from stepgauge.errors import InputError
-from stepgauge.investigation.journal import NAME, open_steps
+from stepgauge.work.steps import open_steps
 
+NAME = "investigation.journal"
 HEAD = {"gauge": "T-1", "odds": 20.0}
 
 
@@ -51,7 +52,7 @@ def test_what_is_not_this_investigation_is_refused(tmp_path: Path) -> None:
     steps = open_steps(tmp_path, HEAD, False)
     with pytest.raises(InputError, match="resume to go on with it"):
         open_steps(tmp_path, HEAD, False)
-    with pytest.raises(InputError, match="another measurement is writing"):
+    with pytest.raises(InputError, match="another process is writing"):
         open_steps(tmp_path, HEAD, True)
     steps.close()
     with pytest.raises(InputError, match=r"another odds; found 20\.0; expected 10\.0"):

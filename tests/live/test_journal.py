@@ -98,7 +98,7 @@ def test_a_file_that_is_no_journal_is_not_overwritten(tmp_path: Path, text: str)
 def test_two_measurements_do_not_write_one_journal(tmp_path: Path) -> None:
     first = start(tmp_path / "j", HEAD)
     first.add(1, ROW)
-    with pytest.raises(InputError, match="another measurement is writing this journal"):
+    with pytest.raises(InputError, match="another process is writing this journal"):
         resume(tmp_path / "j", HEAD)
     first.add(2, ROW)
     first.close()

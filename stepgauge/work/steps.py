@@ -1,7 +1,7 @@
-"""The journal of an investigation: every step is a line of JSON, on the disk before the next one is begun.
+"""The journal of a long work: every step is a line of JSON, on the disk before the next one is begun.
 
-A step that is done is never done again: an investigation that was broken off goes through the same steps, and those
-that the journal has are read from it. The points of a run have a journal of their own (:mod:`stepgauge.live.journal`).
+A step that is done is never done again: a work that was broken off goes through the same steps, and those that the
+journal has are read from it. The points of a measurement have a journal of their own (:mod:`stepgauge.live.journal`).
 """
 
 from __future__ import annotations
@@ -12,10 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError, naming
-from stepgauge.live.journal import Lines, Row, held, sync_folder, whole_lines
-
-FORMAT = "stepgauge investigation journal 1"
-NAME = "investigation.journal"
+from stepgauge.files.lines import Lines, Row, held, sync_folder, whole_lines
 
 
 @dataclass
@@ -33,27 +30,29 @@ class Steps(Lines):
         return self.done[name]
 
 
-def open_steps(folder: Path, head: Row, again: bool) -> Steps:
-    """The journal in a folder: a new one, or (``again``) that of the same investigation, to go on with.
+def open_steps(folder: Path, head: Row, again: bool, work: str = "investigation") -> Steps:
+    """The journal of a ``work`` in a folder: a new one, or (``again``) that of the same work, to go on with.
 
-    ``head``: what is investigated, and with which choices. :class:`InputError` where there is none to go on with, where
-    one is that would be overwritten, or where it is that of another investigation.
+    ``head``: on what it works, and with which choices. :class:`InputError` where there is none to go on with, where one
+    is that would be overwritten, or where it is that of another work.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / NAME
+    path = folder / f"{work}.journal"
+    article = "an" if work[0] in "aeiou" else "a"
     if not again and path.exists() and path.stat().st_size:
         expected = naming("resume", words="{} to go on with it, or another folder")
-        raise InputError(path, "an investigation is here", expected=expected)
+        raise InputError(path, f"{article} {work} is here", expected=expected)
     if again and not path.is_file():
-        raise InputError(path, "there is no journal to resume", expected="an investigation that was begun")
+        raise InputError(path, "there is no journal to resume", expected=f"{article} {work} that was begun")
+    head = {"format": f"stepgauge {work} journal 1", **head}
     with held(path) as file:
         steps, whole = _read(path)
         if whole:
-            _check_same(steps.path, steps.done.pop("head"), head)
+            _check_same(steps.path, steps.done.pop("head"), head, f"{article} {work}")
         file.truncate(whole)
     steps._file = file
     if not whole:
-        steps.write({"step": "head", "value": {"format": FORMAT, **head}})
+        steps.write({"step": "head", "value": head})
         sync_folder(folder)
     return steps
 
@@ -69,10 +68,10 @@ def _read(path: Path) -> tuple[Steps, int]:
     return steps, whole
 
 
-def _check_same(path: Path, found: Row, head: Row) -> None:
-    if not isinstance(found, dict) or found.get("format") != FORMAT:
-        raise InputError(path, "this is no journal of an investigation", expected=FORMAT)
+def _check_same(path: Path, found: Row, head: Row, work: str) -> None:
+    if not isinstance(found, dict) or found.get("format") != head["format"]:
+        raise InputError(path, f"this is no journal of {work}", expected=head["format"])
     for key, value in head.items():
         if found.get(key) != value:
-            what = f"this is the journal of an investigation with another {key.replace('_', ' ')}"
+            what = f"this is the journal of {work} with another {key.replace('_', ' ')}"
             raise InputError(path, what, found=str(found.get(key))[:60], expected=str(value)[:60])

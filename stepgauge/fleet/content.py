@@ -1,0 +1,86 @@
+"""By what recordings, certificates and machine files are known again: their content, not their names."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from stepgauge.errors import InputError
+from stepgauge.files.lines import sync_folder
+from stepgauge.files.outputs import one_set
+from stepgauge.recording import COUNTS, Recording
+
+DIGITS = 32
+MAIN = "main.json"
+T = TypeVar("T")
+
+
+def recording_key(recording: Recording) -> str:
+    """The first digits of the SHA-256 of comments and columns, whatever the order and the form of the file."""
+    frame = recording.frame
+    digest = hashlib.sha256(json.dumps(sorted(recording.comments.items())).encode("utf-8", "surrogatepass"))
+    for name in sorted(frame.columns):
+        kind = "<i8" if name in COUNTS else "<f8"
+        digest.update(f"\n{name} {len(frame)} {kind}\n".encode())
+        digest.update(np.ascontiguousarray(frame[name].to_numpy(), kind).tobytes())
+    return digest.hexdigest()[:DIGITS]
+
+
+def read_with_files(read: Callable[[str], T], name: str) -> tuple[T, dict[Path, bytes]]:
+    """What a file says (``read``: of it), and all files that were read for it with their content, the first one first.
+
+    A gauge is two files; a machine may name a probe, and that its tables.
+    """
+    with one_set() as files:
+        found = read(name)
+        places = list(files.read)
+    return found, {place: place.read_bytes() for place in places}
+
+
+def keep(folder: Path, files: Mapping[Path, bytes]) -> str:
+    """Put files that belong together into ``folder/KEY``, side by side as they were; returns the key, of their content.
+
+    What is there already is left as it is.
+    """
+    root = Path(os.path.commonpath([place.parent for place in files]))
+    named = {place.relative_to(root).as_posix(): data for place, data in files.items()}
+    listed = [[name, hashlib.sha256(data).hexdigest()] for name, data in named.items()]
+    key = hashlib.sha256(json.dumps(listed).encode()).hexdigest()[:DIGITS]
+    target = folder / key
+    if target.is_dir():
+        return key
+    beside = folder / f"{key}.{os.getpid()}.tmp"
+    try:
+        for name, data in {**named, MAIN: json.dumps({"main": next(iter(named))}).encode()}.items():
+            _write(beside / name, data)
+        beside.rename(target)
+        sync_folder(folder)
+    except OSError as error:
+        if not target.is_dir():  # else another one was quicker
+            raise InputError(target, f"cannot be written: {error.strerror or error}") from None
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    return key
+
+
+def _write(path: Path, data: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def main_file(folder: Path, key: str) -> Path:
+    """The file that was kept under a key, beside the others that it needs."""
+    try:
+        return folder / key / str(json.loads((folder / key / MAIN).read_bytes())["main"])
+    except (OSError, ValueError, KeyError):
+        raise InputError(folder / key, "this is missing from the store, or damaged") from None

@@ -1,0 +1,80 @@
+"""What was worked out from the recordings, kept beside them: tables with a row or more for each recording.
+
+A table belongs to what it was made with (version, options); rows made with anything else are thrown away when the
+first new ones come, so that a table never mixes two.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from stepgauge import __version__
+from stepgauge.errors import reading
+from stepgauge.fleet.disk import appearing, locked
+from stepgauge.fleet.schema import arrow_library, needed
+from stepgauge.fleet.store import Fleet, digest_of
+
+MADE_WITH = b"made_with"
+
+
+class Results:
+    """The table ``name`` of a store, as made with ``options`` by this version of stepgauge.
+
+    Every row has the key of its ``recording``. The columns are those of the first rows that are put in.
+    """
+
+    def __init__(self, fleet: Fleet, name: str, options: Mapping[str, Any] | None = None) -> None:
+        self.fleet, self.folder = fleet, fleet.folder / name
+        self.made_with = json.dumps({"stepgauge": __version__, **(options or {})}, sort_keys=True)
+
+    def done(self) -> set[str]:
+        """The keys of the recordings that have rows."""
+        parquet = needed("pyarrow.parquet")
+        return {key for path in self.files() for key in parquet.read_table(path, columns=["recording"])[0].to_pylist()}
+
+    def files(self) -> list[Path]:
+        """The files of this table that were made as it is asked for."""
+        return [path for path in sorted(self.folder.glob("*.parquet")) if _made_with(path) == self.made_with]
+
+    def read(self) -> Any:
+        """All rows as an Arrow table, in the order in which they were put in; None where there are none."""
+        parquet = needed("pyarrow.parquet")
+        tables = [parquet.read_table(path, partitioning=None) for path in self.files()]
+        return arrow_library().concat_tables(tables, promote_options="permissive") if tables else None
+
+    def put(self, rows: Sequence[Mapping[str, Any]] | Any) -> None:
+        """Add rows (dictionaries, or an Arrow table) on the disk; those of recordings that are there are left out."""
+        arrow = arrow_library()
+        table = arrow.Table.from_pylist(list(rows)) if isinstance(rows, Sequence) else rows
+        with locked(self.fleet.folder, alone=True):
+            self._drop_others()
+            known = arrow.array(sorted(self.done()), arrow.string())
+            table = table.filter(arrow.compute.invert(arrow.compute.is_in(table["recording"], value_set=known)))
+            if len(table):
+                self._write(table)
+
+    def clear(self) -> None:
+        """Throw all rows away."""
+        with locked(self.fleet.folder, alone=True):
+            for path in self.folder.glob("*.parquet"):
+                path.unlink()
+
+    def _drop_others(self) -> None:
+        for path in set(self.folder.glob("*.parquet")) - set(self.files()):
+            path.unlink()
+
+    def _write(self, table: Any) -> None:
+        number = 1 + max((int(path.stem.partition("-")[0]) for path in self.files()), default=0)
+        path = self.folder / f"{number:08d}-{digest_of(table['recording'].to_pylist())[:8]}.parquet"
+        with appearing(path) as beside:
+            said = table.replace_schema_metadata({MADE_WITH: self.made_with.encode()})
+            needed("pyarrow.parquet").write_table(said, beside, compression="zstd")
+
+
+def _made_with(path: Path) -> str:
+    with reading(path, "file of the store"):
+        said = needed("pyarrow.parquet").read_schema(path).metadata or {}
+    return bytes(said.get(MADE_WITH, b"")).decode()

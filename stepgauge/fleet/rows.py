@@ -1,0 +1,96 @@
+"""Rows of recordings as the store has them: one table of probings with the owners in every row, and back."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from stepgauge.errors import reading
+from stepgauge.fleet.disk import appearing
+from stepgauge.fleet.schema import OWN, PROBINGS, Column, arrow_library, arrow_schema, needed
+from stepgauge.recording import Recording
+
+if TYPE_CHECKING:
+    from stepgauge.fleet.store import Entry
+
+GROUP_ROWS = 120_000
+"""Rows that are compressed together, and that a query skips together."""
+
+
+def make_probings(key: str, entry: Entry) -> Any:
+    """The rows of a recording as an Arrow table, in their order, with the owners in every row."""
+    arrow, frame = arrow_library(), entry.recording.frame
+    schema, n = arrow_schema(PROBINGS), len(entry.recording.frame)
+    fixed = {"recording": key, **entry.owners, "measured_at": entry.measured_at}
+    columns = []
+    for one in schema:
+        if one.name in fixed:
+            columns.append(arrow.repeat(arrow.scalar(fixed[one.name], one.type), n))
+        elif one.name == "covariates":
+            columns.append(_covariates(frame))
+        elif one.name in frame:
+            columns.append(arrow.array(frame[one.name].to_numpy(), one.type))
+        else:
+            columns.append(arrow.nulls(n, one.type))
+    return arrow.Table.from_arrays(columns, schema=schema)
+
+
+def _covariates(frame: pd.DataFrame) -> Any:
+    """Further columns, row by row, as pairs of name and value."""
+    arrow = arrow_library()
+    names = [name for name in frame.columns if name not in OWN]
+    values = frame[names].to_numpy(float).ravel()
+    starts = np.arange(len(frame) + 1, dtype=np.int32) * len(names)
+    labels = arrow.array(names * len(frame), arrow.string())
+    return arrow.MapArray.from_arrays(starts, labels, arrow.array(values, arrow.float64()))
+
+
+def write_rows(path: Path, tables: Iterable[Any], columns: tuple[Column, ...]) -> None:
+    """Write tables one after the other into one file, which appears when it is whole."""
+    parquet, schema, writer = needed("pyarrow.parquet"), arrow_schema(columns), None
+    kept: list[Any] = []
+    with appearing(path) as beside:
+        try:
+            for table in tables:
+                writer = writer or parquet.ParquetWriter(
+                    beside, schema.with_metadata(table.schema.metadata), compression="zstd"
+                )
+                kept.append(table)
+                if sum(map(len, kept)) >= GROUP_ROWS:
+                    writer.write_table(arrow_library().concat_tables(kept))
+                    kept = []
+            if kept and writer is not None:
+                writer.write_table(arrow_library().concat_tables(kept))
+        finally:
+            if writer is not None:
+                writer.close()
+
+
+def read_columns(path: Path) -> dict[str, Any] | None:
+    """The columns of a file of probings as arrays ``(n,)``, covariates as Arrow has them; None where it is gone."""
+    if not path.exists():
+        return None
+    names = [*OWN, "covariates"]
+    with reading(path, "file of the store"):
+        table = needed("pyarrow.parquet").read_table(path, columns=names, partitioning=None)
+    return {name: table[name].to_numpy() for name in OWN} | {"covariates": table["covariates"].combine_chunks()}
+
+
+def make_recording(row: Any, columns: Mapping[str, Any]) -> Recording:
+    """A recording as it came in, from its row of the index and the columns of its file."""
+    part = slice(row.first_row, row.first_row + row.rows)
+    kinds: dict[str, str] = json.loads(row.columns)
+    others = [name for name in kinds if name not in OWN]
+    further = columns["covariates"][part].items.to_numpy().reshape(-1, len(others)) if others else None
+    frame = pd.DataFrame(
+        {
+            name: (columns[name][part] if name in OWN else further[:, others.index(name)]).astype(kind)  # type: ignore[index]
+            for name, kind in kinds.items()
+        }
+    )
+    return Recording(frame, json.loads(row.comments), row.name)

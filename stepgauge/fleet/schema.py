@@ -1,0 +1,105 @@
+"""The columns of the store's tables, their units and meanings; ``docs/fleet.md`` is compared with these lists.
+
+The version counts changes that an older reader would misread; a store of a later version is refused.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from stepgauge.errors import InputError
+
+VERSION = 1
+FORMAT = "stepgauge fleet"
+OWNERS = ("machine", "type", "hall", "probe", "gauge")
+"""To whom an error can belong, besides the day; only machine and gauge are always known."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: its name, its type by the name of Arrow, and what it means; ``null``: whether it may be unknown."""
+
+    name: str
+    kind: str
+    meaning: str
+    null: bool = False
+
+
+_IDENTITY = (
+    Column("recording", "string", "the recording: 32 hexadecimal digits of the SHA-256 of its canonical content"),
+    Column("machine", "string", "identity of the machine"),
+    Column("type", "string", "model line of the machine", True),
+    Column("hall", "string", "hall that the machine stood in", True),
+    Column("probe", "string", "identity of the probe", True),
+    Column("gauge", "string", "identity of the gauge: its serial number, unless stated otherwise"),
+    Column("measured_at", "timestamp[us]", "when it was measured, local time"),
+)
+RECORDINGS = (
+    *_IDENTITY,
+    Column("rows", "int64", "number of probings"),
+    Column("cycles", "int64", "largest number of a cycle"),
+    Column("faces", "int64", "number of different faces"),
+    Column("placements", "int64", "number of placements of the gauge"),
+    Column("certificate", "string", "key of the gauge's certificate, a folder in objects/gauge"),
+    Column("machine_file", "string", "key of the machine file, a folder in objects/machine", True),
+    Column("placement_files", "list<string>", "text of the placement files, in the order of the placements"),
+    Column("comments", "string", "the comments of the recording, JSON"),
+    Column("columns", "string", "columns of the recording in their order, with their types, JSON"),
+    Column("name", "string", "name of the file that came in"),
+    Column("added_at", "timestamp[us]", "when it was added, UTC"),
+    Column("file", "string", "file of its probings, from the store's folder"),
+    Column("first_row", "int64", "row of that file at which its probings begin, from 0"),
+    Column("source", "binary", "the file that came in, byte for byte"),
+)
+PROBINGS = (
+    *_IDENTITY,
+    Column("placement", "int32", "number of the placement"),
+    Column("cycle", "int32", "number of the cycle"),
+    Column("face", "int32", "number of the face: odd ones are fronts"),
+    Column("x_mm", "double", "indicated tip centre, mm"),
+    Column("y_mm", "double", "indicated tip centre, mm"),
+    Column("z_mm", "double", "indicated tip centre, mm"),
+    Column("approach_i", "double", "direction of travel towards the surface, along x"),
+    Column("approach_j", "double", "along y"),
+    Column("approach_k", "double", "along z"),
+    Column("time_s", "double", "time since the beginning, s", True),
+    Column("speed_mm_s", "double", "measuring speed, mm/s", True),
+    Column("gauge_temperature_C", "double", "temperature of the gauge, deg C", True),
+    Column("scale_temperature_x_C", "double", "temperature of the scale of x, deg C", True),
+    Column("scale_temperature_y_C", "double", "temperature of the scale of y, deg C", True),
+    Column("scale_temperature_z_C", "double", "temperature of the scale of z, deg C", True),
+    Column("covariates", "map<string, double>", "further columns by their names"),
+)
+OWN = tuple(column.name for column in PROBINGS if column not in _IDENTITY and column.name != "covariates")
+"""Columns of a recording that have one of their own; the others are covariates."""
+
+
+def arrow_schema(columns: tuple[Column, ...]) -> Any:
+    """The columns as a schema of pyarrow."""
+    arrow = arrow_library()
+    kinds = {
+        "list<string>": arrow.list_(arrow.string()),
+        "map<string, double>": arrow.map_(arrow.string(), arrow.float64()),
+        "timestamp[us]": arrow.timestamp("us"),
+        "double": arrow.float64(),
+    }
+    return arrow.schema(
+        [arrow.field(one.name, kinds.get(one.kind) or getattr(arrow, one.kind)(), one.null) for one in columns]
+    )
+
+
+def arrow_library() -> Any:
+    """The module ``pyarrow`` (:class:`InputError` where it is not installed)."""
+    return needed("pyarrow")
+
+
+def needed(module: str) -> Any:
+    """A module of the extra ``fleet``, imported only when it is used."""
+    import importlib
+
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        name = module.partition(".")[0]
+        raise InputError("fleet", f"this needs {name}", expected="pip install 'stepgauge[fleet]'") from None

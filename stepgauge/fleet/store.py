@@ -1,0 +1,283 @@
+"""The store of a fleet: a folder of Parquet files, recordings partitioned by machine and month.
+
+``recordings/`` has a row for each recording and says in which file of ``probings/`` its probings are. A file in
+``recordings/`` appears after all that it names, and so makes all its recordings appear at once. Files never change:
+one that takes the place of others says so, and these do not count from then on.
+"""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import json
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import pandas as pd
+
+from stepgauge.errors import InputError, reading
+from stepgauge.fleet.content import DIGITS, keep, main_file, recording_key
+from stepgauge.fleet.disk import appearing, locked
+from stepgauge.fleet.rows import make_probings, make_recording, read_columns, write_rows
+from stepgauge.fleet.schema import FORMAT, OWNERS, PROBINGS, RECORDINGS, VERSION, arrow_library, arrow_schema, needed
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.machine.file import Machine, read_machine
+from stepgauge.recording import Recording
+
+HEAD = "fleet.json"
+REPLACES = b"replaces"
+IDENTITY = [column.name for column in RECORDINGS if column.name != "source"]
+FIXED = (*OWNERS, "measured_at", "certificate", "machine_file", "placement_files")
+"""What belongs to a recording and may not change when it is added again."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A recording that is to be added.
+
+    ``owners``: by the names of :data:`OWNERS`, None where unknown; ``certificate`` and ``machine_file``: keys of what
+    was kept; ``placement_files``: their texts; ``source``: the bytes of its file.
+    """
+
+    recording: Recording
+    owners: Mapping[str, str | None]
+    measured_at: datetime.datetime
+    certificate: str
+    machine_file: str | None = None
+    placement_files: tuple[str, ...] = ()
+    source: bytes = b""
+
+    @property
+    def month(self) -> str:
+        return f"{self.measured_at:%Y-%m}"
+
+
+class Fleet:
+    """A store in a folder.
+
+    Parameters
+    ----------
+    folder : where it is
+    create : make one if the folder is empty or missing
+
+    Raises
+    ------
+    InputError
+        no store here, or one of a later version
+    """
+
+    def __init__(self, folder: str | Path, create: bool = False) -> None:
+        self.folder = Path(folder)
+        arrow_library()
+        if create and not (self.folder / HEAD).exists():
+            _create(self.folder)
+        _check_head(self.folder)
+        self._tables: dict[str, Any] = {}
+
+    def recordings(self) -> pd.DataFrame:
+        """One row per recording, by date: the columns of :data:`~stepgauge.fleet.schema.RECORDINGS` but the source.
+
+        What is unknown (a hall, a probe) is None. ``measured_at`` is a local time without zone.
+        """
+        frame: pd.DataFrame = self.index().to_pandas()
+        frame = frame.astype(object).where(frame.notna(), None).astype({"measured_at": "datetime64[us]"})
+        whole = dict.fromkeys(("rows", "cycles", "faces", "placements", "first_row"), "int64")
+        return frame.astype(whole).sort_values(["measured_at", "recording"], ignore_index=True)
+
+    def index(self) -> Any:
+        """The same as an Arrow table, as the files lie."""
+        arrow = arrow_library()
+        tables = [self._table(path) for path in self.live()]
+        return arrow.concat_tables(tables) if tables else arrow_schema(RECORDINGS).empty_table().select(IDENTITY)
+
+    def live(self) -> list[Path]:
+        """The files of ``recordings/`` that count: no other one takes their place."""
+        paths = sorted((self.folder / "recordings").glob("*.parquet"))
+        replaced = {name for path in paths for name in _replaces(self._table(path))}
+        return [path for path in paths if path.name not in replaced]
+
+    def read(self, recording: str) -> Recording:
+        """A recording as it came in, by its key (:class:`InputError` where it is not there)."""
+        found = dict(self.read_many([recording]))
+        if recording not in found:
+            raise InputError(self.folder, "this recording is not in the fleet", found=recording)
+        return found[recording]
+
+    def read_many(self, recordings: Collection[str]) -> Iterator[tuple[str, Recording]]:
+        """Recordings with their keys, file after file, so that one file is in memory at a time.
+
+        What another process packs together meanwhile is found where it is then.
+        """
+        wanted = set(recordings)
+        while wanted:
+            index = self.index().to_pandas()
+            index = index[index["recording"].isin(wanted)]
+            if index.empty:
+                return
+            for name, rows in index.groupby("file", sort=True):
+                with locked(self.folder, alone=False):
+                    columns = read_columns(self.folder / str(name))
+                if columns is None:
+                    break  # it is elsewhere now: look again
+                for row in rows.sort_values("first_row").itertuples():
+                    wanted.discard(str(row.recording))
+                    yield str(row.recording), make_recording(row, columns)
+
+    def gauge(self, certificate: str) -> Gauge:
+        """The gauge as certified, by the key of its certificate."""
+        return _read_gauge(main_file(self.folder / "objects" / "gauge", certificate))
+
+    def machine(self, machine_file: str) -> Machine:
+        """The machine as its file says, by the key of that."""
+        return _read_machine(main_file(self.folder / "objects" / "machine", machine_file))
+
+    def keep(self, kind: str, files: Mapping[Path, bytes]) -> str:
+        """Keep a certificate (``gauge``) or a machine file (``machine``) with its files; returns the key."""
+        return keep(self.folder / "objects" / kind, files)
+
+    def add(self, entries: Sequence[Entry]) -> tuple[list[str], list[str]]:
+        """Add recordings: all of them or, after a kill, none; returns the keys of the new ones and of those known.
+
+        :class:`InputError` where one is there already, as of another owner, date, gauge or machine file.
+        """
+        keyed = {recording_key(entry.recording): entry for entry in entries}
+        with locked(self.folder, alone=True):
+            known = self._known(keyed)
+            new = {key: entry for key, entry in keyed.items() if key not in known}
+            if new:
+                self._write(new)
+        return list(new), [key for key in keyed if key in known]
+
+    def _known(self, keyed: Mapping[str, Entry]) -> set[str]:
+        index = self.index()
+        there = arrow_library().compute.is_in(index["recording"], value_set=arrow_library().array(list(keyed)))
+        known = index.filter(there).select(["recording", *FIXED, "name"]).to_pylist()
+        for row in known:
+            _check_same(row, keyed[row["recording"]])
+        return {row["recording"] for row in known}
+
+    def _write(self, new: Mapping[str, Entry]) -> None:
+        parts: dict[tuple[str, str], dict[str, Entry]] = {}
+        for key in sorted(new, key=lambda key: (new[key].measured_at, key)):
+            parts.setdefault((str(new[key].owners["machine"]), new[key].month), {})[key] = new[key]
+        rows: list[dict[str, Any]] = []
+        for (machine, month), part in parts.items():
+            path = self._partition(machine, month) / f"{digest_of(part)}.parquet"
+            write_rows(path, (make_probings(key, entry) for key, entry in part.items()), PROBINGS)
+            rows += _index_rows(part, path.relative_to(self.folder).as_posix())
+        self.write_index(arrow_library().Table.from_pylist(rows, arrow_schema(RECORDINGS)))
+
+    def _partition(self, machine: str, month: str) -> Path:
+        return self.folder / "probings" / f"machine={quote(machine, safe=' ')}" / f"month={month}"
+
+    def write_index(self, table: Any, replaces: Iterable[str] = ()) -> Path:
+        """Make recordings appear, whose probings are on the disk, in place of the files named."""
+        names = list(replaces)
+        path = self.folder / "recordings" / f"{digest_of([*table['recording'].to_pylist(), *names])}.parquet"
+        table = table.replace_schema_metadata({REPLACES: json.dumps(names).encode()})
+        write_rows(path, [table], RECORDINGS)
+        return path
+
+    def _table(self, path: Path) -> Any:
+        """A file of ``recordings/`` without the sources; it never changes, so it is read once."""
+        if path.name not in self._tables:
+            with reading(path, "file of the store"):
+                self._tables[path.name] = needed("pyarrow.parquet").read_table(path, columns=IDENTITY, memory_map=True)
+        return self._tables[path.name]
+
+
+def digest_of(keys: Iterable[str]) -> str:
+    """The name of a file by the recordings in it."""
+    return hashlib.sha256(" ".join(keys).encode()).hexdigest()[:DIGITS]
+
+
+def is_fleet(folder: str | Path) -> bool:
+    """Whether a folder is a store."""
+    return (Path(folder) / HEAD).is_file()
+
+
+def _create(folder: Path) -> None:
+    if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
+        raise InputError(folder, "this is no store of a fleet", expected="one, or an empty or missing folder")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(folder, f"cannot write here: {error.strerror or error}") from None
+    with locked(folder, alone=True), appearing(folder / HEAD) as beside:
+        beside.write_text(json.dumps({"format": FORMAT, "version": VERSION}) + "\n", encoding="ascii")
+
+
+def _check_head(folder: Path) -> None:
+    try:
+        head = json.loads((folder / HEAD).read_bytes())
+        found = f"{head['format']} {int(head['version'])}"
+    except FileNotFoundError:
+        raise InputError(
+            folder, "there is no fleet here", expected=f"a folder with {HEAD}: 'fleet add' makes one"
+        ) from None
+    except (OSError, ValueError, KeyError, TypeError):
+        raise InputError(folder / HEAD, "this is no store of a fleet", expected=f"{FORMAT} {VERSION}") from None
+    if head["format"] != FORMAT or head["version"] > VERSION:
+        raise InputError(folder / HEAD, "not a store of this stepgauge", found=found, expected=f"{FORMAT} {VERSION}")
+
+
+def _check_same(row: Mapping[str, Any], entry: Entry) -> None:
+    given = {**entry.owners, **{name: getattr(entry, name) for name in FIXED if name not in OWNERS}}
+    for name in FIXED:
+        there = tuple(row[name]) if name == "placement_files" else row[name]
+        if there != given[name]:
+            raise InputError(
+                entry.recording.path,
+                f"this recording is in the fleet already, as {row['name']}, with another {name.replace('_', ' ')}",
+                found=given[name],
+                expected=there,
+            )
+
+
+def _index_rows(part: Mapping[str, Entry], file: str) -> list[dict[str, Any]]:
+    rows, first = [], 0
+    now = datetime.datetime.now(datetime.UTC).replace(tzinfo=None)
+    for key, entry in part.items():
+        frame = entry.recording.frame
+        rows.append(
+            {
+                "recording": key,
+                **entry.owners,
+                "measured_at": entry.measured_at,
+                "rows": len(frame),
+                "cycles": int(frame["cycle"].max()),
+                "faces": int(frame["face"].nunique()),
+                "placements": len(entry.recording.placements),
+                "certificate": entry.certificate,
+                "machine_file": entry.machine_file,
+                "placement_files": list(entry.placement_files),
+                "comments": json.dumps(dict(entry.recording.comments)),
+                "columns": json.dumps({name: str(kind) for name, kind in frame.dtypes.items()}),
+                "name": Path(entry.recording.path).name,
+                "added_at": now,
+                "file": file,
+                "first_row": first,
+                "source": entry.source,
+            }
+        )
+        first += len(frame)
+    return rows
+
+
+def _replaces(table: Any) -> list[str]:
+    said: list[str] = json.loads((table.schema.metadata or {}).get(REPLACES, b"[]"))
+    return said
+
+
+@cache
+def _read_gauge(path: Path) -> Gauge:
+    return read_gauge(path)
+
+
+@cache
+def _read_machine(path: Path) -> Machine:
+    return read_machine(path)

@@ -1,0 +1,152 @@
+"""Engines on this computer: the process itself, or processes that it starts."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections import deque
+from dataclasses import dataclass, field
+from multiprocessing import get_all_start_methods, get_context
+from multiprocessing.connection import Connection, wait
+from typing import Any
+
+from stepgauge.work.task import Function, Reply, perform
+
+PRELOADED = ("stepgauge.work.processes", "stepgauge.evaluation.evaluate", "stepgauge.diagnosis.engine")
+
+
+class InProcess:
+    """This process, one task after the other."""
+
+    def open(self, function: Function) -> int:
+        """Nothing to start."""
+        self._function = function
+        self._tasks: deque[tuple[int, Any]] = deque()
+        return 1
+
+    def submit(self, number: int, item: Any) -> None:
+        """Take a task."""
+        self._tasks.append((number, item))
+
+    def reply(self) -> tuple[int, Reply]:
+        """Do the next task."""
+        number, item = self._tasks.popleft()
+        return number, perform(self._function, item)
+
+    def close(self) -> None:
+        """Nothing to stop."""
+
+
+@dataclass
+class _Worker:
+    process: Any
+    pipe: Connection
+    tasks: deque[int] = field(default_factory=deque)
+
+
+class Processes:
+    """A pool of processes that survives the death of any of them.
+
+    Each has one task and the next one; a task whose process died has failed, and another process takes its place.
+
+    Parameters
+    ----------
+    count : processes; None: as many as there are processors
+    memory_MB : what each may allocate; None: no limit. Systems without such limits ignore it
+    """
+
+    def __init__(self, count: int | None = None, memory_MB: float | None = None) -> None:
+        self.count, self.memory_MB = count or len(os.sched_getaffinity(0)), memory_MB
+        self._workers: list[_Worker] = []
+
+    def open(self, function: Function) -> int:
+        """Start the processes."""
+        self._function = function
+        self._tasks: deque[tuple[int, Any]] = deque()
+        self._lost: deque[tuple[int, Reply]] = deque()
+        self._context = _context()
+        self._workers = [self._start() for _ in range(self.count)]
+        return self.count
+
+    def submit(self, number: int, item: Any) -> None:
+        """Take a task."""
+        self._tasks.append((number, item))
+        self._give()
+
+    def reply(self) -> tuple[int, Reply]:
+        """Wait for the next answer."""
+        while not self._lost:
+            pipes: list[Any] = [one.pipe for one in self._workers]
+            ready = wait(pipes)
+            for worker in [one for one in self._workers if one.pipe in ready]:
+                with contextlib.suppress(EOFError, OSError):
+                    reply = worker.pipe.recv()
+                    number = worker.tasks.popleft()
+                    self._give()
+                    return number, reply
+                self._replace(worker)
+        return self._lost.popleft()
+
+    def close(self) -> None:
+        """Stop the processes at once."""
+        for worker in self._workers:
+            worker.pipe.close()
+            worker.process.terminate()
+        for worker in self._workers:
+            worker.process.join()
+            worker.process.close()
+        self._workers = []
+
+    def _start(self) -> _Worker:
+        here, there = self._context.Pipe()
+        process = self._context.Process(target=_serve, args=(there, self._function, self.memory_MB), daemon=True)
+        process.start()
+        there.close()
+        return _Worker(process, here)
+
+    def _give(self) -> None:
+        """To each its task and the next one, the least busy first."""
+        while self._tasks:
+            worker = min(self._workers, key=lambda one: len(one.tasks))
+            if len(worker.tasks) > 1:
+                return
+            number, item = self._tasks.popleft()
+            worker.tasks.append(number)
+            with contextlib.suppress(OSError):  # a dead one is found by reply(), with its tasks
+                worker.pipe.send(item)
+
+    def _replace(self, worker: _Worker) -> None:
+        worker.pipe.close()
+        worker.process.join()
+        code = worker.process.exitcode
+        self._lost += [(number, Reply("failed", why=f"its process died (exit code {code})")) for number in worker.tasks]
+        self._workers[self._workers.index(worker)] = self._start()
+
+
+def _context() -> Any:
+    """A fork server imports once and has no threads; on other systems every process imports anew."""
+    if "forkserver" not in get_all_start_methods():
+        return get_context("spawn")
+    context = get_context("forkserver")
+    context.set_forkserver_preload(list(PRELOADED))
+    return context
+
+
+def _serve(pipe: Connection, function: Function, memory_MB: float | None) -> None:
+    """Do tasks until nobody sends any: the other end closes with the process that it belongs to."""
+    _limit(memory_MB)
+    with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
+        while True:
+            pipe.send(perform(function, pipe.recv()))
+
+
+def _limit(memory_MB: float | None) -> None:
+    if memory_MB is None:
+        return
+    try:
+        import resource
+
+        most = int(memory_MB * 1e6)
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+    except (ImportError, ValueError, OSError):
+        return
