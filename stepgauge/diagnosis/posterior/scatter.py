@@ -9,6 +9,7 @@ constant, so that hypotheses with different scatter can be compared.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,13 +43,13 @@ class Scatter:
     outlying: Array | None = None
     bound: float = 0.0
 
-    @property
+    @cached_property
     def key(self) -> tuple[object, ...]:
         """Identity of a model."""
         tails = (self.tails, self.freedom, round(self.bound, 6), round(float(self.weight.sum()), 6))
         return self.growth, self.correlation, self.certificate, self.rounded, tails
 
-    @property
+    @cached_property
     def alike(self) -> tuple[object, ...]:
         """Approximate identity of a model: the weights of the rows by their mean."""
         mean = round(float(self.weight.mean()) * 50.0)
