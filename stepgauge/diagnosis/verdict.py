@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import covariates, mask
 from stepgauge.diagnosis.forms import SMOOTH, Form
+from stepgauge.diagnosis.lags import with_lags
 from stepgauge.diagnosis.library import Family
 from stepgauge.diagnosis.located import UNDETERMINED, located, regime
 from stepgauge.diagnosis.posterior.answer import Answer, Rival
@@ -71,6 +72,7 @@ def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], d
     beside = tuple(one.term for one in forms)
     metric = Metric(search.problem, state.scatter, search.scatters, state.sigma_um, beside)
     fitted = solve([one.source for one in laws], [one.term.atom for one in laws], data, metric)
+    fitted = with_lags(fitted, data, metric)
     return Model(state, tuple(laws), tuple(forms), fitted, metric)
 
 
