@@ -79,13 +79,19 @@ def _parts(values: Array, columns: Sequence[Array]) -> Iterator[tuple[Array, Arr
 
 @dataclass(frozen=True)
 class _Base:
-    """Common to all hypotheses with one scatter: rows, mapped residual and nuisance columns, and their products."""
+    """Common to all hypotheses with one scatter: rows, mapped residual and nuisance columns, and their products.
+
+    ``turn (k, k)``, ``value (k,)``: eigenvectors and eigenvalues of the products of the nuisance columns in units of
+    their prior ``sd``.
+    """
 
     rows: Rows
     raw: Array
     mapped: Array
     gram: Array
     sd: Array
+    turn: Array
+    value: Array
 
 
 class Evidence:
@@ -113,7 +119,9 @@ class Evidence:
             columns, sd = nuisances(self.problem, scatter)
             raw = np.vstack([self.problem.um, columns])
             mapped = rows(raw)
-            self._bases[scatter.key] = _Base(rows, columns, mapped, mapped @ mapped.T, sd)
+            gram = mapped @ mapped.T
+            value, turn = np.linalg.eigh(sd[:, None] * gram[1:, 1:] * sd)
+            self._bases[scatter.key] = _Base(rows, columns, mapped, gram, sd, turn, np.maximum(value, 0.0))
         return self._bases[scatter.key]
 
     def _mapped(self, term: Term, scatter: Scatter, base: _Base) -> Array:
@@ -149,9 +157,9 @@ class Evidence:
         base = self._base(scatter)
         gram = self._gram(terms, scatter, base)
         sd = np.concatenate([base.sd, *(np.full(len(term.columns), term.sd) for term in terms)])
-        likelihood = _Likelihood(gram, sd, len(self.problem), self.log_scale, self.log_spread)
+        likelihood = _Likelihood(gram, sd, base, len(self.problem), self.log_scale, self.log_spread)
         log_evidence, log_sigma = likelihood.integrated(near_um)
-        factor, amplitudes, _ = likelihood.solved(log_sigma)
+        factor, amplitudes = likelihood.solved(log_sigma)
         mean, left_um = sd * amplitudes, self.problem.um.copy()
         for part, columns in _parts(mean, [base.raw, *(term.columns for term in terms)]):
             left_um -= part @ columns
@@ -190,30 +198,36 @@ class _Likelihood:
     """Log marginal likelihood over the logarithm of sigma, from products of the residual and all columns.
 
     For a given sigma: -n log sigma - log det(A) / 2 - quad / 2 with A = I + G / sigma2, G the columns' products in
-    units of their prior sd.
+    units of their prior sd. The nuisance columns come first in A; along their eigenvectors their part is diagonal, and
+    what is left beside them is as small as the terms are few.
     """
 
-    def __init__(self, gram: Array, sd: Array, n: int, log_scale: float, log_spread: float) -> None:
+    def __init__(self, gram: Array, sd: Array, base: _Base, n: int, log_scale: float, log_spread: float) -> None:
         self.yy, self.b, self.g = float(gram[0, 0]), sd * gram[1:, 0], sd[:, None] * gram[1:, 1:] * sd
-        self.n, self.log_scale, self.log_spread, self.sd = n, log_scale, log_spread, sd
+        self.n, self.log_scale, self.log_spread = n, log_scale, log_spread
+        count, self.value = len(base.value), base.value
+        self.own, self.own_b = self.g[count:, count:], self.b[count:]
+        self.beside, self.turned_b = base.turn.T @ self.g[:count, count:], base.turn.T @ self.b[:count]
 
     def __call__(self, log_sigma: float) -> float:
         """Logarithm of the likelihood times the prior of sigma, amplitudes integrated."""
-        factor, mean, s2 = self.solved(log_sigma)
-        log_det = 2.0 * float(np.log(np.diag(factor)).sum())
-        quad = max((self.yy - float(self.b @ mean)) / s2, 0.0)
+        s2 = float(np.exp(2.0 * log_sigma))
+        share = 1.0 / (s2 + self.value)
+        explained, log_det = s2 * float(share @ self.turned_b**2), float(np.log1p(self.value / s2).sum())
+        if len(self.own_b):
+            left = self.own_b - self.beside.T @ (share * self.turned_b)
+            factor = _factor((self.own - self.beside.T @ (share[:, None] * self.beside)) / s2)
+            explained += float(left @ POTRS(factor, left, lower=1)[0])
+            log_det += 2.0 * float(np.log(np.diag(factor)).sum())
+        quad = max((self.yy - explained / s2) / s2, 0.0)
         prior = -0.5 * ((log_sigma - self.log_scale) / self.log_spread) ** 2
         return -self.n * log_sigma - 0.5 * log_det - 0.5 * quad + prior
 
-    def solved(self, log_sigma: float) -> tuple[Array, Array, float]:
-        """Cholesky factor of A, amplitudes in units of their prior sd, and sigma squared."""
+    def solved(self, log_sigma: float) -> tuple[Array, Array]:
+        """Cholesky factor of A, and amplitudes in units of their prior sd."""
         s2 = float(np.exp(2.0 * log_sigma))
-        a = self.g / s2
-        a.flat[:: len(a) + 1] += 1.0
-        factor, failed = POTRF(a, lower=1, overwrite_a=1)
-        if failed:
-            raise np.linalg.LinAlgError("the columns' products are not positive")
-        return factor, POTRS(factor, self.b / s2, lower=1)[0], s2
+        factor = _factor(self.g / s2)
+        return factor, POTRS(factor, self.b / s2, lower=1)[0]
 
     def integrated(self, near_um: float) -> tuple[float, float]:
         """Logarithm of the integral over log sigma, and the most probable value, by repeated parabolas."""
@@ -228,6 +242,15 @@ class _Likelihood:
                 return self(at) - 0.5 * float(np.log(curvature)), at
             at += float(np.clip(move, -2.0, 2.0))
         return here - 0.5 * float(np.log(curvature)), at
+
+
+def _factor(matrix: Array) -> Array:
+    """The lower Cholesky factor of one plus a matrix, which is overwritten."""
+    matrix.flat[:: len(matrix) + 1] += 1.0
+    factor, failed = POTRF(matrix, lower=1, overwrite_a=1)
+    if failed:
+        raise np.linalg.LinAlgError("the columns' products are not positive")
+    return np.asarray(factor)
 
 
 def _inverse(factor: Array) -> Array:
