@@ -29,15 +29,24 @@ class Results:
     def __init__(self, fleet: Fleet, name: str, options: Mapping[str, Any] | None = None) -> None:
         self.fleet, self.folder = fleet, fleet.folder / name
         self.made_with = json.dumps({"stepgauge": __version__, **(options or {})}, sort_keys=True)
+        self._known: dict[str, tuple[str, set[str]]] = {}
 
     def done(self) -> set[str]:
         """The keys of the recordings that have rows."""
-        parquet = needed("pyarrow.parquet")
-        return {key for path in self.files() for key in parquet.read_table(path, columns=["recording"])[0].to_pylist()}
+        return set().union(*(self._of(path)[1] for path in self.files()))
 
     def files(self) -> list[Path]:
         """The files of this table that were made as it is asked for."""
-        return [path for path in sorted(self.folder.glob("*.parquet")) if _made_with(path) == self.made_with]
+        return [path for path in sorted(self.folder.glob("*.parquet")) if self._of(path)[0] == self.made_with]
+
+    def _of(self, path: Path) -> tuple[str, set[str]]:
+        """With what a file was made, and the recordings in it; it never changes, so it is read once."""
+        if path.name not in self._known:
+            with reading(path, "file of the store"):
+                table = needed("pyarrow.parquet").read_table(path, columns=["recording"], partitioning=None)
+            said = (table.schema.metadata or {}).get(MADE_WITH, b"")
+            self._known[path.name] = (said.decode(), set(table["recording"].to_pylist()))
+        return self._known[path.name]
 
     def read(self) -> Any:
         """All rows as an Arrow table, in the order in which they were put in; None where there are none."""
@@ -72,9 +81,3 @@ class Results:
         with appearing(path) as beside:
             said = table.replace_schema_metadata({MADE_WITH: self.made_with.encode()})
             needed("pyarrow.parquet").write_table(said, beside, compression="zstd")
-
-
-def _made_with(path: Path) -> str:
-    with reading(path, "file of the store"):
-        said = needed("pyarrow.parquet").read_schema(path).metadata or {}
-    return bytes(said.get(MADE_WITH, b"")).decode()

@@ -22,7 +22,7 @@ import pandas as pd
 from stepgauge.errors import InputError, reading
 from stepgauge.fleet.content import DIGITS, keep, main_file, recording_key
 from stepgauge.fleet.disk import appearing, locked
-from stepgauge.fleet.rows import make_probings, make_recording, read_columns, write_rows
+from stepgauge.fleet.rows import Stored, make_probings, make_stored, read_columns, write_rows
 from stepgauge.fleet.schema import FORMAT, OWNERS, PROBINGS, RECORDINGS, VERSION, arrow_library, arrow_schema, needed
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import Machine, read_machine
@@ -102,13 +102,17 @@ class Fleet:
 
     def read(self, recording: str) -> Recording:
         """A recording as it came in, by its key (:class:`InputError` where it is not there)."""
-        found = dict(self.read_many([recording]))
-        if recording not in found:
-            raise InputError(self.folder, "this recording is not in the fleet", found=recording)
-        return found[recording]
+        for one in self.stored([recording]):
+            return one.recording()
+        raise InputError(self.folder, "this recording is not in the fleet", found=recording)
 
     def read_many(self, recordings: Collection[str]) -> Iterator[tuple[str, Recording]]:
-        """Recordings with their keys, file after file, so that one file is in memory at a time.
+        """Recordings with their keys, in an order of the store's own: one file is in memory at a time."""
+        for one in self.stored(recordings):
+            yield one.key, one.recording()
+
+    def stored(self, recordings: Collection[str]) -> Iterator[Stored]:
+        """The same as they are sent to where they are worked on.
 
         What another process packs together meanwhile is found where it is then.
         """
@@ -123,9 +127,9 @@ class Fleet:
                     columns = read_columns(self.folder / str(name))
                 if columns is None:
                     break  # it is elsewhere now: look again
-                for row in rows.sort_values("first_row").itertuples():
+                for row in rows.sort_values("first_row").itertuples(index=False):
                     wanted.discard(str(row.recording))
-                    yield str(row.recording), make_recording(row, columns)
+                    yield make_stored(row, columns)
 
     def gauge(self, certificate: str) -> Gauge:
         """The gauge as certified, by the key of its certificate."""
