@@ -20,6 +20,7 @@ from stepgauge.fleet.rows import Stored
 from stepgauge.fleet.schema import DIAGNOSES, EVALUATIONS, arrow_library, arrow_schema
 from stepgauge.fleet.store import Fleet
 from stepgauge.history.entries import make_entry
+from stepgauge.planning.plan import parse_blocks
 from stepgauge.work.run import Outcome, Progress, run
 from stepgauge.work.task import Engine
 
@@ -33,7 +34,7 @@ _UNKNOWN = datetime.datetime(1, 1, 1)
 def evaluate_fleet(
     fleet: Fleet,
     engine: Engine,
-    blocks: tuple[int, int] | None = None,
+    blocks: str | None = None,
     r_eff: str = "first",
     progress: Callable[[int, int], None] | None = None,
 ) -> list[str]:
@@ -45,7 +46,7 @@ def evaluate_fleet(
     Parameters
     ----------
     fleet, engine : the store, and who does the work
-    blocks : first and last block of the used section; default: what each recording measured
+    blocks : first and last block of the used section, ``"1:21"``; default: what each recording measured
     r_eff : effective radius from the ``"first"`` used block or from ``"all"``
     progress : told how many of how many recordings are done
     """
@@ -80,17 +81,17 @@ def _by_recording(progress: Callable[[int, int], None] | None, total: int) -> Pr
     return None if progress is None else lambda done: progress(min(done * BATCH, total), total)
 
 
-def evaluate_batch(batch: Batch, blocks: tuple[int, int] | None, r_eff: str) -> Any:
+def evaluate_batch(batch: Batch, blocks: str | None, r_eff: str) -> Any:
     """The evaluations of a batch as an Arrow table of :data:`~stepgauge.fleet.schema.EVALUATIONS`."""
     rows = [row for one in batch.stored for row in _evaluated(batch, one, blocks, cast(REffOrigin, r_eff))]
     return arrow_library().Table.from_pylist(rows, arrow_schema(EVALUATIONS))
 
 
-def _evaluated(
-    batch: Batch, one: Stored, blocks: tuple[int, int] | None, r_eff: REffOrigin
-) -> Iterator[dict[str, Any]]:
+def _evaluated(batch: Batch, one: Stored, blocks: str | None, r_eff: REffOrigin) -> Iterator[dict[str, Any]]:
     try:
-        found = evaluate(one.recording(), batch.gauge(one), blocks, r_eff, batch.placements(one))
+        gauge = batch.gauge(one)
+        section = parse_blocks(blocks, gauge) if blocks else None
+        found = evaluate(one.recording(), gauge, section, r_eff, batch.placements(one))
     except InputError as error:
         yield {"recording": one.key, "placement": 0, "error": error.as_typed(), "notes": [], "face": []}
         return

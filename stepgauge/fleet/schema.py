@@ -50,6 +50,9 @@ RECORDINGS = (
     Column("added_at", "timestamp[us]", "when it was added, UTC"),
     Column("file", "string", "file of its probings, from the store's folder"),
     Column("first_row", "int64", "row of that file at which its probings begin, from 0"),
+)
+SOURCES = (
+    Column("recording", "string", "the recording"),
     Column("source", "binary", "the file that came in, byte for byte"),
 )
 PROBINGS = (

@@ -1,8 +1,8 @@
 """The store of a fleet: a folder of Parquet files, recordings partitioned by machine and month.
 
-``recordings/`` has a row for each recording and says in which file of ``probings/`` its probings are. A file in
-``recordings/`` appears after all that it names, and so makes all its recordings appear at once. Files never change:
-one that takes the place of others says so, and these do not count from then on.
+``recordings/`` has a row for each recording and says in which file of ``probings/`` its probings are; ``sources/`` has
+the files as they came in. A file in ``recordings/`` appears after all that it needs, and so makes all its recordings
+appear at once. Files never change: one that takes the place of others says so, and these do not count from then on.
 """
 
 from __future__ import annotations
@@ -23,14 +23,23 @@ from stepgauge.errors import InputError, reading
 from stepgauge.fleet.content import DIGITS, keep, main_file, recording_key
 from stepgauge.fleet.disk import appearing, locked
 from stepgauge.fleet.rows import Stored, make_probings, make_stored, read_columns, write_rows
-from stepgauge.fleet.schema import FORMAT, OWNERS, PROBINGS, RECORDINGS, VERSION, arrow_library, arrow_schema, needed
+from stepgauge.fleet.schema import (
+    FORMAT,
+    OWNERS,
+    PROBINGS,
+    RECORDINGS,
+    SOURCES,
+    VERSION,
+    arrow_library,
+    arrow_schema,
+    needed,
+)
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.recording import Recording
 
 HEAD = "fleet.json"
 REPLACES = b"replaces"
-IDENTITY = [column.name for column in RECORDINGS if column.name != "source"]
 FIXED = (*OWNERS, "measured_at", "certificate", "machine_file", "placement_files")
 """What belongs to a recording and may not change when it is added again."""
 
@@ -79,7 +88,7 @@ class Fleet:
         self._tables: dict[str, Any] = {}
 
     def recordings(self) -> pd.DataFrame:
-        """One row per recording, by date: the columns of :data:`~stepgauge.fleet.schema.RECORDINGS` but the source.
+        """One row per recording, by date: the columns of :data:`~stepgauge.fleet.schema.RECORDINGS`.
 
         What is unknown (a hall, a probe) is None. ``measured_at`` is a local time without zone.
         """
@@ -92,7 +101,7 @@ class Fleet:
         """The same as an Arrow table, as the files lie."""
         arrow = arrow_library()
         tables = [self._table(path) for path in self.live()]
-        return arrow.concat_tables(tables) if tables else arrow_schema(RECORDINGS).empty_table().select(IDENTITY)
+        return arrow.concat_tables(tables) if tables else arrow_schema(RECORDINGS).empty_table()
 
     def live(self) -> list[Path]:
         """The files of ``recordings/`` that count: no other one takes their place."""
@@ -173,6 +182,9 @@ class Fleet:
             path = self._partition(machine, month) / f"{digest_of(part)}.parquet"
             write_rows(path, (make_probings(key, entry) for key, entry in part.items()), PROBINGS)
             rows += _index_rows(part, path.relative_to(self.folder).as_posix())
+        sources = [{"recording": key, "source": entry.source} for key, entry in new.items()]
+        table = arrow_library().Table.from_pylist(sources, arrow_schema(SOURCES))
+        write_rows(self.folder / "sources" / f"{digest_of(new)}.parquet", [table], SOURCES)
         self.write_index(arrow_library().Table.from_pylist(rows, arrow_schema(RECORDINGS)))
 
     def _partition(self, machine: str, month: str) -> Path:
@@ -187,10 +199,10 @@ class Fleet:
         return path
 
     def _table(self, path: Path) -> Any:
-        """A file of ``recordings/`` without the sources; it never changes, so it is read once."""
+        """A file of ``recordings/``; it never changes, so it is read once."""
         if path.name not in self._tables:
             with reading(path, "file of the store"):
-                self._tables[path.name] = needed("pyarrow.parquet").read_table(path, columns=IDENTITY, memory_map=True)
+                self._tables[path.name] = needed("pyarrow.parquet").read_table(path, partitioning=None)
         return self._tables[path.name]
 
 
@@ -265,7 +277,6 @@ def _index_rows(part: Mapping[str, Entry], file: str) -> list[dict[str, Any]]:
                 "added_at": now,
                 "file": file,
                 "first_row": first,
-                "source": entry.source,
             }
         )
         first += len(frame)
