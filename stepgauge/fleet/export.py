@@ -36,7 +36,8 @@ def export(fleet: Fleet, folder: str | Path, where: str = "true") -> list[Path]:
     """
     target = Path(folder)
     chosen = query(fleet, f"SELECT recording FROM recordings WHERE {where}")["recording"].to_pylist()
-    frame = fleet.recordings().set_index("recording", drop=False).loc[chosen].sort_values(["measured_at", "recording"])
+    frame = fleet.recordings()
+    frame = frame[frame["recording"].isin(chosen)]
     if frame.empty:
         raise InputError(fleet.folder, "no recording of the fleet is meant", found=where)
     names = _file_names(frame)

@@ -36,7 +36,8 @@ def command(store: str, without: tuple[str, ...], priors: str | None, **options:
     from stepgauge.fleet.store import Fleet
 
     table = None if priors is None else read_priors(priors)
+    engine, fleet = engine_from(options), Fleet(store)
     with bar("diagnosing") as progress:
-        errors = diagnose_fleet(Fleet(store), engine_from(options), without, table, progress)
+        errors = diagnose_fleet(fleet, engine, without, table, progress)
     say(f"diagnosed: {store}")
     say_errors(store, errors, "diagnosed")

@@ -29,7 +29,8 @@ def command(store: str, blocks: str | None, origin: str, **options: Any) -> None
     from stepgauge.fleet.evaluating import evaluate_fleet
     from stepgauge.fleet.store import Fleet
 
+    engine, fleet = engine_from(options), Fleet(store)
     with bar("evaluating") as progress:
-        errors = evaluate_fleet(Fleet(store), engine_from(options), blocks, origin, progress)
+        errors = evaluate_fleet(fleet, engine, blocks, origin, progress)
     say(f"evaluated: {store}")
     say_errors(store, errors, "evaluated")
