@@ -117,6 +117,9 @@ TASKS: Tasks = {
         "figures": ("stepgauge.cli.figures", "the figures of a measurement"),
         "history": ("stepgauge.cli.history", "many evaluations of a machine -> trends, warnings"),
     },
+    "Many machines": {
+        "fleet": ("stepgauge.cli.fleet", "recordings of many machines: store, questions, work on all"),
+    },
     "Understand and improve the machine": {
         "diagnose": ("stepgauge.cli.diagnose", "recording + machine model -> what departs from it"),
         "investigate": ("stepgauge.cli.investigate", "measure, diagnose, measure what tells the rivals apart"),

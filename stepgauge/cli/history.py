@@ -13,6 +13,7 @@ from stepgauge.cli.options import SUFFIX, output, say, say_written, show
 
 if TYPE_CHECKING:
     from stepgauge.history import HistoryEntry, Series
+    from stepgauge.history.entries import DateFrom
 
 # Written out so that --help needs no numpy; the test compares it with the quantities of the history.
 LIMITS = ("scale_ppm", "reversal_um", "r_eff_change_um", "band_um", "worst_two_sigma_um")
@@ -72,20 +73,18 @@ def command(folder: str, output: str, limits: dict[str, float], **options: Any) 
 
     The store is an SQLite file for other programs; it is brought up to date at every call and can always be rebuilt.
 
+    DIR may be the store of a fleet ('stepgauge fleet') whose recordings were evaluated: then nothing is kept in SQLite.
+
     \b
     stepgauge history archive -o history
     stepgauge history archive --machine-name "Bridge CMM" --limit reversal_um=2 --limit scale_ppm=5 -o history
     """
     from stepgauge.figures.history import draw_history
-    from stepgauge.history import judge, make_series, of_one_machine, refresh_store, write_history
+    from stepgauge.history import judge, make_series, of_one_machine, write_history
 
     store = options["store"] or Path(output) / "history.sqlite"
-    found = refresh_store(store, folder, options["date_from"], options["rebuild"], _progress)
-    for remark in found.remarks:
-        say(remark)
-    gone = f", {found.gone} gone" if found.gone else ""
-    say(f"{found.read} files read, {found.unchanged} unchanged{gone}")
-    entries = of_one_machine(found.entries, folder, options["machine_name"], options["gauge_serial"])
+    found, kept = _entries(folder, store, options["date_from"], options["rebuild"])
+    entries = of_one_machine(found, folder, options["machine_name"], options["gauge_serial"])
     series = make_series(entries)
     warnings = judge(series, limits)
     written = write_history(output, series, warnings, limits)
@@ -95,7 +94,26 @@ def command(folder: str, output: str, limits: dict[str, float], **options: Any) 
     show(_trends(series))
     for warning in warnings:
         say(f"warning: {warning.measured_at:%Y-%m-%d}, along {warning.direction}: {warning.quantity} {warning.text}")
-    say_written(*written, figure, store)
+    say_written(*written, figure, kept)
+
+
+def _entries(
+    folder: str, store: str | Path, date_from: DateFrom, rebuild: bool
+) -> tuple[Sequence[HistoryEntry], str | Path | None]:
+    """The entries of a folder of results, with the store that has them now, or those of a fleet."""
+    if (Path(folder) / "fleet.json").is_file():
+        from stepgauge.fleet.past import history_entries
+        from stepgauge.fleet.store import Fleet
+
+        return history_entries(Fleet(folder)), None
+    from stepgauge.history import refresh_store
+
+    found = refresh_store(store, folder, date_from, rebuild, _progress)
+    for remark in found.remarks:
+        say(remark)
+    gone = f", {found.gone} gone" if found.gone else ""
+    say(f"{found.read} files read, {found.unchanged} unchanged{gone}")
+    return found.entries, store
 
 
 def _progress(done: int, of: int) -> None:

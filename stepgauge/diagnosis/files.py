@@ -122,6 +122,14 @@ def diagnosis_to_dict(
 
     ``folder`` is that of the proposed placements, for the commands that name them.
     """
+    said = told_to_dict(diagnosis, inputs, laws, folder)
+    return {**said, "inputs": without_nan(_inputs(diagnosis, inputs))}
+
+
+def told_to_dict(
+    diagnosis: Diagnosis, inputs: Inputs, laws: Sequence[UnknownLaw] = (), folder: str | Path = "."
+) -> dict[str, Any]:
+    """The same without the files that it was made from; parameters as :func:`diagnosis_to_dict`."""
     said = {
         "format": FORMAT,
         "stepgauge": __version__,
@@ -133,7 +141,6 @@ def diagnosis_to_dict(
         "measured": _measured(diagnosis),
         **evidence_json(diagnosis),
         "remarks": list(diagnosis.remarks),
-        "inputs": _inputs(diagnosis, inputs),
     }
     return without_nan(said)
 

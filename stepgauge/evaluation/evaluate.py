@@ -213,7 +213,7 @@ def evaluate(
 
 
 def _measured_section(recording: Recording) -> tuple[int, int]:
-    faces = recording.frame["face"]
+    faces = recording.columns["face"]
     first, last = (int(faces.min()) + 1) // 2, (int(faces.max()) + 1) // 2
     if first == last:
         raise InputError(recording.path, "only one block was measured", found=f"block {first}", expected="two or more")
@@ -254,11 +254,11 @@ def project_readings(
 
     ``leave_out``: whether those that their repeats contradict are left out (a standard judges what was measured).
     """
-    face = recording.frame["face"].to_numpy()
-    approach = [recording.frame[name].to_numpy(float) for name in APPROACH]
+    face = recording.columns["face"]
+    approach = recording.numbers(APPROACH)
     axis = axis_from_approaches(approach, face, recording.path) if axis is None else axis
     check_approaches(dot(approach, axis), face, recording.path)
-    position = [recording.frame[name].to_numpy(float) for name in POSITION]
+    position = recording.numbers(POSITION)
     along = dot(position, axis)
     faces = np.arange(2 * section[0] - 1, 2 * section[1] + 1)
     by_face = ByFace.of(along - certified_mm(recording, gauge, face), face, int(faces[-1]) + 1)
@@ -272,7 +272,7 @@ def project_readings(
 
 def _find_slips(readings: Readings, recording: Recording, leave_out: bool) -> Readings:
     """The readings with those named, and left out if asked, that their repeats contradict."""
-    cycle, placement = recording.frame["cycle"].to_numpy(), int(recording.frame["placement"].iloc[0])
+    cycle, placement = recording.columns["cycle"], int(recording.columns["placement"][0])
     found, remark = find_left_out(readings.by_face, cycle, placement, 0.0)
     if found or remark:  # only then the resolution matters, which takes time to find
         found, remark = find_left_out(readings.by_face, cycle, placement, resolution_mm(recording.position_mm))
@@ -287,16 +287,14 @@ def _evaluate_placement(
     recording: Recording, gauge: Gauge, section: tuple[int, int], origin: REffOrigin, axis: Array | None, number: int
 ) -> PlacementResult:
     readings = project_readings(recording, gauge, section, axis)
-    if readings.kept is not None:
-        recording = replace(recording, frame=recording.frame.iloc[readings.kept])
-    faces = readings.faces
+    faces, kept = readings.faces, slice(None) if readings.kept is None else readings.kept
     seen = readings.by_face.statistics(faces)
     notes = _notes(faces, seen.count)
     _check_reference(seen, notes, recording.path)
     blocks = _check_blocks(seen, origin, notes, recording.path)
     errors = face_errors(seen, gauge.u_um[faces - 1], origin)
     notes += _doubts(readings, seen, gauge)
-    temperature = recording.frame.get("gauge_temperature_C")
+    temperature = recording.columns.get("gauge_temperature_C")
     first_touch = int(np.abs(readings.face - faces[0]).argmin())
     return PlacementResult(
         number,
@@ -312,8 +310,8 @@ def _evaluate_placement(
         errors.xr_um,
         seen.count,
         EffectiveRadius(float(errors.r_eff_mm), float(errors.u_r_eff_mm), blocks),
-        recording.frame[POSITION].iloc[first_touch].to_numpy(float),
-        None if temperature is None else float(temperature.mean()),
+        np.array([column[kept][first_touch] for column in recording.numbers(POSITION)]),
+        None if temperature is None else float(temperature[kept].mean()),
         tuple(notes),
         readings.left_out,
     )

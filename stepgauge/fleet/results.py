@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,18 @@ from stepgauge import __version__
 from stepgauge.errors import reading
 from stepgauge.fleet.disk import appearing, locked
 from stepgauge.fleet.schema import arrow_library, needed
-from stepgauge.fleet.store import Fleet, digest_of
+from stepgauge.fleet.store import REPLACES, Fleet, digest_of
 
 MADE_WITH = b"made_with"
+
+
+@dataclass(frozen=True)
+class _Part:
+    """With what a file was made, the recordings in it, and the files that it takes the place of."""
+
+    made_with: str
+    recordings: frozenset[str]
+    replaces: tuple[str, ...]
 
 
 class Results:
@@ -29,15 +39,28 @@ class Results:
     def __init__(self, fleet: Fleet, name: str, options: Mapping[str, Any] | None = None) -> None:
         self.fleet, self.folder = fleet, fleet.folder / name
         self.made_with = json.dumps({"stepgauge": __version__, **(options or {})}, sort_keys=True)
+        self._known: dict[str, _Part] = {}
 
     def done(self) -> set[str]:
         """The keys of the recordings that have rows."""
-        parquet = needed("pyarrow.parquet")
-        return {key for path in self.files() for key in parquet.read_table(path, columns=["recording"])[0].to_pylist()}
+        return set().union(*(self._of(path).recordings for path in self.files()))
 
     def files(self) -> list[Path]:
-        """The files of this table that were made as it is asked for."""
-        return [path for path in sorted(self.folder.glob("*.parquet")) if _made_with(path) == self.made_with]
+        """The files of this table that were made as it is asked for, and that no other one takes the place of."""
+        parts = {path: self._of(path) for path in sorted(self.folder.glob("*.parquet"))}
+        replaced = {name for part in parts.values() for name in part.replaces}
+        return [path for path, part in parts.items() if part.made_with == self.made_with and path.name not in replaced]
+
+    def _of(self, path: Path) -> _Part:
+        """What is in a file; it never changes, so it is read once."""
+        if path.name not in self._known:
+            with reading(path, "file of the store"):
+                table = needed("pyarrow.parquet").read_table(path, columns=["recording"], partitioning=None)
+            said = table.schema.metadata or {}
+            names = json.loads(said.get(REPLACES, b"[]"))
+            made_with = said.get(MADE_WITH, b"").decode()
+            self._known[path.name] = _Part(made_with, frozenset(table["recording"].to_pylist()), tuple(names))
+        return self._known[path.name]
 
     def read(self) -> Any:
         """All rows as an Arrow table, in the order in which they were put in; None where there are none."""
@@ -62,19 +85,32 @@ class Results:
             for path in self.folder.glob("*.parquet"):
                 path.unlink()
 
+    def merge(self) -> int:
+        """Make one file of several, while nobody else writes; returns how many there were."""
+        files = self.files()
+        if len(files) > 1:
+            self._write(self.read(), [path.name for path in files])
+        self._drop_others()
+        return len(files)
+
     def _drop_others(self) -> None:
         for path in set(self.folder.glob("*.parquet")) - set(self.files()):
             path.unlink()
 
-    def _write(self, table: Any) -> None:
-        number = 1 + max((int(path.stem.partition("-")[0]) for path in self.files()), default=0)
+    def _write(self, table: Any, replaces: Sequence[str] = ()) -> None:
+        number = 1 + max((int(path.stem.partition("-")[0]) for path in self.folder.glob("*.parquet")), default=0)
         path = self.folder / f"{number:08d}-{digest_of(table['recording'].to_pylist())[:8]}.parquet"
+        said = {MADE_WITH: self.made_with.encode(), REPLACES: json.dumps(list(replaces)).encode()}
         with appearing(path) as beside:
-            said = table.replace_schema_metadata({MADE_WITH: self.made_with.encode()})
-            needed("pyarrow.parquet").write_table(said, beside, compression="zstd")
+            needed("pyarrow.parquet").write_table(table.replace_schema_metadata(said), beside, compression="zstd")
 
 
-def _made_with(path: Path) -> str:
-    with reading(path, "file of the store"):
-        said = needed("pyarrow.parquet").read_schema(path).metadata or {}
-    return bytes(said.get(MADE_WITH, b"")).decode()
+def tables_of(fleet: Fleet) -> list[Results]:
+    """The tables of results that a store has, each as it was made last."""
+    found = []
+    for folder in sorted({path.parent for path in fleet.folder.glob("*/[0-9]*-*.parquet")}):
+        last = max(folder.glob("*.parquet"))
+        table = Results(fleet, folder.name)
+        table.made_with = table._of(last).made_with
+        found.append(table)
+    return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -81,16 +82,36 @@ def read_columns(path: Path) -> dict[str, Any] | None:
     return {name: table[name].to_numpy() for name in OWN} | {"covariates": table["covariates"].combine_chunks()}
 
 
-def make_recording(row: Any, columns: Mapping[str, Any]) -> Recording:
-    """A recording as it came in, from its row of the index and the columns of its file."""
+@dataclass(frozen=True)
+class Stored:
+    """A recording on its way from the store: what it needs to be made where it is worked on.
+
+    ``columns``: arrays ``(n,)`` in the order and of the types that came in.
+    """
+
+    key: str
+    columns: dict[str, Any]
+    comments: dict[str, str]
+    name: str
+    certificate: str
+    machine_file: str | None
+    placement_files: tuple[str, ...]
+
+    def recording(self) -> Recording:
+        """As it came in."""
+        return Recording.of_columns(self.columns, self.comments, self.name)
+
+
+def make_stored(row: Any, columns: Mapping[str, Any]) -> Stored:
+    """A recording from its row of the index and the columns of its file."""
     part = slice(row.first_row, row.first_row + row.rows)
     kinds: dict[str, str] = json.loads(row.columns)
     others = [name for name in kinds if name not in OWN]
-    further = columns["covariates"][part].items.to_numpy().reshape(-1, len(others)) if others else None
-    frame = pd.DataFrame(
-        {
-            name: (columns[name][part] if name in OWN else further[:, others.index(name)]).astype(kind)  # type: ignore[index]
-            for name, kind in kinds.items()
-        }
-    )
-    return Recording(frame, json.loads(row.comments), row.name)
+    further = columns["covariates"][part].items.to_numpy().reshape(-1, len(others)) if others else np.zeros((0, 0))
+    made = {
+        name: (columns[name][part] if name in OWN else further[:, others.index(name)]).astype(kind)
+        for name, kind in kinds.items()
+    }
+    machine_file = None if pd.isna(row.machine_file) else str(row.machine_file)
+    comments = json.loads(row.comments)
+    return Stored(row.recording, made, comments, row.name, row.certificate, machine_file, tuple(row.placement_files))

@@ -50,6 +50,9 @@ RECORDINGS = (
     Column("added_at", "timestamp[us]", "when it was added, UTC"),
     Column("file", "string", "file of its probings, from the store's folder"),
     Column("first_row", "int64", "row of that file at which its probings begin, from 0"),
+)
+SOURCES = (
+    Column("recording", "string", "the recording"),
     Column("source", "binary", "the file that came in, byte for byte"),
 )
 PROBINGS = (
@@ -74,12 +77,70 @@ PROBINGS = (
 OWN = tuple(column.name for column in PROBINGS if column not in _IDENTITY and column.name != "covariates")
 """Columns of a recording that have one of their own; the others are covariates."""
 
+_UM = "of the faces, um; not a number where undefined"
+EVALUATIONS = (
+    Column("recording", "string", "the recording; a row for each of its placements"),
+    Column("placement", "int32", "number of the placement; 0 where the recording cannot be evaluated"),
+    Column("error", "string", "why it cannot be evaluated", True),
+    Column("direction", "string", "x, y or z, or the gauge axis as numbers where it lies along none", True),
+    Column("cycles", "int32", "least number of probings of a face", True),
+    Column("gauge_temperature_C", "double", "mean temperature of the gauge, deg C", True),
+    Column("span_mm", "double", "certified length that was measured, mm", True),
+    Column("scale_ppm", "double", "slope of XM, um/m", True),
+    Column("u_scale_ppm", "double", "its standard uncertainty from repeatability, um/m", True),
+    Column("reversal_um", "double", "mean of XR, um", True),
+    Column("u_reversal_um", "double", "its standard uncertainty from repeatability, um", True),
+    Column("r_eff_mm", "double", "effective tip radius, mm", True),
+    Column("u_r_eff_mm", "double", "its standard uncertainty, mm", True),
+    Column("u_r_eff_change_um", "double", "the same from repeatability alone, um", True),
+    Column("band_um", "double", "range of XM, um", True),
+    Column("worst_two_sigma_um", "double", "twice the largest standard deviation of a face, um", True),
+    Column("axis_i", "double", "direction of the gauge axis, along x", True),
+    Column("axis_j", "double", "along y", True),
+    Column("axis_k", "double", "along z", True),
+    Column("origin_x_mm", "double", "a reading nearest to the beginning of the gauge, mm", True),
+    Column("origin_y_mm", "double", "mm", True),
+    Column("origin_z_mm", "double", "mm", True),
+    Column("notes", "list<string>", "what the evaluation remarks"),
+    Column("left_out", "int32", "readings that their repeats contradict", True),
+    Column("face", "list<int32>", "numbers of the faces"),
+    Column("count", "list<int32>", "probings of the faces", True),
+    Column("position_mm", "list<double>", "certified positions of the faces, mm", True),
+    *(
+        Column(name, "list<double>", f"{text} {_UM}", True)
+        for name, text in (
+            ("xf_um", "forward error XF"),
+            ("sf_um", "its standard deviation"),
+            ("xb_um", "backward error XB"),
+            ("sb_um", "its standard deviation"),
+            ("xm_um", "mean error XM"),
+            ("xr_um", "reversal error XR"),
+        )
+    ),
+)
+
+DIAGNOSES = (
+    Column("recording", "string", "the recording, diagnosed by itself"),
+    Column("error", "string", "why it cannot be diagnosed", True),
+    Column("verdict", "string", "adequate, effects, unknown or insufficient", True),
+    Column("summary", "string", "verdict, effects and fit in a line", True),
+    Column("kinds", "list<string>", "kinds of the effects that were named"),
+    Column("labels", "list<string>", "the same with axis, plane or face"),
+    Column("probabilities", "list<double>", "their probabilities, each with what it is confounded with"),
+    Column("noise_um", "double", "standard deviation of a probing, um", True),
+    Column("rms_before_um", "double", "root mean square of the residuals, um", True),
+    Column("rms_after_um", "double", "the same after the effects are taken off, um", True),
+    Column("document", "string", "diagnosis.json without the names of files", True),
+)
+
 
 def arrow_schema(columns: tuple[Column, ...]) -> Any:
     """The columns as a schema of pyarrow."""
     arrow = arrow_library()
     kinds = {
         "list<string>": arrow.list_(arrow.string()),
+        "list<int32>": arrow.list_(arrow.int32()),
+        "list<double>": arrow.list_(arrow.float64()),
         "map<string, double>": arrow.map_(arrow.string(), arrow.float64()),
         "timestamp[us]": arrow.timestamp("us"),
         "double": arrow.float64(),

@@ -1,8 +1,8 @@
 """The store of a fleet: a folder of Parquet files, recordings partitioned by machine and month.
 
-``recordings/`` has a row for each recording and says in which file of ``probings/`` its probings are. A file in
-``recordings/`` appears after all that it names, and so makes all its recordings appear at once. Files never change:
-one that takes the place of others says so, and these do not count from then on.
+``recordings/`` has a row for each recording and says in which file of ``probings/`` its probings are; ``sources/`` has
+the files as they came in. A file in ``recordings/`` appears after all that it needs, and so makes all its recordings
+appear at once. Files never change: one that takes the place of others says so, and these do not count from then on.
 """
 
 from __future__ import annotations
@@ -22,15 +22,24 @@ import pandas as pd
 from stepgauge.errors import InputError, reading
 from stepgauge.fleet.content import DIGITS, keep, main_file, recording_key
 from stepgauge.fleet.disk import appearing, locked
-from stepgauge.fleet.rows import make_probings, make_recording, read_columns, write_rows
-from stepgauge.fleet.schema import FORMAT, OWNERS, PROBINGS, RECORDINGS, VERSION, arrow_library, arrow_schema, needed
+from stepgauge.fleet.rows import Stored, make_probings, make_stored, read_columns, write_rows
+from stepgauge.fleet.schema import (
+    FORMAT,
+    OWNERS,
+    PROBINGS,
+    RECORDINGS,
+    SOURCES,
+    VERSION,
+    arrow_library,
+    arrow_schema,
+    needed,
+)
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.recording import Recording
 
 HEAD = "fleet.json"
 REPLACES = b"replaces"
-IDENTITY = [column.name for column in RECORDINGS if column.name != "source"]
 FIXED = (*OWNERS, "measured_at", "certificate", "machine_file", "placement_files")
 """What belongs to a recording and may not change when it is added again."""
 
@@ -79,7 +88,7 @@ class Fleet:
         self._tables: dict[str, Any] = {}
 
     def recordings(self) -> pd.DataFrame:
-        """One row per recording, by date: the columns of :data:`~stepgauge.fleet.schema.RECORDINGS` but the source.
+        """One row per recording, by date: the columns of :data:`~stepgauge.fleet.schema.RECORDINGS`.
 
         What is unknown (a hall, a probe) is None. ``measured_at`` is a local time without zone.
         """
@@ -92,7 +101,7 @@ class Fleet:
         """The same as an Arrow table, as the files lie."""
         arrow = arrow_library()
         tables = [self._table(path) for path in self.live()]
-        return arrow.concat_tables(tables) if tables else arrow_schema(RECORDINGS).empty_table().select(IDENTITY)
+        return arrow.concat_tables(tables) if tables else arrow_schema(RECORDINGS).empty_table()
 
     def live(self) -> list[Path]:
         """The files of ``recordings/`` that count: no other one takes their place."""
@@ -102,13 +111,17 @@ class Fleet:
 
     def read(self, recording: str) -> Recording:
         """A recording as it came in, by its key (:class:`InputError` where it is not there)."""
-        found = dict(self.read_many([recording]))
-        if recording not in found:
-            raise InputError(self.folder, "this recording is not in the fleet", found=recording)
-        return found[recording]
+        for one in self.stored([recording]):
+            return one.recording()
+        raise InputError(self.folder, "this recording is not in the fleet", found=recording)
 
     def read_many(self, recordings: Collection[str]) -> Iterator[tuple[str, Recording]]:
-        """Recordings with their keys, file after file, so that one file is in memory at a time.
+        """Recordings with their keys, in an order of the store's own: one file is in memory at a time."""
+        for one in self.stored(recordings):
+            yield one.key, one.recording()
+
+    def stored(self, recordings: Collection[str]) -> Iterator[Stored]:
+        """The same as they are sent to where they are worked on.
 
         What another process packs together meanwhile is found where it is then.
         """
@@ -123,9 +136,9 @@ class Fleet:
                     columns = read_columns(self.folder / str(name))
                 if columns is None:
                     break  # it is elsewhere now: look again
-                for row in rows.sort_values("first_row").itertuples():
+                for row in rows.sort_values("first_row").itertuples(index=False):
                     wanted.discard(str(row.recording))
-                    yield str(row.recording), make_recording(row, columns)
+                    yield make_stored(row, columns)
 
     def gauge(self, certificate: str) -> Gauge:
         """The gauge as certified, by the key of its certificate."""
@@ -169,6 +182,9 @@ class Fleet:
             path = self._partition(machine, month) / f"{digest_of(part)}.parquet"
             write_rows(path, (make_probings(key, entry) for key, entry in part.items()), PROBINGS)
             rows += _index_rows(part, path.relative_to(self.folder).as_posix())
+        sources = [{"recording": key, "source": entry.source} for key, entry in new.items()]
+        table = arrow_library().Table.from_pylist(sources, arrow_schema(SOURCES))
+        write_rows(self.folder / "sources" / f"{digest_of(new)}.parquet", [table], SOURCES)
         self.write_index(arrow_library().Table.from_pylist(rows, arrow_schema(RECORDINGS)))
 
     def _partition(self, machine: str, month: str) -> Path:
@@ -183,10 +199,10 @@ class Fleet:
         return path
 
     def _table(self, path: Path) -> Any:
-        """A file of ``recordings/`` without the sources; it never changes, so it is read once."""
+        """A file of ``recordings/``; it never changes, so it is read once."""
         if path.name not in self._tables:
             with reading(path, "file of the store"):
-                self._tables[path.name] = needed("pyarrow.parquet").read_table(path, columns=IDENTITY, memory_map=True)
+                self._tables[path.name] = needed("pyarrow.parquet").read_table(path, partitioning=None)
         return self._tables[path.name]
 
 
@@ -261,7 +277,6 @@ def _index_rows(part: Mapping[str, Entry], file: str) -> list[dict[str, Any]]:
                 "added_at": now,
                 "file": file,
                 "first_row": first,
-                "source": entry.source,
             }
         )
         first += len(frame)

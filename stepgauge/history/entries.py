@@ -90,7 +90,7 @@ def read_entries(path: Path, root: Path, sha256: str, date_from: DateFrom = "rec
     name = path.relative_to(root).as_posix()
     moment, source = _moment(data, path, Path(name), date_from)
     try:
-        return [_entry(data, one, name, sha256, moment, source) for one in data["placements"]]
+        return [make_entry(data, one, name, sha256, moment, source) for one in data["placements"]]
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(path, "not a complete evaluation", found=f"{type(error).__name__}: {error}") from None
 
@@ -114,7 +114,7 @@ def _moment(data: Mapping[str, Any], path: Path, name: Path, date_from: DateFrom
     )
 
 
-def _entry(
+def make_entry(
     data: Mapping[str, Any],
     one: Mapping[str, Any],
     name: str,
@@ -122,6 +122,7 @@ def _entry(
     moment: datetime.datetime,
     source: str,
 ) -> HistoryEntry:
+    """The entry of a placement ``one`` of an evaluation, both as JSON types; ``source``: of the date."""
     faces = _Faces.of(one["faces"], one["r_eff_blocks"])
     (slope, u_slope), (reversal, u_reversal) = faces.slope_ppm(), faces.reversal_um()
     temperature = one["gauge_temperature_C"]

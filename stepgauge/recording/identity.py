@@ -17,7 +17,7 @@ from stepgauge.files.numerals import number
 from stepgauge.files.units import unit_hint
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording.by_face import ByFace
-from stepgauge.recording.columns import POSITION
+from stepgauge.recording.columns import APPROACH, POSITION
 from stepgauge.recording.rows import check_beside, check_copies, check_rows, dot
 from stepgauge.recording.table import Recording
 
@@ -41,9 +41,9 @@ def check_recording(recording: Recording, gauge: Gauge) -> None:
     check_copies(recording)
     for placement in recording.placements:
         part = recording.of_placement(placement)
-        face = part.frame["face"].to_numpy()
-        columns = [part.frame[name].to_numpy(float) for name in POSITION]
-        approach = list(part.approach.T)
+        face = part.columns["face"]
+        columns = part.numbers(POSITION)
+        approach = part.numbers(APPROACH)
         axis = axis_from_approaches(approach, face, recording.path)
         check_approaches(dot(approach, axis), face, recording.path)
         along = dot(columns, axis)
@@ -64,7 +64,7 @@ def check_gauge(recording: Recording, gauge: Gauge) -> None:
             found=f"gauge_serial {serial}",
             expected=f"{gauge.table.serial} ({gauge.table.name})",
         )
-    highest = int(recording.frame["face"].max())
+    highest = int(recording.columns["face"].max())
     if highest > gauge.n_faces:
         raise InputError(
             recording.path,
@@ -114,8 +114,8 @@ def check_approaches(along: Array, face: NDArray[np.int64], path: str) -> None:
 def certified_mm(recording: Recording, gauge: Gauge, face: NDArray[np.int64]) -> Array:
     """Certified position of the face of every row at its gauge temperature, mm."""
     certified = gauge.position_mm[face - 1]
-    if "gauge_temperature_C" in recording.frame:
-        longer = recording.frame["gauge_temperature_C"].to_numpy(float) - gauge.table.reference_temperature_C
+    if "gauge_temperature_C" in recording.columns:
+        longer = recording.columns["gauge_temperature_C"] - gauge.table.reference_temperature_C
         longer *= gauge.table.expansion_per_K
         longer += 1.0
         certified *= longer

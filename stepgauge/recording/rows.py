@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording.by_face import PIECE
-from stepgauge.recording.columns import OPTIONAL, POSITION
+from stepgauge.recording.columns import OPTIONAL
 from stepgauge.recording.table import Recording
 
 Array = NDArray[np.float64]
@@ -107,12 +107,12 @@ def tilt_rad(columns: Sequence[Array], axis: Array, face: Rows, gauge: Gauge) ->
 
 def check_rows(recording: Recording) -> None:
     """Temperatures and times of one placement: none may leave those before and after it and come back."""
-    frame = recording.frame
+    columns = recording.columns
     for name in OPTIONAL:
-        if name.endswith("_C") and name in frame:
-            _check_temperature(frame[name].to_numpy(float), name, recording.path)
-    if "time_s" in frame:
-        _check_time(frame["time_s"].to_numpy(float), recording.path)
+        if name.endswith("_C") and name in columns:
+            _check_temperature(columns[name].astype(float, copy=False), name, recording.path)
+    if "time_s" in columns:
+        _check_time(columns["time_s"].astype(float, copy=False), recording.path)
 
 
 def _check_temperature(value: Array, name: str, path: str) -> None:
@@ -153,8 +153,7 @@ def _check_time(value: Array, path: str) -> None:
 def check_copies(recording: Recording) -> None:
     """No row and no placement may be there twice: that is no second measurement."""
     _check_placements(recording)
-    frame = recording.frame
-    keys = [frame[name].to_numpy() for name in ("placement", "cycle", "face")]
+    frame, keys = recording.frame, [recording.columns[name] for name in ("placement", "cycle", "face")]
     slots = [int(key.max()) + 1 for key in keys]
     if math.prod(slots) > 20 * len(frame) + 1e6:  # counts far apart: too many slots to count in
         twice = frame.duplicated(["placement", "cycle", "face"], keep=False).to_numpy()
@@ -193,7 +192,7 @@ def _check_placements(recording: Recording) -> None:
         part = recording.of_placement(number)
         if len(part) < 2:
             continue
-        first = seen.setdefault(part.frame[POSITION].to_numpy(float).tobytes(), number)
+        first = seen.setdefault(part.position_mm.tobytes(), number)
         if first != number:
             raise InputError(
                 recording.path,

@@ -6,8 +6,9 @@ import re
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -67,6 +68,22 @@ class Recording(Shown):
         """Write the recording, CSV or (by the extension) Parquet, coordinates to 1e-7 mm."""
         write_recording(path, self)
 
+    @classmethod
+    def of_columns(cls, columns: Mapping[str, NDArray[Any]], comments: Mapping[str, str], path: str = "") -> Recording:
+        """From checked columns ``(n,)``, as :attr:`columns` of another one."""
+        made = cls(pd.DataFrame(dict(columns), copy=False), comments, path)
+        made.__dict__["columns"] = dict(columns)
+        return made
+
+    @cached_property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The columns of ``frame`` as arrays ``(n,)``, which are not to be changed."""
+        return {str(name): np.ascontiguousarray(values.to_numpy()) for name, values in self.frame.items()}
+
+    def numbers(self, names: Sequence[str]) -> list[Array]:
+        """The named columns as floats, each ``(n,)``."""
+        return [self.columns[name].astype(float, copy=False) for name in names]
+
     @property
     def position_mm(self) -> Array:
         """Tip centres, shape ``(n, 3)``."""
@@ -80,9 +97,9 @@ class Recording(Shown):
     @property
     def placements(self) -> list[int]:
         """Numbers of the placements, rising."""
-        column = self.frame["placement"]
-        lowest, highest = int(column.min()), int(column.max())  # mostly one: no need to hash every row
-        return [lowest] if lowest == highest else sorted(int(p) for p in column.unique())
+        column = self.columns["placement"]
+        lowest, highest = int(column.min()), int(column.max())  # mostly one: no need to sort every row
+        return [lowest] if lowest == highest else [int(p) for p in np.unique(column)]
 
     def of_placement(self, placement: int) -> Recording:
         """The rows of one placement."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from multiprocessing import get_all_start_methods, get_context
 from multiprocessing.connection import Connection, wait
 from typing import Any
@@ -41,13 +41,13 @@ class InProcess:
 class _Worker:
     process: Any
     pipe: Connection
-    tasks: deque[int] = field(default_factory=deque)
+    task: int | None = None
 
 
 class Processes:
     """A pool of processes that survives the death of any of them.
 
-    Each has one task and the next one; a task whose process died has failed, and another process takes its place.
+    Each has one task at a time; a task whose process died has failed, and another process takes its place.
 
     Parameters
     ----------
@@ -63,7 +63,6 @@ class Processes:
         """Start the processes."""
         self._function = function
         self._tasks: deque[tuple[int, Any]] = deque()
-        self._lost: deque[tuple[int, Reply]] = deque()
         self._context = _context()
         self._workers = [self._start() for _ in range(self.count)]
         return self.count
@@ -75,17 +74,20 @@ class Processes:
 
     def reply(self) -> tuple[int, Reply]:
         """Wait for the next answer."""
-        while not self._lost:
-            pipes: list[Any] = [one.pipe for one in self._workers]
-            ready = wait(pipes)
-            for worker in [one for one in self._workers if one.pipe in ready]:
-                with contextlib.suppress(EOFError, OSError):
-                    reply = worker.pipe.recv()
-                    number = worker.tasks.popleft()
-                    self._give()
-                    return number, reply
-                self._replace(worker)
-        return self._lost.popleft()
+        ready = wait([one.pipe for one in self._workers if one.task is not None])
+        worker = next(one for one in self._workers if one.pipe in ready)
+        number, worker.task = worker.task, None
+        assert number is not None
+        try:
+            reply: Reply = worker.pipe.recv()
+        except (EOFError, OSError):
+            reply = self._replace(worker)
+        self._give()
+        return number, reply
+
+    def pids(self) -> list[int]:
+        """Of the processes, by which somebody else may look at them."""
+        return [one.process.pid for one in self._workers]
 
     def close(self) -> None:
         """Stop the processes at once."""
@@ -105,22 +107,20 @@ class Processes:
         return _Worker(process, here)
 
     def _give(self) -> None:
-        """To each its task and the next one, the least busy first."""
-        while self._tasks:
-            worker = min(self._workers, key=lambda one: len(one.tasks))
-            if len(worker.tasks) > 1:
-                return
-            number, item = self._tasks.popleft()
-            worker.tasks.append(number)
-            with contextlib.suppress(OSError):  # a dead one is found by reply(), with its tasks
-                worker.pipe.send(item)
+        """A task to each that has none."""
+        for worker in self._workers:
+            if self._tasks and worker.task is None:
+                worker.task, item = self._tasks.popleft()
+                with contextlib.suppress(OSError):  # a dead one is found by reply()
+                    worker.pipe.send(item)
 
-    def _replace(self, worker: _Worker) -> None:
+    def _replace(self, worker: _Worker) -> Reply:
+        """Another process in the place of one that died."""
         worker.pipe.close()
         worker.process.join()
         code = worker.process.exitcode
-        self._lost += [(number, Reply("failed", why=f"its process died (exit code {code})")) for number in worker.tasks]
         self._workers[self._workers.index(worker)] = self._start()
+        return Reply("failed", why=f"its process died (exit code {code})")
 
 
 def _context() -> Any:

@@ -18,12 +18,16 @@ Progress = Callable[[int], None]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a task, by its key: its value, or ``error``, one line; ``tries``: how often it was begun."""
+    """What became of a task, by its key: its value, or ``error``, one line; ``tries``: how often it was begun.
+
+    ``failed``: the error is none of the input, so that it may be well another day; no journal has it.
+    """
 
     key: str
     value: Any = None
     error: str = ""
     tries: int = 1
+    failed: bool = False
 
 
 def run(
@@ -110,8 +114,9 @@ class _Run:
             self.engine.submit(number, task.item)
             return
         del self.waiting[number]
-        outcome = Outcome(task.key, reply.value, _error(reply, task.tries), task.tries)
-        if self.journal is not None:
+        failed = reply.kind == "failed"
+        outcome = Outcome(task.key, reply.value, _error(reply, task.tries), task.tries, failed)
+        if self.journal is not None and not failed:
             self.journal.once(task.key, lambda: {"value": outcome.value, "error": outcome.error})
         self._end(number, outcome)
 

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
+import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from stepgauge.errors import InputError
+from stepgauge.fleet.compacting import compact
 from stepgauge.fleet.content import recording_key
+from stepgauge.fleet.query import query
 from stepgauge.fleet.results import Results
 from stepgauge.fleet.schema import OWNERS
 from stepgauge.fleet.store import Fleet
@@ -96,3 +103,77 @@ def test_results_are_kept_once_for_each_recording_and_never_mixed(tmp_path: Path
     other.put([{"recording": keys[0], "value": 3.5}])
     assert other.read()["value"].to_pylist() == [3.5]
     assert table.done() == set()
+
+
+def test_packing_changes_no_answer_and_a_kill_between_its_steps_loses_nothing(tmp_path: Path) -> None:
+    fleet = Fleet(tmp_path / "fleet", create=True)
+    entries = [make_entry(fleet, number) for number in (0, 3, 12, 15, 1)]
+    entries = [replace(entry, measured_at=entries[0].measured_at) for entry in entries]
+    for entry in entries:
+        fleet.add([entry])
+        Results(fleet, "evaluations").put([{"recording": recording_key(entry.recording), "value": 1.0}])
+    asked = "SELECT machine, count(*) AS n, sum(CAST(x_mm * 1e7 AS BIGINT)) AS x FROM probings GROUP BY ALL ORDER BY 1"
+    before, table = query(fleet, asked), fleet.recordings()
+    state = tmp_path / "state"
+    shutil.copytree(fleet.folder, state)
+    compact(fleet)
+    assert len(list(fleet.folder.rglob("*.parquet"))) == 5  # two machines, an index, sources, evaluations
+    for path in state.rglob("*.parquet"):  # as if it had been killed before anything was removed
+        if not (fleet.folder / path.relative_to(state)).exists():
+            shutil.copy2(path, fleet.folder / path.relative_to(state))
+    for again in (Fleet(fleet.folder), Fleet(state)):
+        assert query(again, asked).equals(before)
+        same = again.recordings()
+        assert same.drop(columns=["file", "first_row"]).equals(table.drop(columns=["file", "first_row"]))
+        assert len(Results(again, "evaluations").read()) == 5
+    again = Fleet(fleet.folder)
+    compact(again)
+    assert len(list(fleet.folder.rglob("*.parquet"))) == 5
+    found = dict(again.read_many(list(table["recording"])))
+    assert all(found[recording_key(one.recording)].frame.equals(one.recording.frame) for one in entries)
+    assert again.add(entries)[0] == []
+
+
+KILLED = """
+import sys
+from tests.fleet.made import make_entry
+from stepgauge.fleet.store import Fleet
+from stepgauge.fleet.compacting import compact
+fleet = Fleet(sys.argv[1], create=True)
+print("go", flush=True)
+for number in range(int(sys.argv[2]), 400):
+    fleet.add([make_entry(fleet, number % 30)])
+    if number % 7 == 0:
+        compact(fleet)
+"""
+
+
+def test_writers_killed_at_any_moment_leave_whole_recordings(tmp_path: Path) -> None:
+    """Two processes add and pack the same recordings at once and are killed; what is there is whole, and once."""
+    folder, random = tmp_path / "fleet", np.random.default_rng(3)
+    Fleet(folder, create=True)
+    run = [sys.executable, "-c", KILLED, str(folder)]
+    writers = [subprocess.Popen([*run, str(first)], stdout=subprocess.PIPE) for first in (0, 7)]
+    for writer in writers:
+        assert writer.stdout is not None
+        assert writer.stdout.readline() == b"go\n"
+    for writer in writers:
+        time.sleep(float(random.uniform(0.1, 0.7)))
+        writer.kill()
+    for writer in writers:
+        writer.communicate()
+    fleet = Fleet(folder)
+    table = fleet.recordings()
+    assert len(table) > 3
+    assert table["recording"].is_unique
+    assert {row.key: len(row.columns["face"]) for row in fleet.stored(table["recording"])} == dict(
+        zip(table["recording"], table["rows"], strict=True)
+    )
+    entries = [make_entry(fleet, number) for number in range(30)]
+    new, known = fleet.add(entries)
+    assert set(known) == set(table["recording"])
+    compact(fleet)
+    assert not list(folder.rglob("*.tmp"))
+    assert query(fleet, "SELECT count(*) AS n FROM probings")["n"].to_pylist() == [sum(fleet.recordings()["rows"])]
+    assert len(new) + len(known) == 30
+    assert query(fleet, "SELECT count(DISTINCT recording) AS n FROM probings")["n"].to_pylist() == [30]

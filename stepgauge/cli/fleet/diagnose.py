@@ -1,0 +1,43 @@
+"""``stepgauge fleet diagnose``: the diagnoses that a store does not have yet."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from stepgauge.cli.fleet.options import STORE, bar, engine_from, engine_options, say_errors
+from stepgauge.cli.options import say
+
+
+@click.command("diagnose")
+@STORE
+@click.option(
+    "--without",
+    multiple=True,
+    metavar="KIND",
+    help="Kind of effect (see 'stepgauge effects') that is known not to be there, e.g. vibration; once per kind.",
+)
+@click.option("--priors", metavar="FILE", help="Priors in place of the shipped ones (TOML); what it leaves out stays.")
+@engine_options
+def command(store: str, without: tuple[str, ...], priors: str | None, **options: Any) -> None:
+    """Diagnose the recordings of a store that have no diagnosis with these options, each by itself.
+
+    Needs a machine file with each recording ('fleet add --machine'). The diagnoses are those of 'stepgauge diagnose'
+    of each recording, in the view diagnoses of 'fleet query'. Each is on the disk as it is made: the same command goes
+    on where this was stopped or killed.
+
+    \b
+    stepgauge fleet diagnose fleet --jobs 2
+    stepgauge fleet diagnose fleet --scheduler tcp://127.0.0.1:8786
+    """
+    from stepgauge.diagnosis.posterior.priors import read_priors
+    from stepgauge.fleet.evaluating import diagnose_fleet
+    from stepgauge.fleet.store import Fleet
+
+    table = None if priors is None else read_priors(priors)
+    engine, fleet = engine_from(options), Fleet(store)
+    with bar("diagnosing") as progress:
+        errors = diagnose_fleet(fleet, engine, without, table, progress)
+    say(f"diagnosed: {store}")
+    say_errors(store, errors, "diagnosed")

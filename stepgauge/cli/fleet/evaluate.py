@@ -1,0 +1,36 @@
+"""``stepgauge fleet evaluate``: the evaluations that a store does not have yet."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from stepgauge.cli.fleet.options import STORE, bar, engine_from, engine_options, say_errors
+from stepgauge.cli.options import BLOCKS, R_EFF, say
+
+
+@click.command("evaluate")
+@STORE
+@BLOCKS
+@R_EFF
+@engine_options
+def command(store: str, blocks: str | None, origin: str, **options: Any) -> None:
+    """Evaluate the recordings of a store that have no evaluation with these options.
+
+    The numbers are those of 'stepgauge evaluate' of each recording, whatever does the work. They are in the view
+    evaluations of 'fleet query', and 'stepgauge history STORE' reads them. With other options than before all are
+    evaluated anew. What is done stays done where this is stopped.
+
+    \b
+    stepgauge fleet evaluate fleet --jobs 2
+    stepgauge fleet evaluate fleet --scheduler tcp://127.0.0.1:8786
+    """
+    from stepgauge.fleet.evaluating import evaluate_fleet
+    from stepgauge.fleet.store import Fleet
+
+    engine, fleet = engine_from(options), Fleet(store)
+    with bar("evaluating") as progress:
+        errors = evaluate_fleet(fleet, engine, blocks, origin, progress)
+    say(f"evaluated: {store}")
+    say_errors(store, errors, "evaluated")

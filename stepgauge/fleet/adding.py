@@ -1,0 +1,206 @@
+"""Recordings in files, with what is known of them, into the store.
+
+Whose a recording is follows from what its file says, from a roster, and from what is stated for all files of a call. A
+key that a file and the roster both state must agree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from itertools import islice
+from pathlib import Path
+
+from stepgauge.errors import InputError, naming
+from stepgauge.files.dates import first_moment, moment_in_path, parse_moment
+from stepgauge.files.outputs import one_set
+from stepgauge.files.text import read_text
+from stepgauge.fleet.content import read_with_files
+from stepgauge.fleet.roster import Roster, Row
+from stepgauge.fleet.store import Entry, Fleet
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.gauge.placement import parse_placement
+from stepgauge.machine.file import Machine, check_recorded, read_machine
+from stepgauge.recording import Recording, read_recording
+from stepgauge.recording.identity import check_recording, stated_serial
+
+PORTION_ROWS = 400_000
+"""Probings that are held in memory until they are written."""
+KEYS = {
+    "machine": ("machine_id",),
+    "type": ("machine_type", "model_line"),
+    "hall": ("hall",),
+    "probe": ("probe_id",),
+    "gauge": ("gauge_id",),
+}
+"""Comments of a recording that state its owners."""
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What is stated for all recordings of a call, None or empty where nothing is.
+
+    ``owners``: by name; ``gauges``, ``machines``: files, of which each recording finds its own by serial number and by
+    name where there are several; ``placements``: texts come from these files, in the order of the placements.
+    """
+
+    owners: Mapping[str, str | None] = field(default_factory=dict)
+    measured_at: str | None = None
+    gauges: Sequence[str] = ()
+    machines: Sequence[str] = ()
+    placements: Sequence[str] = ()
+    roster: str | None = None
+
+
+def add_files(
+    fleet: Fleet, paths: Sequence[str], stated: Stated, progress: Progress | None = None
+) -> tuple[list[str], list[str]]:
+    """Add recordings; returns the keys of the new ones and of those that were there.
+
+    Every file is checked as ``evaluate`` does, against its gauge, before it is added. What was added stays where a
+    later file is wrong; the same call again goes on.
+
+    Parameters
+    ----------
+    fleet : the store
+    paths : recordings, CSV or Parquet
+    stated : what is known of them besides what they say
+    progress : told how many of how many files are done
+    """
+    new, known, kept = list[str](), list[str](), _Kept(fleet, stated)
+    entries = (kept.entry(path) for path in paths)
+    for some in _portions(entries):
+        for total, keys in zip((new, known), fleet.add(some), strict=True):
+            total += keys
+        if progress is not None:
+            progress(len(new) + len(known), len(paths))
+    return new, known
+
+
+def _portions(entries: Iterable[Entry]) -> Iterator[list[Entry]]:
+    """As many as may be held in memory, at least one."""
+    left = iter(entries)
+    while some := list(islice(left, 1)):
+        while sum(len(one.recording) for one in some) < PORTION_ROWS and (more := list(islice(left, 1))):
+            some += more
+        yield some
+
+
+class _Kept:
+    """The roster, and the certificates and machine files that were read and kept so far."""
+
+    def __init__(self, fleet: Fleet, stated: Stated) -> None:
+        self.fleet, self.stated = fleet, stated
+        self.roster = Roster.read(stated.roster) if stated.roster else Roster()
+        self._gauges: dict[str, tuple[Gauge, str]] = {}
+        self._machines: dict[str, tuple[Machine, str]] = {}
+
+    def entry(self, path: str) -> Entry:
+        """A file with all that belongs to it, checked."""
+        with one_set():
+            recording = read_recording(path)
+        row = self.roster.of(path, _own(recording, "machine", "") or self.stated.owners.get("machine"))
+        gauge, certificate = self._gauge(recording, row)
+        machine, machine_file = self._machine(recording, row)
+        owners = self._owners(recording, row, gauge, machine)
+        check_recording(recording, gauge)
+        if machine is not None:
+            check_recorded(recording.comments, machine)
+        placements = tuple(map(read_text, row.files("placement_file") or self.stated.placements))
+        self._check_placements(recording, placements, gauge)
+        moment = self._moment(recording, row)
+        return Entry(recording, owners, moment, certificate, machine_file, placements, Path(path).read_bytes())
+
+    def _owners(self, recording: Recording, row: Row, gauge: Gauge, machine: Machine | None) -> dict[str, str | None]:
+        owners = {name: _agreed(name, recording, row, self.stated.owners.get(name)) for name in KEYS}
+        owners["gauge"] = owners["gauge"] or gauge.table.serial
+        owners["machine"] = owners["machine"] or recording.comments.get("machine")
+        if owners["machine"] is None and machine is not None:
+            owners["machine"] = machine.table.name
+        if not owners["machine"]:
+            expected = naming("machine_id", "roster", words="its comment 'machine_id', {} or {}")
+            raise InputError(recording.path, "nothing says of which machine this is", expected=expected)
+        return owners
+
+    def _gauge(self, recording: Recording, row: Row) -> tuple[Gauge, str]:
+        """The gauge of a recording: the one of the roster, else the one given, by the serial number if several."""
+        names = row.files("gauge_file") or self.stated.gauges
+        read = [self._read_gauge(name) for name in names]
+        serial = stated_serial(recording.comments)
+        fitting = read if len(read) == 1 else [one for one in read if one[0].table.serial == serial]
+        if len(fitting) != 1:
+            there = ", ".join(one[0].table.serial for one in read) or "none"
+            raise InputError(
+                recording.path,
+                "nothing says with which gauge this was measured",
+                found=f"gauge_serial {serial}, gauges given: {there}",
+                expected=naming("gauge", "roster", words="its gauge by {} or {}"),
+            )
+        return fitting[0]
+
+    def _read_gauge(self, name: str) -> tuple[Gauge, str]:
+        if name not in self._gauges:
+            gauge, files = read_with_files(read_gauge, name)
+            self._gauges[name] = gauge, self.fleet.keep("gauge", files)
+        return self._gauges[name]
+
+    def _machine(self, recording: Recording, row: Row) -> tuple[Machine | None, str | None]:
+        """The machine file of a recording, by the name in it if several are given; none is needed."""
+        names = row.files("machine_file") or self.stated.machines
+        read = [self._read_machine(name) for name in names]
+        called = recording.comments.get("machine")
+        fitting = read if len(read) == 1 else [one for one in read if one[0].table.name == called]
+        if not read:
+            return None, None
+        if len(fitting) != 1:
+            there = ", ".join(one[0].table.name for one in read)
+            raise InputError(
+                recording.path,
+                "none, or several, of the machine files given are of this machine",
+                found=called,
+                expected=there,
+            )
+        return fitting[0]
+
+    def _read_machine(self, name: str) -> tuple[Machine, str]:
+        if name not in self._machines:
+            machine, files = read_with_files(read_machine, name)
+            self._machines[name] = machine, self.fleet.keep("machine", files)
+        return self._machines[name]
+
+    @staticmethod
+    def _check_placements(recording: Recording, texts: Sequence[str], gauge: Gauge) -> None:
+        if texts and len(texts) != len(recording.placements):
+            found, expected = len(texts), f"{len(recording.placements)} or none"
+            raise InputError(recording.path, "one placement file per placement", found=found, expected=expected)
+        for text in texts:
+            parse_placement(text, recording.path, gauge)
+
+    def _moment(self, recording: Recording, row: Row) -> datetime:
+        text = recording.comments.get("measured_at")
+        if text is not None:
+            return parse_moment(str(first_moment(text, recording.path)), recording.path)
+        if said := row.get("measured_at") or self.stated.measured_at:
+            return parse_moment(said, row.where or naming("measured_at"))
+        if (found := moment_in_path(Path(recording.path))) is not None:
+            return found
+        expected = naming("measured_at", "roster", words="its comment 'measured_at', {}, {} or a date in its path")
+        raise InputError(recording.path, "nothing says when this was measured", expected=expected)
+
+
+def _own(recording: Recording, name: str, default: str | None = None) -> str | None:
+    """What the file itself says of an owner."""
+    return next((recording.comments[key].strip() for key in KEYS[name] if key in recording.comments), default)
+
+
+def _agreed(name: str, recording: Recording, row: Row, for_all: str | None) -> str | None:
+    """An owner as the file, the roster or the call states it; what the file says may not be contradicted."""
+    own, other = _own(recording, name), row.get(name) or for_all
+    if own and other and own != other:
+        where = row.where if row.get(name) else recording.path
+        raise InputError(
+            where, f"the recording {Path(recording.path).name} states another {name}", found=other, expected=own
+        )
+    return own or other or None

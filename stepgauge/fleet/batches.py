@@ -1,0 +1,56 @@
+"""Recordings of the store as tasks: what a worker needs that has neither the store nor its files."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+
+from stepgauge.errors import InputError
+from stepgauge.fleet.rows import Stored
+from stepgauge.fleet.store import Fleet
+from stepgauge.gauge.certified import Gauge
+from stepgauge.gauge.placement import Placement, parse_placement
+from stepgauge.machine.file import Machine
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Some recordings with the certificates and machine files that they name."""
+
+    stored: tuple[Stored, ...]
+    gauges: dict[str, Gauge]
+    machines: dict[str, Machine]
+
+    def gauge(self, one: Stored) -> Gauge:
+        """As certified."""
+        return self.gauges[one.certificate]
+
+    def machine(self, one: Stored) -> Machine:
+        """As its file says (:class:`InputError` where none was added)."""
+        if one.machine_file is None:
+            raise InputError(one.name, "no machine file was added with this recording", expected="fleet add --machine")
+        return self.machines[one.machine_file]
+
+    def placements(self, one: Stored) -> list[Placement]:
+        """Where the gauge lay, in the order of the placements; empty where that was not stated."""
+        return [parse_placement(text, one.name, self.gauge(one)) for text in one.placement_files]
+
+
+def batches(fleet: Fleet, recordings: Collection[str], size: int) -> Iterator[tuple[str, Batch]]:
+    """The recordings in batches of ``size``, each with the key of its first recording."""
+    some: list[Stored] = []
+    for one in fleet.stored(recordings):
+        some.append(one)
+        if len(some) == size:
+            yield some[0].key, _batch(fleet, some)
+            some = []
+    if some:
+        yield some[0].key, _batch(fleet, some)
+
+
+def _batch(fleet: Fleet, some: Sequence[Stored]) -> Batch:
+    certificates = dict.fromkeys(one.certificate for one in some)
+    files = dict.fromkeys(one.machine_file for one in some if one.machine_file is not None)
+    return Batch(
+        tuple(some), {key: fleet.gauge(key) for key in certificates}, {key: fleet.machine(key) for key in files}
+    )

@@ -1,0 +1,153 @@
+"""The verbs of a fleet, end to end: recordings with a roster, questions, work in processes and on a cluster, export."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from stepgauge.cli import cli
+from stepgauge.diagnosis.engine import diagnose
+from stepgauge.diagnosis.files import Inputs, told_to_dict
+from stepgauge.diagnosis.unknown_law import model_unknown
+from stepgauge.errors import InputError, PartlyDoneError
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.fleet.query import query
+from stepgauge.fleet.results import tables_of
+from stepgauge.fleet.store import Fleet
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.recording import read_recording, write_recording
+from tests.fleet.made import GAUGE, make_recording
+
+
+def verb(*words: object) -> None:
+    cli.main(args=[str(word) for word in words], standalone_mode=False)
+
+
+@pytest.fixture
+def logs(tmp_path: Path) -> Path:
+    """Six recordings, one of them written by hand with other digits, and a roster by machine."""
+    folder = tmp_path / "logs"
+    gauge = read_gauge(GAUGE)
+    for number in range(6):
+        said = {"machine_id": f"M{number % 3}", "measured_at": f"2026-0{1 + number}-05"}
+        write_recording(folder / f"{number}.csv", make_recording(gauge, number, 2, ppm=number, **said))
+    text = (folder / "5.csv").read_text().replace("# tip_radius_mm: 2\n", "# tip_radius_mm:   2\n# by: hand\n")
+    (folder / "5.csv").write_text(text.replace(",0.0,", ",0.00,").replace("# probings: 84\n", ""), newline="\r\n")
+    (folder / "roster.csv").write_text("machine,type,hall\nM0,T,North\nM1,T,South\nM2,,South\n")
+    return folder
+
+
+def test_from_logs_to_answers_and_back(logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    fleet, files = tmp_path / "fleet", sorted(logs.glob("[0-9].csv"))
+    add = ("fleet", "add", fleet, "-g", GAUGE, "-m", "bridge-cmm", "--roster", logs / "roster.csv")
+    verb(*add, *files[:4])
+    verb(*add, *files)
+    assert "2 recordings added, 4 were there: 6 in" in capsys.readouterr().err
+    verb("fleet", "compact", fleet)
+    verb("fleet", "evaluate", fleet, "--jobs", 1)
+    capsys.readouterr()
+    verb("fleet", "query", fleet, "SELECT hall, type, count(*) AS n FROM recordings GROUP BY ALL ORDER BY ALL")
+    assert capsys.readouterr().out == "hall,type,n\nNorth,T,2\nSouth,T,2\nSouth,,2\n"
+    asked = "SELECT machine, placement, scale_ppm, r_eff_mm FROM evaluations ORDER BY measured_at"
+    verb("fleet", "query", fleet, asked, "-o", tmp_path / "answer.json")
+    verb("fleet", "query", fleet, asked, "-o", tmp_path / "answer.parquet")
+    answer = json.loads((tmp_path / "answer.json").read_text())
+    alone = [evaluate(read_recording(path), read_gauge(GAUGE)).results[0] for path in files]
+    assert pd.read_parquet(tmp_path / "answer.parquet")["r_eff_mm"].tolist() == [r.radius.r_eff_mm for r in alone]
+    assert answer[4]["scale_ppm"] == pytest.approx(4.0, abs=1.5)
+    verb("fleet", "export", fleet, "-o", tmp_path / "out")
+    for path in files:
+        assert (tmp_path / "out" / "recordings" / path.name).read_bytes() == path.read_bytes()
+    verb(
+        "fleet",
+        "add",
+        tmp_path / "again",
+        *(tmp_path / "out" / "recordings").iterdir(),
+        "--roster",
+        tmp_path / "out/roster.csv",
+    )
+    tables = [
+        Fleet(folder).recordings().drop(columns=["added_at", "file", "first_row"])
+        for folder in (fleet, tmp_path / "again")
+    ]
+    pd.testing.assert_frame_equal(*tables)
+    verb("history", fleet, "--machine-name", "M1", "-o", tmp_path / "history")
+    entries = json.loads((tmp_path / "history" / "history.json").read_text())["entries"]
+    assert [one["r_eff_mm"] for one in entries] == [alone[1].radius.r_eff_mm, alone[4].radius.r_eff_mm]
+
+
+def test_the_documented_cluster_gives_what_this_process_gives(logs: Path, tmp_path: Path) -> None:
+    """The cluster is started by its command, as the documentation says, and ends at Ctrl-C."""
+    fleet, asked = tmp_path / "fleet", "SELECT * EXCLUDE (notes) FROM evaluations ORDER BY recording"
+    verb("fleet", "add", fleet, "-g", GAUGE, *sorted(logs.glob("[0-9].csv")))
+    verb("fleet", "evaluate", fleet, "--jobs", 1)
+    here = query(Fleet(fleet), asked)
+    start = [sys.executable, "-m", "stepgauge", "fleet", "cluster", "--workers", "2", "--port", "0", "--idle", "90"]
+    with subprocess.Popen(start, stdout=subprocess.PIPE, text=True) as cluster:
+        assert cluster.stdout is not None
+        tables_of(Fleet(fleet))[0].clear()
+        verb("fleet", "evaluate", fleet, "--scheduler", cluster.stdout.readline().strip())
+        cluster.send_signal(signal.SIGINT)
+        assert cluster.wait(60) == 130
+    assert len(here) == 6
+    assert query(Fleet(fleet), asked).equals(here)
+
+
+def test_a_diagnosis_of_the_fleet_is_that_of_the_recording_alone(logs: Path, tmp_path: Path) -> None:
+    path = logs / "3.csv"
+    verb("fleet", "add", tmp_path / "fleet", "-g", GAUGE, "-m", "bridge-cmm", path)
+    verb("fleet", "diagnose", tmp_path / "fleet", "--jobs", 1)
+    fleet = Fleet(tmp_path / "fleet")
+    row, answer = fleet.recordings().iloc[0], query(fleet, "SELECT * FROM diagnoses").to_pylist()[0]
+    recording = read_recording(path)
+    found = diagnose(recording, fleet.gauge(row["certificate"]), fleet.machine(row["machine_file"]))
+    alone = told_to_dict(found, Inputs((recording,)), model_unknown(found))
+    assert json.loads(answer["document"]) == json.loads(json.dumps(alone))
+    assert (answer["verdict"], answer["machine"], answer["summary"]) == (found.verdict, "M0", found.summary())
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["add", "FLEET", "LOGS/0.csv"], "nothing says with which gauge"),
+        (["add", "FLEET", "LOGS/0.csv", "-g", GAUGE, "--machine-id", "M9"], "another machine; found M9; expected M0"),
+        (["add", "FLEET", "LOGS/0.csv", "-g", GAUGE, "--roster", "LOGS/0.csv"], "column 'placement' is not known"),
+        (["query", "FLEET", "SELECT 1"], "there is no fleet here"),
+        (["evaluate", "LOGS", "--scheduler", "tcp://127.0.0.1:9", "--jobs", "2"], "--jobs and --memory are of"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_told_in_a_line(logs: Path, tmp_path: Path, words: list[str], message: str) -> None:
+    said = [word.replace("LOGS", str(logs)).replace("FLEET", str(tmp_path / "fleet")) for word in words]
+    with pytest.raises(Exception, match=message):
+        verb("fleet", *said)
+
+
+@pytest.mark.parametrize(
+    "sql", ["SELEC 1", "COPY recordings TO 'x.csv'", "SELECT * FROM read_csv('{}')", "SELECT 1; SELECT 2"]
+)
+def test_a_question_neither_changes_nor_reads_anything_else(logs: Path, tmp_path: Path, sql: str) -> None:
+    verb("fleet", "add", tmp_path / "fleet", logs / "0.csv", "-g", GAUGE)
+    with pytest.raises(InputError, match="SQL: "):
+        verb("fleet", "query", tmp_path / "fleet", sql.format(logs / "1.csv"))
+
+
+def test_what_cannot_be_diagnosed_is_told_and_kept(
+    logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    verb("fleet", "add", tmp_path / "fleet", logs / "0.csv", "-g", GAUGE)
+    with pytest.raises(PartlyDoneError, match="1 recordings could not be diagnosed"):
+        verb("fleet", "diagnose", tmp_path / "fleet", "--jobs", 1)
+    capsys.readouterr()
+    verb("fleet", "query", tmp_path / "fleet", "SELECT error FROM diagnoses", "--to", "json")
+    assert "no machine file was added" in json.loads(capsys.readouterr().out)[0]["error"]
+
+
+def test_the_package_does_not_import_what_only_a_fleet_needs() -> None:
+    code = "import sys, stepgauge, stepgauge.cli; sys.exit(bool({'duckdb', 'distributed', 'dask'} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,93 @@
+"""Evaluations and diagnoses of a fleet are those of each recording alone, to the last digit, on any engine."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.evaluation.files import UM
+from stepgauge.fleet.batches import Batch
+from stepgauge.fleet.content import recording_key
+from stepgauge.fleet.evaluating import diagnose_fleet, evaluate_fleet
+from stepgauge.fleet.results import Results
+from stepgauge.recording import Recording, read_recording, write_recording
+from stepgauge.work.processes import InProcess, Processes
+from tests.fleet.made import make_entry, make_fleet
+
+OPTIONS = {"blocks": None, "r_eff": "first"}
+
+
+def test_the_evaluations_are_those_of_each_recording_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the file on the disk by the verb's own function, against the store by batches in two processes."""
+    monkeypatch.setattr("stepgauge.fleet.evaluating.BATCH", 4)
+    fleet = make_fleet(tmp_path / "fleet", 10)
+    bad = make_entry(fleet, 11).recording
+    bad = Recording(
+        bad.frame.assign(x_mm=bad.frame["x_mm"] * (1.0 + 0.1 * (bad.frame["face"] > 20))), bad.comments, "bad.csv"
+    )
+    fleet.add([replace(make_entry(fleet, 11), recording=bad)])
+    told: list[tuple[int, int]] = []
+    errors = evaluate_fleet(fleet, Processes(2), progress=lambda done, total: told.append((done, total)))
+    assert told[-1] == (11, 11)
+    assert len(errors) == 1
+    assert errors[0].startswith("bad.csv: probing")
+    rows = {row["recording"]: row for row in Results(fleet, "evaluations", OPTIONS).read().to_pylist()}
+    for number in range(10):
+        entry = make_entry(fleet, number)
+        path = tmp_path / "one.csv"
+        write_recording(path, entry.recording)
+        one = evaluate(read_recording(path), fleet.gauge(entry.certificate))
+        row, (result,) = rows[recording_key(entry.recording)], one.results
+        for name in (*UM, "position_mm"):
+            assert np.array_equal(row[name], getattr(result, name), equal_nan=True)
+        assert (row["r_eff_mm"], row["band_um"]) == (result.radius.r_eff_mm, result.band_um)
+        assert row["notes"] == list(result.notes)
+    assert evaluate_fleet(fleet, InProcess()) == []  # nothing is left to do
+    assert rows[recording_key(bad)]["error"] == errors[0]
+
+
+KILLED = """
+import sys
+from stepgauge.fleet import evaluating
+from stepgauge.fleet.store import Fleet
+from stepgauge.work.processes import InProcess
+from tests.fleet.test_evaluating import quick
+evaluating.diagnose_batch = quick
+evaluating.diagnose_fleet(Fleet(sys.argv[1]), InProcess(), progress=lambda done, total: print(done, flush=True))
+"""
+
+
+def quick(batch: Batch, without: tuple[str, ...], priors: object) -> dict[str, Any]:
+    """Something in place of a diagnosis, which takes its time to the last digit."""
+    time.sleep(0.05)
+    (one,) = batch.stored
+    mean = float(one.columns["x_mm"].mean())
+    fit = {"noise_um": mean, "rms_before_um": mean, "rms_after_um": None}
+    effects = [{"kind": "scale_error", "label": "scale error x", "probability": 0.5}]
+    return {"summary": str(mean), "said": {"verdict": "effects", "effects": effects, "fit": fit}}
+
+
+def test_a_stopped_diagnosis_goes_on_where_it_was_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stepgauge.fleet.evaluating.diagnose_batch", quick)
+    whole, cut = make_fleet(tmp_path / "whole", 12), make_fleet(tmp_path / "cut", 12)
+    assert diagnose_fleet(whole, Processes(2)) == []
+    with subprocess.Popen([sys.executable, "-c", KILLED, str(cut.folder)], stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"1\n"
+        process.kill()
+    done = (cut.folder / "diagnoses.journal").read_bytes().count(b"\n") - 1
+    assert 1 <= done < 12
+    told: list[int] = []
+    assert diagnose_fleet(cut, InProcess(), progress=lambda done, total: told.append(done)) == []
+    assert not (cut.folder / "diagnoses.journal").exists()
+    tables = [Results(fleet, "diagnoses", {"without": [], "priors": None}).read() for fleet in (whole, cut)]
+    assert tables[0].equals(tables[1])
+    assert len(tables[0]) == told[-1] == 12
