@@ -38,10 +38,19 @@ def show(request: Request) -> Response:
         ready=ready,
         programs=listed(site.folder, PROGRAMS),
         faults=listed(site.folder, [".toml"], deep=1) if ready else [],
+        chosen={key: request.query_params.get(key, "") for key in ("program", "placement")},
+        placements=_placements(site) if ready else [],
         running=[one.asked.output for one in site.runs.running()],
         unfinished=site.runs.unfinished(),
         name=relative(site.folder, str(_new_name(site))),
     )
+
+
+def _placements(site: Site) -> list[str]:
+    """Where the gauge may lie: the project's placement first."""
+    files = listed(site.folder, [".toml"])
+    found = [one for one in files if b"c1_mm" in (site.folder / one).read_bytes()[:10_000]]
+    return sorted(found, key=lambda one: one != site.placement)
 
 
 def _new_name(site: Site) -> Path:
@@ -94,7 +103,7 @@ def _asked(site: Site, form: Form) -> Asked:
         output=output,
         gauge=site.stated("gauge"),
         machine=site.stated("machine"),
-        placement=site.placement,
+        placement=file("placement") or site.placement,
         program=file("program"),
         cycles=form.whole("cycles", 1, 1000, 5) or 5,
         blocks=form.text("blocks"),
