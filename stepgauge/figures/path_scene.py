@@ -105,20 +105,25 @@ def path_scene(
     ``travel_mm`` of shape ``(3, 2)`` adds the box of the machine's travel; the other parameters are those of
     :func:`draw_path`.
     """
-    import plotly.graph_objects as go
-
     obstacles = make_obstacles(gauge, placement)
     travelled = until(run_path, stop_piece)
     stopped = stop_piece is not None
     traces = [
-        _boxes(obstacles, slice(0, -1), "blocks", BLOCK_COLOR),
-        _boxes(obstacles, slice(-1, None), "rail", RAIL_COLOR),
+        boxes(obstacles, slice(0, -1), "blocks", BLOCK_COLOR),
+        boxes(obstacles, slice(-1, None), "rail", RAIL_COLOR),
         _lines(travelled, ~travelled.measuring, "travel", TRAVEL_COLOR, 2),
         _lines(travelled, travelled.measuring, "measuring", MEASURE_COLOR, 5),
         _probed(travelled, gauge, placement, tip_radius_mm, stopped),
     ]
-    traces += [] if travel_mm is None else [_travel_volume(np.asarray(travel_mm, float))]
+    traces += [] if travel_mm is None else [travel_volume(np.asarray(travel_mm, float))]
     traces += [_stop(travelled)] if stopped else []
+    return scene_of(traces, title)
+
+
+def scene_of(traces: Sequence[Any], title: str = "") -> Any:
+    """Traces in machine coordinates, mm, as a plotly figure to scale."""
+    import plotly.graph_objects as go
+
     aspect = _aspect(traces)
     axes = {f"{axis}axis": {"title": {"text": f"{axis} (mm)"}, "nticks": _ticks(aspect[axis])} for axis in "xyz"}
     return go.Figure(
@@ -154,7 +159,7 @@ _TRIANGLES = np.array([half for a, b, c, d in _SIDES for half in ([a, b, c], [a,
 _EDGES = [(a, b) for a in range(8) for b in range(a + 1, 8) if np.abs(_CORNERS[a] - _CORNERS[b]).sum() == 1]
 
 
-def _boxes(obstacles: Obstacles, rows: slice, name: str, color: str) -> Any:
+def boxes(obstacles: Obstacles, rows: slice, name: str, color: str) -> Any:
     """Boxes as one mesh: eight corners and twelve triangles each, in machine coordinates."""
     import plotly.graph_objects as go
 
@@ -201,7 +206,7 @@ def _probed(path: Path, gauge: Gauge, placement: Placement, tip_radius_mm: float
     return go.Scatter3d(x=x, y=y, z=z, mode="markers", name=name, customdata=visits, hovertemplate=hover, marker=marker)
 
 
-def _travel_volume(travel_mm: Array) -> Any:
+def travel_volume(travel_mm: Array) -> Any:
     corners = travel_mm[:, 0] + (travel_mm[:, 1] - travel_mm[:, 0]) * _CORNERS
     gap = np.full(3, np.nan)
     pieces = np.array([[corners[a], corners[b], gap] for a, b in _EDGES])

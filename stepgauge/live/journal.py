@@ -129,6 +129,11 @@ def _point(line: Row, journal: Journal, number: int) -> int:
     return point
 
 
+def look(path: Path) -> Journal:
+    """What is on the disk of a measurement that goes on, was broken off or is done; nothing is held or written."""
+    return _read(path)[0]
+
+
 def _is_unfinished(path: Path) -> bool:
     """Whether points are in a journal that has no end; one that was refused before its first point is none.
 

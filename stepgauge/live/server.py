@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import queue
 import signal
 import socket
-from collections.abc import Callable
-from contextlib import suppress
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -157,6 +159,29 @@ class Server:
         finally:
             listener.close()
             await self._close_link()
+
+    @contextmanager
+    def in_thread(self) -> Iterator[int]:
+        """Serve in a thread of this process for as long as the block lasts; yields the port."""
+        found: queue.Queue[tuple[asyncio.AbstractEventLoop, int] | BaseException] = queue.Queue()
+
+        def serve() -> None:
+            try:
+                asyncio.run(self.run(lambda _, port: found.put((asyncio.get_running_loop(), port)), signals=False))
+            except BaseException as error:  # whoever waits for the port is told
+                found.put(error)
+
+        thread = threading.Thread(target=serve, daemon=True)
+        thread.start()
+        ready = found.get()
+        if isinstance(ready, BaseException):
+            raise ready
+        loop, port = ready
+        try:
+            yield port
+        finally:
+            loop.call_soon_threadsafe(self.stop)
+            thread.join()
 
     def stop(self) -> None:
         """End from within the loop."""

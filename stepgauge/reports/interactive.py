@@ -59,20 +59,28 @@ def diagnosis_page(said: Mapping[str, Any], story: Mapping[str, Any], rows: pd.D
     story : its page in words, with the table of findings
     rows : content of ``residuals.csv``
     """
-    total, unit = len(rows), str(unit_of(rows))
+    scene = diagnosis_scene(said, story, rows)
+    return _content(story["title"], story["summary"], scene, bool(story["example"]), False, _left_out(len(rows)))
+
+
+def diagnosis_scene(
+    said: Mapping[str, Any], story: Mapping[str, Any], rows: pd.DataFrame, more: pd.DataFrame | None = None
+) -> dict[str, Any]:
+    """The data of such a page; ``more``: further covariates, one row per row of ``rows``, by their names with units."""
+    unit = str(unit_of(rows))
     listed = _listed_rows(said, rows)
-    kept = _kept(total, [at for some in listed.values() for at in some])
+    kept = _kept(len(rows), [at for some in listed.values() for at in some])
     place = {int(at): i for i, at in enumerate(kept)}
     rows = rows.iloc[kept].reset_index(drop=True)
     findings = _findings(said, story, rows, unit, {n: [place[at] for at in some] for n, some in listed.items()})
-    scene = {
+    added = pd.DataFrame() if more is None else more.iloc[kept]
+    return {
         "kind": "diagnosis",
         **_what(said, rows, unit),
-        "against": _against(rows),
+        "against": [*_against(rows), *({"name": str(name), "values": _numbers(added[name])} for name in added)],
         "rows": _rows(rows, unit, "axis" in said),
         "findings": findings,
     }
-    return _content(story["title"], story["summary"], scene, bool(story["example"]), False, _left_out(total))
 
 
 def _what(said: Mapping[str, Any], rows: pd.DataFrame, unit: str) -> dict[str, Any]:

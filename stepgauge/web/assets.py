@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -22,21 +21,15 @@ def plotly_version() -> str:
     return version("plotly")
 
 
-@cache
-def _packed_plotly() -> bytes:
+def plotly_library(request: Request) -> Response:
+    """As it lies in the installed wheel."""
     from importlib.util import find_spec
 
     spec = find_spec("plotly")
     assert spec is not None
     assert spec.origin is not None
     library = Path(spec.origin).parent / "package_data/plotly.min.js"
-    return gzip.compress(library.read_bytes(), 5, mtime=0)
-
-
-def plotly_library(request: Request) -> Response:
-    """4.8 MB of text, packed once."""
-    headers = {"Content-Encoding": "gzip", **KEEP}
-    return Response(_packed_plotly(), media_type="text/javascript", headers=headers)
+    return FileResponse(library, media_type="text/javascript", headers=KEEP)
 
 
 def own_file(request: Request) -> Response:

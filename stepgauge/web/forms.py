@@ -20,7 +20,7 @@ LARGEST_TEXT_BYTES = 4 * 2**20
 
 @dataclass(frozen=True)
 class Form:
-    """Texts and files by the names of their fields; what is empty is not there."""
+    """Texts and files by the names of their fields; what is empty is not there, several of one name are lines."""
 
     texts: Mapping[str, str]
     files: Mapping[str, bytes]
@@ -63,7 +63,8 @@ async def read_form(request: Request) -> Form:
                 if data := await value.read():
                     files[name] = data
             elif value.strip():
-                texts[name] = value.strip() if "\n" not in value else value
+                own = value.strip() if "\n" not in value else value
+                texts[name] = f"{texts[name]}\n{own}" if name in texts else own
     return Form(texts, files)
 
 

@@ -6,11 +6,13 @@ from functools import cache
 from typing import Any
 
 import jinja2
+from markupsafe import Markup
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
 
 from stepgauge import __version__
 from stepgauge.errors import InputError
+from stepgauge.web.assets import plotly_version
 from stepgauge.web.site import Site
 from stepgauge.web.texts import LANGUAGES, Words, best_language
 
@@ -41,7 +43,8 @@ def words_of(request: Request) -> Words:
 def render(request: Request, template: str, code: int = 200, **content: Any) -> Response:
     """A template as the answer: a page extends ``base.html.j2``, a part stands alone.
 
-    Every template has ``t`` (texts), ``number``, ``site``, ``pages`` (the navigation) and ``here`` (the path).
+    Every template has ``t`` (texts), ``number``, ``site``, ``pages`` (the navigation), ``here`` (the path) and
+    ``plotly`` (its script element).
     """
     from stepgauge.web.pages import PAGES
 
@@ -57,13 +60,28 @@ def render(request: Request, template: str, code: int = 200, **content: Any) -> 
         "pages": PAGES,
         "here": request.url.path,
         "site": site_of(request),
+        "plotly": _plotly_tag,
         "version": __version__,
     }
     return HTMLResponse(_templates().get_template(template).render(given | content), code)
 
 
+def _plotly_tag() -> Markup:
+    """The script element of plotly's library, for pages that draw."""
+    return Markup('<script src="/static/plotly-{}.js" defer></script>').format(plotly_version())
+
+
+def json_answer(text: str) -> Response:
+    """JSON that is text already, such as a figure's."""
+    return Response(text, media_type="application/json")
+
+
 def error_answer(request: Request, error: Exception) -> Response:
-    """What was wrong with what was given: as a part where a part was asked for, else as a page."""
+    """What was wrong with what was given: as a part where a part was asked for, else as a page.
+
+    A part is a proper answer (200), for a browser takes any other for a fault of the page.
+    """
     assert isinstance(error, InputError)
-    template = "error_part.html.j2" if PARTIAL in request.headers else "error.html.j2"
-    return render(request, template, 422, message=error.as_typed())
+    if PARTIAL in request.headers:
+        return render(request, "error_part.html.j2", message=error.as_typed())
+    return render(request, "error.html.j2", 422, message=error.as_typed())

@@ -67,7 +67,10 @@ def serve(folder: Path, verbs: Iterable[str], listening: Listening, ready: Calla
         )
         shown = f"[{host}]" if ":" in host else host
         address = f"http://{shown}:{port}/" + (f"?token={token}" if token else "")
-        asyncio.run(_run(uvicorn.Server(config), taken, lambda: ready(address, token is not None)))
+        try:
+            asyncio.run(_run(uvicorn.Server(config), taken, lambda: ready(address, token is not None)))
+        finally:
+            site.close()
 
 
 async def _run(server: uvicorn.Server, taken: socket.socket, ready: Callable[[], None]) -> None:

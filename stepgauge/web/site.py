@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stepgauge.project.find import NAME
+from stepgauge.web.measuring import Runs
 from stepgauge.web.work import Works
 
 if TYPE_CHECKING:
@@ -32,11 +33,16 @@ class Site:
     port: int
     token: str | None = None
     works: Works = field(init=False)
+    runs: Runs = field(init=False)
     _writer: threading.Lock = field(default_factory=threading.Lock)
 
     def __post_init__(self) -> None:
         self.folder = self.folder.resolve()
-        self.works = Works(self.folder)
+        self.works, self.runs = Works(self.folder), Runs(self.folder)
+
+    def close(self) -> None:
+        """The server ends: machines that measure for it stop; other work goes on, and writes its files."""
+        self.runs.close()
 
     @property
     def has_project(self) -> bool:

@@ -49,6 +49,7 @@ class Served:
     options: tuple[str, ...] = ()
     process: subprocess.Popen[str] = field(init=False)
     address: str = field(init=False)
+    said: str = ""
 
     def __post_init__(self) -> None:
         line = [sys.executable, "-m", "stepgauge", "web", str(self.folder), "--port", "0", "--no-browser"]
@@ -76,11 +77,20 @@ class Served:
         connection.close()
         return found
 
+    def __enter__(self) -> Served:
+        return self
+
+    def __exit__(self, *failed: object) -> None:
+        said = self.end()
+        assert failed[0] is not None or "Traceback" not in said, said
+
     def end(self, number: int = signal.SIGTERM) -> str:
         """End the server; what it said on stderr."""
         if self.process.poll() is None:
             self.process.send_signal(number)
-        return self.process.communicate(timeout=30)[1]
+        if not self.said:
+            self.said = self.process.communicate(timeout=30)[1]
+        return self.said
 
 
 def make_project(folder: Path) -> Path:
@@ -92,10 +102,8 @@ def make_project(folder: Path) -> Path:
 @pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     """One server for a module, with a project of its own."""
-    server = Served(make_project(tmp_path_factory.mktemp("web") / "project"))
-    yield server
-    said = server.end()
-    assert "Traceback" not in said, said
+    with Served(make_project(tmp_path_factory.mktemp("web") / "project")) as server:
+        yield server
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@ from stepgauge.web.pages import PAGES
 from stepgauge.web.texts import LANGUAGES, Words, best_language, catalogue
 
 ROOM = Path(stepgauge.web.__file__).parent
-FAMILIES = ("nav.", "look.", "kind.")
+FAMILIES = ("nav.", "look.", "kind.", "place.", "state.", "steer.", "verdict.")
 """Keys that are put together from a name."""
 
 

@@ -99,7 +99,8 @@ export async function draw(place, figure) {
 export async function plot(place, address = place.dataset.plot) {
   try {
     const answer = await fetch(address, {headers: PART});
-    if (!answer.ok) return fail(place, new DOMParser().parseFromString(await answer.text(), "text/html").body.textContent.trim());
+    if (!(answer.headers.get("content-type") || "").includes("json"))
+      return fail(place, new DOMParser().parseFromString(await answer.text(), "text/html").body.textContent.trim());
     await draw(place, await answer.json());
   } catch (error) { fail(place, error); }
 }

@@ -1,0 +1,63 @@
+"""What a measurement was asked for, as the page and the process that measures tell each other."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from stepgauge.errors import InputError
+
+SUFFIX = ".asked.json"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A measurement; all paths as from the folder of the project.
+
+    ``program``: empty where the path is planned now, with ``cycles`` and ``blocks``; ``server``: empty for the virtual
+    CMM, which runs ``speed`` times as fast as a real one (None: its time passes in motions alone), reads as ``faults``
+    say, and scatters by ``seed``.
+    """
+
+    output: str
+    gauge: str
+    machine: str
+    placement: str
+    program: str = ""
+    cycles: int = 5
+    blocks: str = ""
+    server: str = ""
+    homing: bool = True
+    gauge_temperature_C: float | None = None
+    speed: float | None = 10.0
+    faults: str = ""
+    seed: int = 0
+    resume: bool = False
+
+    def as_json(self) -> str:
+        return json.dumps(asdict(self))
+
+    def command(self) -> str:
+        """What one would type for the same, with ``stepgauge serve`` in another window for the virtual CMM."""
+        words = ["stepgauge", "measure", *([self.program] if self.program else ["--cycles", str(self.cycles)])]
+        words += ["--blocks", self.blocks] if self.blocks and not self.program else []
+        words += ["-p", self.placement, "--server", self.server or "127.0.0.1", "-o", self.output]
+        words += ["--homing"] if self.homing else []
+        if self.gauge_temperature_C is not None:
+            words += ["--gauge-temperature", f"{self.gauge_temperature_C:g}"]
+        return shlex.join([*words, *(["--resume"] if self.resume else [])])
+
+
+def asked_of(output: Path) -> Path:
+    """Beside an unfinished recording: what it was asked for, so that it can go on."""
+    return Path(f"{output}{SUFFIX}")
+
+
+def read_asked(text: str, where: object = "asked") -> Asked:
+    """As :meth:`Asked.as_json` wrote it."""
+    try:
+        return Asked(**json.loads(text))
+    except (ValueError, TypeError):
+        raise InputError(str(where), "this is not what a measurement was asked for") from None

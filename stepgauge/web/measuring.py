@@ -1,0 +1,159 @@
+"""The measurements that this server has started: processes steered by lines; only their newest words are kept."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from stepgauge.errors import InputError
+from stepgauge.web.asked import Asked, asked_of, read_asked
+
+RUNNING = ("starting", "running", "paused", "stopping")
+WAIT_S = 10.0
+"""For a machine to stop and draw back, when the server ends."""
+
+
+@dataclass
+class Run:
+    """A measurement. ``told``: by kind, the number of the newest message and its text; nothing older is kept."""
+
+    asked: Asked
+    process: subprocess.Popen[bytes]
+    said: Any
+    told: dict[str, tuple[int, str]] = field(default_factory=dict)
+    status: dict[str, Any] = field(default_factory=lambda: {"state": "starting"})
+    _count: int = 0
+
+    def listen(self) -> None:
+        """Take what the process tells until it ends."""
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            message = json.loads(line)
+            kind = message.pop("kind")
+            if kind == "status":
+                if self.status["state"] == "stopping" and message["state"] in ("running", "paused"):
+                    message["state"] = "stopping"
+                self._tell_status({**self.status, **message})
+            else:
+                self._tell(kind, message)
+        self.process.wait()
+        if self.is_running:
+            self.said.seek(0)
+            last = self.said.read().decode("utf-8", "replace").strip().splitlines()
+            self._tell_status({**self.status, "state": "failed", "error": last[-1] if last else "it ended"})
+
+    def _tell_status(self, status: dict[str, Any]) -> None:
+        self.status = status
+        self._tell("status", status)
+
+    def _tell(self, kind: str, message: dict[str, Any]) -> None:
+        self._count += 1
+        self.told[kind] = (self._count, json.dumps(message))
+
+    @property
+    def is_running(self) -> bool:
+        return self.status["state"] in RUNNING
+
+    def say(self, word: str) -> None:
+        """``pause``, ``go`` or ``stop``; a process that has ended hears nothing."""
+        assert self.process.stdin is not None
+        if not self.is_running:
+            return
+        if word == "stop":
+            self._tell_status({**self.status, "state": "stopping"})
+        try:
+            self.process.stdin.write(word.encode() + b"\n")
+            self.process.stdin.flush()
+        except OSError:
+            return
+
+
+class Runs:
+    """The measurements by their recordings."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder, self._lock, self._all = folder, threading.Lock(), dict[str, Run]()
+
+    def get(self, output: str) -> Run | None:
+        return self._all.get(output)
+
+    def running(self) -> list[Run]:
+        return [one for one in self._all.values() if one.is_running]
+
+    def start(self, asked: Asked) -> Run:
+        """Begin or go on; :class:`InputError` where the recording is there or being measured."""
+        output = self._folder / asked.output
+        with self._lock:
+            known = self._all.get(asked.output)
+            if known is not None and known.is_running:
+                raise InputError(asked.output, "is being measured", expected="another name, or its end")
+            if output.exists():
+                raise InputError(asked.output, "exists already", expected="another name; nothing is overwritten")
+            output.parent.mkdir(parents=True, exist_ok=True)
+            asked_of(output).write_text(replace(asked, resume=True).as_json(), encoding="utf-8")
+            self._all[asked.output] = self._begin(asked)
+            return self._all[asked.output]
+
+    def go_on(self, output: str) -> Run:
+        """Go on with a measurement that was stopped, whoever began it."""
+        path = asked_of(self._folder / output)
+        if not path.is_file():
+            expected = "'stepgauge measure --resume' with the options that it was begun with"
+            raise InputError(output, "it is not known what was asked for", expected=expected)
+        return self.start(read_asked(path.read_text(encoding="utf-8"), path.name))
+
+    def _begin(self, asked: Asked) -> Run:
+        said = tempfile.TemporaryFile()  # noqa: SIM115  for as long as the process lives
+        line = [sys.executable, "-m", "stepgauge.web.worker"]
+        pipe = subprocess.PIPE
+        process = subprocess.Popen(
+            line, cwd=self._folder, stdin=pipe, stdout=pipe, stderr=said, start_new_session=os.name == "posix"
+        )
+        assert process.stdin is not None
+        process.stdin.write(asked.as_json().encode() + b"\n")
+        process.stdin.flush()
+        run = Run(asked, process, said)
+        threading.Thread(target=run.listen, daemon=True).start()
+        return run
+
+    def unfinished(self) -> list[tuple[str, int, int]]:
+        """Recordings that were broken off and are not measured now, with points done and points of the program."""
+        from stepgauge.live.journal import SUFFIX
+
+        found = []
+        for path in sorted(self._folder.glob(f"*/*{SUFFIX}")):
+            output = path.relative_to(self._folder).as_posix().removesuffix(SUFFIX)
+            run = self._all.get(output)
+            if not (self._folder / output).exists() and not (run and run.is_running):
+                found.append((output, *_counted(path)))
+        return found
+
+    def close(self) -> None:
+        """Every machine is told to stop, and given time to draw back."""
+        running = self.running()
+        for one in running:
+            one.say("stop")
+        until = time.monotonic() + WAIT_S
+        for one in running:
+            try:
+                one.process.wait(max(0.1, until - time.monotonic()))
+            except subprocess.TimeoutExpired:
+                continue  # its stdin ends with this process
+
+
+def _counted(path: Path) -> tuple[int, int]:
+    """Points done and points of the program, by the lines of a journal."""
+    with path.open("rb") as file:
+        try:
+            total = int(json.loads(file.readline() or b"{}").get("points", 0))
+        except (ValueError, AttributeError):
+            total = 0
+        return sum(1 for line in file if line.startswith(b'{"point"') and line.endswith(b"\n")), total

@@ -1,0 +1,216 @@
+"""Diagnosis: residuals against any covariate, findings off and on, rivals with their odds, and what to measure next."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from stepgauge.errors import InputError
+from stepgauge.web.folder import existing, free_name, inside, listed, relative
+from stepgauge.web.forms import Form, with_form
+from stepgauge.web.render import json_answer, render, site_of
+from stepgauge.web.site import Site
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FILE, ROWS = "diagnosis.json", "residuals.csv"
+NOT_COVARIATES = {"placement", "time_s", "approach_i", "approach_j", "approach_k"}
+"""Columns of a recording that the table of residuals has, or that say nothing alone."""
+COMMAND = re.compile(r"stepgauge plan [^;|&<>\n]+\.dmi")
+
+
+def folders(site: Site) -> list[str]:
+    """Folders with a diagnosis, newest first."""
+    return [str(Path(one).parent) for one in listed(site.folder, [".json"]) if Path(one).name == FILE]
+
+
+def show(request: Request) -> Response:
+    """The newest diagnosis, or the one that was asked for, and the form for another."""
+    site = site_of(request)
+    known = folders(site)
+    name = relative(site.folder, request.query_params.get("result") or (known[0] if known else "."))
+    told = _told(site, name) if (site.folder / name / FILE).is_file() else None
+    recordings = [one for one in listed(site.folder, [".csv", ".parquet"]) if Path(one).parts[0] == "recordings"]
+    return render(request, "diagnosis.html.j2", name=name, told=told, known=known, recordings=recordings)
+
+
+def _told(site: Site, name: str) -> dict[str, Any]:
+    """What the page says of a diagnosis, from its file."""
+    from stepgauge.reports.diagnosis import read_said, told_story
+
+    said, _ = read_said(existing(site.folder, name))
+    story = told_story(said, ())
+    unit = next((key.removeprefix("noise_") for key in said["fit"] if key.startswith("noise_")), "")
+    effects = [_finding(number, effect) for number, effect in enumerate(said["effects"], 1)]
+    steps = [block for block in story["parts"][0]["blocks"] if block["kind"] != "code"]
+    return {
+        "story": story,
+        "verdict": said["verdict"],
+        "unit": unit,
+        "effects": effects,
+        "steps": steps,
+    }
+
+
+def _finding(number: int, effect: dict[str, Any]) -> dict[str, Any]:
+    from stepgauge.diagnosis.practice import name_of
+    from stepgauge.reports.findings import uncertainties, values
+
+    members = effect["set"] or [{**effect, "share": 1.0}]
+    first = max(one["share"] for one in members) or 1.0
+    rivals = [
+        {
+            "kind": one["kind"],
+            "name": name_of(one["label"]),
+            "values": _with_u(values(one), uncertainties(one)),
+            "probability": one["share"] * effect["probability"],
+            "odds": one["share"] / first,
+            "means": one["in_practice"],
+        }
+        for one in members
+    ]
+    return {
+        "number": number,
+        "kind": effect["kind"],
+        "probability": effect["probability"],
+        "rivals": rivals,
+        "next": effect["separate_by"].split(": stepgauge")[0],
+        "can_plan": bool(effect["commands"]),
+    }
+
+
+def _with_u(values: str, uncertainties: str) -> list[str]:
+    """A line for each number, with its standard uncertainty."""
+    pairs = zip(values.split("\n"), uncertainties.split("\n"), strict=True)
+    return [(f"{one}, u = {its}" if its else one).replace(" um", " µm") for one, its in pairs if one]
+
+
+def scene(request: Request) -> Response:
+    """Residuals, covariates and what each finding adds, as JSON."""
+    site = site_of(request)
+    folder = existing(site.folder, request.query_params.get("result", ""))
+    stamps = tuple((folder / name).stat().st_mtime_ns for name in (FILE, ROWS) if (folder / name).exists())
+    return json_answer(_scene(folder, site.folder, stamps))
+
+
+@lru_cache(maxsize=2)
+def _scene(folder: Path, root: Path, _stamps: tuple[int, ...]) -> str:
+    """Kept for the diagnosis that is being looked at; anew when its files change."""
+    from stepgauge.diagnosis.rows import read_rows
+    from stepgauge.reports.diagnosis import read_said, told_story
+    from stepgauge.reports.interactive import diagnosis_scene
+
+    said, place = read_said(folder)
+    rows = read_rows(place)
+    return json.dumps(diagnosis_scene(said, told_story(said, ()), rows, _covariates(said, root, len(rows))))
+
+
+def _covariates(said: dict[str, Any], root: Path, count: int) -> pd.DataFrame | None:
+    """Numeric columns of the recordings that the table of residuals lacks; None where these are not as they were."""
+    import pandas as pd
+
+    from stepgauge.recording import read_recording
+
+    if "gauge" not in said["inputs"]:
+        return None
+    try:
+        paths = [inside(root, one["path"]) for one in said["inputs"]["recordings"]]
+        frame = pd.concat([read_recording(path).frame for path in paths], ignore_index=True)
+    except InputError:
+        return None
+    if len(frame) != count:
+        return None
+    numbers = frame.select_dtypes("number")
+    wanted = [name for name in numbers if name not in NOT_COVARIATES and numbers[name].nunique() > 1]
+    return numbers[wanted].rename(columns={name: _spoken(str(name)) for name in wanted})
+
+
+def _spoken(column: str) -> str:
+    """``scale_temperature_x_C`` as ``scale temperature x (°C)``."""
+    units = {"mm": "mm", "C": "°C", "s": "s", "um": "µm", "deg": "°", "N": "N"}
+    words = column.replace("mm_s", "mm/s").split("_")
+    unit = words[-1] if words[-1] == "mm/s" else units.get(words[-1], "")
+    return f"{' '.join(words[:-1])} ({unit})" if unit else " ".join(words)
+
+
+def diagnose(request: Request, form: Form) -> Response:
+    """``stepgauge diagnose`` of the ticked recordings."""
+    site = site_of(request)
+    names = [one for one in form.text("recordings").split("\n") if one.strip()]
+    files = [relative(site.folder, str(existing(site.folder, one.strip()))) for one in names]
+    if not files:
+        raise InputError("recordings", "none is ticked", expected="one or more")
+    folder = f"results/diagnosis-{'-and-'.join(Path(one).stem for one in files)[:60]}"
+    return _run(request, site, files, folder, [])
+
+
+def without(request: Request, form: Form) -> Response:
+    """The same diagnosis, without a cause that somebody has excluded."""
+    from stepgauge.reports.diagnosis import read_said
+
+    site = site_of(request)
+    said, place = read_said(existing(site.folder, form.text("result")))
+    kinds = {one["kind"] for effect in said["effects"] for one in [effect, *effect["set"]]}
+    if form.text("kind") not in kinds:
+        raise InputError("kind", "is no finding of this diagnosis", found=form.text("kind"))
+    files = [relative(site.folder, one["path"]) for one in said["inputs"]["recordings"]]
+    before = _excluded(place)
+    kinds_out = sorted({*before, form.text("kind")})
+    stem = re.sub(r"-without-.*", "", relative(site.folder, form.text("result")))
+    folder = f"{stem}-without-{'-'.join(kinds_out)}"
+    arguments = [word for kind in kinds_out for word in ("--without", kind)]
+    return _run(request, site, files, folder, arguments)
+
+
+def _excluded(place: Path) -> list[str]:
+    """What was excluded already: it stands in the name of the folder."""
+    from stepgauge.effects import effect_kinds
+
+    _, found, names = place.name.partition("-without-")
+    return [kind for kind in effect_kinds(every=True) if found and kind in names.split("-")]
+
+
+def _run(request: Request, site: Site, files: list[str], folder: str, more: list[str]) -> Response:
+    if (site.folder / folder / FILE).exists() and not more:
+        folder = relative(site.folder, str(free_name(site.folder, folder)))
+    arguments = ["diagnose", *files, *more, "-o", relative(site.folder, folder)]
+    return render(request, "work.html.j2", work=site.works.start(arguments, f"/diagnosis?result={folder}"))
+
+
+def plan_next(request: Request, form: Form) -> Response:
+    """Plan the measurement that tells rivals apart: the command that the diagnosis itself states."""
+    from stepgauge.reports.diagnosis import read_said
+
+    site, number = site_of(request), form.whole("finding", 1, 1000, 1) or 1
+    said, _ = read_said(existing(site.folder, form.text("result")))
+    if not (number <= len(said["effects"]) and said["effects"][number - 1]["commands"]):
+        raise InputError("finding", "states no measurement", found=number)
+    command = said["effects"][number - 1]["commands"][0]
+    words = shlex.split(command)
+    if not COMMAND.fullmatch(command) or not words[-1].endswith(".dmi"):
+        raise InputError(FILE, "states a command that is none of ours", found=command)
+    for word in words[2:]:
+        if "/" in word or word.endswith((".toml", ".dmi")):
+            inside(site.folder, word)
+    program = relative(site.folder, words[-1])
+    return render(
+        request, "work.html.j2", work=site.works.start(words[1:], f"/run?program={program}&placement={words[2]}")
+    )
+
+
+ROUTES = [
+    Route("/diagnosis", show),
+    Route("/diagnosis", with_form(diagnose), methods=["POST"]),
+    Route("/diagnosis/scene.json", scene),
+    Route("/diagnosis/without", with_form(without), methods=["POST"]),
+    Route("/diagnosis/next", with_form(plan_next), methods=["POST"]),
+]

@@ -1,0 +1,75 @@
+"""Report: of an evaluation or a diagnosis; as a preview, printed, or as a PDF."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response
+from starlette.routing import Route
+
+from stepgauge.errors import InputError
+from stepgauge.web.folder import existing, listed, relative
+from stepgauge.web.forms import Form, with_form
+from stepgauge.web.render import render, site_of
+from stepgauge.web.site import Site
+
+RESULTS = ("evaluation.json", "diagnosis.json")
+SAID = ("number", "customer", "location", "operator", "remarks")
+TYPES = {".html": "text/html; charset=utf-8", ".pdf": "application/pdf"}
+PAPER_POLICY = (
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; font-src data:; frame-ancestors 'self'; "
+    "sandbox allow-same-origin allow-modals"
+)
+"""A report on paper runs nothing, whatever is in it."""
+
+
+def show(request: Request) -> Response:
+    """What can be reported, the fields, and the page that was made."""
+    site, query = site_of(request), request.query_params
+    results = [str(Path(one).parent) for one in listed(site.folder, [".json"]) if Path(one).name in RESULTS]
+    name = relative(site.folder, query["result"]) if query.get("result") else (results[0] if results else "")
+    paper = query.get("paper", "")
+    if paper:
+        existing(site.folder, paper)
+    stated = site.project().common if site.has_project else {}
+    said = {key: str(stated.get(key, "")) for key in SAID}
+    written = listed(site.folder, [".pdf"])
+    return render(
+        request, "report.html.j2", results=results, name=name, paper=paper, said=said, written=written, fields=SAID
+    )
+
+
+def make(request: Request, form: Form) -> Response:
+    """``stepgauge report``, as a page of the browser or as a PDF."""
+    site = site_of(request)
+    result = relative(site.folder, str(existing(site.folder, form.text("result"))))
+    suffix = ".pdf" if form.text("as") == "pdf" else ".html"
+    target = f"results/report-{Path(result).name}{suffix}"
+    relative(site.folder, target)
+    words = [word for key in SAID for word in _said(site, result, key, form)]
+    work = site.works.start(["report", result, *words, "-o", target], f"/report?result={result}&paper={target}")
+    return render(request, "work.html.j2", work=work)
+
+
+def _said(site: Site, result: str, key: str, form: Form) -> list[str]:
+    """What a person says stands on the report of an evaluation alone."""
+    of_evaluation = (site.folder / result / RESULTS[0]).exists()
+    return [f"--{key}", form.text(key)] if of_evaluation and form.text(key) else []
+
+
+def paper(request: Request) -> Response:
+    """A report that was written, without anything in it that could run."""
+    site = site_of(request)
+    path = existing(site.folder, request.query_params.get("file", ""))
+    if path.suffix not in TYPES or not path.is_file():
+        raise InputError(path.name, "this is no report", expected="a file .html or .pdf")
+    headers = {"Content-Security-Policy": PAPER_POLICY} if path.suffix == ".html" else {}
+    return FileResponse(path, media_type=TYPES[path.suffix], headers=headers)
+
+
+ROUTES = [
+    Route("/report", show),
+    Route("/report", with_form(make), methods=["POST"]),
+    Route("/report/paper", paper),
+]

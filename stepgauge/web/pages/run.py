@@ -1,0 +1,181 @@
+"""Run: the virtual CMM or a live I++ server; points as they come, the errors growing, pause and stop."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+from starlette.requests import Request
+from starlette.responses import RedirectResponse, Response, StreamingResponse
+from starlette.routing import Route
+
+from stepgauge.errors import InputError
+from stepgauge.web.asked import Asked
+from stepgauge.web.folder import existing, free_name, inside, listed, relative
+from stepgauge.web.forms import Form, with_form
+from stepgauge.web.measuring import Run
+from stepgauge.web.render import render, site_of
+from stepgauge.web.site import Site
+
+PROGRAMS = (".dmi", ".ipp")
+SPEEDS = {"1": 1.0, "10": 10.0, "100": 100.0, "": None}
+LOOK_S = 0.1
+STILL_S = 15.0
+"""After so long without a word a comment is sent, which finds out that a window is closed."""
+FIRST_NAME = "recordings/run.csv"
+
+
+def show(request: Request) -> Response:
+    """What runs, what was broken off, and the form for a new one; or one measurement."""
+    site = site_of(request)
+    if name := request.query_params.get("recording"):
+        return _show_one(request, relative(site.folder, name))
+    ready = site.has_project and Path(site.placement).exists()
+    return render(
+        request,
+        "run.html.j2",
+        ready=ready,
+        programs=listed(site.folder, PROGRAMS),
+        faults=listed(site.folder, [".toml"], deep=1) if ready else [],
+        chosen={key: request.query_params.get(key, "") for key in ("program", "placement")},
+        placements=_placements(site) if ready else [],
+        running=[one.asked.output for one in site.runs.running()],
+        unfinished=site.runs.unfinished(),
+        name=relative(site.folder, str(_new_name(site))),
+    )
+
+
+def _placements(site: Site) -> list[str]:
+    """Where the gauge may lie: the project's placement first."""
+    files = listed(site.folder, [".toml"])
+    found = [one for one in files if b"c1_mm" in (site.folder / one).read_bytes()[:10_000]]
+    return sorted(found, key=lambda one: one != site.placement)
+
+
+def _new_name(site: Site) -> Path:
+    """One that no recording and no journal has."""
+    for number in range(1, 1000):
+        name = FIRST_NAME if number == 1 else FIRST_NAME.replace(".csv", f"-{number}.csv")
+        if not (site.folder / name).exists() and not (site.folder / f"{name}.journal").exists():
+            return site.folder / name
+    return free_name(site.folder, FIRST_NAME)
+
+
+def _show_one(request: Request, name: str) -> Response:
+    site = site_of(request)
+    run = site.runs.get(name)
+    left = {output: (done, total) for output, done, total in site.runs.unfinished()}
+    state = "done" if (site.folder / name).exists() else "stopped" if name in left else "unknown"
+    done, total = left.get(name, (0, 0))
+    if run is not None and run.is_running:
+        state, done, total = run.status["state"], run.status.get("done", 0), run.status.get("total", 0)
+    error = "" if run is None or state == "done" else run.status.get("error", "")
+    command = run.asked.command() if run is not None else ""
+    template = "run_one.html.j2"
+    return render(
+        request, template, name=name, state=state, done=done, total=total, live=run, error=error, command=command
+    )
+
+
+def start(request: Request, form: Form) -> Response:
+    """Begin a measurement, and lead to where it is seen."""
+    site = site_of(request)
+    run = site.runs.start(_asked(site, form))
+    return render(request, "gone.html.j2", address=f"/run?recording={run.asked.output}")
+
+
+def _asked(site: Site, form: Form) -> Asked:
+    def file(name: str) -> str:
+        given = form.text(name)
+        return str(existing(site.folder, given).relative_to(site.folder)) if given else ""
+
+    output = relative(site.folder, form.text("output", FIRST_NAME))
+    if Path(output).suffix != ".csv" or Path(output).parent == Path("."):
+        raise InputError(output, "not the name of a recording", expected="recordings/NAME.csv")
+    if form.text("speed", "10") not in SPEEDS and form.has("speed"):
+        raise InputError("speed", "not a choice", found=form.text("speed"), expected="1, 10 or 100")
+    live = form.text("machine", "virtual") == "live"
+    server = form.text("server") if live else ""
+    if live and not server:
+        raise InputError("server", "it is not stated", expected="HOST:PORT of an I++ DME server")
+    return Asked(
+        output=output,
+        gauge=site.stated("gauge"),
+        machine=site.stated("machine"),
+        placement=file("placement") or site.placement,
+        program=file("program"),
+        cycles=form.whole("cycles", 1, 1000, 5) or 5,
+        blocks=form.text("blocks"),
+        server=server,
+        homing=form.has("homing") or not live,
+        gauge_temperature_C=form.number("gauge_temperature", -20.0, 60.0),
+        speed=SPEEDS[form.text("speed")] if not live else 1.0,
+        faults=file("faults"),
+        seed=form.whole("seed", 0, 2**31, 0) or 0,
+    )
+
+
+def steer(request: Request, form: Form) -> Response:
+    """Pause, go on, stop; or go on with one that was broken off."""
+    site, word = site_of(request), request.path_params["word"]
+    name = relative(site.folder, form.text("recording"))
+    run = site.runs.get(name)
+    if word == "resume":
+        site.runs.go_on(name)
+    elif run is None:
+        raise InputError(name, "is not measured by this server", expected="the window that began it")
+    else:
+        run.say(word)
+    return RedirectResponse(f"/run?recording={name}", 303)
+
+
+def events(request: Request) -> Response:
+    """What a measurement tells, as server-sent events; of each kind only the newest, so that nobody falls behind."""
+    site = site_of(request)
+    name = relative(site.folder, request.query_params.get("recording", ""))
+    run = site.runs.get(name)
+    if run is None:
+        raise InputError(name, "is not measured by this server")
+    return StreamingResponse(_told(request, run), media_type="text/event-stream")
+
+
+async def _told(request: Request, run: Run) -> AsyncIterator[str]:
+    sent: dict[str, int] = {}
+    still_s = 0.0
+    while not await request.is_disconnected():
+        ended = not run.is_running
+        for kind, (number, text) in list(run.told.items()):
+            if sent.get(kind) != number:
+                sent[kind], still_s = number, 0.0
+                yield f"event: {kind}\ndata: {text}\n\n"
+        if ended:
+            return
+        still_s += LOOK_S
+        if still_s > STILL_S:
+            still_s = 0.0
+            yield ": still here\n\n"
+        await asyncio.sleep(LOOK_S)
+
+
+def next_step(request: Request, form: Form) -> Response:
+    """Evaluate or diagnose what was measured, into a folder of its own."""
+    site = site_of(request)
+    name = str(existing(site.folder, form.text("recording")).relative_to(site.folder))
+    verb = {"evaluate": "evaluation", "diagnose": "diagnosis"}.get(request.path_params["verb"], "")
+    if not verb:
+        raise InputError("verb", "not a choice", expected="evaluate or diagnose")
+    folder = f"results/{verb}-{Path(name).stem}"
+    inside(site.folder, folder)
+    page = "/result" if verb == "evaluation" else "/diagnosis"
+    arguments = [request.path_params["verb"], name, "-o", folder]
+    return render(request, "work.html.j2", work=site.works.start(arguments, f"{page}?result={folder}"))
+
+
+ROUTES = [
+    Route("/run", show),
+    Route("/run", with_form(start), methods=["POST"]),
+    Route("/run/events", events),
+    Route("/run/{word:str}", with_form(steer), methods=["POST"]),
+    Route("/run/next/{verb:str}", with_form(next_step), methods=["POST"]),
+]

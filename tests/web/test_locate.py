@@ -1,0 +1,81 @@
+"""Sixteen points in the browser: pasted, wrong, uploaded; what a technician gets to see."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stepgauge.alignment.agreement import agreement
+from stepgauge.gauge.certified import Gauge
+from stepgauge.importing.sixteen import read_sixteen
+from stepgauge.web.pasting import as_points_file
+from tests.conftest import ROOT
+from tests.web.conftest import Served, Watched
+
+POINTS = ROOT / "examples/demo/points.csv"
+TEXT = POINTS.read_text(encoding="utf-8")
+
+
+def test_rows_as_they_are_pasted_are_the_same_points(tmp_path: Path) -> None:
+    rows = [line.split(",") for line in TEXT.splitlines()[2:]]
+    german = "\n".join("\t".join(cell.replace(".", ",") for cell in row) for row in rows)
+    pasted = ("\n".join("; ".join(row[1:]) for row in rows), "\n".join(" ".join(row) for row in rows), german)
+    for text in pasted:
+        path = tmp_path / "points.csv"
+        path.write_text(as_points_file(text))
+        assert np.array_equal(read_sixteen(path), read_sixteen(POINTS))
+    assert as_points_file(TEXT) == TEXT
+    assert as_points_file("no numbers\n") == "no numbers\n"
+
+
+def test_the_point_that_disagrees_is_found_with_its_distance(gauge: Gauge) -> None:
+    points = read_sixteen(POINTS)
+    good = agreement(points, gauge, (1, 21))
+    assert good is not None
+    assert good.suspect is None
+    assert np.abs(good.off_mm).max() < 2e-3
+    points[7] += 0.9 * good.lies.axis
+    found = agreement(points, gauge, (1, 21))
+    assert found is not None
+    assert found.suspect == 8
+    assert found.off_mm[7] == pytest.approx(0.9, abs=0.01)
+    assert np.allclose(found.lies.axis, good.lies.axis, atol=1e-5)
+    assert agreement(np.zeros((16, 3)), gauge, (1, 21)) is None
+
+
+def paste(page: Any, text: str) -> None:
+    page.get_by_label("Or paste the rows").fill(text)
+    page.get_by_role("button", name="Locate").click()
+
+
+def test_from_wrong_points_to_a_placement(served: Served, watched: Watched) -> None:
+    page = watched.page
+    page.goto(f"{served.address}/locate")
+    paste(page, "\n".join(TEXT.splitlines()[:-1]))
+    assert "1 of the 16 points missing" in page.get_by_role("alert").inner_text()
+    assert not list(served.folder.glob("points*"))
+    paste(page, TEXT.replace("324.9965", "325.8965"))
+    page.get_by_text("disagrees with the others").wait_for()
+    assert "point 8" in page.get_by_role("alert").inner_text()
+    assert not (served.folder / "placement.toml").exists()
+    page.get_by_label("A file of points").set_input_files(str(POINTS))
+    page.get_by_label("Or paste the rows").fill("")
+    page.get_by_role("button", name="Locate").click()
+    page.get_by_text("The gauge is located").wait_for()
+    page.locator(".plot[data-ready]").wait_for()
+    assert watched.violations() == []
+    written = tomllib.loads((served.folder / "placement.toml").read_text())
+    assert written["last_block"] == 21
+
+
+def test_a_scene_has_the_gauge_and_the_travel(served: Served) -> None:
+    status, _, body = served.ask("/locate/scene.json?points=points-2.csv")
+    names = [one["name"] for one in json.loads(body)["data"]]
+    assert status == 200
+    assert names == ["blocks", "rail", "points (tip centre)", "travel of the machine"]
+    assert served.ask("/locate/scene.json?points=../../etc/passwd")[0] == 422

@@ -1,0 +1,114 @@
+"""A measurement as the page sees it: points as they come, pause, stop, and the death of the server."""
+
+from __future__ import annotations
+
+import json
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+from urllib.parse import urlencode
+
+from stepgauge.live.journal import look
+from stepgauge.recording import read_recording
+from tests.conftest import ROOT
+from tests.web.conftest import Served, Watched, make_project
+
+NAME = "recordings/run.csv"
+
+
+def located(folder: Path) -> Path:
+    """A project whose gauge is located."""
+    import stepgauge as sg
+
+    make_project(folder)
+    placement = sg.locate(ROOT / "examples/demo/points.csv", "step-gauge-420", machine="bridge-cmm")
+    placement.write(folder / "placement.toml")
+    return folder
+
+
+def post(server: Served, path: str, **fields: str) -> tuple[int, bytes]:
+    kind = "application/x-www-form-urlencoded"
+    status, _, body = server.ask(path, "POST", urlencode(fields), Origin=server.address, Content_Type=kind)
+    return status, body
+
+
+def wait(until: Callable[[], bool], seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while not until():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+def test_nothing_is_lost_when_the_server_is_killed(tmp_path: Path, watched: Watched) -> None:
+    """Started on one server, killed in the middle; the machine stops, and another server goes on to the end."""
+    folder, page = located(tmp_path / "project"), watched.page
+    journal = folder / f"{NAME}.journal"
+    with Served(folder) as server:
+        page.goto(f"{server.address}/run")
+        page.get_by_label("Cycles").fill("3")
+        page.get_by_label("Blocks").fill("1:5")
+        page.get_by_label("How fast it moves").select_option("10")
+        page.get_by_role("button", name="Start the measurement").click()
+        page.locator("#errors[data-ready]").wait_for(timeout=60_000)
+        page.get_by_role("button", name="Pause").click()
+        page.locator("[data-state=paused]").wait_for()
+        assert watched.violations() == []
+        rested = len(look(journal).rows)
+        page.wait_for_timeout(500)
+        assert len(look(journal).rows) == rested
+        _, body = post(server, "/run", machine="virtual", speed="10", output=NAME)
+        assert b"is being measured" in body
+        page.get_by_role("button", name="Go on", exact=True).click()
+        wait(lambda: len(look(journal).rows) > rested)
+        page.goto("about:blank")
+        server.end(signal.SIGKILL)
+    wait(lambda: _is_free(journal))
+    kept = look(journal).rows
+    assert rested < len(kept) < 30
+
+    with Served(folder) as server:
+        page.goto(f"{server.address}/run")
+        page.get_by_role("link", name=NAME).click()
+        assert page.locator("#done").inner_text() == str(len(kept))
+        page.get_by_role("button", name="Go on with it").click()
+        page.get_by_text("All points are measured").wait_for(timeout=60_000)
+    recording = read_recording(folder / NAME)
+    assert len(recording.frame) == 30
+    assert {number: look(journal).rows[number] for number in kept} == kept
+    assert not list(folder.glob("recordings/*.json"))
+
+
+def _is_free(journal: Path) -> bool:
+    """Whether the process that measured has ended: it holds the journal for as long as it lives."""
+    import fcntl
+
+    with journal.open("ab") as file:
+        try:
+            fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+    return True
+
+
+def test_what_a_measurement_tells_and_how_it_ends(tmp_path: Path) -> None:
+    """Without a browser: the events, a second name, what is refused, and a server that ends while it measures."""
+    with Served(located(tmp_path / "project")) as server:
+        for name in ("../run.csv", "run.csv", "recordings/run.txt"):
+            assert post(server, "/run", machine="virtual", speed="", output=name)[0] == 422
+        assert b"HOST:PORT" in post(server, "/run", machine="live", output=NAME)[1]
+        fields = {"machine": "virtual", "cycles": "1", "blocks": "1:4", "gauge_temperature": "20,4"}
+        assert b"/run?recording=" in post(server, "/run", speed="", output=NAME, **fields)[1]
+        events = server.ask(f"/run/events?recording={NAME}")[2].decode().split("\n\n")
+        told = [one.split("\n")[:2] for one in events if one.startswith("event")]
+        last = {kind.removeprefix("event: "): json.loads(data.removeprefix("data: ")) for kind, data in told}
+        assert last["status"] == {"state": "done", "done": 8, "total": 8, "left_s": 0.0}
+        assert last["errors"]["faces"]["face"] == list(range(1, 9))
+        assert b"exists already" in post(server, "/run", speed="", output=NAME, **fields)[1]
+        assert b"recordings/run-2.csv" in server.ask("/run")[2]
+        slow = {**fields, "cycles": "9", "speed": "10", "output": "recordings/slow.csv"}
+        post(server, "/run", **slow)
+        journal = server.folder / "recordings/slow.csv.journal"
+        wait(lambda: journal.exists() and len(look(journal).rows) > 0)
+    wait(lambda: _is_free(journal))
+    assert 0 < len(look(journal).rows) < 72
