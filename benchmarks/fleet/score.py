@@ -37,8 +37,8 @@ kind                  owners       unit   where      positive means
 ===================== ============ ====== ========== ===================================================================
 
 **Rules.** An entry *fits* a cause if it has its owner and either its kind (and ``where``, if given) or another kind of
-the same family (``FAMILIES``). A cause is *attributed* if a named entry fits it that is not left open; its kind is right
-if that entry has its kind. A named entry that fits nothing is a *false discovery*; further entries that fit a cause
+the same family (``FAMILIES``). A cause is *attributed* if a named entry fits it that is not left open; its kind is
+right if that entry has its kind. A named entry that fits nothing is a *false discovery*; further entries that fit a cause
 already attributed are repeats and count nowhere, nor do machines named beside their line for the cause of the line.
 
 A cause has *rivals* where single recordings leave it confounded. Its pair is *settled right* if the cause is attributed
@@ -50,10 +50,10 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import date
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -190,7 +190,7 @@ def score(truth: Mapping[str, Any], answer: Sequence[Entry]) -> Result:
 
 
 def _is_right(entry: Entry, causes: Sequence[Entry], met: Sequence[Entry]) -> bool:
-    """Whether there is something to what an entry says: it fits a cause, is left open beside it, or is of a met line."""
+    """Whether an entry is right: it fits a cause, is left open beside it, or is of a line that was met."""
     if any(fits(entry, cause) or (entry.get("instead") and _left_open_between(entry, cause)) for cause in causes):
         return True
     return _of_the_line(entry, met)
@@ -325,7 +325,7 @@ def _by_kind(result: Result) -> list[str]:
 
 def _calibration(result: Result) -> list[str]:
     lines = ["probability   stated on average, came true"]
-    for low, high in zip(BINS[:-1], BINS[1:], strict=True):
+    for low, high in pairwise(BINS):
         of = [(p, right) for p, right in result.stated if low <= p < high or (p == high == 1.0)]
         mean = f"{sum(p for p, _ in of) / len(of):.3f}" if of else "-"
         lines.append(f"{low:4.2f} to {high:4.2f}  {mean}, {_share(sum(right for _, right in of), len(of))}")
