@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.fleet.design import FIRST_DAY, Fleet, Recording
-from benchmarks.fleet.parts import Array, Gauge
+from benchmarks.fleet.parts import TIP_RADIUS_MM, Array, Gauge
 from benchmarks.fleet.physics import Errors
 
 CLEAR: dict[str, tuple[float, str]] = {
@@ -111,10 +111,16 @@ def faces_um(cause: Cause, gauge: Gauge, day: int) -> Array:
     return np.where(block <= cause.details["blocks"], np.where(front, lost_um, -lost_um), 0.0)
 
 
+def bump_sd_mm(gauge: Gauge) -> float:
+    """Standard deviation of a bump of the scale that reaches both touches of a block and hardly the next ones."""
+    return 0.55 * (gauge.width_mm + 2.0 * TIP_RADIUS_MM)
+
+
 def bump_on_faces_um(cause: Cause, recording: Recording, gauge: Gauge) -> Array:
     """What a local error of the scale does to the touches of each face, along the gauge."""
     axis = {"x": 0, "y": 1}[cause.where]
-    place_mm = recording.middle_mm[axis] + (gauge.nominal_mm - gauge.length_mm / 2.0) * recording.axis[axis]
+    tip_mm = gauge.nominal_mm - np.resize([TIP_RADIUS_MM, -TIP_RADIUS_MM], len(gauge.nominal_mm))
+    place_mm = recording.middle_mm[axis] + (tip_mm - gauge.length_mm / 2.0) * recording.axis[axis]
     bump = np.exp(-0.5 * ((place_mm - cause.details["at_mm"]) / cause.details["sd_mm"]) ** 2)
     return np.asarray(cause.size * recording.axis[axis] * bump)
 

@@ -1,7 +1,7 @@
 """Who measured what and when: visits of a gauge and a probe to a machine, each a few recordings on one day.
 
 The design is crossed: every gauge goes to many machines and every machine sees several gauges. It has the gaps of a
-real one: machines that are visited once, gauges that stay in a hall for a month, and gauges that never leave one machine.
+real one: machines that are visited once, gauges that stay in a hall for a month, gauges that never leave one machine.
 """
 
 from __future__ import annotations
@@ -115,21 +115,24 @@ def make_fleet(seed: int, recordings: int, machines: int = 200, gauges: int = 20
     machines = min(machines, max(12, recordings // 5))
     gauges = min(gauges, max(6, recordings // 50))
     shop = [make_machine(number, random) for number in range(1, machines + 1)]
-    # A third of the gauges is long: those do not fit along x on the small machines.
-    bars = [make_gauge(k + 1, random, 1000.0 if k % 3 == 0 else 640.0) for k in range(gauges)]
-    captive = _captives(shop, bars, random)
+    captive = _captives(machines, gauges, random)
+    bars = [make_gauge(k + 1, random, _longest_mm(k, captive), k in captive) for k in range(gauges)]
     shared = int(random.choice([k for k in range(gauges) if k not in captive and bars[k].length_mm < 640.0]))
     visits = _visits(shop, bars, captive, shared, recordings, random)
     return Fleet(shop, bars, _recordings(visits, shop, bars, captive, recordings, random), shared, captive)
 
 
-def _captives(shop: list[Machine], bars: list[Gauge], random: Random) -> dict[int, int]:
-    """Gauges that stay at one machine, by their index, and that machine; they fit along x."""
-    count = min(AT_ONE_MACHINE, len(bars) // 5)
-    short = [k for k, gauge in enumerate(bars) if gauge.length_mm < 600.0]
-    chosen = random.choice(short, min(count, max(len(short) - 2, 0)), replace=False)
-    hosts = random.choice(len(shop), len(chosen), replace=False)
+def _captives(machines: int, gauges: int, random: Random) -> dict[int, int]:
+    """Gauges that stay at one machine, by their index, and that machine."""
+    count = min(AT_ONE_MACHINE, gauges // 5)
+    chosen = random.choice(gauges, count, replace=False)
+    hosts = random.choice(machines, count, replace=False)
     return {int(gauge): int(host) for gauge, host in zip(chosen, hosts, strict=True)}
+
+
+def _longest_mm(number: int, captive: dict[int, int]) -> float:
+    """A third of the gauges may be long; those do not fit along x on the small machines."""
+    return 1000.0 if number % 3 == 0 and number not in captive else 640.0
 
 
 def _visits(
@@ -137,7 +140,7 @@ def _visits(
 ) -> list[_Visit]:
     """Days in a hall on which some machines are visited, until there are enough recordings."""
     weight = random.gamma(1.0, 1.0, len(shop)) + 0.15
-    weight[list(captive.values())] += 1.0
+    weight[list(captive.values())] += 2.0
     free = [k for k in range(len(shop)) if k not in captive.values()]
     customers = _customers(shop, bars[shared], free, weight, random)
     away = [k for k in range(len(bars)) if k not in captive and k != shared]

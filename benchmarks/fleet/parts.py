@@ -16,6 +16,8 @@ HALLS = ("H1", "H2", "H3")
 LINES = ("T1", "T2", "T3", "T4", "T5", "T6")
 TRAVEL_MM = ((700.0, 1000.0, 500.0), (900.0, 1200.0, 600.0), (1200.0, 2000.0, 800.0))
 """Travels along x, y, z of the model lines, in turn."""
+PITCHES_MM = ((10.0, 4.0), (16.0, 8.0), (20.0, 10.0), (40.0, 20.0), (25.0, 10.0))
+"""Pitch and width of blocks; of the last a local error of a scale reaches one block and no neighbour."""
 TIP_RADIUS_MM, PRETRAVEL_UM = 1.0, 3.0
 EXPANSION_PER_K, U_EXPANSION_PER_K = 11.5e-6, 0.3e-6
 # What is usual, as standard deviations: nobody would call it a cause.
@@ -64,9 +66,9 @@ class Machine:
     warmth_K: float
 
 
-def make_gauge(number: int, random: Random, longest_mm: float = 1000.0) -> Gauge:
-    """10 to 100 blocks on 400 mm to 1000 mm; gaps wide enough for the ball."""
-    pitch_mm, width_mm = ((10.0, 4.0), (16.0, 8.0), (20.0, 10.0), (25.0, 10.0), (40.0, 20.0))[random.integers(5)]
+def make_gauge(number: int, random: Random, longest_mm: float = 1000.0, wide: bool = False) -> Gauge:
+    """10 to 100 blocks on 400 mm to 1000 mm; gaps wide enough for the ball; ``wide`` those with the widest gaps."""
+    pitch_mm, width_mm = PITCHES_MM[-1 if wide else random.integers(len(PITCHES_MM))]
     length_mm = float(random.uniform(400.0, longest_mm))
     blocks = int(np.clip(length_mm // pitch_mm, 10, 100))
     fronts = pitch_mm * np.arange(blocks)

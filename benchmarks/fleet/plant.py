@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.fleet.causes import CLEAR, SPREAD, Cause, bump_on_faces_um
+from benchmarks.fleet.causes import CLEAR, SPREAD, Cause, bump_on_faces_um, bump_sd_mm
 from benchmarks.fleet.design import DAYS, Fleet
 from benchmarks.fleet.observer import RATE_TERMS, TRIGGER_TERMS, Observer, Patterns, rate_observer, trigger_observer
 from benchmarks.fleet.parts import HALLS, LINES, Array
@@ -26,6 +26,9 @@ RIVALS_TRIED = 6
 """Rivals that are computed, those that share most recordings."""
 LEAST_MACHINES = 3
 """On so many machines a block or worn blocks must have been seen, so that it follows the gauge."""
+
+BAD_PARTS = {"certificate_scale": 1, "gauge_expansion": 1, "block": 3}
+"""How many causes the shared gauge has of a kind."""
 
 Terms = tuple[tuple[str, str], ...]
 
@@ -101,12 +104,13 @@ class Planter:
         return len(np.unique(self.fleet.machine_of[along])) >= LEAST_MACHINES
 
     def _gauges(self) -> None:
-        """The shared gauge is bad; of the others one to five are worn, dropped, or wrong from the first."""
+        """The shared gauge is bad; a quarter of the others are worn, dropped, or wrong from the first."""
         shared = self.fleet.gauges[self.fleet.shared].name
         kinds = [str(kind) for kind in self.random.permutation(["certificate_scale", "gauge_expansion", "block"])]
         done = [shared]
         for kind in kinds:
-            if self._first([self._gauge_cause(shared, kind)]):
+            # Of blocks several are wrong: a row of the certificate's table was copied wrongly.
+            if sum(self._first([self._gauge_cause(shared, kind)]) is not None for _ in range(BAD_PARTS[kind])):
                 break
         free = [g.name for k, g in enumerate(self.fleet.gauges) if k not in self.fleet.captive and g.name != shared]
         wanted = ["wear_fronts", "dropped", "gauge_expansion", "block", "wear_used", "certificate_scale"]
@@ -118,7 +122,8 @@ class Planter:
     def _gauge_cause(self, name: str, kind: str) -> Cause:
         gauge = next(gauge for gauge in self.fleet.gauges if gauge.name == name)
         if kind in ("block", "dropped"):
-            block = str(self.random.integers(3, gauge.blocks - 1))
+            hidden = {cause.where for cause in self.causes if cause.owner == name}
+            block = str(self.random.choice([b for b in range(3, gauge.blocks - 1) if str(b) not in hidden]))
             start = self._start("gauge", name) if kind == "dropped" else None
             return Cause("gauge", name, "block", block, self._size("block"), start)
         if kind.startswith("wear"):
@@ -174,7 +179,7 @@ class Planter:
         block = int(self.random.integers(3, gauge.blocks - 1))
         middle = (2 * block - 1.5) / (2 * gauge.blocks) - 0.5
         at_mm = recording.middle_mm[axis] + middle * gauge.length_mm * recording.axis[axis]
-        details = {"at_mm": float(at_mm), "sd_mm": 0.6 * gauge.width_mm, "gauge": gauge.name, "block": block}
+        details = {"at_mm": float(at_mm), "sd_mm": bump_sd_mm(gauge), "gauge": gauge.name, "block": block}
         yield Cause("machine", name, "local_scale", recording.placement, self._size("local_scale"), details=details)
 
     def _captives(self) -> None:
@@ -247,7 +252,7 @@ class Planter:
         return replace(cause, rivals=rivals, leftover_chi2=round(left, 1))
 
     def _judged_by_faces(self, cause: Cause) -> Cause | None:
-        """Single faces: the gauge must have been on several machines, before and after; the scale seen by two gauges."""
+        """Single faces: the gauge must have been on several machines; the scale must show on two gauges."""
         if cause.kind == "local_scale":
             seen = self._gauges_on(cause)
             rivals = tuple(("gauge", name, "block") for name in sorted(seen))

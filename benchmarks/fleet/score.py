@@ -38,7 +38,7 @@ kind                  owners       unit   where      positive means
 
 **Rules.** An entry *fits* a cause if it has its owner and either its kind (and ``where``, if given) or another kind of
 the same family (``FAMILIES``). A cause is *attributed* if a named entry fits it that is not left open; its kind is
-right if that entry has its kind. A named entry that fits nothing is a *false discovery*; further entries that fit a cause
+right if that entry has its kind. A named entry that fits none is a *false discovery*; further entries that fit a cause
 already attributed are repeats and count nowhere, nor do machines named beside their line for the cause of the line.
 
 A cause has *rivals* where single recordings leave it confounded. Its pair is *settled right* if the cause is attributed
