@@ -124,7 +124,7 @@ def test_the_product_reads_every_file_and_evaluates_a_recording_of_every_gauge(f
             recording = read_recording(folder / "open" / row["recording"])
             result = evaluate(recording, read_gauge(folder / "open" / row["gauge_file"]))
             assert 200 < len(recording.frame) < 600
-            assert result.placements[0].r_eff_mm == pytest.approx(parts.TIP_RADIUS_MM - 0.003, abs=0.01)
+            assert result.results[0].radius.r_eff_mm == pytest.approx(parts.TIP_RADIUS_MM - 0.003, abs=0.01)
     assert len(seen) > 3
 
 
