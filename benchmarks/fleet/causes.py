@@ -28,7 +28,7 @@ CLEAR: dict[str, tuple[float, str]] = {
 """Strength 1, by kind, with its unit: rms of about 1 um on the readings of a 600 mm gauge, which is the noise of a poor
 machine, and ten times and more of what is usual."""
 SPREAD = 0.25
-"""Sizes are drawn within this share of the above; individual machines of a line scatter by as much (one sigma)."""
+"""Sizes are drawn within this share of the above; machines of a line scatter by as much (one sigma, two at most)."""
 
 
 @dataclass(frozen=True)

@@ -86,7 +86,8 @@ class Planter:
 
     def _individual(self, cause: Cause) -> Cause:
         members = [machine.name for machine in self.fleet.machines if machine.line == cause.owner]
-        of = {name: float(cause.size * (1.0 + SPREAD * self.random.standard_normal())) for name in members}
+        scatter = np.clip(self.random.standard_normal(len(members)), -2.0, 2.0)
+        of = {name: float(cause.size * (1.0 + SPREAD * own)) for name, own in zip(members, scatter, strict=True)}
         return replace(cause, size=float(np.mean(list(of.values()))), details={"of_machine": of}) if of else cause
 
     def _pitch_law(self, line: str) -> Cause:

@@ -36,6 +36,8 @@ kind                  owners       unit   where      positive means
 ``radius``            probe        um                triggers later than stated
 ===================== ============ ====== ========== ===================================================================
 
+``gauge_expansion`` acts on the true temperature: where a hall's ``temperature`` is wrong, both together act as well.
+
 **Rules.** An entry *fits* a cause if it has its owner and either its kind (and ``where``, if given) or another kind of
 the same family (``FAMILIES``). A cause is *attributed* if a named entry fits it that is not left open; its kind is
 right if that entry has its kind. A named entry that fits none is a *false discovery*; further entries that fit a cause
