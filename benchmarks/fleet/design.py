@@ -7,7 +7,7 @@ real one: machines that are visited once, gauges that stay in a hall for a month
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import date, timedelta
+from datetime import date, datetime, time, timedelta
 from functools import cached_property
 from typing import Any
 
@@ -46,8 +46,9 @@ class Recording:
     clock_s: float
 
     @property
-    def date(self) -> date:
-        return FIRST_DAY + timedelta(days=self.day)
+    def measured_at(self) -> datetime:
+        """Local time at which it began."""
+        return datetime.combine(FIRST_DAY, time()) + timedelta(days=self.day, seconds=round(self.clock_s))
 
 
 @dataclass(frozen=True)

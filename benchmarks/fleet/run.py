@@ -3,8 +3,8 @@
     python -m benchmarks.fleet.run --seeds 1000-1003 --recordings 2000
 
 The tool is given the open folder only; the truth is in the memory of this process until the answer is there, and on
-disk afterwards if ``--keep`` names a folder. ``--add`` and ``--infer`` are the commands, with ``{roster}``, ``{store}``
-and ``{answer}`` to be filled in; ``stepgauge`` is the package that this interpreter imports.
+disk afterwards if ``--keep`` names a folder. In ``--add`` and ``--infer``, the commands, ``{roster}``, ``{recordings}``,
+``{store}`` and ``{answer}`` are filled in; ``stepgauge`` is the package that this interpreter imports.
 """
 
 from __future__ import annotations
@@ -24,19 +24,23 @@ from benchmarks.blind.generate import seal
 from benchmarks.fleet.generate import add_extent, make
 from benchmarks.fleet.score import Result, read_answer, score, summary, text
 
-ADD = "stepgauge fleet add {store} --roster {roster}"
+ADD = "stepgauge fleet add {store} {recordings} --roster {roster}"
 INFER = "stepgauge fleet infer {store} -o {answer}"
 
 
-def command(template: str, **paths: Path) -> list[str]:
+def command(template: str, recordings: Path, **paths: Path) -> list[str]:
     """The words of a command with its paths filled in, stepgauge being a module of this interpreter."""
-    words = [word.format(**paths) for word in shlex.split(template)]
+    words: list[str] = []
+    for word in shlex.split(template):
+        files = sorted(recordings.iterdir()) if word == "{recordings}" else []
+        words += [str(file) for file in files] or [word.format(**paths)]
     return [sys.executable, "-m", "stepgauge", *words[1:]] if words[0] == "stepgauge" else words
 
 
 def infer(folder: Path, add: str, infer_with: str) -> dict[str, float]:
     """Run both commands on ``folder/open``; seconds of each. ``RuntimeError`` with the last line of what failed."""
     paths = {"store": folder / "store", "roster": folder / "open" / "fleet.csv", "answer": folder / "answer.json"}
+    paths["recordings"] = folder / "open" / "recordings"
     seconds = {}
     for name, template in (("add", add), ("infer", infer_with)):
         began = time.perf_counter()

@@ -30,7 +30,7 @@ COLUMNS = {
     "scale_temperature_y_C": "%.2f",
     "scale_temperature_z_C": "%.2f",
 }
-ROSTER = ("recording", "date", "machine", "type", "hall", "gauge", "probe", "placement", "gauge_file", "machine_file")
+ROSTER = ("recording", "measured_at", "machine", "type", "hall", "gauge", "probe", "gauge_file", "machine_file")
 SPEED_MM_S = 3.0
 
 
@@ -117,7 +117,13 @@ def write_roster(path: Path, fleet: Fleet) -> None:
 def _roster_row(fleet: Fleet, recording: Recording) -> list[str]:
     machine, gauge = fleet.machines[recording.machine], fleet.gauges[recording.gauge]
     return [
-        *(f"recordings/{recording.name}.csv", recording.date.isoformat(), machine.name, machine.line, machine.hall),
-        *(gauge.name, recording.probe, recording.placement),
+        *(
+            f"recordings/{recording.name}.csv",
+            recording.measured_at.isoformat(),
+            machine.name,
+            machine.line,
+            machine.hall,
+        ),
+        *(gauge.name, recording.probe),
         *(f"gauges/{gauge.name}.toml", f"machines/{machine.name}.toml"),
     ]
