@@ -261,6 +261,17 @@ def test_the_rival_named_is_a_miss_a_false_discovery_and_a_pair_not_settled() ->
     assert "false discovery: M1 scale (0.90)" in text(both)
 
 
+def test_a_false_discovery_spoils_the_pair_with_which_it_shares_most_recordings() -> None:
+    rivals = [
+        {"owner_kind": "gauge", "owner": "G1", "kind": "certificate_scale", "overlap": share} for share in (0.1, 0.4)
+    ]
+    causes = [
+        hidden("machine", name, "scale", rivals=[rival]) for name, rival in zip(("M1", "M2"), rivals, strict=True)
+    ]
+    said = [entry(cause) for cause in causes] + [{**rivals[0], "probability": 0.9}]
+    assert [verdict.settled for verdict in score({"causes": causes}, said).verdicts] == [True, False]
+
+
 def test_what_nothing_determines_must_be_left_open() -> None:
     rival = {"owner_kind": "machine", "owner": "M1", "kind": "scale"}
     cause = hidden("gauge", "G1", "certificate_scale", rivals=[rival], determined=False)

@@ -141,7 +141,7 @@ def truth_of(cause: Cause, fleet: Fleet, strength: float) -> dict[str, Any]:
         "confounded_alone": bool(cause.rivals),
         "determined": cause.determined,
         "leftover_chi2": cause.leftover_chi2,
-        "rivals": [dict(zip(("owner_kind", "owner", "kind"), rival, strict=True)) for rival in cause.rivals],
+        "rivals": [_rival(rival, cause, fleet) for rival in cause.rivals],
         "settled_by": _settled_by(cause, fleet) if cause.determined else [],
         "details": cause.details,
     }
@@ -156,6 +156,13 @@ def _around(cause: Cause, fleet: Fleet) -> list[str]:
     days = fleet.day_of[fleet.owned(cause.owner_kind, cause.owner)]
     assert cause.start is not None
     return [_iso(days[days < cause.start].max()), _iso(days[days >= cause.start].min())]
+
+
+def _rival(rival: tuple[str, str, str], cause: Cause, fleet: Fleet) -> dict[str, Any]:
+    """Who it is, and what share of the recordings of both have both."""
+    own, other = fleet.owned(cause.owner_kind, cause.owner), fleet.owned(*rival[:2])
+    words = dict(zip(("owner_kind", "owner", "kind"), rival, strict=True))
+    return {**words, "overlap": round(float(np.sum(own & other) / np.sum(own | other)), 4)}
 
 
 def _settled_by(cause: Cause, fleet: Fleet, most: int = 20) -> list[dict[str, Any]]:

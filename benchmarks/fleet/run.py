@@ -3,8 +3,9 @@
     python -m benchmarks.fleet.run --seeds 1000-1003 --recordings 2000
 
 The tool is given the open folder only; the truth is in the memory of this process until the answer is there, and on
-disk afterwards if ``--keep`` names a folder. In ``--add`` and ``--infer``, the commands, ``{roster}``, ``{recordings}``,
-``{store}`` and ``{answer}`` are filled in; ``stepgauge`` is the package that this interpreter imports.
+disk afterwards if ``--keep`` names a folder. ``--add`` and ``--infer`` are the commands; ``{roster}``,
+``{recordings}``, ``{store}`` and ``{answer}`` in them are filled in, and ``stepgauge`` is the package that this
+interpreter imports.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ def infer(folder: Path, add: str, infer_with: str) -> dict[str, float]:
     seconds = {}
     for name, template in (("add", add), ("infer", infer_with)):
         began = time.perf_counter()
-        done = subprocess.run(command(template, **paths), cwd=folder, capture_output=True, text=True, check=False)
+        done = subprocess.run(command(template, **paths), capture_output=True, text=True, check=False)
         seconds[name] = time.perf_counter() - began
         if done.returncode:
             raise RuntimeError(f"{name}: {(done.stderr.strip().splitlines() or ['no message'])[-1]}")

@@ -44,7 +44,8 @@ right if that entry has its kind. A named entry that fits none is a *false disco
 already attributed are repeats and count nowhere, nor do machines named beside their line for the cause of the line.
 
 A cause has *rivals* where single recordings leave it confounded. Its pair is *settled right* if the cause is attributed
-and no rival is named. Causes that the crossing does not determine stand apart: right is an entry at one of the owners
+and no rival is named for it; a false discovery counts as named for that cause with which its owner shares most of its
+recordings. Causes that the crossing does not determine stand apart: right is an entry at one of the owners
 that is left open to the other; an entry that is not left open is *overclaimed*, and false if it is at the wrong owner.
 """
 
@@ -159,15 +160,10 @@ def fits(entry: Entry, cause: Entry) -> bool:
     return given is None or true is None or str(given) == str(true)
 
 
-def at_rival(entry: Entry, cause: Entry) -> bool:
-    """Whether an entry names one of the rivals of this cause."""
-    return any(_same_owner(entry, rival) and related(entry["kind"], rival["kind"]) for rival in cause["rivals"])
-
-
 def _left_open_between(entry: Entry, cause: Entry) -> bool:
     """Whether an entry leaves open which of the cause's owner and a rival it is."""
     mentioned = [entry, *entry.get("instead", [])]
-    return any(_same_owner(one, cause) for one in mentioned) and any(at_rival(one, cause) for one in mentioned)
+    return any(_same_owner(one, cause) for one in mentioned) and any(_overlap(one, cause) >= 0.0 for one in mentioned)
 
 
 def _of_the_line(entry: Entry, causes: Iterable[Entry]) -> bool:
@@ -183,7 +179,7 @@ def score(truth: Mapping[str, Any], answer: Sequence[Entry]) -> Result:
     ordered = sorted(answer, key=lambda entry: -entry["probability"])
     named = [entry for entry in ordered if entry["probability"] >= NAMED]
     causes = truth["causes"]
-    verdicts = [_judge(cause, named, causes) for cause in causes]
+    verdicts = [_judge(cause, [entry for entry in named if _is_about(entry, cause, causes)]) for cause in causes]
     met = [verdict.cause for verdict in verdicts if verdict.attributed]
     false = [entry for entry in named if not _is_right(entry, causes, met)]
     stated = [(float(entry["probability"]), _is_right(entry, causes, met)) for entry in ordered]
@@ -198,13 +194,27 @@ def _is_right(entry: Entry, causes: Sequence[Entry], met: Sequence[Entry]) -> bo
     return _of_the_line(entry, met)
 
 
-def _judge(cause: Entry, named: Sequence[Entry], causes: Sequence[Entry]) -> Verdict:
-    fitting = [entry for entry in named if fits(entry, cause)]
+def _is_about(entry: Entry, cause: Entry, causes: Sequence[Entry]) -> bool:
+    """Whether an entry is about this cause: it fits it, or fits none and is at the rival that is nearest to it."""
+    if fits(entry, cause) or any(fits(entry, other) for other in causes):
+        return fits(entry, cause)
+    return 0.0 <= _overlap(entry, cause) == max(_overlap(entry, other) for other in causes)
+
+
+def _overlap(entry: Entry, cause: Entry) -> float:
+    """Share of recordings that the rival which an entry names has in common with the cause's owner; -1 for none."""
+    named = [rival for rival in cause["rivals"] if _same_owner(entry, rival) and related(entry["kind"], rival["kind"])]
+    return max((float(rival.get("overlap", 0.0)) for rival in named), default=-1.0)
+
+
+def _judge(cause: Entry, about: Sequence[Entry]) -> Verdict:
+    """What became of a cause, from the named entries that are about it."""
+    fitting = [entry for entry in about if fits(entry, cause)]
     firm = [entry for entry in fitting if not entry.get("instead")]
-    rivals = [entry for entry in named if at_rival(entry, cause) and not any(fits(entry, other) for other in causes)]
+    rivals = [entry for entry in about if not fits(entry, cause)]
     verdict = Verdict(cause, said=[_words(entry) for entry in (*fitting, *rivals)])
     if not cause["determined"]:
-        verdict.settled = any(_left_open_between(entry, cause) for entry in named if entry.get("instead"))
+        verdict.settled = any(_left_open_between(entry, cause) for entry in about if entry.get("instead"))
         verdict.overclaimed = any(not entry.get("instead") for entry in (*fitting, *rivals))
         return verdict
     verdict.attributed = bool(firm)
@@ -277,21 +287,24 @@ def text(result: Result) -> str:
 
 
 def _misses(result: Result) -> list[str]:
-    lines = []
-    for verdict in result.verdicts:
-        cause = verdict.cause
-        missed = not verdict.attributed if cause["determined"] else not verdict.settled or verdict.overclaimed
-        if missed or verdict.settled is False:
-            what = "missed" if missed else "pair not settled"
-            what = what if cause["determined"] else "not left open"
-            true = (
-                f"{_words({k: v for k, v in cause.items() if k != 'probability'})}, {cause['size']:.3g} {cause['unit']}"
-            )
-            lines.append(
-                f"{what}: {true}, strength {cause['strength']:g}; said: {'; '.join(verdict.said) or 'nothing'}"
-            )
+    lines = [f"{what}: {_told(verdict)}" for verdict in result.verdicts if (what := _what_is_wrong(verdict))]
     lines += [f"false discovery: {_words(entry)}, size {entry.get('size')}" for entry in result.false]
     return [*(lines or ["no misses"]), ""]
+
+
+def _what_is_wrong(verdict: Verdict) -> str:
+    """In words; empty where nothing is."""
+    if not verdict.cause["determined"]:
+        return "overclaimed" if verdict.overclaimed else "" if verdict.settled else "not left open"
+    if not verdict.attributed:
+        return "missed"
+    return "pair not settled" if verdict.settled is False else ""
+
+
+def _told(verdict: Verdict) -> str:
+    """The cause, and what the answer says about it."""
+    cause, said = verdict.cause, "; ".join(verdict.said) or "nothing"
+    return f"{_words(cause)}, {cause['size']:.3g} {cause['unit']}, strength {cause['strength']:g}; said: {said}"
 
 
 def _figures(result: Result) -> list[str]:
@@ -311,15 +324,12 @@ def _figures(result: Result) -> list[str]:
 
 
 def _by_kind(result: Result) -> list[str]:
+    classes: dict[tuple[str, str, float], list[Verdict]] = {}
+    for v in result.verdicts:
+        if v.cause["determined"]:
+            classes.setdefault((v.cause["owner_kind"], v.cause["kind"], v.cause["strength"]), []).append(v)
     lines = [f"{'owner':8} {'kind':18} {'strength':>8}  attributed; kind right; pair settled"]
-    decided = [verdict for verdict in result.verdicts if verdict.cause["determined"]]
-    classes = {(v.cause["owner_kind"], v.cause["kind"], v.cause["strength"]) for v in decided}
-    for owner, kind, strength in sorted(classes):
-        of = [
-            v
-            for v in decided
-            if (v.cause["owner_kind"], v.cause["kind"], v.cause["strength"]) == (owner, kind, strength)
-        ]
+    for (owner, kind, strength), of in sorted(classes.items()):
         shares = [_count(v.attributed for v in of), _count(v.kind_right for v in of), _count(v.settled for v in of)]
         lines.append(f"{owner:8} {kind:18} {strength:8g}  {'; '.join(shares)}")
     return [*lines, ""]
