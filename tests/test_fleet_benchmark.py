@@ -197,6 +197,23 @@ def test_a_block_and_a_bump_of_the_scale_move_the_same_faces(fleet: Fleet) -> No
     np.testing.assert_allclose(by_bump, by_block, atol=0.25)
 
 
+def test_a_period_and_worn_blocks_follow_their_formulas(fleet: Fleet) -> None:
+    """A wave along its axis in machine coordinates; both faces of the used blocks recede into them by the year."""
+    number = next(k for k, recording in enumerate(fleet.recordings) if recording.placement == "x")
+    recording = fleet.recordings[number]
+    gauge, machine = fleet.gauges[recording.gauge], fleet.machines[recording.machine]
+    law = {"of_machine": {machine.name: 1.5}, "phase_rad_of_machine": {machine.name: 0.4}, "period_mm": 47.0}
+    wave = Cause("type", machine.line, "periodic", "x", 1.2, details=law)
+    worn = Cause("gauge", gauge.name, "wear", "used", 1.5, details={"blocks": 3})
+    plain, waved, used = (readings(fleet, number, causes, SEED)["tip"] for causes in ([], [wave], [worn]))
+    expected_um = 1.5 * np.sin(2.0 * np.pi * plain[:, 0] / 47.0 + 0.4) * recording.axis[0]
+    np.testing.assert_allclose(1e3 * (waved - plain) @ recording.axis, expected_um, atol=2e-3)
+    lost_um = 1.5 * (recording.day + 1.0) / 365.25
+    shift_um = np.resize([lost_um, -lost_um], 2 * gauge.blocks) * (np.arange(2 * gauge.blocks) < 6)
+    first = 1e3 * ((used - plain) @ recording.axis)[: 2 * gauge.blocks]
+    np.testing.assert_allclose(first, shift_um, atol=2e-3)
+
+
 def test_the_observer_is_a_least_squares_fit_with_a_known_covariance() -> None:
     """Three recordings of one machine, two gauges: the leftover equals that of the whole covariance inverted."""
     variance, machine = np.array([1.0, 2.0, 3.0]), np.ones((3, 1))
