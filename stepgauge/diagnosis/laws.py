@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,7 +87,7 @@ def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
         share = np.minimum(np.abs(np.median(np.diff(rate))) / rate, 1.0)
         return np.asarray(np.log(share / np.log(high / low)))
     if family.about:
-        weight = np.array([_log_prior(family, atom) for atom in family.atoms])
+        weight = np.array([family.log_prior(atom) for atom in family.atoms])
         return weight - np.logaddexp.reduce(weight)
     late = np.array([any(atom.get(name) is not None for name in LATE) for atom in family.atoms])
     if late.any() and not late.all():
@@ -101,13 +100,6 @@ def _about(family: Family, priors: Priors, data: Residuals) -> dict[str, tuple[f
     """The shapes of a family of which something is usual."""
     every = {name: usual_shape(name, priors, data.machine) for name in family.atoms[0]}
     return {name: usual for name, usual in every.items() if usual is not None}
-
-
-def _log_prior(family: Family, shape: Mapping[str, Any]) -> float:
-    """Logarithm of the prior density of a shape, up to a constant."""
-    return -0.5 * sum(
-        float(np.log(shape[name] / median) / spread) ** 2 for name, (median, spread) in family.about.items()
-    )
 
 
 def _has_shape(family: Family) -> bool:
@@ -131,5 +123,5 @@ def _refined(family: Family, data: Residuals, metric: Metric, atom: int, left_um
             return None
     if any(shape[name] <= 0.0 for name in family.about):
         return None
-    gain = _log_prior(family, shape) - _log_prior(family, family.atoms[atom])
+    gain = family.log_prior(shape) - family.log_prior(family.atoms[atom])
     return Refined(family_signatures(family, shape, data), shape, gain)

@@ -6,7 +6,7 @@ between them: its components are linear parameters.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from itertools import product
@@ -96,6 +96,11 @@ class Family:
         names = [name for name in names if not name.endswith("_deg") and name not in self.about]
         values = {name: [atom[name] for atom in self.atoms if atom[name] is not None] for name in names}
         return {name: (float(min(tried)), float(max(tried))) for name, tried in values.items()}
+
+    def log_prior(self, shape: Mapping[str, Any]) -> float:
+        """Logarithm of the prior density of a shape of which something is usual, up to a constant."""
+        far = [np.log(shape[name] / median) / spread for name, (median, spread) in self.about.items()]
+        return -0.5 * float(np.square(far).sum())
 
     def signature(self, atom: int) -> Array:
         """One of the signatures, shape ``(d, n)``."""

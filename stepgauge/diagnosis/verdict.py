@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import covariates, mask
 from stepgauge.diagnosis.forms import SMOOTH, Form
-from stepgauge.diagnosis.lags import with_lags
 from stepgauge.diagnosis.library import Family
 from stepgauge.diagnosis.located import UNDETERMINED, located, regime
+from stepgauge.diagnosis.marginals import with_marginals
 from stepgauge.diagnosis.posterior.answer import Answer, Rival
 from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.metric import Metric
@@ -72,7 +72,7 @@ def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], d
     beside = tuple(one.term for one in forms)
     metric = Metric(search.problem, state.scatter, search.scatters, state.sigma_um, beside)
     fitted = solve([one.source for one in laws], [one.term.atom for one in laws], data, metric)
-    fitted = with_lags(fitted, data, metric)
+    fitted = with_marginals(fitted, data, metric)
     return Model(state, tuple(laws), tuple(forms), fitted, metric)
 
 

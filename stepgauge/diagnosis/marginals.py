@@ -1,12 +1,14 @@
-"""Lags that a fit leaves at a bound: integrated over all that are possible, with the size that goes with each.
+"""Shapes whose posterior is no single peak, integrated over all that are possible.
 
-The best fit of a body that follows within the time between two touches is one that follows at once, and that of one
-slower than the recording is as slow as was tried. There is no curvature at a bound that gave an uncertainty.
+A lag that the fit leaves at a bound: the best fit of a body that follows within the time between two touches is one
+that follows at once, and that of one slower than the recording is as slow as was tried. There is no curvature at a bound
+that gave an uncertainty. And the azimuth of a tripod: its force has corners, and from few directions an arm may pass for
+a gap between two.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,18 +21,41 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.solve import Estimate, Fitted, Solved, orthonormal
 
 Array = NDArray[np.float64]
-LAG = "lag_s"
+LAG, AZIMUTH = "lag_s", "arm_azimuth_deg"
 SHORTER = (0.125, 0.25, 0.5)
 """Lags below the shortest of the grid, over it: frequent readings tell them from none."""
 
 
-def with_lags(fitted: Fitted, data: Residuals, metric: Metric) -> Fitted:
-    """The fit, with mean and standard deviation of every lag that it left at a bound and of the sizes beside it."""
-    solved = [
-        _integrated(fitted, place, data, metric) if _is_at_a_bound(one) else one
-        for place, one in enumerate(fitted.solved)
-    ]
+def with_marginals(fitted: Fitted, data: Residuals, metric: Metric) -> Fitted:
+    """The fit, with mean and standard deviation of a lag at a bound and its sizes, and that of an azimuth."""
+    solved = []
+    for place, one in enumerate(fitted.solved):
+        if _is_at_a_bound(one):
+            one = _with_mean_lag(one, _beside(fitted, place, data, metric), data)
+        if AZIMUTH in one.family.atoms[0]:
+            one = _with_all_azimuths(one, _beside(fitted, place, data, metric))
+        solved.append(one)
     return replace(fitted, solved=tuple(solved))
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """What one law has to explain ``(n,)``, and the tangents of the others, which may explain a part of it."""
+
+    left: Array
+    others: Array
+    metric: Metric
+
+    def __call__(self, columns: Array) -> Array:
+        """Mapped columns ``(k, n)`` as far as the other laws do not explain them."""
+        white = self.metric(columns)
+        return white - (white @ self.others) @ self.others.T
+
+
+def _beside(fitted: Fitted, place: int, data: Residuals, metric: Metric) -> _Beside:
+    tangents = [t for other, t in enumerate(fitted.tangents) if other != place]
+    others = orthonormal(np.hstack([np.zeros((len(fitted.left), 0)), *tangents]))
+    return _Beside(fitted.left + metric(fitted.solved[place].displacement_um(data)), others, metric)
 
 
 def _is_at_a_bound(solved: Solved) -> bool:
@@ -42,16 +67,12 @@ def _lags_s(family: Family) -> list[float]:
     return sorted({float(atom[LAG]) for atom in family.atoms if atom.get(LAG) is not None})
 
 
-def _integrated(fitted: Fitted, place: int, data: Residuals, metric: Metric) -> Solved:
+def _with_mean_lag(solved: Solved, beside: _Beside, data: Residuals) -> Solved:
     """The law with its lag averaged by marginal likelihood beside the other laws, lags spaced by their logarithm."""
-    solved, grid = fitted.solved[place], _lags_s(fitted.solved[place].family)
+    grid = _lags_s(solved.family)
     lags = np.array([0.0, *(share * grid[0] for share in SHORTER), *grid])
-    beside = [t for other, t in enumerate(fitted.tangents) if other != place]
-    others = orthonormal(np.hstack([np.zeros((len(fitted.left), 0)), *beside]))
-    own = fitted.left + metric(solved.displacement_um(data))
     signatures = (family_signatures(solved.family, {**_shape(solved), LAG: float(lag)}, data) for lag in lags)
-    columns = [metric(one) for one in signatures]
-    found = [_sized(one - (one @ others) @ others.T, own, solved.family.prior) for one in columns]
+    found = [_sized(beside(one), beside.left, solved.family.prior) for one in signatures]
     weight = special.softmax([log for log, _, _ in found])
     size = np.tensordot(weight, [one for _, one, _ in found], 1)
     apart = np.array([one - size for _, one, _ in found])
@@ -60,6 +81,20 @@ def _integrated(fitted: Fitted, place: int, data: Residuals, metric: Metric) -> 
     mean_s = float(weight @ lags)
     lag_u = float(np.sqrt(weight @ (lags - mean_s) ** 2))
     return _told(solved, Estimate(mean_s, lag_u, "s"), size, spread)
+
+
+def _with_all_azimuths(solved: Solved, beside: _Beside) -> Solved:
+    """The law with the root mean square distance of all azimuths from the one that is told, if it is the larger."""
+    family, told = solved.family, solved.parameters[AZIMUTH]
+    found = [_sized(beside(family.signature(i)), beside.left, family.prior) for i in range(len(family.atoms))]
+    # the compliance is not negative: what half of the normal distribution of its size is above zero
+    logs = [log + float(special.log_ndtr(size[0] / np.sqrt(u2[0, 0]))) for log, size, u2 in found]
+    weight = special.softmax(np.add(logs, [family.log_prior(atom) for atom in family.atoms]))
+    turn = 360.0 if "arm" in family.choices else 120.0
+    apart = np.array([float(atom[AZIMUTH]) for atom in family.atoms]) - told.value
+    apart -= turn * np.round(apart / turn)
+    u = max(told.u or 0.0, float(np.sqrt(weight @ apart**2)))
+    return replace(solved, parameters={**solved.parameters, AZIMUTH: replace(told, u=u)})
 
 
 def _shape(solved: Solved) -> dict[str, Any]:
