@@ -1,9 +1,9 @@
 """Shapes whose posterior is no single peak, integrated over all that are possible.
 
 A lag that the fit leaves at a bound: the best fit of a body that follows within the time between two touches is one
-that follows at once, and that of one slower than the recording is as slow as was tried. There is no curvature at a bound
-that gave an uncertainty. And the azimuth of a tripod: its force has corners, and from few directions an arm may pass for
-a gap between two.
+that follows at once, and that of one slower than the recording is as slow as was tried. At a bound there is no
+curvature that gave an uncertainty. And the azimuth of a tripod: its force has corners, and from few directions an arm
+may pass for a gap between two.
 """
 
 from __future__ import annotations
