@@ -1,0 +1,72 @@
+"""The whole story in a browser: 16 points, a measurement on a machine with a concealed cause, diagnosis, report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from pypdf import PdfReader
+
+from stepgauge.diagnosis.stored import read_diagnosis
+from tests.conftest import ROOT
+from tests.web.conftest import TABLET, Served, Watched, make_project
+
+HIDDEN = '[[effect]]\nkind = "scale_error"\naxis = "y"\nppm = 25.0\n'
+SLOW_MS = 240_000
+"""For a verb in a process of its own, on a busy machine."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = make_project(tmp_path_factory.mktemp("story") / "project")
+    (made / "hidden.toml").write_text(HIDDEN)
+    return made
+
+
+def test_from_sixteen_points_to_the_cause_and_the_printed_report(folder: Path, watched: Watched) -> None:
+    with Served(folder) as server:
+        page = watched.page
+        page.set_default_timeout(SLOW_MS)
+        page.goto(f"{server.address}/locate")
+        page.get_by_label("A file of points").set_input_files(str(ROOT / "examples/demo/points.csv"))
+        page.get_by_role("button", name="Locate").click()
+        page.get_by_text("The gauge is located").wait_for()
+
+        page.goto(f"{server.address}/run")
+        page.get_by_label("Cycles").fill("3")
+        page.get_by_label("Blocks").fill("1:12")
+        page.get_by_label("How fast it moves").select_option("as fast as it can be computed")
+        page.get_by_text("A concealed fault").click()
+        page.get_by_label("File of faults").select_option("hidden.toml")
+        page.get_by_role("button", name="Start the measurement").click()
+        page.get_by_text("All points are measured").wait_for()
+        page.locator("#errors[data-ready]").wait_for()
+        page.get_by_role("button", name="Diagnose").click()
+
+        page.locator("#residuals[data-ready]").wait_for()
+        page.get_by_text("Known effects explain").wait_for()
+        noise, now = float(page.locator("#noise").inner_text()), float(page.locator("#now").inner_text())
+        assert now < 1.3 * noise
+        page.locator("[data-finding='0']").uncheck()
+        page.wait_for_function("+document.getElementById('now').textContent > 1.0")
+        for covariate in ("y (mm)", "cycle", "time (min)"):
+            page.get_by_label("Against").select_option(covariate)
+        assert watched.violations() == []
+        assert page.evaluate("document.documentElement.scrollWidth") <= TABLET["width"]
+        page.get_by_role("button", name="Plan this measurement").click()
+        page.wait_for_url("**/run?program=**")
+        assert page.get_by_label("Program").input_value().endswith("separate-1.dmi")
+
+        page.goto(f"{server.address}/report?result=results/diagnosis-run")
+        page.get_by_role("button", name="Write the PDF").click()
+        page.get_by_role("link", name="Open the PDF").wait_for()
+        page.goto(f"{server.address}/report?result=results/diagnosis-run")
+        page.get_by_role("button", name="Preview").click()
+        page.frame_locator("#paper").get_by_role("heading", name="What to do first").wait_for()
+        page.goto(f"{server.address}/project")
+        page.get_by_text("results/diagnosis-run").first.wait_for()
+
+    found = read_diagnosis(folder / "results/diagnosis-run").data["effects"][0]
+    assert "scale_error" in [one["kind"] for one in [found, *found["set"]]]
+    text = PdfReader(folder / "results/report-diagnosis-run.pdf").pages[0].extract_text()
+    assert "What to do first" in text
