@@ -23,7 +23,7 @@ from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import parse_placement
 from stepgauge.machine.file import Machine, check_recorded, read_machine
 from stepgauge.recording import Recording, read_recording
-from stepgauge.recording.identity import check_recording, stated_serial
+from stepgauge.recording.identity import check_recording
 
 PORTION_ROWS = 400_000
 """Probings that are held in memory until they are written."""
@@ -42,14 +42,14 @@ Progress = Callable[[int, int], None]
 class Stated:
     """What is stated for all recordings of a call, None or empty where nothing is.
 
-    ``owners``: by name; ``gauges``, ``machines``: files, of which each recording finds its own by serial number and by
-    name where there are several; ``placements``: texts come from these files, in the order of the placements.
+    ``owners``: by name; ``gauge``, ``machine``: files, or names of shipped ones; ``placements``: files, in the order of
+    the placements.
     """
 
     owners: Mapping[str, str | None] = field(default_factory=dict)
     measured_at: str | None = None
-    gauges: Sequence[str] = ()
-    machines: Sequence[str] = ()
+    gauge: str | None = None
+    machine: str | None = None
     placements: Sequence[str] = ()
     roster: str | None = None
 
@@ -103,7 +103,7 @@ class _Kept:
             recording = read_recording(path)
         row = self.roster.of(path, _own(recording, "machine", "") or self.stated.owners.get("machine"))
         gauge, certificate = self._gauge(recording, row)
-        machine, machine_file = self._machine(recording, row)
+        machine, machine_file = self._machine(row)
         owners = self._owners(recording, row, gauge, machine)
         check_recording(recording, gauge)
         if machine is not None:
@@ -125,20 +125,12 @@ class _Kept:
         return owners
 
     def _gauge(self, recording: Recording, row: Row) -> tuple[Gauge, str]:
-        """The gauge of a recording: the one of the roster, else the one given, by the serial number if several."""
-        names = row.files("gauge_file") or self.stated.gauges
-        read = [self._read_gauge(name) for name in names]
-        serial = stated_serial(recording.comments)
-        fitting = read if len(read) == 1 else [one for one in read if one[0].table.serial == serial]
-        if len(fitting) != 1:
-            there = ", ".join(one[0].table.serial for one in read) or "none"
-            raise InputError(
-                recording.path,
-                "nothing says with which gauge this was measured",
-                found=f"gauge_serial {serial}, gauges given: {there}",
-                expected=naming("gauge", "roster", words="its gauge by {} or {}"),
-            )
-        return fitting[0]
+        """The gauge of a recording: the one of the roster, else the one of the call."""
+        name = row.file("gauge_file") or self.stated.gauge
+        if name is None:
+            expected = naming("gauge", "roster", words="{} or the gauge_file of a {}")
+            raise InputError(recording.path, "nothing says with which gauge this was measured", expected=expected)
+        return self._read_gauge(name)
 
     def _read_gauge(self, name: str) -> tuple[Gauge, str]:
         if name not in self._gauges:
@@ -146,23 +138,10 @@ class _Kept:
             self._gauges[name] = gauge, self.fleet.keep("gauge", files)
         return self._gauges[name]
 
-    def _machine(self, recording: Recording, row: Row) -> tuple[Machine | None, str | None]:
-        """The machine file of a recording, by the name in it if several are given; none is needed."""
-        names = row.files("machine_file") or self.stated.machines
-        read = [self._read_machine(name) for name in names]
-        called = recording.comments.get("machine")
-        fitting = read if len(read) == 1 else [one for one in read if one[0].table.name == called]
-        if not read:
-            return None, None
-        if len(fitting) != 1:
-            there = ", ".join(one[0].table.name for one in read)
-            raise InputError(
-                recording.path,
-                "none, or several, of the machine files given are of this machine",
-                found=called,
-                expected=there,
-            )
-        return fitting[0]
+    def _machine(self, row: Row) -> tuple[Machine | None, str | None]:
+        """The machine file of a recording, likewise; only a diagnosis needs it."""
+        name = row.file("machine_file") or self.stated.machine
+        return (None, None) if name is None else self._read_machine(name)
 
     def _read_machine(self, name: str) -> tuple[Machine, str]:
         if name not in self._machines:

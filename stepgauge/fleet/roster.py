@@ -29,6 +29,10 @@ class Row:
         """A cell, None where it is empty or missing."""
         return self.cells.get(name) or None
 
+    def file(self, name: str) -> str | None:
+        """The file of a cell: beside the roster, or the name of a shipped one."""
+        return next(iter(self.files(name)), None)
+
     def files(self, name: str) -> list[str]:
         """The files of a cell, ``;`` between them: beside the roster, or names of shipped ones."""
         words = [word.strip() for word in (self.get(name) or "").split(";") if word.strip()]

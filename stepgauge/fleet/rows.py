@@ -78,7 +78,7 @@ def read_columns(path: Path) -> dict[str, Any] | None:
         return None
     names = [*OWN, "covariates"]
     with reading(path, "file of the store"):
-        table = needed("pyarrow.parquet").read_table(path, columns=names, partitioning=None)
+        table = needed("pyarrow.parquet").ParquetFile(path).read(columns=names, use_threads=False)
     return {name: table[name].to_numpy() for name in OWN} | {"covariates": table["covariates"].combine_chunks()}
 
 
@@ -102,16 +102,16 @@ class Stored:
         return Recording.of_columns(self.columns, self.comments, self.name)
 
 
-def make_stored(row: Any, columns: Mapping[str, Any]) -> Stored:
+def make_stored(row: Mapping[str, Any], columns: Mapping[str, Any]) -> Stored:
     """A recording from its row of the index and the columns of its file."""
-    part = slice(row.first_row, row.first_row + row.rows)
-    kinds: dict[str, str] = json.loads(row.columns)
+    part = slice(row["first_row"], row["first_row"] + row["rows"])
+    kinds: dict[str, str] = json.loads(row["columns"])
     others = [name for name in kinds if name not in OWN]
     further = columns["covariates"][part].items.to_numpy().reshape(-1, len(others)) if others else np.zeros((0, 0))
     made = {
         name: (columns[name][part] if name in OWN else further[:, others.index(name)]).astype(kind)
         for name, kind in kinds.items()
     }
-    machine_file = None if pd.isna(row.machine_file) else str(row.machine_file)
-    comments = json.loads(row.comments)
-    return Stored(row.recording, made, comments, row.name, row.certificate, machine_file, tuple(row.placement_files))
+    comments: dict[str, str] = json.loads(row["comments"])
+    files = (row["certificate"], row["machine_file"], tuple(row["placement_files"]))
+    return Stored(row["recording"], made, comments, row["name"], *files)

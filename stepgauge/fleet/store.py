@@ -127,18 +127,27 @@ class Fleet:
         """
         wanted = set(recordings)
         while wanted:
-            index = self.index().to_pandas()
-            index = index[index["recording"].isin(wanted)]
-            if index.empty:
-                return
-            for name, rows in index.groupby("file", sort=True):
+            files = self._by_file(wanted)
+            for name, rows in sorted(files.items()):
                 with locked(self.folder, alone=False):
-                    columns = read_columns(self.folder / str(name))
+                    columns = read_columns(self.folder / name)
                 if columns is None:
                     break  # it is elsewhere now: look again
-                for row in rows.sort_values("first_row").itertuples(index=False):
-                    wanted.discard(str(row.recording))
+                for row in rows:
+                    wanted.discard(row["recording"])
                     yield make_stored(row, columns)
+            if not files:
+                return
+
+    def _by_file(self, wanted: Collection[str]) -> dict[str, list[dict[str, Any]]]:
+        """The rows of the index of these recordings by the file that they are in, in its order."""
+        arrow, index = arrow_library(), self.index()
+        keys = arrow.array(sorted(wanted), arrow.string())
+        rows = index.filter(needed("pyarrow.compute").is_in(index["recording"], value_set=keys)).to_pylist()
+        files: dict[str, list[dict[str, Any]]] = {}
+        for row in sorted(rows, key=lambda row: row["first_row"]):
+            files.setdefault(row["file"], []).append(row)
+        return files
 
     def gauge(self, certificate: str) -> Gauge:
         """The gauge as certified, by the key of its certificate."""

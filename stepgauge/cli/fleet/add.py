@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from stepgauge.cli.fleet.options import STORE, bar
-from stepgauge.cli.options import GAUGE_VARIABLE, MACHINE_VARIABLE, placement_option, say
+from stepgauge.cli.options import GAUGE_VARIABLE, machine_option, placement_option, say
 
 
 @click.command("add")
@@ -16,24 +16,11 @@ from stepgauge.cli.options import GAUGE_VARIABLE, MACHINE_VARIABLE, placement_op
 @click.option(
     "--gauge",
     "-g",
-    "gauges",
-    type=click.Path(),
-    multiple=True,
     envvar=GAUGE_VARIABLE,
     metavar="GAUGE",
-    help="Gauge file (TOML), or the name of a shipped one. Of several, each recording finds its own by serial number.",
+    help="Gauge file (TOML), or the name of a shipped one, where a roster does not state it.",
 )
-@click.option(
-    "--machine",
-    "-m",
-    "machines",
-    type=click.Path(),
-    multiple=True,
-    envvar=MACHINE_VARIABLE,
-    metavar="MACHINE",
-    help="Machine file (TOML), or the name of a shipped one; a diagnosis needs it. Of several, each recording finds its"
-    " own by name.",
-)
+@machine_option(False, "Machine file (TOML), or the name of a shipped one; a diagnosis needs it.")
 @placement_option("Placement file; once per placement in the recordings, in order.")
 @click.option("--roster", metavar="FILE", help="Table (CSV) with whose the recordings are, see below.")
 @click.option("--machine-id", metavar="ID", help="Identity of the machine. Default: the name that a recording states.")
@@ -64,8 +51,8 @@ def command(store: str, recordings: tuple[str, ...], **options: Any) -> None:
     stated = Stated(
         {name: options[option] for name, option in owners.items()},
         options["measured_at"],
-        options["gauges"],
-        options["machines"],
+        options["gauge"],
+        options["machine"],
         options["placement_files"],
         options["roster"],
     )

@@ -1,0 +1,269 @@
+"""Cost of a fleet: ``python benchmarks/fleet_cost.py [--recordings 10000] [--probings 1e8] [--folder DIR]``.
+
+Recordings of about 400 rows into the store, evaluated and diagnosed from it by processes of this computer and by a Dask
+cluster, and questions in SQL over many probings. Prints seconds with their bars, how cost grows with the number of
+recordings, and the load of the computer, without which the seconds mean little.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import gc
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from table import Table
+
+from stepgauge.fleet.content import read_with_files
+from stepgauge.fleet.evaluating import diagnose_fleet, evaluate_fleet
+from stepgauge.fleet.query import query
+from stepgauge.fleet.results import Results
+from stepgauge.fleet.rows import make_probings, write_rows
+from stepgauge.fleet.schema import PROBINGS, RECORDINGS, arrow_schema
+from stepgauge.fleet.store import Entry, Fleet, _index_rows
+from stepgauge.gauge.certified import Gauge, read_gauge
+from stepgauge.machine.file import read_machine
+from stepgauge.recording import Recording
+from stepgauge.work.dask import Dask, local_cluster
+from stepgauge.work.processes import InProcess, Processes
+
+CYCLES = 10
+"""Of the 42 faces: 420 rows."""
+MACHINES, MONTHS, HALLS = 200, 24, ("North", "South", "West")
+SIZES = (100, 1000, 10_000)
+DIAGNOSED = 40
+QUESTIONS = {
+    "probings by hall": "SELECT hall, count(*), avg(z_mm), stddev(z_mm) FROM probings GROUP BY hall",
+    "a face over the years": "SELECT gauge, year(measured_at) AS y, avg(x_mm) FROM probings WHERE face = 20 GROUP BY ALL",
+    "a machine's readings": "SELECT month(measured_at) AS m, face, avg(x_mm) FROM probings WHERE machine = 'M007' GROUP BY ALL",
+    "how many": "SELECT count(*) FROM probings",
+}  # fmt: skip
+
+
+def make_recording(gauge: Gauge, number: int) -> Recording:
+    """A recording along x with a scale error and noise of 0.3 um."""
+    random = np.random.default_rng(number)
+    face = np.tile(np.arange(1, gauge.n_faces + 1), CYCLES)
+    front, n = face % 2 == 1, len(face)
+    along = gauge.position_mm[face - 1] * (1.0 + number % 7 * 1e-6) + np.where(front, -1.997, 1.997)
+    columns = {
+        "placement": np.ones(n, np.int64),
+        "cycle": np.repeat(np.arange(1, CYCLES + 1), gauge.n_faces),
+        "face": face,
+        "x_mm": np.round(100.0 + along + random.normal(0.0, 3e-4, n), 7),
+        "y_mm": np.round(300.0 + random.normal(0.0, 1e-4, n), 7),
+        "z_mm": np.round(100.0 + random.normal(0.0, 1e-4, n), 7),
+        "approach_i": np.where(front, 1.0, -1.0),
+        "approach_j": np.zeros(n),
+        "approach_k": np.zeros(n),
+        "time_s": np.arange(n) * 3.0,
+        "gauge_temperature_C": np.round(20.0 + 0.1 * np.sin(np.arange(n) / 50.0), 3),
+    }
+    return Recording.of_columns(columns, {"tip_radius_mm": "2"}, f"{number}.csv")
+
+
+def owners(number: int) -> dict[str, str | None]:
+    """Of the recording of that number."""
+    machine = number % MACHINES
+    hall = HALLS[machine % len(HALLS)]
+    return {
+        "machine": f"M{machine:03d}",
+        "type": f"T{machine % 5}",
+        "hall": hall,
+        "probe": None,
+        "gauge": f"G{number % 20:02d}",
+    }
+
+
+def moment(number: int) -> datetime.datetime:
+    """When it was measured: machine after machine, a month later each round."""
+    month = number // MACHINES % MONTHS
+    return datetime.datetime(2024 + month // 12, 1 + month % 12, 1 + number // (MACHINES * MONTHS) % 28, 9)
+
+
+def fill(fleet: Fleet, count: int) -> float:
+    """Add recordings; returns the seconds that it took without making them."""
+    gauge, files = read_with_files(read_gauge, "step-gauge-420")
+    certificate = fleet.keep("gauge", files)
+    machine = fleet.keep("machine", read_with_files(read_machine, "bridge-cmm")[1])
+    took_s = 0.0
+    for first in range(0, count, 1000):
+        entries = [
+            Entry(make_recording(gauge, number), owners(number), moment(number), certificate, machine)
+            for number in range(first, min(first + 1000, count))
+        ]
+        took_s += seconds(lambda entries=entries: fleet.add(entries))  # type: ignore[misc]
+    return took_s
+
+
+def seconds(act: Callable[[], object]) -> float:
+    """By the clock on the wall."""
+    gc.collect()
+    began = time.perf_counter()
+    act()
+    return time.perf_counter() - began
+
+
+def load() -> str:
+    """Of the computer, in the last minute, with the number of processors."""
+    return f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors"
+
+
+def slope(sizes: list[int], values: list[float]) -> float:
+    """Exponent of the growth."""
+    return float(np.polyfit(np.log(sizes), np.log(values), 1)[0])
+
+
+def cost_alone(folder: Path) -> None:
+    """What a process of its own needs for a fleet of one size: printed for the one that asked, as seconds and MB."""
+    fleet = Fleet(folder)
+    gauge = fleet.gauge(fleet.recordings()["certificate"][0])
+    from stepgauge.evaluation.evaluate import evaluate
+
+    evaluate(make_recording(gauge, 0), gauge)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    began = time.process_time()
+    errors = evaluate_fleet(fleet, InProcess())
+    took = time.process_time() - began
+    print(took, (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1e3, len(errors))
+
+
+def growth(table: Table, folder: Path, sizes: list[int]) -> None:
+    """Processor seconds and memory of one process, from small fleets to large ones."""
+    took, grown = [], []
+    for size in sizes:
+        fleet = Fleet(folder / f"of-{size}", create=True)
+        fill(fleet, size)
+        command = [sys.executable, __file__, "--alone", str(fleet.folder)]
+        said = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
+        took.append(float(said[0]))
+        grown.append(float(said[1]))
+        print(
+            f"evaluate {size} recordings in one process: {took[-1]:.2f} s of processor, {grown[-1]:.0f} MB more memory"
+        )
+    table.add("evaluation: exponent of time by number", slope(sizes, took), "", 0.95, 1.05)
+    table.add("evaluation: exponent of memory by number", slope(sizes, [max(mb, 1.0) for mb in grown]), "", None, 1.05)
+
+
+def engines(table: Table, fleet: Fleet, count: int) -> None:
+    """The whole fleet on two processes and on a cluster of one and of two workers; diagnoses by a sample."""
+    results = Results(fleet, "evaluations", {"blocks": None, "r_eff": "first"})
+    took = seconds(lambda: evaluate_fleet(fleet, Processes(2)))
+    table.add(f"evaluate {count} recordings, two processes", took, "s", high=60.0 * count / 10_000)
+    on_dask = []
+    for workers in (1, 2):
+        with local_cluster(workers) as cluster:
+            engine = Dask(cluster.scheduler_address)
+            results.clear()
+            on_dask.append(seconds(lambda engine=engine: evaluate_fleet(fleet, engine)))  # type: ignore[misc]
+            print(f"evaluate {count} recordings, Dask, {workers} workers: {on_dask[-1]:.1f} s ({load()})")
+    table.add("evaluate: Dask, one worker's time by two's", on_dask[0] / on_dask[1], "", low=1.7)
+
+
+def diagnoses(table: Table, folder: Path) -> None:
+    """A sample on two processes and on one and two workers, as it would be for 10 000."""
+    took = {}
+    for name in ("processes", "1", "2"):
+        fleet = Fleet(folder / f"diagnosed-{name}", create=True)
+        fill(fleet, DIAGNOSED)
+        if name == "processes":
+            took[name] = seconds(lambda fleet=fleet: diagnose_fleet(fleet, Processes(2)))  # type: ignore[misc]
+            continue
+        with local_cluster(int(name)) as cluster:
+            engine = Dask(cluster.scheduler_address)
+            took[name] = seconds(lambda fleet=fleet, engine=engine: diagnose_fleet(fleet, engine))  # type: ignore[misc]
+    table.add(
+        "diagnose 10000 recordings, two processes", took["processes"] / DIAGNOSED * 10_000 / 60.0, "min", high=60.0
+    )
+    table.add("diagnose: Dask, one worker's time by two's", took["1"] / took["2"], "", low=1.7)
+
+
+def fill_many(fleet: Fleet, probings: float) -> int:
+    """A store of very many probings, written as additions that were packed: a file for each machine and month."""
+    gauge, files = read_with_files(read_gauge, "step-gauge-420")
+    certificate = fleet.keep("gauge", files)
+    rows_each = gauge.n_faces * CYCLES
+    each = max(round(probings / rows_each / (MACHINES * MONTHS)), 1)
+    arrow, index = __import__("pyarrow"), []
+    schema = arrow_schema(PROBINGS)
+    random = np.random.default_rng(0)
+    template = make_probings("0", Entry(make_recording(gauge, 0), owners(0), moment(0), certificate))
+    for number in range(MACHINES * MONTHS):
+        keys = [f"{number:08x}{one:024x}" for one in range(each)]
+        entry = Entry(make_recording(gauge, number), owners(number), moment(number), certificate)
+        block = arrow.concat_tables([template] * each).combine_chunks()
+        fixed: dict[str, Any] = {**entry.owners, "measured_at": entry.measured_at}
+        columns = []
+        for field in schema:
+            if field.name == "recording":
+                columns.append(arrow.array(np.repeat(keys, rows_each), field.type))
+            elif field.name in fixed:
+                columns.append(arrow.repeat(arrow.scalar(fixed[field.name], field.type), len(block)))
+            elif field.name in ("x_mm", "y_mm", "z_mm"):
+                noise = np.round(random.normal(0.0, 3e-4, len(block)), 7)
+                columns.append(arrow.array(block[field.name].to_numpy() + noise))
+            else:
+                columns.append(block[field.name])
+        path = fleet._partition(str(entry.owners["machine"]), entry.month) / "packed.parquet"
+        write_rows(path, [arrow.Table.from_arrays(columns, schema=schema)], PROBINGS)
+        one = _index_rows({"": entry}, path.relative_to(fleet.folder).as_posix())[0]
+        index += [one | {"recording": key, "first_row": i * rows_each} for i, key in enumerate(keys)]
+    fleet.write_index(arrow.Table.from_pandas(pd.DataFrame(index), arrow_schema(RECORDINGS), preserve_index=False))
+    return len(index) * rows_each
+
+
+def questions(table: Table, folder: Path, probings: float) -> None:
+    """Answers over very many probings."""
+    fleet = Fleet(folder / "many", create=True)
+    if not len(fleet.index()):
+        took = seconds(lambda: fill_many(fleet, probings))
+        size = sum(path.stat().st_size for path in fleet.folder.rglob("*.parquet"))
+        print(f"{probings:.0e} probings written in {took:.0f} s: {size / 1e9:.2f} GB, {size / probings:.1f} bytes each")
+    for name, sql in QUESTIONS.items():
+        took = [seconds(lambda sql=sql: query(Fleet(fleet.folder), sql)) for _ in range(2)]  # type: ignore[misc]
+        table.add(f"query: {name}", min(took), "s", high=5.0)
+        print(f"query {name}: {took[0]:.2f} s the first time ({load()})")
+
+
+def main() -> int:
+    """Measure and print; the exit code is the number of bars missed."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--recordings", type=int, default=10_000)
+    parser.add_argument("--probings", type=float, default=1e8)
+    parser.add_argument("--folder", type=Path, help="keep the stores here; default: a folder that is deleted")
+    parser.add_argument("--only", choices=["growth", "engines", "diagnoses", "questions"])
+    parser.add_argument("--alone", type=Path, help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.alone:
+        cost_alone(given.alone)
+        return 0
+    table = Table()
+    print(load())
+    with tempfile.TemporaryDirectory() as name:
+        folder = given.folder or Path(name)
+        if given.only in (None, "growth"):
+            growth(table, folder, [size for size in SIZES if size <= given.recordings])
+        if given.only in (None, "engines"):
+            fleet = Fleet(folder / "whole", create=True)
+            table.add(f"add {given.recordings} recordings", fill(fleet, given.recordings), "s")
+            engines(table, fleet, given.recordings)
+        if given.only in (None, "diagnoses"):
+            diagnoses(table, folder)
+        if given.only in (None, "questions"):
+            questions(table, folder, given.probings)
+    print(load())
+    return table.print()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
