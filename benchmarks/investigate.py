@@ -48,7 +48,7 @@ from stepgauge.investigation.deciding import Case
 from stepgauge.investigation.loop import Investigation
 from stepgauge.investigation.reach import LOCATING_MINUTES, placement_json, placement_of_json, program_of
 from stepgauge.investigation.running import Runner
-from stepgauge.investigation.stations import Served, nearly
+from stepgauge.investigation.stations import Served, Station, nearly
 from stepgauge.live.clock import MachineClock
 from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.controller import Wishes
@@ -130,10 +130,6 @@ class Hall:
         self.clock = MachineClock(None)
         self.state: MachineState | None = None
 
-    def sealed(self) -> str:
-        """What is said of the truth before the answer."""
-        return hashlib.sha256(json.dumps([self.salt, self.truth]).encode()).hexdigest()
-
     def lay(self, number: int, lies: dict[str, Any]) -> int:
         """The gauge is laid; the port of the server."""
         asked = placement_of_json(lies)
@@ -180,7 +176,7 @@ class Hall:
 def hall(pipe: Connection, kinds: Sequence[str], seed: int) -> None:
     """The work of the process that knows: answers until it is told that the answer has been given."""
     place = Hall(kinds, seed)
-    pipe.send(place.sealed())
+    pipe.send(seal(place.salt, place.truth))
     while True:
         what, *arguments = pipe.recv()
         if what == "reveal":
@@ -278,12 +274,9 @@ def _drawn(pipe: Any, kind: str, folder: Path, minutes: float) -> Result:
     gauge, machine = read_gauge(GAUGE), read_machine(MACHINE)
     case = Case(gauge, machine, minutes=minutes)
     station = Behind("", machine, Wishes(home=True), None, pipe)
-    steps = open_steps(folder, {"draw": sealed}, False)
-    found = Investigation(case, Runner(case, station, steps, lambda _: True), first_placement())
-    last = found.go_through()
-    steps.close()
-    answers = {"loop": diagnose(found.recording, gauge, machine, priors=case.priors)}
-    result = Result(kind, runs=len(found.runs), end=f"{last['end']['how']}: {last['end']['why']}")
+    found, answer = looped(case, station, first_placement(), folder, sealed)
+    answers, end = {"loop": answer}, found.learnt[-1]["end"]
+    result = Result(kind, runs=len(found.runs), end=f"{end['how']}: {end['why']}")
     result.minutes["loop"] = sum(made.machine_minutes for made in found.runs)
     full = _measured(pipe, 3)
     result.minutes["full"] = plan_minutes(full, 5)
@@ -291,13 +284,38 @@ def _drawn(pipe: Any, kind: str, folder: Path, minutes: float) -> Result:
     same = _within(_measured(pipe, 2), result.minutes["loop"])
     result.minutes["same"] = plan_minutes(same, len({int(f["placement"].iloc[0]) for f in same}))
     answers["same"] = _diagnosed(same, machine)
-    pipe.send(("reveal",))
-    salt, truth = pipe.recv()
-    if hashlib.sha256(json.dumps([salt, truth]).encode()).hexdigest() != sealed:
-        raise InputError("the truth", "is not what was sealed")
+    truth = revealed(pipe, sealed)
     for name, answer in answers.items():
         result.right[name], result.alone[name], result.said[name] = judged(answer, truth)
     return result
+
+
+def looped(
+    case: Case, station: Station, first: Placement, folder: Path, sealed: str, again: bool = False
+) -> tuple[Investigation, Diagnosis]:
+    """The loop to its end, and what it says; ``again``: it was broken off, and goes on."""
+    steps = open_steps(folder, {"draw": sealed}, again)
+    try:
+        found = Investigation(case, Runner(case, station, steps, lambda _: True), first)
+        found.go_through()
+    finally:
+        steps.close()
+    return found, diagnose(found.recording, case.gauge, case.machine, priors=case.priors)
+
+
+def revealed(pipe: Any, sealed: str) -> list[Effect]:
+    """The truth, which must be what was sealed."""
+    pipe.send(("reveal",))
+    salt, truth = pipe.recv()
+    if seal(salt, truth) != sealed:
+        raise InputError("the truth", "is not what was sealed")
+    told: list[Effect] = truth
+    return told
+
+
+def seal(salt: str, truth: Sequence[Effect]) -> str:
+    """What is said of the truth before the answer: a SHA-256."""
+    return hashlib.sha256(json.dumps([salt, truth]).encode()).hexdigest()
 
 
 def stopped(kind: str, why: str) -> Result:
