@@ -2,7 +2,7 @@
 
     python -m benchmarks.investigate_linuxcnc [--kinds KIND ...] [--seed S] [-o cases.jsonl]
 
-As in :mod:`benchmarks.investigate` the process that knows draws and seals the cause, and lays the gauge, nearly as asked,
+As in :mod:`benchmarks.investigate` a process that knows draws and seals the cause, and lays the gauge nearly as asked,
 by new constants in HAL while the controller stays up. The other one has the controller's Python interface alone, as
 ``stepgauge investigate --server linuxcnc``. The faces in HAL are off their certificate as far as it allows.
 """
@@ -27,7 +27,6 @@ import numpy as np
 from benchmarks.investigate import GAUGE, PROCESSES, Effect, causes, judged, looped, revealed, seal
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.diagnosis.runs import ExtraRun
-from stepgauge.effects import make_effects
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, make_placement
@@ -57,9 +56,9 @@ def machine_file() -> Machine:
     """The machine as its user knows it: the scatter is that of a contact read 0 to v T late, v being the speed."""
     machine = read_machine(EXAMPLES / "linuxcnc-concealed" / "machine.toml")
     table = machine.table.model_copy(update={"measuring_speed_mm_s": SPEED_MM_S, "repeatability_um": 0.02})
-    late_um = SERVO_PERIOD_NS * 1e-6 / np.sqrt(12.0)
-    grows = make_effects([{"kind": "noise_growth", "per": "speed", "rate": late_um}], "latch")
-    return replace(machine, table=table, effects=(*machine.effects, *grows))
+    late_um = SERVO_PERIOD_NS * 1e-6 / 12.0**0.5
+    grows = {"kind": "noise_growth", "per": "speed", "rate": late_um}
+    return replace(machine, table=table, effects=(*machine.effects, grows))
 
 
 def first_placement(gauge: Gauge) -> Placement:
