@@ -14,8 +14,8 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -150,17 +150,24 @@ class OnController(Served):
             raise InputError("linuxcnc", refused)
 
 
-def draw(kind: str, seed: int, folder: Path, minutes: float) -> dict[str, Any]:
-    """One cause in the controller, investigated."""
+@contextmanager
+def knowing(kind: str, seed: int, keep: Path) -> Iterator[Any]:
+    """The process that knows, by its end of a pipe; ``keep``: folder that takes the controller's files."""
     mine, theirs = PROCESSES.Pipe()
-    process = PROCESSES.Process(target=hall, args=(theirs, kind, seed, folder / "controller"))
+    process = PROCESSES.Process(target=hall, args=(theirs, kind, seed, keep))
     process.start()
     theirs.close()
     try:
-        return _drawn(mine, kind, folder / "cause", minutes)
+        yield mine
     finally:
         mine.close()
         process.join()
+
+
+def draw(kind: str, seed: int, folder: Path, minutes: float) -> dict[str, Any]:
+    """One cause in the controller, investigated."""
+    with knowing(kind, seed, folder / "controller") as pipe:
+        return _drawn(pipe, kind, folder / "cause", minutes)
 
 
 def _drawn(pipe: Any, kind: str, folder: Path, minutes: float) -> dict[str, Any]:
