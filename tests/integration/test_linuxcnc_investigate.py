@@ -19,11 +19,11 @@ from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.gauge.placement import make_placement
 from stepgauge.investigation.deciding import Case
-from stepgauge.investigation.journal import open_steps
 from stepgauge.investigation.locating import LAID_MM
 from stepgauge.investigation.running import Made, Runner
 from stepgauge.live.controller import Wishes
 from stepgauge.recording import read_recording
+from stepgauge.work.steps import open_steps
 from tests.integration.test_linuxcnc import pytestmark  # noqa: F401
 
 SEED = 6
