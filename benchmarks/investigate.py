@@ -1,13 +1,15 @@
 """Does the closed loop find concealed causes, and in how little machine time?
 
-    python benchmarks/investigate.py [--draws N] [--kinds KIND ...] [--seed S] [-o results.jsonl]
+    python -m benchmarks.investigate [--draws N] [--kinds KIND ...] [--seed S] [-o results.jsonl]
+    python -m benchmarks.investigate --pairs N [--seed S] [-o pairs.jsonl]
 
 The machine with the fault is in another process, behind an I++ DME server; it draws the fault, gives a SHA-256 of it
 before anything is measured, and tells it when the answer has been given. Its hands lay the gauge as a person would.
 Beside the loop it measures two fixed plans: the full plan (five placements, three cycles each, two more speeds), and as
 much of it, with two cycles, as the loop had machine time for.
 
-An answer is right where the cause that is there is named first or in the set, and nothing else is named beside it.
+An answer is right where the cause that is there is named first or in the set, and nothing else is named beside it; of
+a pair, two causes of different kinds at once, where each is named so by a finding of its own.
 """
 
 from __future__ import annotations
@@ -23,8 +25,9 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations, permutations
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -33,6 +36,7 @@ import click
 import numpy as np
 import pandas as pd
 
+from benchmarks.blind.score import wilson_interval
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.diagnosis.runs import ExtraRun
@@ -44,7 +48,7 @@ from stepgauge.investigation.deciding import Case
 from stepgauge.investigation.loop import Investigation
 from stepgauge.investigation.reach import LOCATING_MINUTES, placement_json, placement_of_json, program_of
 from stepgauge.investigation.running import Runner
-from stepgauge.investigation.stations import Served, nearly
+from stepgauge.investigation.stations import Served, Station, nearly
 from stepgauge.live.clock import MachineClock
 from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.controller import Wishes
@@ -101,6 +105,13 @@ KINDS = (
     *("probe_lobing", "reversal_error", "scale_curvature", "scale_error", "squareness", "step_change", "straightness"),
     *("thermal_drift", "trigger_delay"),
 )
+AND = " and "
+
+
+def drawn_pairs(seed: int, count: int) -> list[str]:
+    """The names of so many different pairs of kinds, in the order in which the seed draws them."""
+    every = [AND.join(two) for two in combinations([kind for kind in KINDS if kind != "nothing"], 2)]
+    return [every[int(index)] for index in np.random.default_rng(seed).permutation(len(every))[:count]]
 
 
 # -- the process that knows ------------------------------------------------------------
@@ -109,20 +120,15 @@ KINDS = (
 class Hall:
     """The machine with its fault, the server in front of it, and the hands that lay the gauge."""
 
-    def __init__(self, kind: str, seed: int) -> None:
+    def __init__(self, kinds: Sequence[str], seed: int) -> None:
         self.random = np.random.default_rng(seed)
-        self.truth = causes(self.random, kind)
+        self.truth = [causes(self.random, kind) for kind in kinds if kind != "nothing"]
         self.salt = os.urandom(16).hex()
         self.gauge, self.machine = read_gauge(GAUGE), read_machine(MACHINE)
-        effects = [] if kind == "nothing" else [self.truth]
-        self.faulty = replace(self.machine, effects=(*self.machine.effects, *effects))
-        self.faults = Faults(make_effects(effects, "faults"))
+        self.faulty = replace(self.machine, effects=(*self.machine.effects, *self.truth))
+        self.faults = Faults(make_effects(self.truth, "faults"))
         self.clock = MachineClock(None)
         self.state: MachineState | None = None
-
-    def sealed(self) -> str:
-        """What is said of the truth before the answer."""
-        return hashlib.sha256(json.dumps([self.salt, self.truth]).encode()).hexdigest()
 
     def lay(self, number: int, lies: dict[str, Any]) -> int:
         """The gauge is laid; the port of the server."""
@@ -167,10 +173,10 @@ class Hall:
         return frames
 
 
-def hall(pipe: Connection, kind: str, seed: int) -> None:
+def hall(pipe: Connection, kinds: Sequence[str], seed: int) -> None:
     """The work of the process that knows: answers until it is told that the answer has been given."""
-    place = Hall(kind, seed)
-    pipe.send(place.sealed())
+    place = Hall(kinds, seed)
+    pipe.send(seal(place.salt, place.truth))
     while True:
         what, *arguments = pipe.recv()
         if what == "reveal":
@@ -238,22 +244,23 @@ def plan_minutes(frames: list[pd.DataFrame], placements: int) -> float:
     return sum(float(np.ptp(f["time_s"])) / 60.0 for f in frames) + (placements - 1) * LOCATING_MINUTES
 
 
-def judged(found: Diagnosis, truth: Effect) -> tuple[bool, bool, str]:
-    """Whether the answer is right, whether it is right and alone, and what it says."""
+def judged(found: Diagnosis, truth: Sequence[Effect]) -> tuple[bool, bool, str]:
+    """Whether the answer is right, whether it is right and alone, and what it says; ``truth``: none, one or a pair."""
     said = found.summary().split(" (rms")[0]
-    if truth["kind"] == "nothing":
+    if not truth:
         return found.verdict == "adequate", found.verdict == "adequate", said
-    if found.verdict != "effects" or len(found.findings) != 1:
+    if found.verdict != "effects" or len(found.findings) != len(truth):
         return False, False, said
-    (one,) = found.findings
-    right = truth["kind"] in (one.kind, *one.confounded_with)
-    return right, right and one.kind == truth["kind"] and not one.confounded_with, said
+    named = [list(zip(truth, order, strict=True)) for order in permutations(found.findings)]
+    right = any(all(cause["kind"] in (one.kind, *one.confounded_with) for cause, one in pairs) for pairs in named)
+    alone = any(all({cause["kind"]} == {one.kind, *one.confounded_with} for cause, one in pairs) for pairs in named)
+    return right, alone, said
 
 
 def draw(kind: str, seed: int, folder: Path, minutes: float) -> Result:
-    """One concealed cause, investigated, and measured by both plans."""
+    """One concealed cause, or a pair of them, investigated, and measured by both plans."""
     mine, theirs = PROCESSES.Pipe()
-    process = PROCESSES.Process(target=hall, args=(theirs, kind, seed), daemon=True)
+    process = PROCESSES.Process(target=hall, args=(theirs, kind.split(AND), seed), daemon=True)
     process.start()
     try:
         return _drawn(mine, kind, folder, minutes)
@@ -267,12 +274,9 @@ def _drawn(pipe: Any, kind: str, folder: Path, minutes: float) -> Result:
     gauge, machine = read_gauge(GAUGE), read_machine(MACHINE)
     case = Case(gauge, machine, minutes=minutes)
     station = Behind("", machine, Wishes(home=True), None, pipe)
-    steps = open_steps(folder, {"draw": sealed}, False)
-    found = Investigation(case, Runner(case, station, steps, lambda _: True), first_placement())
-    last = found.go_through()
-    steps.close()
-    answers = {"loop": diagnose(found.recording, gauge, machine, priors=case.priors)}
-    result = Result(kind, runs=len(found.runs), end=f"{last['end']['how']}: {last['end']['why']}")
+    found, answer = looped(case, station, first_placement(), folder, sealed)
+    answers, end = {"loop": answer}, found.learnt[-1]["end"]
+    result = Result(kind, runs=len(found.runs), end=f"{end['how']}: {end['why']}")
     result.minutes["loop"] = sum(made.machine_minutes for made in found.runs)
     full = _measured(pipe, 3)
     result.minutes["full"] = plan_minutes(full, 5)
@@ -280,13 +284,38 @@ def _drawn(pipe: Any, kind: str, folder: Path, minutes: float) -> Result:
     same = _within(_measured(pipe, 2), result.minutes["loop"])
     result.minutes["same"] = plan_minutes(same, len({int(f["placement"].iloc[0]) for f in same}))
     answers["same"] = _diagnosed(same, machine)
-    pipe.send(("reveal",))
-    salt, truth = pipe.recv()
-    if hashlib.sha256(json.dumps([salt, truth]).encode()).hexdigest() != sealed:
-        raise InputError("the truth", "is not what was sealed")
+    truth = revealed(pipe, sealed)
     for name, answer in answers.items():
         result.right[name], result.alone[name], result.said[name] = judged(answer, truth)
     return result
+
+
+def looped(
+    case: Case, station: Station, first: Placement, folder: Path, sealed: str, again: bool = False
+) -> tuple[Investigation, Diagnosis]:
+    """The loop to its end, and what it says; ``again``: it was broken off, and goes on."""
+    steps = open_steps(folder, {"draw": sealed}, again)
+    try:
+        found = Investigation(case, Runner(case, station, steps, lambda _: True), first)
+        found.go_through()
+    finally:
+        steps.close()
+    return found, diagnose(found.recording, case.gauge, case.machine, priors=case.priors)
+
+
+def revealed(pipe: Any, sealed: str) -> list[Effect]:
+    """The truth, which must be what was sealed."""
+    pipe.send(("reveal",))
+    salt, truth = pipe.recv()
+    if seal(salt, truth) != sealed:
+        raise InputError("the truth", "is not what was sealed")
+    told: list[Effect] = truth
+    return told
+
+
+def seal(salt: str, truth: Sequence[Effect]) -> str:
+    """What is said of the truth before the answer: a SHA-256."""
+    return hashlib.sha256(json.dumps([salt, truth]).encode()).hexdigest()
 
 
 def stopped(kind: str, why: str) -> Result:
@@ -339,44 +368,65 @@ def _median(values: list[float]) -> float:
 
 
 def bars(results: list[Result]) -> Iterator[str]:
-    """The bars of the loop: 95 % of what the full plan solves, in half of its machine time."""
-    solvable = [one for one in results if one.right["full"]]
-    solved = sum(one.right["loop"] for one in solvable)
+    """The bars of the loop: 95 % of the causes and 90 % of the pairs that the full plan solves, in half of its time."""
+    pairs = [one for one in results if AND in one.kind]
+    for words, own, bar in (("causes", [one for one in results if AND not in one.kind], 95), ("pairs", pairs, 90)):
+        if own:
+            solved = [one.right["loop"] for one in own if one.right["full"]]
+            low, high = (100.0 * share for share in wilson_interval(sum(solved), len(solved)))
+            yield f"of {len(solved)} {words} that the full plan solves the loop solves {sum(solved)} (bar {bar} %)"
+            yield f"95 % interval of that share: {low:.0f} % to {high:.0f} %"
     ratio = _median([one.minutes["loop"] / one.minutes["full"] for one in results])
-    yield f"of {len(solvable)} that the full plan solves the loop solves {solved} (bar 95 %)"
     yield f"machine time of the loop over that of the full plan: {ratio:.2f} (median; bar 0.5)"
 
 
 @click.command()
-@click.option("--draws", default=10, show_default=True, type=click.IntRange(1))
+@click.option("--draws", default=10, show_default=True, type=click.IntRange(0), help="Of each kind; 0: only the table.")
 @click.option("--kinds", multiple=True, type=click.Choice(KINDS), help="Default: all.")
+@click.option("--pairs", type=click.IntRange(0), help="Draw so many pairs of causes in place of single ones.")
 @click.option("--seed", default=2026, show_default=True, type=click.IntRange(0))
 @click.option("--minutes", default=90.0, show_default=True, help="Of machine and hands, that the loop may take.")
 @click.option("--output", "-o", type=click.Path(path_type=Path), help="A line of JSON for every draw; goes on with it.")
-def main(draws: int, kinds: tuple[str, ...], seed: int, minutes: float, output: Path | None) -> None:
+def main(draws: int, kinds: tuple[str, ...], pairs: int | None, seed: int, minutes: float, output: Path | None) -> None:
     """Run the draws and print the table."""
     results = (
         [Result(**json.loads(line)) for line in output.read_text().splitlines()] if output and output.exists() else []
     )
-    have = [one.kind for one in results]
-    for number in range(draws):
-        for index, kind in enumerate(KINDS):
-            if (kinds and kind not in kinds) or have.count(kind) > number:
-                continue
-            began = time.monotonic()
-            with tempfile.TemporaryDirectory() as folder:
-                try:
-                    result = draw(kind, seed + 1000 * index + number, Path(folder), minutes)
-                except InputError as error:
-                    result = stopped(kind, str(error))
-            results.append(result)
-            if output:
-                with output.open("a") as file:
-                    file.write(json.dumps(vars(result)) + "\n")
-            took = time.monotonic() - began
-            click.echo(f"{kind} {number + 1}: {result.right} {result.said['loop']} ({took:.0f} s)", err=True)
+    for kind, own_seed in _to_draw(results, draws, kinds, pairs, seed):
+        began = time.monotonic()
+        result = _ended(kind, own_seed, minutes)
+        results.append(result)
+        if output:
+            with output.open("a") as file:
+                file.write(json.dumps(vars(result)) + "\n")
+        took = time.monotonic() - began
+        click.echo(f"{kind}, seed {own_seed}: {result.right} {result.said['loop']} ({took:.0f} s)", err=True)
     for line in (*table(results), *bars(results)):
         click.echo(line)
+
+
+def _to_draw(
+    results: list[Result], draws: int, kinds: tuple[str, ...], pairs: int | None, seed: int
+) -> list[tuple[str, int]]:
+    """What is not there yet: kinds, or pairs of them, each with its seed, every kind once before the second time."""
+    have = [one.kind for one in results]
+    if pairs is not None:
+        return [(kind, seed + number) for number, kind in enumerate(drawn_pairs(seed, pairs)) if kind not in have]
+    return [
+        (kind, seed + 1000 * index + number)
+        for number in range(draws)
+        for index, kind in enumerate(KINDS)
+        if (not kinds or kind in kinds) and have.count(kind) <= number
+    ]
+
+
+def _ended(kind: str, seed: int, minutes: float) -> Result:
+    """A draw, whatever its end."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            return draw(kind, seed, Path(folder), minutes)
+        except InputError as error:
+            return stopped(kind, str(error))
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ class Hidden(Table):
     scale_ppm: ByAxis = Field(default_factory=dict, description="a scale reads too long by, um/m")
     play_um: ByAxis = Field(default_factory=dict, description="width of the play between scale and table, um")
     drift_um_per_s: ByAxis = Field(default_factory=dict, description="growth of an axis' readings, um/s")
+    squareness_urad: float = Field(0.0, description="x reads too long by this share of y, urad")
     debounce_samples: int = Field(0, ge=0, description="looks at the probe by which a contact is late")
     servo_period_ns: int = Field(100_000, ge=10_000, description="time between two looks, ns")
 
@@ -28,6 +29,11 @@ class Hidden(Table):
     def scale_gain(self) -> ByAxis:
         """Place of the carriage over what its scale reads."""
         return {axis: 1.0 / (1.0 + self.scale_ppm.get(axis, 0.0) * 1e-6) for axis in ("x", "y", "z")}
+
+    @property
+    def lean(self) -> float:
+        """Place of the table on x over that on y."""
+        return -self.squareness_urad * 1e-6
 
     @property
     def play_mm(self) -> ByAxis:

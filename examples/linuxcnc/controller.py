@@ -19,7 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -227,26 +227,47 @@ def _refuse_other_instances() -> None:
 
 
 @contextmanager
-def running(program: Program, machine: Machine, hal: str, keep: Path) -> Iterator[None]:
+def running(
+    program: Program, machine: Machine, hal: str, keep: Path, drives: Drives | None = None, limit_s: float | None = None
+) -> Iterator[Callable[[Iterable[str]], None]]:
     """LinuxCNC on and homed, above the first position of a program, for whoever moves it by its Python interface.
 
-    Parameters and errors as :func:`run_program`.
+    Parameters and errors as :func:`run_program`; ``limit_s``: how long it stays up, by default as long as the program
+    needs. Gives a function that runs lines of HAL on the controller that is up.
     """
     require_linuxcnc()
     with _turn(), tempfile.TemporaryDirectory(prefix="stepgauge-linuxcnc-") as name:
         folder = Path(name)
-        _write_configuration(folder, "", machine, hal, Drives())
+        _write_configuration(folder, "", machine, hal, drives or Drives())
         user = _ordinary_user(folder)
         environment = {**_environment(folder, program, machine), "STEPGAUGE_IDLE": "yes"}
+        if limit_s is not None:
+            environment["STEPGAUGE_LIMIT_S"] = f"{limit_s:.0f}"
         try:
             with _started(folder, user, environment) as process:
                 _until_ready(folder, process, keep)
-                yield
+                yield lambda lines: _set_hal(lines, environment, user)
                 (folder / "end").touch()
                 with suppress(subprocess.TimeoutExpired):
                     process.wait(STOP_S)
         finally:
             _keep(folder, keep)
+
+
+def _set_hal(lines: Iterable[str], environment: dict[str, str], user: dict[str, object]) -> None:
+    """Lines of HAL on the controller that is up; :class:`InputError` with what it complains about."""
+    done = subprocess.run(
+        ["halcmd", "-f"],
+        input="".join(f"{line}\n" for line in lines),
+        env=environment,
+        cwd=environment["HOME"],
+        capture_output=True,
+        text=True,
+        check=False,
+        **user,  # type: ignore[call-overload]
+    )
+    if done.returncode:
+        raise InputError("halcmd", "HAL was not set", found=done.stderr.strip())
 
 
 def _until_ready(folder: Path, process: subprocess.Popen[bytes], keep: Path) -> None:

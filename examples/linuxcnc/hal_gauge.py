@@ -6,6 +6,7 @@ comparator per block says whether the tip ball reaches it, and gates combine the
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -85,6 +86,11 @@ def render_hal(
         gates=_any_block(gauge.n_blocks),
         **more,
     )
+
+
+def laid_anew(hal: str) -> list[str]:
+    """The lines of a rendered HAL file that say where the gauge lies, to be run on a controller that is up."""
+    return [line for line in hal.splitlines() if re.match(r"setp [asu]-xyz?\.", line)]
 
 
 def _axes(gauge: Gauge, placement: Placement) -> list[GaugeAxis]:

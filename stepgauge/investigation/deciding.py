@@ -35,7 +35,8 @@ TOLD_APART = 9.0
 """Chi-square from which a run is said to tell two hypotheses apart."""
 SHOWN = 4
 """Hypotheses, kinds and runs that are told of a step."""
-
+TIME_OVER = "the time is over"
+"""Why an investigation ends that goes on when it is given more minutes."""
 
 NOTHING = Unseen((), np.zeros(0), np.zeros(0))
 
@@ -203,7 +204,7 @@ def decide(case: Case, learnt: Learnt, placements: Sequence[Placement]) -> End |
     turned = [one for one in learnt.rated if not one.run.stays and directions([*placements, one.run.placement]) > 1]
     if directions(placements) < 2 and turned:
         return turned
-    why = "the time is over" if learnt.late else "no run within reach tells enough"
+    why = TIME_OVER if learnt.late else "no run within reach tells enough"
     return End(how(learnt.diagnosis), why, stands)
 
 

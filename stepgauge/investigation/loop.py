@@ -13,7 +13,7 @@ from stepgauge.diagnosis.result import Diagnosis, Finding
 from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.placement import Placement
-from stepgauge.investigation.deciding import LEAST_NATS, SHOWN, Case, End, Learnt, decide, how, learn
+from stepgauge.investigation.deciding import LEAST_NATS, SHOWN, TIME_OVER, Case, End, Learnt, decide, how, learn
 from stepgauge.investigation.gain import entropy
 from stepgauge.investigation.reach import run_of
 from stepgauge.investigation.running import Made, Runner, joined
@@ -74,10 +74,18 @@ class Investigation:
 
     def _learn(self) -> dict[str, Any]:
         """What the runs so far tell; a step of the journal, for it decides what is asked next."""
-        said: dict[str, Any] = self.runner.steps.once(f"learnt {len(self.runs)}", self._told)
+        steps, name = self.runner.steps, f"learnt {len(self.runs)}"
+        said: dict[str, Any] = steps.once(name, self._told)
+        while (name := f"{name}, with more time") in steps.done or self._has_more_time(said):
+            said = steps.once(name, self._told)
         self.learnt.append(dict(said))
         self.tell(said["summary"])
         return self.learnt[-1]
+
+    def _has_more_time(self, said: dict[str, Any]) -> bool:
+        """Whether the time was over, in a journal that is gone on with, and there is more of it now."""
+        ended = said["end"] is not None and said["end"]["why"] == TIME_OVER
+        return ended and self.case.minutes > said.get("minutes_allowed", math.inf)
 
     def _told(self) -> dict[str, Any]:
         done = [*(made.run.words for made in self.runs[1:]), *self.declined]
@@ -87,6 +95,7 @@ class Investigation:
         proposed = [] if isinstance(decided, End) else decided
         return {
             **told_json(found),
+            "minutes_allowed": self.case.minutes,
             "directions": len(self.placements),
             "proposed": [one.as_json() for one in proposed],
             "end": None if end is None else {"how": end.how, "why": end.why, "stands": end.stands},

@@ -11,6 +11,8 @@ from stepgauge.investigation.loop import Investigation
 from stepgauge.investigation.reach import placement_json
 
 FORMAT = "stepgauge investigation 1"
+OF_THE_JOURNAL = ("proposed", "chosen", "end", "needed", "minutes_allowed")
+"""What is known after a run and told elsewhere, or of the journal alone."""
 
 
 def story_of(found: Investigation) -> dict[str, Any]:
@@ -47,7 +49,7 @@ def _run(found: Investigation, number: int) -> dict[str, Any]:
         "recording": made.path.name,
         "machine_minutes": made.machine_minutes,
         "minutes": made.minutes,
-        "learnt": {key: value for key, value in learnt.items() if key not in ("proposed", "chosen", "end", "needed")},
+        "learnt": {key: value for key, value in learnt.items() if key not in OF_THE_JOURNAL},
     }
 
 

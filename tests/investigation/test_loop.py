@@ -175,6 +175,24 @@ def test_what_is_done_is_never_done_again(tmp_path: Path) -> None:
         assert story_of(found) == last
 
 
+def test_more_minutes_go_on_with_what_had_ended(tmp_path: Path) -> None:
+    """The time was over after one run; with more of it a second one follows, and nothing is measured again."""
+    count, person = Counter[str](), Person()
+    stories = []
+    for minutes in (3.0, SHORT["minutes"], 3.0):
+        case, place = small_case(minutes=minutes), Fragile(count, 10**6)
+        with begun(tmp_path, place, person, bool(stories), case) as found:
+            found.go_through()
+            stories.append({**story_of(found), "probings": count["probings"]})
+    short, longer, after = stories
+    assert short["end"]["why"] == "the time is over"
+    assert len(short["runs"]) < len(longer["runs"])
+    assert longer["runs"][: len(short["runs"]) - 1] == short["runs"][:-1]
+    assert longer["runs"][-1]["learnt"]["found"][0]["label"] == "reversal_error_x"
+    assert after["runs"] == longer["runs"]
+    assert after["probings"] == longer["probings"]
+
+
 def test_what_cannot_be_done_is_left_and_told(tmp_path: Path) -> None:
     person = Person([False] * 50)
     with begun(tmp_path, station(REVERSAL), person, case=small_case(**SHORT)) as found:
