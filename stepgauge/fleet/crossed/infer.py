@@ -103,7 +103,10 @@ def _profiles(
     for _ in range(2):
         effects = find_effects(flat - waves, candidates, mixture, stated)
         shapes = sum((effect.fitted for effect in effects), np.zeros_like(flat))
+        known = {one.cause for one in periods}
         periods, waves = find_periodic(fleet, ladders, candidates.solve, flat - shapes, priors)
+        if {one.cause for one in periods} == known:
+            break
     found = [told(effect, candidates.causes, fleet.day, priors) for effect in effects]
     return found, periods, shapes + waves
 
