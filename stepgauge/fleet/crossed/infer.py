@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.fleet.crossed import numbers
+from stepgauge.fleet.crossed.answer import FleetInference
 from stepgauge.fleet.crossed.background import Background
 from stepgauge.fleet.crossed.causes import VisitCandidates
 from stepgauge.fleet.crossed.periodic import Periodic, find_periodic
@@ -25,17 +25,6 @@ ROUNDS = 2
 """Iterations of the variances between rounds of the search; each goes on from the last."""
 EXPANSIONS = 3
 """A gauge of another expansion also answers otherwise to a wrong temperature, so slopes are looked at again."""
-
-
-@dataclass(frozen=True)
-class FleetInference:
-    """``causes``: named ones, the likeliest first; ``scatter``: what is nothing wrong, standard deviations by name."""
-
-    causes: tuple[Found, ...]
-    false_share: float
-    scatter: Mapping[str, float]
-    fleet: Crossing
-    alone: tuple[Found, ...] = ()
 
 
 def infer(visits: Sequence[Visit], gauges: Mapping[str, Gauge], priors: FleetPriors | None = None) -> FleetInference:
@@ -107,15 +96,31 @@ def _profiles(
         periods, waves = find_periodic(fleet, ladders, candidates.solve, flat - shapes, priors)
         if {one.cause for one in periods} == known:
             break
-    found = [told(effect, candidates.causes, fleet.day, priors) for effect in effects]
+    found = [told(one, candidates.causes, fleet.day, _by_visit(fleet, ladders, one.fitted), priors) for one in effects]
     return found, periods, shapes + waves
+
+
+def _by_visit(fleet: Crossing, ladders: Sequence[Ladder], flat: Array) -> Array:
+    """How much of departures each visit shows, in standard deviations."""
+    shown = np.zeros(len(fleet))
+    for ladder, um in zip(ladders, _by_ladder(ladders, flat), strict=True):
+        shown[ladder.visits] = np.sqrt((um * ladder.weighted(um)).sum(axis=1).clip(0.0))
+    return shown
+
+
+def _as_told(
+    effects: Sequence[SingleEffect], candidates: VisitCandidates, fleet: Crossing, priors: FleetPriors
+) -> list[Found]:
+    root = np.sqrt(candidates.background.weight)
+    return [told(one, candidates.causes, fleet.day, np.abs(one.fitted) * root, priors) for one in effects]
 
 
 def _period_told(one: Periodic) -> Found:
     probability = 1.0 / (1.0 + float(np.exp(-min(one.log_factor, 700.0))))
     cause, mean = one.cause, float(np.mean(list(one.amplitude_um.values())))
     where = cause.where
-    return Found(cause.owner_kind, cause.owner, "periodic", where, "always", None, mean, one.u_um, probability)
+    visits = tuple(one.visits.tolist())
+    return Found(cause.owner_kind, cause.owner, "periodic", where, "always", None, mean, one.u_um, probability, (), visits)
 
 
 def _slopes(
@@ -129,7 +134,7 @@ def _slopes(
         background = numbers.slope_background(fleet, variance, unit, expands, priors)
         candidates = numbers.slope_candidates(fleet, unit, expands, background, priors)
         effects = _found(value, candidates, background, priors)
-        found = [told(effect, candidates.causes, fleet.day, priors) for effect in effects]
+        found = _as_told(effects, candidates, fleet, priors)
         as_found = numbers.per_K(fleet, {one.owner: one.size for one in found if one.kind == "gauge_expansion"})
         if np.allclose(as_found, expands, rtol=0.05):
             break
@@ -148,7 +153,7 @@ def _sizes(
     background = numbers.size_background(fleet, variance, unit, priors)
     candidates = numbers.size_candidates(fleet, unit, background, priors)
     effects = _found(value, candidates, background, priors)
-    return [told(effect, candidates.causes, fleet.day, priors) for effect in effects], _scatter(background, "um")
+    return _as_told(effects, candidates, fleet, priors), _scatter(background, "um")
 
 
 def _found(

@@ -53,8 +53,11 @@ class Found:
         return self.owner_kind, self.owner, self.kind, self.where.split()[0] if self.kind == "local_scale" else self.where
 
 
-def told(effect: SingleEffect, causes: Sequence[Cause], day: Array, priors: FleetPriors) -> Found:
-    """One effect as a cause: its likeliest owner, and who else it may be."""
+def told(effect: SingleEffect, causes: Sequence[Cause], day: Array, shown: Array, priors: FleetPriors) -> Found:
+    """One effect as a cause: its likeliest owner, and who else it may be.
+
+    ``shown (visits,)``: how much of it a visit shows, in standard deviations of the visit.
+    """
     own = [causes[row] for row in effect.rows]
     owners: dict[tuple[str, str], float] = {}
     for cause, share in zip(own, effect.share, strict=True):
@@ -69,9 +72,11 @@ def told(effect: SingleEffect, causes: Sequence[Cause], day: Array, priors: Flee
     u = float(np.sqrt(max(weight @ (effect.u**2 + effect.mean**2) - size**2, 0.0)))
     rivals = _rivals(own, effect, owners, best, priors)
     begin = _begin(own, weight, day, priors)
-    return Found(
-        top.owner_kind, top.owner, top.kind, top.where, top.course, begin, size, u, effect.probability * owners[best] if not rivals else effect.probability, rivals
-    )
+    held = owners[best] + sum(owners[rival.owner_kind, rival.owner] for rival in rivals)
+    probability = effect.probability * held
+    visits = np.argsort(-shown, kind="stable")[: int((shown > 0.0).sum())]
+    named = (top.owner_kind, top.owner, top.kind, top.where, top.course)
+    return Found(*named, begin, size, u, probability, rivals, tuple(visits.tolist()))
 
 
 def _top(own: Sequence[Cause], share: Array) -> Cause:
@@ -96,7 +101,7 @@ def _rivals(
     for owner in sorted(owners, key=lambda key: -owners[key]):
         if held >= priors.decision.settled:
             break
-        if owner == best:
+        if owner == best or owner[0] == "visit":
             continue
         mine = np.array([(cause.owner_kind, cause.owner) == owner for cause in own])
         top = _top(own, effect.share * mine)
@@ -107,7 +112,8 @@ def _rivals(
 
 def _begin(own: Sequence[Cause], weight: Array, day: Array, priors: FleetPriors) -> tuple[float, float] | None:
     """Between which days it began: of the dates of its course those that hold enough of the probability."""
-    dated = np.array([cause.day if cause.course in ("since", "growing") else -np.inf for cause in own])
+    before = day.min()
+    dated = np.array([cause.day if cause.course in ("since", "growing") and cause.day > before else -np.inf for cause in own])
     if weight[np.isinf(dated)].sum() > 0.5:
         return None
     order = np.argsort(np.where(np.isinf(dated), np.inf, dated))
@@ -116,8 +122,8 @@ def _begin(own: Sequence[Cause], weight: Array, day: Array, priors: FleetPriors)
     tail = (1.0 - priors.decision.interval) / 2.0
     low = dated[order][int(np.searchsorted(total, tail))]
     high = dated[order][min(int(np.searchsorted(total, 1.0 - tail)), len(order) - 1)]
-    before = day[day < low]
-    return (float(before.max()) if before.size else float(low)), float(high if np.isfinite(high) else low)
+    earlier = day[day < low]
+    return (float(earlier.max()) if earlier.size else float(low)), float(high if np.isfinite(high) else low)
 
 
 def merged(found: Sequence[Found]) -> list[Found]:
