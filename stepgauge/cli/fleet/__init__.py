@@ -13,6 +13,8 @@ VERBS = {
     "compact": ("stepgauge.cli.fleet.compact", "many small files of the store -> few"),
     "evaluate": ("stepgauge.cli.fleet.evaluate", "evaluate what has no evaluation yet"),
     "diagnose": ("stepgauge.cli.fleet.diagnose", "diagnose what has no diagnosis yet, each by itself"),
+    "infer": ("stepgauge.cli.fleet.infer", "whose fault: machine, gauge, model line, hall or probe"),
+    "watch": ("stepgauge.cli.fleet.watch", "changes, trends, limits and due dates of machines and gauges"),
     "cluster": ("stepgauge.cli.fleet.cluster", "a Dask cluster on this computer"),
 }
 

@@ -1,0 +1,51 @@
+"""``stepgauge fleet infer``: whose fault it is, from all recordings together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from stepgauge.cli.fleet.options import STORE, bar, engine_from, engine_options, say_errors
+from stepgauge.cli.options import say, say_written, show
+
+
+@click.command("infer")
+@STORE
+@click.option(
+    "-o",
+    "--output",
+    default="fleet.json",
+    show_default=True,
+    metavar="PATH",
+    help="JSON file of the causes; the report goes beside it as Markdown.",
+)
+@engine_options
+def command(store: str, output: str, **options: Any) -> None:
+    """Causes of errors in a fleet, with their owners: a machine, a gauge, a model line, a hall, a probe.
+
+    What follows a gauge from machine to machine is the gauge; what stays with a machine whatever the gauge is the
+    machine; what all visits to a hall share on a day is the hall. Every cause is stated with size, U, date, probability
+    and the recordings that settle it; what the fleet cannot tell apart is stated as a set, with the measurement that
+    would. Needs a machine file for every recording.
+
+    \b
+    stepgauge fleet infer fleet -o fleet.json
+    stepgauge fleet infer fleet --jobs 2
+    """
+    from stepgauge.errors import InputError
+    from stepgauge.fleet.crossed.infer import infer
+    from stepgauge.fleet.crossed.stored import read_visits, work_out_statistics
+    from stepgauge.fleet.store import Fleet
+
+    engine, fleet = engine_from(options), Fleet(store)
+    with bar("reading") as progress:
+        errors = work_out_statistics(fleet, engine, progress)
+    visits, gauges = read_visits(fleet)
+    if not visits:
+        raise InputError(store, errors[0] if errors else "no recordings", expected="fleet add, with --machine")
+    say(f"{len(visits)} visits of gauges to machines")
+    found = infer(visits, gauges)
+    show(found.summary())
+    say_written(*found.write(output))
+    say_errors(store, errors, "used")

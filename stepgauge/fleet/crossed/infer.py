@@ -1,0 +1,202 @@
+"""Crossed inference: from the visits of a fleet to causes with owners."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.fleet.crossed import numbers
+from stepgauge.fleet.crossed.answer import FleetInference
+from stepgauge.fleet.crossed.background import Background
+from stepgauge.fleet.crossed.causes import VisitCandidates
+from stepgauge.fleet.crossed.periodic import Periodic, find_periodic
+from stepgauge.fleet.crossed.priors import FleetPriors, fleet_priors
+from stepgauge.fleet.crossed.profiles import ProfileCandidates
+from stepgauge.fleet.crossed.result import Found, merged, named, told
+from stepgauge.fleet.crossed.single_effects import SingleEffect, find_effects
+from stepgauge.fleet.crossed.visits import Crossing, Ladder, Visit, make_crossing
+from stepgauge.gauge.certified import Gauge
+
+Array = NDArray[np.float64]
+ROUNDS = 2
+"""Iterations of the variances between rounds of the search; each goes on from the last."""
+EXPANSIONS = 3
+"""A gauge of another expansion also answers otherwise to a wrong temperature, so slopes are looked at again."""
+
+
+def infer(visits: Sequence[Visit], gauges: Mapping[str, Gauge], priors: FleetPriors | None = None) -> FleetInference:
+    """Causes in a fleet, with their owners.
+
+    Parameters
+    ----------
+    visits : every placement of every recording, with its owners
+    gauges : certificates by the names that the visits use
+    priors : the shipped ones by default
+
+    Returns
+    -------
+    FleetInference
+        named causes; the expected share of false ones among them is at most that of the priors
+    """
+    priors = priors or fleet_priors()
+    fleet = make_crossing(visits, gauges)
+    ladders = _with_shape(fleet, priors)
+    flat = np.concatenate([ladder.um.ravel() for ladder in ladders])
+    shapes, periods, explained = _profiles(fleet, ladders, flat, priors)
+    left = _by_ladder(ladders, flat - explained)
+    slopes = _slopes(fleet, ladders, left, priors)
+    sizes = _sizes(fleet, ladders, left, priors)
+    found = merged([*shapes, *map(_period_told, periods), *slopes[0], *sizes[0]])
+    kept = named([one for one in found if one.owner_kind != "visit"], priors)
+    false = float(np.mean([1.0 - one.probability for one in kept])) if kept else 0.0
+    alone = tuple(one for one in found if one.owner_kind == "visit")
+    return FleetInference(tuple(kept), false, slopes[1] | sizes[1], fleet, alone)
+
+
+def _with_shape(fleet: Crossing, priors: FleetPriors) -> list[Ladder]:
+    """The ladders with the scatter that the faces of a visit have beyond their readings, estimated over the fleet.
+
+    From the middle half of all departures from the gauges' mean profiles, which causes at some faces do not move.
+    """
+    squares = []
+    for ladder in fleet.ladders:
+        weighted = ladder.weighted(ladder.um)
+        profile = weighted.sum(axis=0) / np.maximum(ladder.weight.sum(axis=0), 1e-12)
+        beside = ladder.um - profile
+        beside = beside - ladder.coefficients(beside) @ ladder.frame.T
+        read = ladder.weight > 0.0
+        lost = max(1.0 - 3.0 / max(read.sum(axis=1).mean(), 4.0) - 1.0 / len(ladder.visits), 0.1)
+        squares.append((beside[read] ** 2 / lost, ladder.variance[read]))
+    square, variance = (np.concatenate([one[k] for one in squares]) for k in (0, 1))
+    extra = float(np.median(square) / 0.4549 - np.median(variance))
+    shape_um = float(np.sqrt(max(extra, priors.legitimate.shape_um**2)))
+    return [ladder.with_shape(shape_um) for ladder in fleet.ladders]
+
+
+def _by_ladder(ladders: Sequence[Ladder], flat: Array) -> list[Array]:
+    ends = np.cumsum([0, *(ladder.um.size for ladder in ladders)])
+    return [flat[low:high].reshape(one.um.shape) for one, low, high in zip(ladders, ends[:-1], ends[1:], strict=True)]
+
+
+def _profiles(
+    fleet: Crossing, ladders: list[Ladder], flat: Array, priors: FleetPriors
+) -> tuple[list[Found], list[Periodic], Array]:
+    """Blocks, worn blocks, places of scales and periods, each with the others taken off."""
+    candidates = ProfileCandidates(fleet, ladders, priors)
+    mixture, stated = priors.sizes.mixture(), priors.decision.named
+    effects: list[SingleEffect] = []
+    periods, waves = find_periodic(fleet, ladders, partial(candidates.solve, free=True), flat, priors)
+    for _ in range(2):
+        effects = find_effects(flat - waves, candidates, mixture, stated)
+        shapes = sum((effect.fitted for effect in effects), np.zeros_like(flat))
+        known = {one.cause for one in periods}
+        periods, waves = find_periodic(fleet, ladders, candidates.solve, flat - shapes, priors)
+        if {one.cause for one in periods} == known:
+            break
+    found = [told(one, candidates.causes, fleet.day, _by_visit(fleet, ladders, one.fitted), priors) for one in effects]
+    return found, periods, shapes + waves
+
+
+def _by_visit(fleet: Crossing, ladders: Sequence[Ladder], flat: Array) -> Array:
+    """How much of departures each visit shows, in standard deviations."""
+    shown = np.zeros(len(fleet))
+    for ladder, um in zip(ladders, _by_ladder(ladders, flat), strict=True):
+        shown[ladder.visits] = np.sqrt((um * ladder.weighted(um)).sum(axis=1).clip(0.0))
+    return shown
+
+
+def _as_told(
+    effects: Sequence[SingleEffect], candidates: VisitCandidates, fleet: Crossing, priors: FleetPriors
+) -> list[Found]:
+    root = np.sqrt(candidates.background.weight)
+    return [told(one, candidates.causes, fleet.day, np.abs(one.fitted) * root, priors) for one in effects]
+
+
+def _period_told(one: Periodic) -> Found:
+    probability = 1.0 / (1.0 + float(np.exp(-min(one.log_factor, 700.0))))
+    cause, mean = one.cause, float(np.mean(list(one.amplitude_um.values())))
+    where = cause.where
+    visits = tuple(one.visits.tolist())
+    return Found(cause.owner_kind, cause.owner, "periodic", where, "always", None, mean, one.u_um, probability, (), visits)
+
+
+def _slopes(
+    fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: FleetPriors
+) -> tuple[list[Found], dict[str, float]]:
+    """Causes that are a slope along the gauge."""
+    unit = {key: share for key, share in numbers.shares(fleet, numbers.machine_slopes(), numbers.SLOPE).items() if share.any()}
+    value, variance = numbers.observed(fleet, numbers.SLOPE, ladders, um)
+    expands = numbers.per_K(fleet)
+    for _ in range(EXPANSIONS):
+        background = numbers.slope_background(fleet, variance, unit, expands, priors)
+        candidates = numbers.slope_candidates(fleet, unit, expands, background, priors)
+        effects = _found(value, candidates, background, priors)
+        found = _as_told(effects, candidates, fleet, priors)
+        as_found = numbers.per_K(fleet, {one.owner: one.size for one in found if one.kind == "gauge_expansion"})
+        if np.allclose(as_found, expands, rtol=0.05):
+            break
+        expands = as_found
+    left = value - sum((effect.fitted for effect in effects), np.zeros_like(value))
+    halls = _halls(fleet, left, background, [one for one in found if one.kind == "temperature"], priors)
+    return [*found, *halls], _scatter(background, "um/m")
+
+
+def _sizes(
+    fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: FleetPriors
+) -> tuple[list[Found], dict[str, float]]:
+    """Causes that change the size of every block."""
+    unit = {key: share for key, share in numbers.shares(fleet, numbers.machine_sizes(), numbers.SIZE).items() if share.any()}
+    value, variance = numbers.observed(fleet, numbers.SIZE, ladders, um)
+    background = numbers.size_background(fleet, variance, unit, priors)
+    candidates = numbers.size_candidates(fleet, unit, background, priors)
+    effects = _found(value, candidates, background, priors)
+    return _as_told(effects, candidates, fleet, priors), _scatter(background, "um")
+
+
+def _found(
+    value: Array, candidates: VisitCandidates, background: Background, priors: FleetPriors
+) -> list[SingleEffect]:
+    """Effects, with the background estimated anew from what they leave."""
+
+    background.estimate(value, 2 * ROUNDS)
+
+    def update(left: Array) -> None:
+        background.estimate(left, ROUNDS)
+        candidates.renew()
+
+    return find_effects(value, candidates, priors.sizes.mixture(), priors.decision.named, update)
+
+
+def _scatter(background: Background, unit: str) -> dict[str, float]:
+    estimated = {f"{term.name}, {unit}": float(np.max(term.sd)) for term in background.terms if not term.known}
+    return estimated | {f"visit, {unit}": background.scatter}
+
+
+def _halls(
+    fleet: Crossing, left: Array, background: Background, known: Sequence[Found], priors: FleetPriors
+) -> list[Found]:
+    """Halls whose days scatter more than thermometers do: the likelihood of their variance, over its prior."""
+    found = []
+    prior, sizes = priors.kinds["hall"]["temperature"], priors.sizes.mixture()
+    for hall in fleet.names["hall"]:
+        term = next((term for term in background.terms if term.name == f"days of {hall}"), None)
+        if term is None:
+            continue
+        tried = np.hypot(prior.usual * sizes.steps, priors.legitimate.day_K)
+        estimated, log_like = term.sd, []
+        for sd in [priors.legitimate.day_K, *tried]:
+            term.sd = float(sd)
+            background.factor()
+            log_like.append(background.log_likelihood(left))
+        term.sd = estimated
+        background.factor()
+        gain = np.array(log_like[1:]) - log_like[0] + sizes.log_weight
+        total = float(np.logaddexp.reduce(gain)) + float(np.log(prior.odds))
+        probability = 1.0 / (1.0 + float(np.exp(-np.clip(total, -700, 700))))
+        days = np.unique(np.floor(fleet.day[fleet.owner["hall"] == fleet.names["hall"].index(hall)])).size
+        size = float(np.sqrt(np.sum([estimated**2, *(one.size**2 for one in known if one.owner == hall)])))
+        found.append(Found("hall", hall, "temperature", "", "days", None, size, size / np.sqrt(2.0 * days), probability))
+    return found

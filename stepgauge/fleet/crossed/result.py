@@ -1,0 +1,146 @@
+"""What an inference over a fleet says: causes with owner, size, date, probability, and what they cannot be told from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.fleet.crossed.causes import Cause
+from stepgauge.fleet.crossed.priors import FleetPriors
+from stepgauge.fleet.crossed.single_effects import SingleEffect
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rival:
+    """Another cause that explains the same, with its probability."""
+
+    owner_kind: str
+    owner: str
+    kind: str
+    where: str
+    probability: float
+
+
+@dataclass(frozen=True)
+class Found:
+    """A cause that was named.
+
+    ``begin``: first and last day on which it may have begun, None where it was there in the first visit; ``u``: standard
+    uncertainty of ``size``; ``instead``: rivals that the fleet cannot exclude; ``visits``: numbers of those that settle
+    it, the most telling first.
+    """
+
+    owner_kind: str
+    owner: str
+    kind: str
+    where: str
+    course: str
+    begin: tuple[float, float] | None
+    size: float
+    u: float
+    probability: float
+    instead: tuple[Rival, ...] = ()
+    visits: tuple[int, ...] = ()
+
+    @property
+    def key(self) -> tuple[str, str, str, str]:
+        """Whose, what and where."""
+        return self.owner_kind, self.owner, self.kind, self.where.split()[0] if self.kind == "local_scale" else self.where
+
+
+def told(effect: SingleEffect, causes: Sequence[Cause], day: Array, shown: Array, priors: FleetPriors) -> Found:
+    """One effect as a cause: its likeliest owner, and who else it may be.
+
+    ``shown (visits,)``: how much of it a visit shows, in standard deviations of the visit.
+    """
+    own = [causes[row] for row in effect.rows]
+    owners: dict[tuple[str, str], float] = {}
+    for cause, share in zip(own, effect.share, strict=True):
+        key = (cause.owner_kind, cause.owner)
+        owners[key] = owners.get(key, 0.0) + float(share)
+    best = max(owners, key=lambda key: owners[key])
+    mine = np.array([(cause.owner_kind, cause.owner) == best for cause in own])
+    top = _top(own, effect.share * mine)
+    same = mine & np.array([(c.kind, c.where) == (top.kind, top.where) for c in own])
+    weight = effect.share * same / (effect.share * same).sum()
+    size = float(weight @ effect.mean)
+    u = float(np.sqrt(max(weight @ (effect.u**2 + effect.mean**2) - size**2, 0.0)))
+    rivals = _rivals(own, effect, owners, best, priors)
+    begin = _begin(own, weight, day, priors)
+    held = owners[best] + sum(owners[rival.owner_kind, rival.owner] for rival in rivals)
+    probability = effect.probability * held
+    visits = np.argsort(-shown, kind="stable")[: int((shown > 0.0).sum())]
+    named = (top.owner_kind, top.owner, top.kind, top.where, top.course)
+    return Found(*named, begin, size, u, probability, rivals, tuple(visits.tolist()))
+
+
+def _top(own: Sequence[Cause], share: Array) -> Cause:
+    """The likeliest kind and place of an owner, over all dates, and of it the likeliest course."""
+    total: dict[tuple[str, str], float] = {}
+    for cause, part in zip(own, share, strict=True):
+        total[cause.kind, cause.where] = total.get((cause.kind, cause.where), 0.0) + float(part)
+    kind, where = max(total, key=lambda key: total[key])
+    rows = [row for row, cause in enumerate(own) if share[row] > 0.0 and (cause.kind, cause.where) == (kind, where)]
+    return own[max(rows, key=lambda row: share[row])]
+
+
+def _rivals(
+    own: Sequence[Cause],
+    effect: SingleEffect,
+    owners: dict[tuple[str, str], float],
+    best: tuple[str, str],
+    priors: FleetPriors,
+) -> tuple[Rival, ...]:
+    """Other owners, until those that are told hold enough of the probability."""
+    rivals, held = list[Rival](), owners[best]
+    for owner in sorted(owners, key=lambda key: -owners[key]):
+        if held >= priors.decision.settled:
+            break
+        if owner == best or owner[0] == "visit":
+            continue
+        mine = np.array([(cause.owner_kind, cause.owner) == owner for cause in own])
+        top = _top(own, effect.share * mine)
+        rivals.append(Rival(*owner, top.kind, top.where, effect.probability * owners[owner]))
+        held += owners[owner]
+    return tuple(rivals)
+
+
+def _begin(own: Sequence[Cause], weight: Array, day: Array, priors: FleetPriors) -> tuple[float, float] | None:
+    """Between which days it began: of the dates of its course those that hold enough of the probability."""
+    before = day.min()
+    dated = np.array([cause.day if cause.course in ("since", "growing") and cause.day > before else -np.inf for cause in own])
+    if weight[np.isinf(dated)].sum() > 0.5:
+        return None
+    order = np.argsort(np.where(np.isinf(dated), np.inf, dated))
+    part = np.where(np.isinf(dated), 0.0, weight)[order]
+    total = np.cumsum(part) / part.sum()
+    tail = (1.0 - priors.decision.interval) / 2.0
+    low = dated[order][int(np.searchsorted(total, tail))]
+    high = dated[order][min(int(np.searchsorted(total, 1.0 - tail)), len(order) - 1)]
+    earlier = day[day < low]
+    return (float(earlier.max()) if earlier.size else float(low)), float(high if np.isfinite(high) else low)
+
+
+def merged(found: Sequence[Found]) -> list[Found]:
+    """One entry for every owner, kind and place: effects that share them are one cause that changed more than once."""
+    by_key: dict[tuple[str, str, str, str], Found] = {}
+    for one in sorted(found, key=lambda entry: -entry.probability):
+        known = by_key.get(one.key)
+        if known is None:
+            by_key[one.key] = one
+        else:
+            by_key[one.key] = replace(known, probability=1.0 - (1.0 - known.probability) * (1.0 - one.probability))
+    return list(by_key.values())
+
+
+def named(found: Sequence[Found], priors: FleetPriors) -> list[Found]:
+    """The likeliest causes, as many as keep the expected share of false ones within what is stated."""
+    likely = sorted((one for one in found if one.probability >= priors.decision.named), key=lambda one: -one.probability)
+    false = np.cumsum([1.0 - one.probability for one in likely])
+    kept = [one for number, one in enumerate(likely) if false[number] / (number + 1) <= priors.decision.false_share]
+    return kept

@@ -1,0 +1,105 @@
+"""The visits of a store: the statistics of every placement are worked out once, on any engine, and kept beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, fields
+from typing import Any
+
+import numpy as np
+
+from stepgauge.errors import InputError
+from stepgauge.fleet.batches import Batch, batches
+from stepgauge.fleet.crossed.statistics import PlacementStatistics, placement_statistics
+from stepgauge.fleet.crossed.visits import Visit
+from stepgauge.fleet.evaluating import BATCH, PORTION, in_portions, left_over
+from stepgauge.fleet.results import Results
+from stepgauge.fleet.schema import arrow_library
+from stepgauge.fleet.store import Fleet
+from stepgauge.gauge.certified import Gauge
+from stepgauge.work.run import run
+from stepgauge.work.task import Engine
+
+TABLE = "statistics"
+NAMES = tuple(one.name for one in fields(PlacementStatistics))
+UNKNOWN = "?"
+"""Stands for an owner that was not stated, with the machine behind it: nobody is known to share it."""
+
+
+def work_out_statistics(
+    fleet: Fleet, engine: Engine, progress: Callable[[int, int], None] | None = None
+) -> list[str]:
+    """The statistics of the recordings that have none; returns why some cannot be had, a line each."""
+    table = Results(fleet, TABLE)
+    keys, errors = left_over(fleet, table), list[str]()
+    told = None if progress is None else (lambda done: progress(min(done * BATCH, len(keys)), len(keys)))
+    outcomes = run(statistics_batch, batches(fleet, keys, BATCH), engine, progress=told)
+    for some in in_portions(outcomes, PORTION // BATCH):
+        done = [row for one in some if not one.error for row in one.value]
+        if done:
+            table.put(done)
+        errors += [row["error"] for row in done if row["error"]]
+        errors += [f"{BATCH} recordings from {one.key} on: {one.error}" for one in some if one.error]
+    return errors
+
+
+def statistics_batch(batch: Batch) -> list[dict[str, Any]]:
+    """Rows of a batch, one for each placement, or one with the error."""
+    rows: list[dict[str, Any]] = []
+    for one in batch.stored:
+        try:
+            found = placement_statistics(one.recording(), batch.gauge(one), batch.machine(one))
+            rows += [{"recording": one.key, "error": "", **_plain(placed)} for placed in found]
+        except InputError as error:
+            rows.append({"recording": one.key, "error": error.as_typed(), **dict.fromkeys(NAMES)})
+    return rows
+
+
+def _plain(placed: PlacementStatistics) -> dict[str, Any]:
+    values = asdict(placed)
+    values["at_mm"] = placed.at_mm.ravel()
+    return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in values.items()}
+
+
+def read_visits(fleet: Fleet) -> tuple[list[Visit], dict[str, Gauge]]:
+    """All visits with their owners, by date, and the certificates by the names of gauges that the visits have.
+
+    A gauge that was certified anew is another one: its faces are where the new certificate says. Days are counted from
+    1970-01-01.
+    """
+    table = Results(fleet, TABLE).read()
+    if table is None:
+        return [], {}
+    owners = {row["recording"]: row for row in fleet.recordings().to_dict("records")}
+    known = table.filter(arrow_library().compute.equal(table["error"], "")).to_pylist()
+    rows = [row | {"owners": owners[row["recording"]]} for row in known if row["recording"] in owners]
+    rows.sort(key=lambda row: (row["owners"]["measured_at"], row["recording"], row["placement"]))
+    names = _gauge_names([row["owners"] for row in rows])
+    gauges = {name: fleet.gauge(certificate) for certificate, name in names.items()}
+    return [_visit(row, names) for row in rows], gauges
+
+
+def _gauge_names(owners: list[Mapping[str, Any]]) -> dict[str, str]:
+    """The gauge's name by certificate; from its second certificate on with a number."""
+    names: dict[str, str] = {}
+    count: dict[str, int] = {}
+    for row in owners:
+        if row["certificate"] not in names:
+            count[row["gauge"]] = count.get(row["gauge"], 0) + 1
+            names[row["certificate"]] = row["gauge"] + (f" #{count[row['gauge']]}" if count[row["gauge"]] > 1 else "")
+    return names
+
+
+def _visit(row: Mapping[str, Any], names: Mapping[str, str]) -> Visit:
+    own = row["owners"]
+    day = own["measured_at"].timestamp() / 86400.0
+    others = {kind: own[kind] or f"{UNKNOWN} {own['machine']}" for kind in ("type", "hall", "probe")}
+    values = {name: row[name] for name in NAMES}
+    for name in ("um", "count", "at_mm", "axis"):
+        values[name] = np.array(values[name], float)
+    values["at_mm"] = values["at_mm"].reshape(-1, 3)
+    values["faces"] = np.array(values["faces"], np.int64)
+    placed = PlacementStatistics(**values)
+    return Visit(row["recording"], own["machine"], others["type"], others["hall"], names[own["certificate"]], others["probe"], day, placed)
+
+
