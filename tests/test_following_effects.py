@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -45,11 +47,15 @@ def test_the_origin_moves_with_the_temperature_along_its_direction() -> None:
 
 
 def test_a_body_with_a_time_constant_answers_a_jump_by_an_exponential() -> None:
-    """A column stands at its newest value: after the reading that jumps, T - T' = exp(-t / lag)."""
+    """Between two readings a jump is a ramp: the difference of the answers to two ramps that begin at either."""
     air = np.where(MINUTES >= 1500.0, 21.0, 20.0)
     got = bend(SHIFT | {"lag_s": 1200.0}, air_C=air)[:, 0]
-    waited = MINUTES - 1500.0 + 30.0
-    assert_allclose(got, np.where(waited > 0.0, -3.0 * np.expm1(-waited / 1200.0), 0.0), atol=1e-12)
+    between = float(MINUTES[1] - MINUTES[0])
+    since = np.maximum(MINUTES[:, None] - [1500.0 - between, 1500.0], 0.0)
+    ramps = since + 1200.0 * np.expm1(-since / 1200.0)
+    assert_allclose(got, 3.0 * (ramps[:, 0] - ramps[:, 1]) / between, atol=1e-12)
+    waited = MINUTES[MINUTES >= 1500.0] - 1500.0
+    assert_allclose(3.0 - got[MINUTES >= 1500.0], (3.0 - got[MINUTES == 1500.0]) * np.exp(-waited / 1200.0))
 
 
 def test_a_swing_is_followed_smaller_and_later() -> None:
@@ -121,17 +127,27 @@ def test_a_column_that_was_not_recorded_is_named() -> None:
         bend(SHIFT)
 
 
-def test_many_lags_are_followed_as_one_by_one() -> None:
-    """Against the recurrence, reading by reading in order of time."""
+def test_a_body_follows_what_changes_steadily_as_its_equation_says() -> None:
+    """dT'/dt = (T - T') / lag for T = rate t: T' = rate (t - lag (1 - exp(-t / lag))), whatever the rows are."""
     random = np.random.default_rng(5)
-    time, values, lags = random.permutation(200) * 7.0, random.normal(20.0, 1.0, 200), [3.0, 50.0, 4000.0]
-    expected = np.empty((3, 200))
-    for late, lag in zip(expected, lags, strict=True):
-        now, before = values[time.argmin()], 0.0
-        for row in np.argsort(time):
-            now += (1.0 - np.exp(-(time[row] - before) / lag)) * (values[row] - now)
-            before, late[row] = time[row], now
-    assert_allclose(followed(time, values, lags), expected, rtol=1e-13)
+    time, lags = np.append(random.uniform(0.0, 3000.0, 200), 0.0), np.array([3.0, 50.0, 4000.0])
+    expected = 0.02 * (time + lags[:, None] * np.expm1(-time / lags[:, None]))
+    assert_allclose(followed(time, 20.0 + 0.02 * time, lags), 20.0 + expected, rtol=1e-12)
+
+
+def test_a_body_follows_a_wandering_temperature_as_a_solver_says() -> None:
+    random = np.random.default_rng(6)
+    time, values = np.sort(random.uniform(0.0, 900.0, 60)), random.normal(20.0, 1.0, 60)
+    fine = np.linspace(time[0], time[-1], 400_001)
+    air, step, now = np.interp(fine, time, values), fine[1] - fine[0], values[0]
+    course = [now, *(now := now + step / 50.0 * ((a + b) / 2.0 - now) for a, b in pairwise(air.tolist()))]
+    order = random.permutation(60)
+    assert_allclose(followed(time[order], values[order], [50.0])[0], np.interp(time, fine, course)[order], atol=1e-4)
+
+
+def test_a_jump_between_two_readings_at_once_is_followed_later() -> None:
+    late = followed(np.array([0.0, 10.0, 10.0, 60.0]), np.array([20.0, 20.0, 21.0, 21.0]), [50.0])[0]
+    assert_allclose(late, [20.0, 20.0, 20.0, 21.0 - np.exp(-1.0)], rtol=1e-12)
 
 
 def test_a_lag_by_run_is_worked_out_run_by_run() -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 if TYPE_CHECKING:
     from stepgauge.effects.probings import Probings
@@ -18,14 +19,15 @@ Rows = NDArray[np.int64]
 def followed(time_s: Array, values: Array, lags_s: Sequence[float] | Array) -> Array:
     """Values ``(n,)`` after first-order lags of several time constants, ``(lags, n)``.
 
-    Between rows a column keeps its latest value; before the first row the output equals it.
+    Between rows a column goes straight from one value to the next; before the first row it had that value for ever. So
+    d = output - value satisfies d_i = exp(-h) d_(i-1) - (v_i - v_(i-1)) (1 - exp(-h)) / h, h: time between over lag.
     """
     order = np.argsort(time_s, kind="stable")
     steps = np.diff(time_s[order], prepend=time_s[order[0]])
-    start, late = values[order[0]], np.empty((len(lags_s), len(values)))
+    changes = np.diff(values[order], prepend=values[order[0]])
+    late = np.empty((len(lags_s), len(values)))
     for lag, one in zip(lags_s, late, strict=True):
-        share = -np.expm1(-steps / lag)
-        one[order] = start + kept(1.0 - share, share * (values[order] - start))
+        one[order] = values[order] + kept(np.exp(-steps / lag), -changes * special.exprel(-steps / lag))
     return late
 
 
