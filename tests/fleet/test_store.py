@@ -33,6 +33,9 @@ def test_what_is_read_is_what_was_added_to_the_last_bit(tmp_path: Path) -> None:
     assert table["measured_at"].is_monotonic_increasing
     assert set(table["machine"]) == {"M1", "M2", "M/3"}
     assert table["probe"].isna().all()
+    asked = "SELECT machine, month, count(*) AS n FROM probings WHERE machine = 'M/3' GROUP BY ALL ORDER BY month"
+    rows = [{"machine": "M/3", "month": month, "n": 126} for month in ("2025-03", "2025-06")]
+    assert query(fleet, asked).to_pylist() == rows
     for number in range(6):
         given = make_entry(fleet, number).recording
         found = fleet.read(recording_key(given))
