@@ -145,7 +145,7 @@ def growth(table: Table, folder: Path, sizes: list[int]) -> None:
     took, grown = [], []
     for size in sizes:
         fleet = Fleet(folder / f"of-{size}", create=True)
-        fill(fleet, size)
+        print(f"add {size} recordings: {fill(fleet, size):.1f} s ({load()})")
         command = [sys.executable, __file__, "--alone", str(fleet.folder)]
         said = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
         took.append(float(said[0]))
@@ -259,8 +259,10 @@ def main() -> int:
         if given.only in (None, "growth"):
             growth(table, folder, [size for size in SIZES if size <= given.recordings])
         if given.only in (None, "engines"):
-            fleet = Fleet(folder / "whole", create=True)
-            table.add(f"add {given.recordings} recordings", fill(fleet, given.recordings), "s")
+            fleet = Fleet(folder / f"of-{given.recordings}", create=True)
+            if not len(fleet.index()):
+                table.add(f"add {given.recordings} recordings", fill(fleet, given.recordings), "s")
+            Results(fleet, "evaluations").clear()
             engines(table, fleet, given.recordings)
         if given.only in (None, "diagnoses"):
             diagnoses(table, folder)
