@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -22,11 +23,20 @@ from stepgauge.fleet.results import tables_of
 from stepgauge.fleet.store import Fleet
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.recording import read_recording, write_recording
+from stepgauge.work.dask import Dask
+from stepgauge.work.processes import InProcess
+from stepgauge.work.run import run
 from tests.fleet.made import GAUGE, make_recording
+from tests.fleet.test_work import TASKS, solved
 
 
 def verb(*words: object) -> None:
     cli.main(args=[str(word) for word in words], standalone_mode=False)
+
+
+def told_or_solved(number: int | None) -> list[float]:
+    """The process that does it, or what it solves."""
+    return [os.getpid()] if number is None else solved(number)
 
 
 @pytest.fixture
@@ -82,8 +92,10 @@ def test_from_logs_to_answers_and_back(logs: Path, tmp_path: Path, capsys: pytes
     assert [one["r_eff_mm"] for one in entries] == [alone[1].radius.r_eff_mm, alone[4].radius.r_eff_mm]
 
 
-def test_the_documented_cluster_gives_what_this_process_gives(logs: Path, tmp_path: Path) -> None:
-    """The cluster is started by its command, as the documentation says, and ends at Ctrl-C."""
+def test_the_documented_cluster_gives_what_this_process_gives_though_a_worker_is_killed(
+    logs: Path, tmp_path: Path
+) -> None:
+    """The cluster is started by its command, as the documentation says, answers on the loopback, ends at Ctrl-C."""
     fleet, asked = tmp_path / "fleet", "SELECT * EXCLUDE (notes) FROM evaluations ORDER BY recording"
     verb("fleet", "add", fleet, "-g", GAUGE, *sorted(logs.glob("[0-9].csv")))
     verb("fleet", "evaluate", fleet, "--jobs", 1)
@@ -91,12 +103,20 @@ def test_the_documented_cluster_gives_what_this_process_gives(logs: Path, tmp_pa
     start = [sys.executable, "-m", "stepgauge", "fleet", "cluster", "--workers", "2", "--port", "0", "--idle", "90"]
     with subprocess.Popen(start, stdout=subprocess.PIPE, text=True) as cluster:
         assert cluster.stdout is not None
+        address = cluster.stdout.readline().strip()
+        assert address.startswith("tcp://127.0.0.1:")
         tables_of(Fleet(fleet))[0].clear()
-        verb("fleet", "evaluate", fleet, "--scheduler", cluster.stdout.readline().strip())
+        verb("fleet", "evaluate", fleet, "--scheduler", address)
+        found = []
+        for one in run(told_or_solved, [("", None), *TASKS], Dask(address)):
+            found.append(one.value)
+            if len(found) == 1:
+                os.kill(one.value[0], signal.SIGKILL)
         cluster.send_signal(signal.SIGINT)
         assert cluster.wait(60) == 130
     assert len(here) == 6
     assert repr(query(Fleet(fleet), asked).to_pylist()) == repr(here.to_pylist())  # repr: to the last digit, and NaN
+    assert found[1:] == [one.value for one in run(told_or_solved, TASKS, InProcess())]
 
 
 def test_a_diagnosis_of_the_fleet_is_that_of_the_recording_alone(logs: Path, tmp_path: Path) -> None:
