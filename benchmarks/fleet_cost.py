@@ -21,7 +21,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from table import Table
 
 from stepgauge.fleet.content import read_with_files
@@ -42,10 +41,13 @@ CYCLES = 10
 MACHINES, MONTHS, HALLS = 200, 24, ("North", "South", "West")
 SIZES = (100, 1000, 10_000)
 DIAGNOSED = 40
+MANY_MONTHS = 2
+"""Of the store of very many probings."""
 QUESTIONS = {
     "probings by hall": "SELECT hall, count(*), avg(z_mm), stddev(z_mm) FROM probings GROUP BY hall",
-    "a face over the years": "SELECT gauge, year(measured_at) AS y, avg(x_mm) FROM probings WHERE face = 20 GROUP BY ALL",
-    "a machine's readings": "SELECT month(measured_at) AS m, face, avg(x_mm) FROM probings WHERE machine = 'M007' GROUP BY ALL",
+    "a face by gauge and month": "SELECT gauge, month, avg(x_mm) FROM probings WHERE face = 20 GROUP BY ALL",
+    "a machine's readings": "SELECT month, face, avg(x_mm) FROM probings WHERE machine = 'M007' GROUP BY ALL",
+    "owners": "SELECT hall, type, count(DISTINCT gauge) FROM recordings GROUP BY ALL",
     "how many": "SELECT count(*) FROM probings",
 }  # fmt: skip
 
@@ -143,7 +145,7 @@ def growth(table: Table, folder: Path, sizes: list[int]) -> None:
     took, grown = [], []
     for size in sizes:
         fleet = Fleet(folder / f"of-{size}", create=True)
-        fill(fleet, size)
+        print(f"add {size} recordings: {fill(fleet, size):.1f} s ({load()})")
         command = [sys.executable, __file__, "--alone", str(fleet.folder)]
         said = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
         took.append(float(said[0]))
@@ -189,37 +191,40 @@ def diagnoses(table: Table, folder: Path) -> None:
 
 
 def fill_many(fleet: Fleet, probings: float) -> int:
-    """A store of very many probings, written as additions that were packed: a file for each machine and month."""
+    """A store of very many probings in 400 files or more, as they are after 'fleet compact'; returns how many."""
+    arrow, index = __import__("pyarrow"), list[dict[str, Any]]()
     gauge, files = read_with_files(read_gauge, "step-gauge-420")
     certificate = fleet.keep("gauge", files)
     rows_each = gauge.n_faces * CYCLES
-    each = max(round(probings / rows_each / (MACHINES * MONTHS)), 1)
-    arrow, index = __import__("pyarrow"), []
-    schema = arrow_schema(PROBINGS)
-    random = np.random.default_rng(0)
-    template = make_probings("0", Entry(make_recording(gauge, 0), owners(0), moment(0), certificate))
-    for number in range(MACHINES * MONTHS):
-        keys = [f"{number:08x}{one:024x}" for one in range(each)]
+    each = max(round(probings / rows_each / (MACHINES * MANY_MONTHS)), 1)
+    block = _block(Entry(make_recording(gauge, 0), owners(0), moment(0), certificate), each)
+    schema, row = arrow_schema(PROBINGS), np.repeat(np.arange(each), rows_each)
+    for number in range(MACHINES * MANY_MONTHS):
         entry = Entry(make_recording(gauge, number), owners(number), moment(number), certificate)
-        block = arrow.concat_tables([template] * each).combine_chunks()
+        keys = [f"{number:08x}{one:024x}" for one in range(each)]
         fixed: dict[str, Any] = {**entry.owners, "measured_at": entry.measured_at}
-        columns = []
-        for field in schema:
-            if field.name == "recording":
-                columns.append(arrow.array(np.repeat(keys, rows_each), field.type))
-            elif field.name in fixed:
-                columns.append(arrow.repeat(arrow.scalar(fixed[field.name], field.type), len(block)))
-            elif field.name in ("x_mm", "y_mm", "z_mm"):
-                noise = np.round(random.normal(0.0, 3e-4, len(block)), 7)
-                columns.append(arrow.array(block[field.name].to_numpy() + noise))
-            else:
-                columns.append(block[field.name])
+        columns = [
+            arrow.array(keys).take(arrow.array(row)) if field.name == "recording"
+            else arrow.repeat(arrow.scalar(fixed[field.name], field.type), len(block)) if field.name in fixed
+            else block[field.name]
+            for field in schema
+        ]  # fmt: skip
         path = fleet._partition(str(entry.owners["machine"]), entry.month) / "packed.parquet"
         write_rows(path, [arrow.Table.from_arrays(columns, schema=schema)], PROBINGS)
         one = _index_rows({"": entry}, path.relative_to(fleet.folder).as_posix())[0]
         index += [one | {"recording": key, "first_row": i * rows_each} for i, key in enumerate(keys)]
-    fleet.write_index(arrow.Table.from_pandas(pd.DataFrame(index), arrow_schema(RECORDINGS), preserve_index=False))
+    fleet.write_index(arrow.Table.from_pylist(index, arrow_schema(RECORDINGS)))
     return len(index) * rows_each
+
+
+def _block(entry: Entry, each: int) -> Any:
+    """The probings of so many recordings, each with a noise of its own."""
+    arrow, random = __import__("pyarrow"), np.random.default_rng(0)
+    block = arrow.concat_tables([make_probings("0", entry)] * each).combine_chunks()
+    for name in ("x_mm", "y_mm", "z_mm"):
+        noisy = block[name].to_numpy() + np.round(random.normal(0.0, 3e-4, len(block)), 7)
+        block = block.set_column(block.schema.get_field_index(name), block.schema.field(name), arrow.array(noisy))
+    return block
 
 
 def questions(table: Table, folder: Path, probings: float) -> None:
@@ -254,8 +259,10 @@ def main() -> int:
         if given.only in (None, "growth"):
             growth(table, folder, [size for size in SIZES if size <= given.recordings])
         if given.only in (None, "engines"):
-            fleet = Fleet(folder / "whole", create=True)
-            table.add(f"add {given.recordings} recordings", fill(fleet, given.recordings), "s")
+            fleet = Fleet(folder / f"of-{given.recordings}", create=True)
+            if not len(fleet.index()):
+                table.add(f"add {given.recordings} recordings", fill(fleet, given.recordings), "s")
+            Results(fleet, "evaluations").clear()
             engines(table, fleet, given.recordings)
         if given.only in (None, "diagnoses"):
             diagnoses(table, folder)

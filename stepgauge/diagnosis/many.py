@@ -5,12 +5,9 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
-from multiprocessing import get_all_start_methods, get_context
 from pathlib import Path
-from typing import Any
 
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.posterior.priors import Priors
@@ -20,6 +17,8 @@ from stepgauge.files.outputs import one_set
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.recording import Recording, join_recordings, read_recording
+from stepgauge.work.processes import InProcess, Processes
+from stepgauge.work.run import run
 
 
 @dataclass(frozen=True)
@@ -60,8 +59,7 @@ def diagnose_each(
     """Diagnose recordings one by one into folders named after their files, in the order given.
 
     All files are read and checked before the first diagnosis begins; a recording of another gauge, or one that is too
-    small, gives an outcome without files and does not stop the others. Processes are forked if the system supports it,
-    so that they share the loaded modules.
+    small, gives an outcome without files and does not stop the others.
 
     Parameters
     ----------
@@ -83,20 +81,9 @@ def diagnose_each(
     recordings = [read_recording(path) for path in paths]
     one = partial(_one, gauge=steps, machine=cmm, folder=Path(folder), suffix=suffix, without=without, priors=priors)
     count = min(jobs or os.cpu_count() or 1, len(recordings))
-    return map(one, recordings) if count == 1 else _in_processes(one, recordings, count)
-
-
-def _in_processes(one: Any, recordings: Sequence[Recording], count: int) -> Iterator[Outcome]:
-    with ProcessPoolExecutor(count, mp_context=get_context(_start_method())) as pool:
-        yield from pool.map(one, recordings)
-
-
-def _start_method() -> str:
-    """A fork server imports once and has no threads; on other systems every process imports anew."""
-    if "forkserver" in get_all_start_methods():
-        get_context("forkserver").set_forkserver_preload(["stepgauge.diagnosis.many", "stepgauge.figures.diagnosis"])
-        return "forkserver"
-    return "spawn"
+    tasks = [(Path(recording.path).stem, recording) for recording in recordings]
+    done = run(one, tasks, InProcess() if count == 1 else Processes(count))
+    return (each.value or Outcome(each.key, f"error: {each.error}") for each in done)
 
 
 def _one(

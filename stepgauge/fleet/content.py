@@ -24,12 +24,12 @@ T = TypeVar("T")
 
 def recording_key(recording: Recording) -> str:
     """The first digits of the SHA-256 of comments and columns, whatever the order and the form of the file."""
-    frame = recording.frame
+    columns = recording.columns
     digest = hashlib.sha256(json.dumps(sorted(recording.comments.items())).encode("utf-8", "surrogatepass"))
-    for name in sorted(frame.columns):
+    for name in sorted(columns):
         kind = "<i8" if name in COUNTS else "<f8"
-        digest.update(f"\n{name} {len(frame)} {kind}\n".encode())
-        digest.update(np.ascontiguousarray(frame[name].to_numpy(), kind).tobytes())
+        digest.update(f"\n{name} {len(recording)} {kind}\n".encode())
+        digest.update(np.ascontiguousarray(columns[name], kind).tobytes())
     return digest.hexdigest()[:DIGITS]
 
 

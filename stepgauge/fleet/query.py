@@ -76,9 +76,12 @@ def _open(connection: Any, fleet: Fleet) -> None:
 
 
 def _view(connection: Any, name: str, paths: list[Path], columns: tuple[Column, ...]) -> None:
+    """A view of files; those of a machine and a month that a question leaves out are not opened."""
     if paths:
         listed = ", ".join(f"'{_quoted(path)}'" for path in paths)
-        connection.execute(f'CREATE VIEW "{name}" AS FROM read_parquet([{listed}], hive_partitioning = false)')
+        of_path = "{'machine': VARCHAR, 'month': VARCHAR}" if columns is PROBINGS else ""
+        said = f"hive_partitioning = true, hive_types = {of_path}" if of_path else "hive_partitioning = false"
+        connection.execute(f'CREATE VIEW "{name}" AS FROM read_parquet([{listed}], {said})')
     else:
         connection.register(name, arrow_schema(columns).empty_table())
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from stepgauge.errors import reading
 from stepgauge.fleet.disk import appearing
@@ -25,30 +24,31 @@ GROUP_ROWS = 120_000
 
 def make_probings(key: str, entry: Entry) -> Any:
     """The rows of a recording as an Arrow table, in their order, with the owners in every row."""
-    arrow, frame = arrow_library(), entry.recording.frame
-    schema, n = arrow_schema(PROBINGS), len(entry.recording.frame)
+    arrow, known = arrow_library(), entry.recording.columns
+    schema, n = arrow_schema(PROBINGS), len(entry.recording)
     fixed = {"recording": key, **entry.owners, "measured_at": entry.measured_at}
     columns = []
     for one in schema:
         if one.name in fixed:
             columns.append(arrow.repeat(arrow.scalar(fixed[one.name], one.type), n))
         elif one.name == "covariates":
-            columns.append(_covariates(frame))
-        elif one.name in frame:
-            columns.append(arrow.array(frame[one.name].to_numpy(), one.type))
+            columns.append(_covariates(known, n))
+        elif one.name in known:
+            columns.append(arrow.array(known[one.name], one.type))
         else:
             columns.append(arrow.nulls(n, one.type))
     return arrow.Table.from_arrays(columns, schema=schema)
 
 
-def _covariates(frame: pd.DataFrame) -> Any:
+def _covariates(columns: Mapping[str, Any], n: int) -> Any:
     """Further columns, row by row, as pairs of name and value."""
     arrow = arrow_library()
-    names = [name for name in frame.columns if name not in OWN]
-    values = frame[names].to_numpy(float).ravel()
-    starts = np.arange(len(frame) + 1, dtype=np.int32) * len(names)
-    labels = arrow.array(names * len(frame), arrow.string())
-    return arrow.MapArray.from_arrays(starts, labels, arrow.array(values, arrow.float64()))
+    names = [name for name in columns if name not in OWN]
+    values = np.array([columns[name] for name in names], float).T.ravel()
+    starts = np.arange(n + 1, dtype=np.int32) * len(names)
+    return arrow.MapArray.from_arrays(
+        starts, arrow.array(names * n, arrow.string()), arrow.array(values, arrow.float64())
+    )
 
 
 def write_rows(path: Path, tables: Iterable[Any], columns: tuple[Column, ...]) -> None:

@@ -6,6 +6,7 @@ The version counts changes that an older reader would misread; a store of a late
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from stepgauge.errors import InputError
@@ -134,6 +135,7 @@ DIAGNOSES = (
 )
 
 
+@cache
 def arrow_schema(columns: tuple[Column, ...]) -> Any:
     """The columns as a schema of pyarrow."""
     arrow = arrow_library()

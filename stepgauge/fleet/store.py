@@ -267,28 +267,28 @@ def _index_rows(part: Mapping[str, Entry], file: str) -> list[dict[str, Any]]:
     rows, first = [], 0
     now = datetime.datetime.now(datetime.UTC).replace(tzinfo=None)
     for key, entry in part.items():
-        frame = entry.recording.frame
+        recording = entry.recording
         rows.append(
             {
                 "recording": key,
                 **entry.owners,
                 "measured_at": entry.measured_at,
-                "rows": len(frame),
-                "cycles": int(frame["cycle"].max()),
-                "faces": int(frame["face"].nunique()),
-                "placements": len(entry.recording.placements),
+                "rows": len(recording),
+                "cycles": int(recording.columns["cycle"].max()),
+                "faces": len(set(recording.columns["face"].tolist())),
+                "placements": len(recording.placements),
                 "certificate": entry.certificate,
                 "machine_file": entry.machine_file,
                 "placement_files": list(entry.placement_files),
-                "comments": json.dumps(dict(entry.recording.comments)),
-                "columns": json.dumps({name: str(kind) for name, kind in frame.dtypes.items()}),
-                "name": Path(entry.recording.path).name,
+                "comments": json.dumps(dict(recording.comments)),
+                "columns": json.dumps({name: str(values.dtype) for name, values in recording.columns.items()}),
+                "name": Path(recording.path).name,
                 "added_at": now,
                 "file": file,
                 "first_row": first,
             }
         )
-        first += len(frame)
+        first += len(recording)
     return rows
 
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import multiprocessing
-import signal
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +16,8 @@ from stepgauge.errors import InputError, naming
 from stepgauge.montecarlo.model import Model
 from stepgauge.montecarlo.store import open_store
 from stepgauge.montecarlo.summary import Summary, summarise
+from stepgauge.work.processes import Processes
+from stepgauge.work.run import run
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -149,26 +149,16 @@ def _computed(
         yield from ((block, _values(model, seed, block)) for block in blocks)
         return
     size = 1 if chunk is None else max(1, chunk // max(1, len(blocks[0].runs)))
-    # spawned, not forked: pandas, pyarrow and BLAS may hold threads, which do not survive a fork
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, context, _start_worker, (model, seed)) as pool:
-        try:
-            yield from zip(blocks, pool.map(_work, blocks, chunksize=size), strict=True)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    groups = [blocks[first : first + size] for first in range(0, len(blocks), size)]
+    tasks = ((str(number), group) for number, group in enumerate(groups))
+    for group, outcome in zip(groups, run(partial(_work, model, seed), tasks, Processes(jobs)), strict=True):
+        if outcome.error:
+            raise InputError("runs", f"a process could not compute its share: {outcome.error}")
+        yield from zip(group, outcome.value, strict=True)
 
 
-_worker: dict[str, tuple[Model, int]] = {}
-
-
-def _start_worker(model: Model, seed: int) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which keeps what is done
-    _worker["task"] = model, seed
-
-
-def _work(block: Block) -> Array:
-    return _values(*_worker["task"], block)
+def _work(model: Model, seed: int, blocks: list[Block]) -> list[Array]:
+    return [_values(model, seed, block) for block in blocks]
 
 
 def _values(model: Model, seed: int, block: Block) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 from collections import deque
 from dataclasses import dataclass
 from multiprocessing import get_all_start_methods, get_context
@@ -11,8 +12,6 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from stepgauge.work.task import Function, Reply, perform
-
-PRELOADED = ("stepgauge.work.processes", "stepgauge.evaluation.evaluate", "stepgauge.diagnosis.engine")
 
 
 class InProcess:
@@ -63,7 +62,7 @@ class Processes:
         """Start the processes."""
         self._function = function
         self._tasks: deque[tuple[int, Any]] = deque()
-        self._context = _context()
+        self._context = _context(getattr(function, "func", function).__module__)
         self._workers = [self._start() for _ in range(self.count)]
         return self.count
 
@@ -123,19 +122,23 @@ class Processes:
         return Reply("failed", why=f"its process died (exit code {code})")
 
 
-def _context() -> Any:
-    """A fork server imports once and has no threads; on other systems every process imports anew."""
+def _context(module: str) -> Any:
+    """A fork server imports once and has no threads; on other systems every process imports anew.
+
+    ``module``: what it imports before the first process, unless it runs already.
+    """
     if "forkserver" not in get_all_start_methods():
         return get_context("spawn")
     context = get_context("forkserver")
-    context.set_forkserver_preload(list(PRELOADED))
+    context.set_forkserver_preload([__name__, *([] if module == "__main__" else [module])])
     return context
 
 
 def _serve(pipe: Connection, function: Function, memory_MB: float | None) -> None:
     """Do tasks until nobody sends any: the other end closes with the process that it belongs to."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one that gives the tasks
     _limit(memory_MB)
-    with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
+    with contextlib.suppress(EOFError, OSError):
         while True:
             pipe.send(perform(function, pipe.recv()))
 

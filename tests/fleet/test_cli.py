@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -21,12 +22,22 @@ from stepgauge.fleet.query import query
 from stepgauge.fleet.results import tables_of
 from stepgauge.fleet.store import Fleet
 from stepgauge.gauge.certified import read_gauge
-from stepgauge.recording import read_recording, write_recording
+from stepgauge.gauge.placement import make_placement, write_placement
+from stepgauge.recording import join_recordings, read_recording, write_recording
+from stepgauge.work.dask import Dask
+from stepgauge.work.processes import InProcess
+from stepgauge.work.run import run
 from tests.fleet.made import GAUGE, make_recording
+from tests.fleet.test_work import TASKS, solved
 
 
 def verb(*words: object) -> None:
     cli.main(args=[str(word) for word in words], standalone_mode=False)
+
+
+def told_or_solved(number: int | None) -> list[float]:
+    """The process that does it, or what it solves."""
+    return [os.getpid()] if number is None else solved(number)
 
 
 @pytest.fixture
@@ -82,8 +93,47 @@ def test_from_logs_to_answers_and_back(logs: Path, tmp_path: Path, capsys: pytes
     assert [one["r_eff_mm"] for one in entries] == [alone[1].radius.r_eff_mm, alone[4].radius.r_eff_mm]
 
 
-def test_the_documented_cluster_gives_what_this_process_gives(logs: Path, tmp_path: Path) -> None:
-    """The cluster is started by its command, as the documentation says, and ends at Ctrl-C."""
+def test_placements_and_recordings_of_one_name_are_kept_apart(tmp_path: Path) -> None:
+    """Two placements with their files, evaluated along them; a Parquet file; two files called a.csv."""
+    gauge, fleet = read_gauge(GAUGE), tmp_path / "fleet"
+    both = join_recordings([make_recording(gauge, seed, 2) for seed in (1, 2)])
+    for folder, recording in (("one", both), ("two", make_recording(gauge, 3, 2))):
+        write_recording(tmp_path / folder / "a.csv", recording)
+    write_recording(tmp_path / "b.parquet", make_recording(gauge, 4, 2))
+    lies = [make_placement([100, 300, 100], [500, 300 + dy, 100], 1, gauge.n_blocks) for dy in (0.0, 0.4)]
+    for number, one in enumerate(lies):
+        write_placement(tmp_path / f"p{number}.toml", one)
+    add = ("fleet", "add", fleet, "-g", GAUGE, "--machine-id", "M", "--measured-at", "2026-02-03")
+    with pytest.raises(InputError, match="one placement file per placement; found 1; expected 2 or none"):
+        verb(*add, tmp_path / "one/a.csv", "-p", tmp_path / "p0.toml")
+    verb(*add, tmp_path / "one/a.csv", "-p", tmp_path / "p0.toml", "-p", tmp_path / "p1.toml")
+    verb(*add, tmp_path / "two/a.csv", tmp_path / "b.parquet")
+    verb("fleet", "evaluate", fleet, "--jobs", 1)
+    rows = query(
+        Fleet(fleet), "SELECT placement, axis_j, r_eff_mm FROM evaluations ORDER BY axis_j, placement"
+    ).to_pylist()
+    alone = evaluate(read_recording(tmp_path / "one/a.csv"), gauge, placements=lies)
+    assert len(rows) == 4
+    assert rows[-1] == {
+        "placement": 2,
+        "axis_j": alone.results[1].axis[1],
+        "r_eff_mm": alone.results[1].radius.r_eff_mm,
+    }
+    verb("fleet", "export", fleet, "-o", tmp_path / "out")
+    out = sorted((tmp_path / "out/recordings").iterdir())
+    assert {path.read_bytes() for path in out} == {
+        (tmp_path / name).read_bytes() for name in ("one/a.csv", "two/a.csv", "b.parquet")
+    }
+    verb("fleet", "add", tmp_path / "again", *out, "--roster", tmp_path / "out/roster.csv")
+    again, first = Fleet(tmp_path / "again").recordings(), Fleet(fleet).recordings()
+    assert again["recording"].tolist() == first["recording"].tolist()
+    assert list(map(list, again["placement_files"])) == list(map(list, first["placement_files"]))
+
+
+def test_the_documented_cluster_gives_what_this_process_gives_though_a_worker_is_killed(
+    logs: Path, tmp_path: Path
+) -> None:
+    """The cluster is started by its command, as the documentation says, answers on the loopback, ends at Ctrl-C."""
     fleet, asked = tmp_path / "fleet", "SELECT * EXCLUDE (notes) FROM evaluations ORDER BY recording"
     verb("fleet", "add", fleet, "-g", GAUGE, *sorted(logs.glob("[0-9].csv")))
     verb("fleet", "evaluate", fleet, "--jobs", 1)
@@ -91,12 +141,20 @@ def test_the_documented_cluster_gives_what_this_process_gives(logs: Path, tmp_pa
     start = [sys.executable, "-m", "stepgauge", "fleet", "cluster", "--workers", "2", "--port", "0", "--idle", "90"]
     with subprocess.Popen(start, stdout=subprocess.PIPE, text=True) as cluster:
         assert cluster.stdout is not None
+        address = cluster.stdout.readline().strip()
+        assert address.startswith("tcp://127.0.0.1:")
         tables_of(Fleet(fleet))[0].clear()
-        verb("fleet", "evaluate", fleet, "--scheduler", cluster.stdout.readline().strip())
+        verb("fleet", "evaluate", fleet, "--scheduler", address)
+        found = []
+        for one in run(told_or_solved, [("", None), *TASKS], Dask(address)):
+            found.append(one.value)
+            if len(found) == 1:
+                os.kill(one.value[0], signal.SIGKILL)
         cluster.send_signal(signal.SIGINT)
         assert cluster.wait(60) == 130
     assert len(here) == 6
     assert repr(query(Fleet(fleet), asked).to_pylist()) == repr(here.to_pylist())  # repr: to the last digit, and NaN
+    assert found[1:] == [one.value for one in run(told_or_solved, TASKS, InProcess())]
 
 
 def test_a_diagnosis_of_the_fleet_is_that_of_the_recording_alone(logs: Path, tmp_path: Path) -> None:

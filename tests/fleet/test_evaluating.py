@@ -78,7 +78,7 @@ def quick(batch: Batch, without: tuple[str, ...], priors: object) -> dict[str, A
 def test_a_stopped_diagnosis_goes_on_where_it_was_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stepgauge.fleet.evaluating.diagnose_batch", quick)
     whole, cut = make_fleet(tmp_path / "whole", 12), make_fleet(tmp_path / "cut", 12)
-    assert diagnose_fleet(whole, Processes(2)) == []
+    assert diagnose_fleet(whole, InProcess()) == []
     with subprocess.Popen([sys.executable, "-c", KILLED, str(cut.folder)], stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == b"1\n"

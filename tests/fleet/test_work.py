@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from stepgauge.errors import InputError
-from stepgauge.work.dask import Dask, local_cluster
+from stepgauge.work.dask import Dask
 from stepgauge.work.processes import InProcess, Processes
 from stepgauge.work.run import Outcome, run
 from stepgauge.work.steps import open_steps
@@ -56,18 +56,6 @@ def test_processes_give_what_this_process_gives_to_the_last_digit() -> None:
     assert [one.key for one in here] == [key for key, _ in TASKS]
     assert told == list(range(1, 41))
     assert values(Processes(2)) == here
-
-
-def test_a_cluster_of_two_workers_gives_the_same_though_one_is_killed() -> None:
-    """The documented command's cluster, on the loopback only; a worker is killed while it works."""
-    with local_cluster(2) as cluster:
-        assert cluster.scheduler_address.startswith("tcp://127.0.0.1:")
-        found = []
-        for one in run(solved, TASKS, Dask(cluster.scheduler_address)):
-            found.append(Outcome(one.key, one.value))
-            if len(found) == 5:
-                os.kill(next(iter(cluster.workers.values())).pid, signal.SIGKILL)
-    assert found == values(InProcess())
 
 
 def test_a_worker_that_dies_costs_only_its_own_task_a_try(tmp_path: Path) -> None:
