@@ -29,7 +29,7 @@ from table import Table
 
 import stepgauge as sg
 from stepgauge.files.text import checksum
-from tests.web.conftest import CHROMIUM, QUIET, TABLET, Served, make_project
+from tests.web.conftest import CHROMIUM, QUIET, TABLET, Served, acted, make_project, opened
 
 POINTS = Path(__file__).resolve().parent.parent / "examples/demo/points.csv"
 BARS_MS = {1_000: 200.0, 100_000: 1000.0}
@@ -38,16 +38,6 @@ OPENED = {"project": ".card h2", "locate": "#found [data-ready]", "run": "form[d
 """Pages, and what stands there when they are complete."""
 CYCLES_OF_AN_HOUR = 41
 """With 42 faces, at 2.1 s for a point: 1722 points."""
-ACT = """async ([selector, change, figure]) => {
-  const one = document.querySelector(selector), place = document.querySelector(figure), before = place.dataset.ready;
-  const began = performance.now();
-  if (change === "toggle") one.checked = !one.checked;
-  else one.selectedIndex = (one.selectedIndex + 1) % one.options.length;
-  one.dispatchEvent(new Event("change"));
-  while (place.dataset.ready === before) await new Promise(requestAnimationFrame);
-  await new Promise(requestAnimationFrame);
-  return performance.now() - began;
-}"""
 
 
 def make_files(folder: Path) -> None:
@@ -96,21 +86,13 @@ def first_page(folder: Path) -> tuple[float, float]:
         return took, sum(map(int, times)) / os.sysconf("SC_CLK_TCK")
 
 
-def opened(page: Any, address: str, ready: str) -> float:
-    """From asking for a page until what it draws is there, ms."""
-    began = time.perf_counter()
-    page.goto(address)
-    page.locator(ready).first.wait_for(state="attached", timeout=60_000)
-    return 1e3 * (time.perf_counter() - began)
-
-
 def interactions(page: Any, address: str) -> dict[str, float]:
     """The diagnosis in the browser, ms."""
     found = {"open the diagnosis": opened(page, address, "#residuals[data-ready]")}
     found["open it again"] = min(opened(page, address, "#residuals[data-ready]") for _ in range(TRIES))
     acts = {"a finding off or on": ("[data-finding]", "toggle"), "another covariate": ("#against", "next")}
     for name, (selector, change) in acts.items():
-        found[name] = min(page.evaluate(ACT, [selector, change, "#residuals"]) for _ in range(TRIES))
+        found[name] = min(acted(page, selector, change, "#residuals") for _ in range(TRIES))
     return found
 
 
