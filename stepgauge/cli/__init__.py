@@ -83,7 +83,7 @@ def _words(ctx: click.Context) -> tuple[str, ...]:
     return () if ctx.parent is None else (*_words(ctx.parent), str(ctx.info_name))
 
 
-NOT_IN_PROJECTS = ("init", "demo", "shipped", "effects")
+NOT_IN_PROJECTS = ("init", "web", "demo", "shipped", "effects")
 """Verbs that need nothing of what a project file states, and must run where it is wrong."""
 TASKS: Tasks = {
     "Start here": {

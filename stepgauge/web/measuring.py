@@ -97,18 +97,27 @@ class Runs:
                 raise InputError(asked.output, "is being measured", expected="another name, or its end")
             if output.exists():
                 raise InputError(asked.output, "exists already", expected="another name; nothing is overwritten")
+            if not asked.resume and _is_begun(output):
+                raise InputError(
+                    asked.output, "is begun and not finished", expected="another name, or to go on with it"
+                )
             output.parent.mkdir(parents=True, exist_ok=True)
             asked_of(output).write_text(replace(asked, resume=True).as_json(), encoding="utf-8")
             self._all[asked.output] = self._begin(asked)
             return self._all[asked.output]
 
-    def go_on(self, output: str) -> Run:
-        """Go on with a measurement that was stopped, whoever began it."""
-        path = asked_of(self._folder / output)
-        if not path.is_file():
+    def go_on(self, output: str, server: str = "") -> Run:
+        """Go on with a measurement that was stopped, whoever began it; ``server``: where the machine is now."""
+        asked = self.asked(output)
+        if asked is None:
             expected = "'stepgauge measure --resume' with the options that it was begun with"
             raise InputError(output, "it is not known what was asked for", expected=expected)
-        return self.start(read_asked(path.read_text(encoding="utf-8"), path.name))
+        return self.start(replace(asked, server=server or asked.server) if asked.server else asked)
+
+    def asked(self, output: str) -> Asked | None:
+        """What an unfinished measurement was asked for, None where the page did not begin it."""
+        path = asked_of(self._folder / output)
+        return read_asked(path.read_text(encoding="utf-8"), path.name) if path.is_file() else None
 
     def _begin(self, asked: Asked) -> Run:
         said = tempfile.TemporaryFile()  # noqa: SIM115  for as long as the process lives
@@ -147,6 +156,14 @@ class Runs:
                 one.process.wait(max(0.1, until - time.monotonic()))
             except subprocess.TimeoutExpired:
                 continue  # its stdin ends with this process
+
+
+def _is_begun(output: Path) -> bool:
+    """Whether points of it are in a journal."""
+    from stepgauge.live.journal import journal_of
+
+    path = journal_of(output)
+    return path.is_file() and _counted(path)[0] > 0
 
 
 def _counted(path: Path) -> tuple[int, int]:

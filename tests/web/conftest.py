@@ -9,6 +9,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -117,6 +118,32 @@ def browser() -> Iterator[Any]:
         found = playwright.chromium.launch(executable_path=CHROMIUM, headless=True, args=list(QUIET))
         yield found
         found.close()
+
+
+ACT = """async ([selector, change, figure]) => {
+  const one = document.querySelector(selector), place = document.querySelector(figure), before = place.dataset.ready;
+  const began = performance.now();
+  if (change === "toggle") one.checked = !one.checked;
+  else one.selectedIndex = (one.selectedIndex + 1) % one.options.length;
+  one.dispatchEvent(new Event("change"));
+  while (place.dataset.ready === before) await new Promise(requestAnimationFrame);
+  await new Promise(requestAnimationFrame);
+  return performance.now() - began;
+}"""
+"""A change in the page, and how long until the figure that follows it is drawn."""
+
+
+def opened(page: Any, address: str, ready: str) -> float:
+    """From asking for a page until what it draws is there, ms."""
+    began = time.perf_counter()
+    page.goto(address)
+    page.locator(ready).first.wait_for(state="attached", timeout=240_000)
+    return 1e3 * (time.perf_counter() - began)
+
+
+def acted(page: Any, selector: str, change: str, figure: str) -> float:
+    """From ticking a box (``toggle``) or choosing the ``next`` of a list until the figure has followed, ms."""
+    return float(page.evaluate(ACT, [selector, change, figure]))
 
 
 @dataclass

@@ -41,3 +41,20 @@ def test_a_folder_without_a_project_gets_one(tmp_path: Path, watched: Watched) -
     finally:
         server.end()
     assert 'machine = "machine/bridge-cmm.toml"' in (tmp_path / "stepgauge.toml").read_text()
+
+
+def test_the_pages_are_used_by_keyboard_and_printed_without_their_controls(served: Served, watched: Watched) -> None:
+    page = watched.page
+    page.goto(f"{served.address}/locate")
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.className") == "skip"
+    page.keyboard.press("Enter")
+    assert page.evaluate("document.activeElement.id") == "content"
+    seen = []
+    for _ in range(6):
+        page.keyboard.press("Tab")
+        seen.append(page.evaluate("document.activeElement.name || document.activeElement.tagName"))
+    assert seen[:3] == ["SUMMARY", "points", "pasted"]
+    page.emulate_media(media="print")
+    assert not page.get_by_role("navigation").is_visible()
+    assert page.get_by_role("heading", name="Locate").is_visible()

@@ -68,6 +68,7 @@ def test_nothing_is_lost_when_the_server_is_killed(tmp_path: Path, watched: Watc
     assert rested < len(kept) < 30
 
     with Served(folder) as server:
+        assert b"begun and not finished" in post(server, "/run", machine="virtual", output=NAME)[1]
         page.goto(f"{server.address}/run")
         page.get_by_role("link", name=NAME).click()
         assert page.locator("#done").inner_text() == str(len(kept))

@@ -9,11 +9,13 @@ from pypdf import PdfReader
 
 from stepgauge.diagnosis.stored import read_diagnosis
 from tests.conftest import ROOT
-from tests.web.conftest import TABLET, Served, Watched, make_project
+from tests.web.conftest import TABLET, Served, Watched, acted, make_project, opened
 
 HIDDEN = '[[effect]]\nkind = "scale_error"\naxis = "y"\nppm = 25.0\n'
 SLOW_MS = 240_000
 """For a verb in a process of its own, on a busy machine."""
+MOST_OF_A_BARE_PAGE = 10.0
+"""Time of an interaction over that of opening a page of no content; ``benchmarks/web.py`` has larger recordings."""
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +55,10 @@ def test_from_sixteen_points_to_the_cause_and_the_printed_report(folder: Path, w
             page.get_by_label("Against").select_option(covariate)
         assert watched.violations() == []
         assert page.evaluate("document.documentElement.scrollWidth") <= TABLET["width"]
+        bare = min(opened(page, f"{server.address}/project", "h1") for _ in range(3))
+        opened(page, f"{server.address}/diagnosis?result=results/diagnosis-run", "#residuals[data-ready]")
+        for selector, change in (("[data-finding]", "toggle"), ("#against", "next")):
+            assert min(acted(page, selector, change, "#residuals") for _ in range(3)) < MOST_OF_A_BARE_PAGE * bare
         page.get_by_role("button", name="Plan this measurement").click()
         page.wait_for_url("**/run?program=**")
         assert page.get_by_label("Program").input_value().endswith("separate-1.dmi")

@@ -68,13 +68,22 @@ def _show_one(request: Request, name: str) -> Response:
     left = {output: (done, total) for output, done, total in site.runs.unfinished()}
     state = "done" if (site.folder / name).exists() else "stopped" if name in left else "unknown"
     done, total = left.get(name, (0, 0))
-    if run is not None and run.is_running:
-        state, done, total = run.status["state"], run.status.get("done", 0), run.status.get("total", 0)
-    error = "" if run is None or state == "done" else run.status.get("error", "")
-    command = run.asked.command() if run is not None else ""
-    template = "run_one.html.j2"
+    error = ""
+    if run is not None and state != "done":
+        state, error = run.status["state"], run.status.get("error", "")
+        done, total = run.status.get("done", done), run.status.get("total", total)
+    asked = site.runs.asked(name) or (run.asked if run is not None else None)
     return render(
-        request, template, name=name, state=state, done=done, total=total, live=run, error=error, command=command
+        request,
+        "run_one.html.j2",
+        name=name,
+        state=state,
+        done=done,
+        total=total,
+        live=run,
+        error=error,
+        command="" if asked is None else asked.command(),
+        server="" if asked is None else asked.server,
     )
 
 
@@ -122,7 +131,7 @@ def steer(request: Request, form: Form) -> Response:
     name = relative(site.folder, form.text("recording"))
     run = site.runs.get(name)
     if word == "resume":
-        site.runs.go_on(name)
+        site.runs.go_on(name, form.text("server"))
     elif run is None:
         raise InputError(name, "is not measured by this server", expected="the window that began it")
     else:

@@ -93,7 +93,7 @@ export const CONFIG = {responsive: true, displaylogo: false, modeBarButtonsToRem
 
 export async function draw(place, figure) {
   await window.Plotly.react(place, figure.data, looks(figure.layout), CONFIG);
-  place.dataset.ready = "yes";
+  place.dataset.ready = String(+(place.dataset.ready || 0) + 1);  // how often it was drawn
 }
 
 export async function plot(place, address = place.dataset.plot) {
