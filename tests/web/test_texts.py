@@ -10,7 +10,17 @@ from stepgauge.web.pages import PAGES
 from stepgauge.web.texts import LANGUAGES, Words, best_language, catalogue
 
 ROOM = Path(stepgauge.web.__file__).parent
-FAMILIES = ("nav.", "look.", "kind.", "place.", "state.", "steer.", "verdict.")
+FAMILIES = (
+    "nav.",
+    "look.",
+    "kind.",
+    "place.",
+    "state.",
+    "steer.",
+    "verdict.",
+    "plan_field.",
+    "plan_choice.",
+)
 """Keys that are put together from a name."""
 
 
