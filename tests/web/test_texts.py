@@ -20,6 +20,8 @@ FAMILIES = (
     "verdict.",
     "plan_field.",
     "plan_choice.",
+    "error_name.",
+    "open_source.",
 )
 """Keys that are put together from a name."""
 
