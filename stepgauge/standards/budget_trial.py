@@ -24,7 +24,7 @@ from stepgauge.standards.coverage import coverage_factor
 
 @dataclass(frozen=True)
 class OpenSource:
-    """A value that may be tried: ``source`` and ``what`` it is called in a budget, where it is stated, ``toml``.
+    """A value that may be tried: ``source`` and ``what`` it is called in a budget; ``toml``: where it is stated.
 
     ``usual``: standard uncertainty that the budget is computed with; ``most``: largest that is tried; both in ``unit``.
     """
@@ -39,7 +39,7 @@ class OpenSource:
 
 OPEN_SOURCES = {
     "gauge_temperature": OpenSource(
-        GAUGE_TEMPERATURE, "temperature of the gauge", "K", 0.1, 1.0, "[uncertainty] gauge_temperature_K = {u:g}"
+        GAUGE_TEMPERATURE, "temperature of the gauge", "K", 0.1, 1.0, "[uncertainty]\ngauge_temperature_K = {u:g}"
     ),
     "scale_temperature": OpenSource(
         "machine.temperature_C",
@@ -47,7 +47,7 @@ OPEN_SOURCES = {
         "K",
         0.1,
         1.0,
-        "[machine] temperature_C = {{ value = {value:g}, u = {u:g} }}",
+        "[machine]\ntemperature_C = {{ value = {value:g}, u = {u:g} }}",
     ),
     "scale_expansion": OpenSource(
         "machine.scale_expansion_per_K",
@@ -55,10 +55,10 @@ OPEN_SOURCES = {
         "1e-6/K",
         0.5,
         2.0,
-        "[machine] scale_expansion_per_K = {{ value = {value:g}, u = {u:g}e-6 }}",
+        "[machine]\nscale_expansion_per_K = {{ value = {value:g}, u = {u:g}e-6 }}",
     ),
-    "probing": OpenSource(PROBING, "probing", "um", 0.2, 2.0, "[uncertainty] probing_um = {u:g}"),
-    "resolution": OpenSource(RESOLUTION, "resolution", "um", 0.1, 2.0, "[uncertainty] resolution_um = {u:g}"),
+    "probing": OpenSource(PROBING, "probing", "um", 0.2, 2.0, "[uncertainty]\nprobing_um = {u:g}"),
+    "resolution": OpenSource(RESOLUTION, "resolution", "um", 0.1, 2.0, "[uncertainty]\nresolution_um = {u:g}"),
 }
 """By name; of the resolution it is the step that is stated."""
 
@@ -88,7 +88,7 @@ class BudgetTrial:
             if one.name not in without
         ]
         open_ = [
-            StoredGap(what=one.what, state_by=one.toml)
+            StoredGap(what=one.what, state_by=f"{one.toml.split()[0]} of the machine file")
             for name, one in OPEN_SOURCES.items()
             if name in self.names and one.source in without
         ]
@@ -98,11 +98,16 @@ class BudgetTrial:
         gaps = [*self.usual.not_included, *open_]
         return self.usual.model_copy(update={"sources": sources, "quantities": lines, "not_included": gaps})
 
-    def statement(self, name: str, u: float) -> str:
-        """The table and the line of the machine file that state a value."""
+    def statement(self, values: Mapping[str, float]) -> str:
+        """The lines of the machine file that state these values, by table."""
         table = self.machine.table
-        value = {"scale_temperature": table.temperature_C, "scale_expansion": table.scale_expansion_per_K}.get(name)
-        return OPEN_SOURCES[name].toml.format(u=u, value=value)
+        value = {"scale_temperature": table.temperature_C, "scale_expansion": table.scale_expansion_per_K}
+        lines: dict[str, list[str]] = {}
+        for name, u in values.items():
+            if u > 0.0:
+                head, line = OPEN_SOURCES[name].toml.format(u=u, value=value.get(name)).split("\n")
+                lines.setdefault(head, []).append(line)
+        return "\n\n".join("\n".join([head, *some]) for head, some in lines.items())
 
 
 def _scaled(line: StoredLine, share: Mapping[str, float], percent: float) -> StoredLine:

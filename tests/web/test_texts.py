@@ -22,6 +22,7 @@ FAMILIES = (
     "plan_choice.",
     "error_name.",
     "open_source.",
+    "quantity.",
 )
 """Keys that are put together from a name."""
 

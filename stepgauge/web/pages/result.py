@@ -272,14 +272,14 @@ def budget(request: Request) -> Response:
     line = _line(tried, shown, form)
     labels = {one.name: one.label for one in tried.sources}
     shares = sorted(line.contributions_um.items(), key=lambda one: -one[1])
-    statements = [trial.statement(name, u) for name, u in values.items() if u > 0.0]
     return render(
         request,
         "result_budget.html.j2",
         line=line,
         title=label(line),
         shares=[(labels[name], um, (um / line.u_um) ** 2 if line.u_um else 0.0) for name, um in shares],
-        statements=statements,
+        statement=trial.statement(values),
+        shown=shown,
         missing=[one.what for one in tried.not_included],
         percent=tried.coverage_percent,
     )
@@ -309,14 +309,29 @@ def sliders(request: Request) -> Response:
 
 def evaluate(request: Request, form: Form) -> Response:
     """``stepgauge evaluate`` of a recording, into a folder of its own."""
-    from stepgauge.project.create import OUTPUTS, RESULTS
-
     site = site_of(request)
     recording = relative(site.folder, str(existing(site.folder, form.text("recording"))))
-    usual = OUTPUTS["evaluate"]
-    output = f"{RESULTS}/evaluation-{Path(recording).stem}" if (site.folder / usual).exists() else usual
+    output = _own_folder(site, "evaluate", "evaluation", recording)
     work = site.works.start(["evaluate", recording, "-o", output], f"/result?{urlencode({'evaluation': output})}")
     return render(request, "work.html.j2", work=work)
+
+
+def _own_folder(site: Site, verb: str, kind: str, recording: str) -> str:
+    """Where the result of a recording goes: the usual folder, or one of its own where that is taken."""
+    from stepgauge.project.create import OUTPUTS, RESULTS
+
+    usual = OUTPUTS[verb]
+    return f"{RESULTS}/{kind}-{Path(recording).stem}" if (site.folder / usual).exists() else usual
+
+
+def write_budget(request: Request, form: Form) -> Response:
+    """``stepgauge budget`` with the Monte Carlo, of what the files state."""
+    site = site_of(request)
+    name = relative(site.folder, form.text("evaluation"))
+    recordings = [relative(site.folder, str(one)) for one in _inputs(site, name)[0]]
+    output = _own_folder(site, "budget", "budget", recordings[0])
+    then = f"/result?{urlencode({'evaluation': name})}"
+    return render(request, "work.html.j2", work=site.works.start(["budget", *recordings, "-o", output], then))
 
 
 ROUTES = [
@@ -328,4 +343,5 @@ ROUTES = [
     Route("/result/sliders", sliders),
     Route("/result/budget", budget),
     Route("/result/evaluate", with_form(evaluate), methods=["POST"]),
+    Route("/result/budget", with_form(write_budget), methods=["POST"]),
 ]

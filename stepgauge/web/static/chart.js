@@ -29,7 +29,7 @@ class ChartView extends HTMLElement {
   }
   async go(what) {
     if (what === undefined || what === null) return;
-    const address = this.dataset.click + what;
+    const address = this.dataset.click + encodeURIComponent(what);
     if (!this.dataset.into) return location.assign(address);
     const into = document.querySelector(this.dataset.into);
     try { put(into, await ask(address)); into.scrollIntoView({block: "nearest"}); } catch (error) { fail(into, error); }
