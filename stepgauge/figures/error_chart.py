@@ -40,7 +40,10 @@ def error_chart(placement: Mapping[str, Any], expanded_um: Array | None = None) 
         mean[-1]["error_y"] = {"array": numbers(expanded_um), "color": "--ink", "thickness": 1, "width": 3}
         mean[-1]["name"] += " ± U"
     reversal = _line(rows, "xr", LINES[2], NAMES["xr"], band=False)
-    return {"data": [*data, *mean, *({**one, "yaxis": "y2"} for one in reversal)], "layout": _layout("error (µm)", "XR")}
+    return {
+        "data": [*data, *mean, *({**one, "yaxis": "y2"} for one in reversal)],
+        "layout": _layout("error (µm)", "XR"),
+    }
 
 
 def overlay_chart(

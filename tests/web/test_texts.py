@@ -15,14 +15,20 @@ FAMILIES = (
     "look.",
     "kind.",
     "place.",
+FAMILIES = (
     "state.",
     "steer.",
     "verdict.",
+)
     "plan_field.",
     "plan_choice.",
     "error_name.",
     "open_source.",
     "quantity.",
+FAMILIES = (
+    "probe_value.",
+    "probe_held.",
+)
 )
 """Keys that are put together from a name."""
 
