@@ -41,7 +41,7 @@ def probe_body(found: DirectionMap, quantity: str = "pretravel_um") -> dict[str,
     unit = TITLES[quantity].rpartition("(")[2].rstrip(")")
     mesh = {
         "type": "mesh3d",
-        **{"x": x, "y": y, "z": z, "i": i, "j": j, "k": k},
+        **dict(zip("xyzijk", (x, y, z, i, j, k), strict=True)),
         "intensity": numbers(flat[2], 5),
         "colorscale": "Cividis",
         "colorbar": {"title": {"text": TITLES[quantity]}, "thickness": 14, "len": 0.8, "orientation": "h", "y": -0.12},

@@ -22,7 +22,9 @@ from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
 
 if TYPE_CHECKING:
+    import numpy as np
     import pandas as pd
+    from numpy.typing import NDArray
 
     from stepgauge.recording import Recording
     from stepgauge.standards.budget_files import StoredBudget, StoredLine
@@ -33,6 +35,7 @@ MOST_OVER = 4
 MOST_ROWS = 500
 """Single probings in the table of a face."""
 MOST_LISTED = 200
+MOST_BUDGETS = 10
 
 
 def _evaluations(site: Site) -> list[str]:
@@ -157,14 +160,35 @@ def errors_chart(request: Request) -> Response:
 
     shown, site = Shown.of(request), site_of(request)
     if not shown.over:
-        return json_answer(json.dumps(error_chart(shown.placement)))
+        return json_answer(json.dumps(error_chart(shown.placement, _expanded(site, shown))))
     others = [_read(site, one, with_inputs=False) for one in shown.over]
-    found = [None]
-    for name, one in zip(shown.over, others, strict=True):
-        found.append(differences(one, shown.data, (name, shown.name))[shown.index])
+    found = [
+        differences(one, shown.data, (name, shown.name))[shown.index]
+        for name, one in zip(shown.over, others, strict=True)
+    ]
     placements = [shown.placement, *(one["placements"][shown.index] for one in others)]
-    chart = overlay_chart(placements, found, short_names([shown.name, *shown.over]), shown.error)
+    chart = overlay_chart(placements, [None, *found], short_names([shown.name, *shown.over]), shown.error)
     return json_answer(json.dumps(chart))
+
+
+def _expanded(site: Site, shown: Shown) -> NDArray[np.float64] | None:
+    """Expanded uncertainty of XM by face from the budget of this evaluation, where the project has it."""
+    import numpy as np
+
+    from stepgauge.standards.budget_files import check_budget, read_budget
+
+    for path in _files(site, "budget.json")[:MOST_BUDGETS]:
+        try:
+            found = read_budget(path)
+            check_budget(found, dict(shown.data), path)
+        except InputError:
+            continue
+        number = shown.placement["placement"]
+        lines = {
+            one.face: one.expanded_um for one in found.quantities if (one.quantity, one.placement) == ("xm", number)
+        }
+        return np.array([lines.get(row["face"], np.nan) for row in shown.placement["faces"]])
+    return None
 
 
 def _inputs(site: Site, name: str) -> tuple[list[Path], str]:
@@ -230,8 +254,8 @@ def probings_json(request: Request) -> Response:
     from stepgauge.figures.error_chart import probings_chart
 
     _, face, table = _of_face(request)
-    columns = (table[name].to_numpy() for name in ("cycle", "error_um", "used"))
-    return json_answer(json.dumps(probings_chart(*columns, f"face {face}")))
+    cycle, error_um, used = (table[name].to_numpy() for name in ("cycle", "error_um", "used"))
+    return json_answer(json.dumps(probings_chart(cycle, error_um, used, f"face {face}")))
 
 
 @lru_cache(4)
@@ -256,7 +280,7 @@ def _trial_of(site: Site, shown: Shown) -> BudgetTrial:
     placement = site.placement if one_placement else ""
     first, last = shown.data["blocks"]
     choice = f"{first}:{last}", str(shown.data["r_eff_origin"])
-    files = [*recordings, gauge, machine, *([placement] if placement else [])]
+    files: list[str | Path] = [*recordings, gauge, machine, *([placement] if placement else [])]
     return _trial(tuple(recordings), gauge, machine, placement, choice, stamps(*files))
 
 
