@@ -82,12 +82,12 @@ def draw_over(axes: Axes, before: Evaluation, after: Evaluation, placement: int 
 
 def _draw_error(axes: Axes, rows: Sequence[Mapping[str, Any]], name: str, number: int, label: str) -> None:
     x, y, color = column(rows, "nominal_mm"), column(rows, f"{name}_um"), LOOKS[number % len(LOOKS)]
-    s = _deviation(rows, name)
+    s = deviation_um(rows, name)
     axes.fill_between(x, y - 2 * s, y + 2 * s, color=color, alpha=0.16, linewidth=0)
     _line(axes, x, y, number, label)
 
 
-def _deviation(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
+def deviation_um(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
     """Standard deviation of an error of a single cycle, um; that of XM and XR from both ways of probing."""
     sf, sb = column(rows, "sf_um"), column(rows, "sb_um")
     both = np.hypot(sf, sb)

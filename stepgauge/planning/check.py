@@ -5,12 +5,13 @@ The path to the first position (home) is chosen by the machine and is not checke
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError, Naming, naming
+from stepgauge.errors import InputError, Naming, Place, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
@@ -21,6 +22,32 @@ Array = NDArray[np.float64]
 PROBED_BLOCK_MARGIN_MM = 0.1
 """Least gap of shank and body to the block that is probed; elsewhere the full margin applies."""
 FACE_TOLERANCE_MM = 1e-6
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """A place where a path is refused: the piece of its :func:`~stepgauge.motion.moves.trace`, and why, in words."""
+
+    piece: int
+    where: str
+    what: str
+    found: str
+    expected: str
+
+
+class PathError(InputError):
+    """A path that is refused. ``program``: its moves; ``conflicts``: every place where it is, where that is known."""
+
+    program: Program | None = None
+    conflicts: tuple[Conflict, ...] = ()
+
+
+def _refused(
+    program: Program, conflicts: Sequence[Conflict], where: Place, what: str, found: str, expected: str | Naming
+) -> PathError:
+    error = PathError(where, what, found=found, expected=expected)
+    error.program, error.conflicts = program, tuple(conflicts)
+    return error
 
 
 def check_program(
@@ -42,7 +69,7 @@ def check_program(
 
     Raises
     ------
-    InputError
+    PathError
         a measuring move that meets another face than its own first, or a move that comes too close to something
     """
     gaps = check_path(program, [(face - 1) // 2 for face in faces], placement, gauge, tool, margin_mm)
@@ -62,7 +89,13 @@ def check_path(
     obstacles = make_obstacles(gauge, placement)
     path = trace(program)
     own = _probed_rows(path, rows)
-    return {part.name: _check_part(part, own, margin_mm, program, path, obstacles, tool) for part in tool.parts}
+    judged = {part.name: _judge_part(part, own, margin_mm, program, path, obstacles, tool) for part in tool.parts}
+    conflicts = [(name, one) for name, (_, found) in judged.items() for one in found]
+    if conflicts:
+        name, first = conflicts[0]
+        expected = _remedy(name, placement, first.expected)
+        raise _refused(program, [one for _, one in conflicts], first.where, first.what, first.found, expected)
+    return {name: least for name, (least, _) in judged.items()}
 
 
 def _check_faces(program: Program, faces: Sequence[int], path: Path, obstacles: Obstacles, radius_mm: float) -> None:
@@ -74,15 +107,16 @@ def _check_faces(program: Program, faces: Sequence[int], path: Path, obstacles: 
     t, row = ball_contacts(search, obstacles, radius_mm)
     off = np.linalg.norm(start + t[:, None] * (end - start) - target, axis=1)
     wrong = np.flatnonzero((row != (np.asarray(faces) - 1) // 2) | ~(off < FACE_TOLERANCE_MM))
-    if wrong.size:
-        point = int(wrong[0])
+    conflicts = []
+    for point in wrong.tolist():
         met = "nothing" if row[point] < 0 else f"{obstacles.name(row[point])}, {off[point]:.3f} mm from there"
-        raise InputError(
-            f"point {program.names[search.move[point]]}",
-            "the measuring move does not meet its own face first",
-            found=met,
-            expected=f"face {faces[point]} of block {(faces[point] + 1) // 2}",
-        )
+        where = f"point {program.names[search.move[point]]}"
+        what, expected = "the measuring move does not meet its own face first", f"face {faces[point]} of block"
+        piece = int(np.flatnonzero(path.measuring)[point])
+        conflicts.append(Conflict(piece, where, what, met, f"{expected} {(faces[point] + 1) // 2}"))
+    if conflicts:
+        first = conflicts[0]
+        raise _refused(program, conflicts, first.where, first.what, first.found, first.expected)
 
 
 def _probed_rows(path: Path, touched: Sequence[int]) -> NDArray[np.int64]:
@@ -93,7 +127,7 @@ def _probed_rows(path: Path, touched: Sequence[int]) -> NDArray[np.int64]:
     return rows
 
 
-def _check_part(
+def _judge_part(
     part: ToolPart,
     own: NDArray[np.int64],
     margin_mm: float,
@@ -101,7 +135,8 @@ def _check_part(
     path: Path,
     obstacles: Obstacles,
     tool: Tool,
-) -> float:
+) -> tuple[float, list[Conflict]]:
+    """The smallest gap of a part, mm, and every piece on which it comes too close, with its worst obstacle."""
     gap = clearance_mm(path, obstacles, tool, part, margin_mm)
     pieces = np.arange(len(gap))
     touching = own >= 0
@@ -109,22 +144,29 @@ def _check_part(
     is_tip = part is tool.parts[0]
     allowed[pieces[touching], own[touching]] = -np.inf if is_tip else PROBED_BLOCK_MARGIN_MM
     short = np.where(gap < allowed - 1e-9, allowed - gap, 0.0)
-    if short.any():
-        piece = int(np.flatnonzero(short.any(axis=1))[0])
-        box = int(short[piece].argmax())
-        raise InputError(
+    conflicts = [
+        Conflict(
+            piece,
             f"point {_point_name(program, int(path.move[piece]))}, move '{_move_name(program, path, piece)}'",
             f"the {part.name} comes too close to {obstacles.name(box)}",
-            found=f"a gap of {gap[piece, box]:.3f} mm",
-            expected=_remedy(part, obstacles.placement, f"at least {allowed[piece, box]:g} mm"),
+            f"a gap of {gap[piece, box]:.3f} mm",
+            f"at least {allowed[piece, box]:g} mm",
         )
+        for piece, box in _worst(short)
+    ]
     gap[pieces[touching], own[touching]] = np.inf
-    return float(gap.min())
+    return float(gap.min()), conflicts
 
 
-def _remedy(part: ToolPart, placement: Placement, expected: str) -> Naming:
+def _worst(short: Array) -> Iterator[tuple[int, int]]:
+    """Pieces that are short of their gap, each with the obstacle it is most short of."""
+    for piece in np.flatnonzero(short.any(axis=1)).tolist():
+        yield piece, int(short[piece].argmax())
+
+
+def _remedy(part: str, placement: Placement, expected: str) -> Naming:
     """What is expected, and how to reach it."""
-    if part.name == "tip ball":
+    if part == "tip ball":
         words = f"{expected} (another {{}}, {{}} or {{}}, or a smaller tip)"
         return naming("standoff_mm", "clearance_mm", "route", words=words)
     square = ", ".join(f"{0.0 - value:.9f}" for value in placement.up)
@@ -156,13 +198,32 @@ def check_travel(program: Program, machine: Machine) -> None:
     if not outside.size:
         return
     worst = int(beyond.max(axis=1).argmax())
+    conflicts = list(_outside(program, reach, limits, beyond))
     axis = int(beyond[worst].argmax())
     low, high = limits[axis]
-    raise InputError(
+    raise _refused(
+        program,
+        conflicts,
         machine.path,
         f"the travel is too small by {beyond[worst, axis]:.3f} mm in {'xyz'[axis]}"
         f" for point {_point_name(program, worst)}, move '{'measure' if measure[worst] else program.names[worst]}'"
         f" ({outside.size} of {len(program)} moves are outside)",
-        found=f"{'xyz'[axis]} = {reach[worst, axis]:.3f} mm",
-        expected=f"{low:g} to {high:g} mm",
+        f"{'xyz'[axis]} = {reach[worst, axis]:.3f} mm",
+        f"{low:g} to {high:g} mm",
     )
+
+
+def _outside(program: Program, reach: Array, limits: Array, beyond: Array) -> Iterator[Conflict]:
+    """Every move that leaves the travel."""
+    path = trace(program)
+    for move in np.flatnonzero(beyond.any(axis=1)).tolist():
+        axis = int(beyond[move].argmax())
+        piece = min(int(np.searchsorted(path.move, move)), len(path.move) - 1)
+        name = "measure" if program.is_measure[move] else program.names[move]
+        yield Conflict(
+            piece,
+            f"point {_point_name(program, move)}, move '{name}'",
+            "this is outside of the travel",
+            f"{'xyz'[axis]} = {reach[move, axis]:.3f} mm",
+            f"{limits[axis, 0]:g} to {limits[axis, 1]:g} mm",
+        )

@@ -10,7 +10,26 @@ from stepgauge.web.pages import PAGES
 from stepgauge.web.texts import LANGUAGES, Words, best_language, catalogue
 
 ROOM = Path(stepgauge.web.__file__).parent
-FAMILIES = ("nav.", "look.", "kind.", "place.", "state.", "steer.", "verdict.")
+FAMILIES = (
+    "nav.",
+    "look.",
+    "kind.",
+    "place.",
+FAMILIES = (
+    "state.",
+    "steer.",
+    "verdict.",
+)
+    "plan_field.",
+    "plan_choice.",
+    "error_name.",
+    "open_source.",
+    "quantity.",
+FAMILIES = (
+    "probe_value.",
+    "probe_held.",
+)
+)
 """Keys that are put together from a name."""
 
 

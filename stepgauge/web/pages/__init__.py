@@ -10,7 +10,7 @@ from importlib import import_module
 
 from starlette.routing import BaseRoute
 
-PAGES = ("project", "locate", "run", "diagnosis", "report")
+PAGES = ("project", "locate", "plan", "run", "result", "diagnosis", "probe", "history", "report")
 """Modules of this package; ``nav.NAME`` is the text of each, ``/NAME`` its address, and the first is also ``/``."""
 
 

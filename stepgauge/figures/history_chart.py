@@ -1,0 +1,107 @@
+"""The history of a machine as a chart to click in a browser; colours as in :mod:`stepgauge.figures.error_chart`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime, timedelta
+from pathlib import PurePosixPath
+from typing import Any
+
+import numpy as np
+
+from stepgauge.figures.error_chart import LINES, SYMBOLS, numbers
+from stepgauge.history.entries import QUANTITIES
+from stepgauge.history.trend import YEAR_DAYS, Series
+
+GAP = 0.04
+"""Between two panels, in shares of the height."""
+
+
+def history_chart(series: Sequence[Series], limits: Mapping[str, float], titles: Mapping[str, str]) -> dict[str, Any]:
+    """One panel per quantity, a colour per direction: values with 2 u, trends, control limits, limits.
+
+    ``titles``: of the quantities, in the language of the page. A point carries the folder of its evaluation.
+    """
+    directions = sorted({one.direction for one in series})
+    data: list[dict[str, Any]] = []
+    shapes: list[dict[str, Any]] = []
+    layout: dict[str, Any] = {}
+    for number, name in enumerate(QUANTITIES, 1):
+        axis = f"y{number if number > 1 else ''}"
+        for one in series:
+            if one.quantity == name:
+                place = directions.index(one.direction)
+                data += _traces(one, axis, LINES[place % len(LINES)], SYMBOLS[place % len(SYMBOLS)], number == 1)
+        shapes += _limits(axis, limits.get(name), QUANTITIES[name].signed)
+        layout[axis.replace("y", "yaxis")] = _panel(number, titles[name], QUANTITIES[name].unit)
+    layout |= {
+        "xaxis": {"type": "date", "anchor": f"y{len(QUANTITIES)}"},
+        "shapes": shapes,
+        "margin": {"l": 70, "r": 10, "t": 10, "b": 40},
+        "legend": {"orientation": "h", "y": 1.01, "yanchor": "bottom"},
+        "hovermode": "closest",
+    }
+    return {"data": data, "layout": layout}
+
+
+def _panel(number: int, title: str, unit: str) -> dict[str, Any]:
+    height = 1.0 / len(QUANTITIES)
+    top = 1.0 - (number - 1) * height
+    head = {"text": f"{title.replace(': ', '<br>')}<br>({unit.replace('um', 'µm')})", "font": {"size": 11}}
+    return {"title": head, "domain": [max(top - height + GAP, 0.0), top], "zeroline": True, "nticks": 5}
+
+
+def _traces(one: Series, axis: str, color: str, symbol: str, named: bool) -> list[dict[str, Any]]:
+    dates = [entry.measured_at.isoformat() for entry in one.entries]
+    label = f"along {one.direction}"
+    ring = ["--red" if beyond else color for beyond in one.beyond]
+    common = {"type": "scatter", "yaxis": axis, "legendgroup": label}
+    points = {
+        **common,
+        "x": dates,
+        "y": numbers(one.value),
+        "error_y": {"array": numbers(2.0 * one.u), "color": color, "thickness": 1, "width": 3},
+        "customdata": [str(PurePosixPath(entry.path).parent) for entry in one.entries],
+        "mode": "markers",
+        "name": label,
+        "showlegend": named,
+        "marker": {"color": color, "symbol": symbol, "size": 8, "line": {"color": ring, "width": 2}},
+        "hovertemplate": "%{x|%Y-%m-%d}: %{y:.3f}<br>%{customdata}<extra>" + label + "</extra>",
+    }
+    return [*_chart(one, common, dates, color), *_trend(one, common, color), points]
+
+
+def _chart(one: Series, common: Mapping[str, Any], dates: list[str], color: str) -> list[dict[str, Any]]:
+    """The control limits as a band."""
+    if not np.isfinite(one.reach):
+        return []
+    edge = np.concatenate([one.centre + one.reach, (one.centre - one.reach)[::-1]])
+    look = {"fill": "toself", "fillcolor": f"{color}/26", "line": {"width": 0}, "mode": "lines", "hoverinfo": "skip"}
+    return [{**common, **look, "x": [*dates, *dates[::-1]], "y": numbers(edge), "showlegend": False}]
+
+
+def _trend(one: Series, common: Mapping[str, Any], color: str) -> list[dict[str, Any]]:
+    trend = one.trend
+    if trend is None:
+        return []
+    ends = [one.entries[0].measured_at, one.entries[-1].measured_at]
+    along = [trend.value + trend.per_year * _years(end - trend.middle) for end in ends]
+    line = {"color": color, "width": 1.5, "dash": "solid" if trend.significant else "dash"}
+    x = [datetime.isoformat(end) for end in ends]
+    return [
+        {**common, "x": x, "y": numbers(along), "mode": "lines", "line": line, "hoverinfo": "skip", "showlegend": False}
+    ]
+
+
+def _years(span: timedelta) -> float:
+    return span.total_seconds() / 86400.0 / YEAR_DAYS
+
+
+def _limits(axis: str, limit: float | None, signed: bool) -> list[dict[str, Any]]:
+    if limit is None:
+        return []
+    line = {"color": "--red", "width": 1.5, "dash": "dot"}
+    return [
+        {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "yref": axis, "y0": value, "y1": value, "line": line}
+        for value in ((limit, -limit) if signed else (limit,))
+    ]

@@ -1,0 +1,252 @@
+"""Plan: the path and its choices, played back in 3D, what would collide and where, and the program in any dialect."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlencode
+
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response
+from starlette.routing import Route
+
+from stepgauge.errors import InputError
+from stepgauge.web.folder import existing, listed, relative
+from stepgauge.web.forms import Form, with_form
+from stepgauge.web.render import json_answer, render, site_of
+from stepgauge.web.site import Site
+from stepgauge.web.stamps import Stamp, stamps
+
+if TYPE_CHECKING:
+    from stepgauge.motion.moves import Program
+    from stepgauge.planning.check import Conflict
+
+CHOICES = {"route": ("side", "over"), "around": ("+s", "-s"), "order": ("blocks", "fronts-backs", "up-down")}
+NUMBERS = {
+    "clearance": ("clearance_mm", "mm"),
+    "margin": ("margin_mm", "mm"),
+    "height": ("height_mm", "mm"),
+    "standoff": ("standoff_mm", "mm"),
+    "search": ("search_mm", "mm"),
+    "measuring_speed": ("measuring_speed_mm_s", "mm/s"),
+    "travel_speed": ("travel_speed_mm_s", "mm/s"),
+}
+"""Fields with a number: what :func:`stepgauge.plan` calls it, and its unit."""
+USUAL = {"route": "side", "around": "+s", "order": "blocks", "cycles": "5", "clearance": "5", "margin": "0.5"}
+USUAL |= {"height": "0", "search": "2", "dialect": "dmis"}
+SHOWN_CYCLES = 2
+"""Of the path and the program on the page: further cycles repeat them."""
+MOST_CYCLES = 1000
+LARGEST_MM = 10_000.0
+FIELDS = (*CHOICES, "cycles", "blocks", *NUMBERS, "dialect")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the form says, by its fields; those that are empty are as usual."""
+
+    texts: tuple[tuple[str, str], ...]
+
+    @classmethod
+    def of(cls, site: Site, form: Form) -> Asked:
+        """The form on top of what the project file states for the verb."""
+        stated = site.project().table(("plan",)) if site.has_project else {}
+        own = {key.replace("-", "_"): str(value) for key, value in stated.items()}
+        values = {name: form.text(name) or own.get(name, "") or USUAL.get(name, "") for name in FIELDS}
+        return cls(tuple(values.items()))
+
+    @property
+    def values(self) -> dict[str, str]:
+        """By field, with a decimal point in numbers."""
+        return {name: text.replace(",", ".") if name in NUMBERS else text for name, text in self.texts}
+
+    def keywords(self) -> dict[str, Any]:
+        """For :func:`stepgauge.plan` (:class:`InputError` for what is no number)."""
+        form = Form({name: text for name, text in self.values.items() if text}, {})
+        found: dict[str, Any] = {name: form.text(name) for name in CHOICES}
+        for name, (keyword, _) in NUMBERS.items():
+            value = form.number(name, -LARGEST_MM, LARGEST_MM)
+            found |= {} if value is None else {keyword: value}
+        cycles = form.whole("cycles", 1, MOST_CYCLES, 5)
+        return {**found, "blocks": form.text("blocks") or None, "cycles": cycles}
+
+    def arguments(self, placement: str, output: str) -> list[str]:
+        """The command line that writes the program: what is not as usual, and the language."""
+        said = []
+        for name, text in self.values.items():
+            if text and (name == "dialect" or text != USUAL.get(name)):
+                said += [f"--{name.replace('_', '-')}", text]
+        return ["plan", placement, *said, "-o", output]
+
+
+@dataclass(frozen=True)
+class Drafted:
+    """A path, refused or not: ``error`` says why; ``program`` has :data:`SHOWN_CYCLES` cycles at most."""
+
+    program: Program
+    conflicts: tuple[Conflict, ...]
+    error: str
+    cycles: int
+
+    @property
+    def points(self) -> int:
+        """Probings of all cycles."""
+        return self.program.n_points // min(self.cycles, SHOWN_CYCLES) * self.cycles
+
+    @property
+    def minutes(self) -> float:
+        """At full speed, without accelerations; further cycles are as long as the last one that is shown."""
+        from stepgauge.planning.program import duration_s
+
+        whole, own = duration_s(self.program), self.program
+        per_cycle = whole / min(self.cycles, SHOWN_CYCLES) if own.n_points else 0.0
+        return (whole + per_cycle * max(self.cycles - SHOWN_CYCLES, 0)) / 60.0
+
+
+@lru_cache(8)
+def _drafted(asked: Asked, placement: str, gauge: str, machine: str, made_from: tuple[Stamp, ...]) -> Drafted:
+    """The plan (:class:`InputError` where there is no path at all)."""
+    import stepgauge as sg
+    from stepgauge.planning.check import PathError
+
+    wanted = asked.keywords()
+    cycles = wanted["cycles"]
+    try:
+        plan = sg.plan(placement, gauge, machine, **wanted | {"cycles": min(cycles, SHOWN_CYCLES)})
+        return Drafted(plan.program, (), "", cycles)
+    except PathError as error:
+        if error.program is None:
+            raise
+        return Drafted(error.program, tuple(_once(error.program, error.conflicts)), error.as_typed(), cycles)
+
+
+def _once(program: Program, conflicts: Sequence[Conflict]) -> Iterator[Conflict]:
+    """Without those that a further cycle repeats."""
+    from stepgauge.motion.moves import trace
+
+    path, seen = trace(program), set()
+    for one in conflicts:
+        places = path.start_mm[one.piece].round(6).tolist(), path.end_mm[one.piece].round(6).tolist()
+        if (key := (str(places), one.what)) not in seen:
+            seen.add(key)
+            yield one
+
+
+def _draft(site: Site, asked: Asked) -> Drafted:
+    files = site.placement, site.stated("gauge"), site.stated("machine")
+    if not Path(files[0]).exists():
+        raise InputError(files[0], "there is no placement yet", expected="the 16 points located first")
+    return _drafted(asked, *files, stamps(*files))
+
+
+def _asked(request: Request) -> Asked:
+    return Asked.of(site_of(request), Form({key: value for key, value in request.query_params.items() if value}, {}))
+
+
+def _program_name(asked: Asked) -> str:
+    from stepgauge.programs import DIALECTS
+
+    dialect = asked.values["dialect"]
+    if dialect not in DIALECTS:
+        raise InputError("dialect", "not a dialect", found=repr(dialect), expected=", ".join(DIALECTS))
+    return f"program{DIALECTS[dialect].suffix}"
+
+
+def show(request: Request) -> Response:
+    """The controls; the path follows them."""
+    from stepgauge.programs import DIALECTS
+
+    asked, site = _asked(request), site_of(request)
+    written = request.query_params.get("written", "")
+    suffixes = sorted({one.suffix for one in DIALECTS.values()})
+    return render(
+        request,
+        "plan.html.j2",
+        values=asked.values,
+        choices=CHOICES,
+        numbers=NUMBERS,
+        most_cycles=MOST_CYCLES,
+        dialects={name: one.title for name, one in DIALECTS.items()},
+        query=urlencode(asked.texts),
+        programs=listed(site.folder, suffixes, deep=1),
+        written=written if written and (site.folder / relative(site.folder, written)).is_file() else "",
+    )
+
+
+def part(request: Request) -> Response:
+    """What the choices lead to: numbers, conflicts, the command."""
+    asked, site = _asked(request), site_of(request)
+    drafted = _draft(site, asked)
+    name = _program_name(asked)
+    command = shlex.join(["stepgauge", *asked.arguments(Path(site.placement).name, name)])
+    return render(
+        request,
+        "plan_part.html.j2",
+        drafted=drafted,
+        command=command,
+        values=asked.values,
+        query=urlencode(asked.texts),
+        fewer=drafted.cycles > SHOWN_CYCLES,
+        shown_cycles=SHOWN_CYCLES,
+    )
+
+
+def scene(request: Request) -> Response:
+    """The path, the tool and the conflicts for the player."""
+    from stepgauge.figures.path_player import path_player
+    from stepgauge.gauge.certified import read_gauge
+    from stepgauge.gauge.placement import read_placement
+    from stepgauge.machine.file import read_machine
+    from stepgauge.motion.collision import make_tool
+
+    site = site_of(request)
+    drafted = _draft(site, _asked(request))
+    gauge, machine = read_gauge(site.stated("gauge")), read_machine(site.stated("machine"))
+    pieces = [one.piece for one in drafted.conflicts]
+    lies, tool = read_placement(site.placement, gauge), make_tool(machine.probe)
+    return json_answer(json.dumps(path_player(drafted.program, gauge, lies, tool, machine.travel_mm, pieces)))
+
+
+def program(request: Request) -> Response:
+    """The program as text, of the cycles that are shown."""
+    from stepgauge.planning.planned import Plan
+
+    asked = _asked(request)
+    drafted = _draft(site_of(request), asked)
+    text = Plan(drafted.program, True).text(asked.values["dialect"])
+    return render(request, "plan_program.html.j2", text=str(text), note=text.note)
+
+
+def write(request: Request, form: Form) -> Response:
+    """``stepgauge plan``: the whole program, into the folder of the project."""
+    site = site_of(request)
+    asked = Asked.of(site, form)
+    name = _program_name(asked)
+    query: Mapping[str, str] = dict(asked.texts) | {"written": name}
+    work = site.works.start(asked.arguments(relative(site.folder, site.placement), name), f"/plan?{urlencode(query)}")
+    return render(request, "work.html.j2", work=work)
+
+
+def file(request: Request) -> Response:
+    """A program of the project, to take to the machine."""
+    from stepgauge.programs import DIALECTS
+
+    place = existing(site_of(request).folder, request.query_params.get("name", ""))
+    if place.suffix not in {one.suffix for one in DIALECTS.values()} or not place.is_file():
+        raise InputError(place.name, "not a program", expected="one that was planned here")
+    return FileResponse(place, media_type="application/octet-stream", filename=place.name)
+
+
+ROUTES = [
+    Route("/plan", show),
+    Route("/plan/part", part),
+    Route("/plan/scene.json", scene),
+    Route("/plan/program", program),
+    Route("/plan/write", with_form(write), methods=["POST"]),
+    Route("/plan/file", file),
+]

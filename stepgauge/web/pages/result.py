@@ -1,0 +1,371 @@
+"""Result: errors with their bands, the probings behind a face, earlier runs laid over, and the budget by source."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlencode
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from stepgauge.errors import InputError
+from stepgauge.web.folder import existing, inside, relative
+from stepgauge.web.forms import Form, with_form
+from stepgauge.web.render import json_answer, render, site_of
+from stepgauge.web.site import Site
+from stepgauge.web.stamps import Stamp, stamps
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    from stepgauge.recording import Recording
+    from stepgauge.standards.budget_files import StoredBudget, StoredLine
+    from stepgauge.standards.budget_trial import BudgetTrial
+
+ERRORS = ("xm", "xf", "xb", "xr")
+MOST_OVER = 4
+MOST_ROWS = 500
+"""Single probings in the table of a face."""
+MOST_LISTED = 200
+MOST_BUDGETS = 10
+
+
+def _evaluations(site: Site) -> list[str]:
+    """Folders of the project with an ``evaluation.json``, the latest measurement first."""
+    found = []
+    for path in _files(site, "evaluation.json"):
+        try:
+            said = json.loads(path.read_text("utf-8"))
+            when = str(said.get("measured_at") or "")
+        except (OSError, ValueError, AttributeError):
+            when = ""
+        found.append((when, path.stat().st_mtime, str(path.parent.relative_to(site.folder))))
+    return [name for _, _, name in sorted(found, reverse=True)]
+
+
+def _files(site: Site, name: str) -> list[Path]:
+    """Files of this name below the project's folder, nothing hidden and no link that leads out."""
+    found = [path for path in site.folder.rglob(name) if not any(p.startswith(".") for p in path.parts)]
+    return [path for path in found if path.resolve().is_relative_to(site.folder)][:MOST_LISTED]
+
+
+def _recordings(site: Site) -> list[str]:
+    from stepgauge.project.create import RECORDINGS
+
+    folder = site.folder / RECORDINGS
+    there = sorted(folder.glob("*.csv")) + sorted(folder.glob("*.parquet")) if folder.is_dir() else []
+    return [str(path.relative_to(site.folder)) for path in there]
+
+
+def show(request: Request) -> Response:
+    """The evaluations that there are, and the one that was chosen; recordings that may be evaluated."""
+    site = site_of(request)
+    names = _evaluations(site)
+    chosen = request.query_params.get("evaluation", "")
+    if chosen:
+        chosen = relative(site.folder, chosen)
+        existing(site.folder, f"{chosen}/evaluation.json")
+    elif names:
+        chosen = names[0]
+    placements = [one["placement"] for one in _read(site, chosen)["placements"]] if chosen else []
+    return render(
+        request,
+        "result.html.j2",
+        names=names,
+        chosen=chosen,
+        placements=placements,
+        errors=ERRORS,
+        recordings=_recordings(site),
+    )
+
+
+def _read(site: Site, name: str, with_inputs: bool = True) -> dict[str, Any]:
+    """An ``evaluation.json`` of the project, checked."""
+    place = existing(site.folder, f"{name}/evaluation.json")
+    return _read_file(str(place), with_inputs, stamps(place, *(_made_from(place) if with_inputs else ())))
+
+
+@lru_cache(16)
+def _read_file(place: str, with_inputs: bool, _: tuple[Stamp, ...]) -> dict[str, Any]:
+    from stepgauge.reports.reading import read_checked_evaluation
+
+    return read_checked_evaluation(place, with_inputs)
+
+
+def _made_from(place: Path) -> list[Path]:
+    """The files that it was made from, whatever has become of them."""
+    try:
+        said = json.loads(place.read_text("utf-8")).get("inputs", [])
+    except (ValueError, AttributeError):
+        return []
+    return [place.parent / str(one["file"]) for one in said if isinstance(one, dict) and "file" in one]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a request asks to see: an evaluation, a placement of it, and others laid over it."""
+
+    name: str
+    data: Mapping[str, Any]
+    index: int
+    over: tuple[str, ...]
+    error: str
+
+    @classmethod
+    def of(cls, request: Request) -> Shown:
+        """:class:`InputError` for what the project does not have."""
+        site, query = site_of(request), request.query_params
+        name = relative(site.folder, query.get("evaluation", ""))
+        data = _read(site, name)
+        over = tuple(relative(site.folder, one) for one in query.getlist("over") if one and one != name)[:MOST_OVER]
+        numbers = [str(one["placement"]) for one in data["placements"]]
+        asked = query.get("placement") or numbers[0]
+        if asked not in numbers:
+            raise InputError("placement", "the evaluation does not have it", found=asked, expected=", ".join(numbers))
+        error = query.get("error", ERRORS[0])
+        if error not in ERRORS:
+            raise InputError("error", "not an error of an evaluation", found=error, expected=", ".join(ERRORS))
+        return cls(name, data, numbers.index(asked), over, error)
+
+    @property
+    def placement(self) -> Mapping[str, Any]:
+        found: Mapping[str, Any] = self.data["placements"][self.index]
+        return found
+
+    def query(self) -> str:
+        """As an address has it."""
+        pairs = [("evaluation", self.name), ("placement", str(self.placement["placement"])), ("error", self.error)]
+        return urlencode([*pairs, *(("over", one) for one in self.over)])
+
+
+def errors(request: Request) -> Response:
+    """Main numbers, notes, the chart, and the table of all faces."""
+    shown = Shown.of(request)
+    return render(request, "result_errors.html.j2", shown=shown, placement=shown.placement, gauge=shown.data["gauge"])
+
+
+def errors_chart(request: Request) -> Response:
+    """The errors along the gauge; with others laid over, one error of each and the differences."""
+    from stepgauge.figures.error_chart import error_chart, overlay_chart
+    from stepgauge.reports.overlay import short_names
+    from stepgauge.standards.difference import differences
+
+    shown, site = Shown.of(request), site_of(request)
+    if not shown.over:
+        return json_answer(json.dumps(error_chart(shown.placement, _expanded(site, shown))))
+    others = [_read(site, one, with_inputs=False) for one in shown.over]
+    found = [
+        differences(one, shown.data, (name, shown.name))[shown.index]
+        for name, one in zip(shown.over, others, strict=True)
+    ]
+    placements = [shown.placement, *(one["placements"][shown.index] for one in others)]
+    chart = overlay_chart(placements, [None, *found], short_names([shown.name, *shown.over]), shown.error)
+    return json_answer(json.dumps(chart))
+
+
+def _expanded(site: Site, shown: Shown) -> NDArray[np.float64] | None:
+    """Expanded uncertainty of XM by face from the budget of this evaluation, where the project has it."""
+    import numpy as np
+
+    from stepgauge.standards.budget_files import check_budget, read_budget
+
+    for path in _files(site, "budget.json")[:MOST_BUDGETS]:
+        try:
+            found = read_budget(path)
+            check_budget(found, dict(shown.data), path)
+        except InputError:
+            continue
+        number = shown.placement["placement"]
+        lines = {
+            one.face: one.expanded_um for one in found.quantities if (one.quantity, one.placement) == ("xm", number)
+        }
+        return np.array([lines.get(row["face"], np.nan) for row in shown.placement["faces"]])
+    return None
+
+
+def _inputs(site: Site, name: str) -> tuple[list[Path], str]:
+    """The recordings of an evaluation and its gauge; :class:`InputError` where one lies outside of the project."""
+    from stepgauge.reports.made_from import gauge_of, recordings_of
+
+    data, place = _read(site, name), existing(site.folder, f"{name}/evaluation.json")
+    recordings = [inside(site.folder, str(one)) for one in recordings_of(data, place)]
+    return recordings, str(gauge_of(data, place))
+
+
+@lru_cache(3)
+def _probings(place: str, recordings: tuple[Path, ...], gauge: str, _: tuple[Stamp, ...]) -> list[pd.DataFrame]:
+    """The error of every single probing, a table per placement."""
+    import stepgauge as sg
+    from stepgauge.evaluation.probings import probing_errors
+
+    return probing_errors(_joined(recordings), sg.read_evaluation(place, gauge))
+
+
+def _joined(recordings: Sequence[Path]) -> Recording:
+    from stepgauge.recording import join_recordings, read_recording
+
+    tables = [read_recording(one) for one in recordings]
+    return tables[0] if len(tables) == 1 else join_recordings(tables)
+
+
+def _of_face(request: Request) -> tuple[Shown, int, pd.DataFrame]:
+    shown, site = Shown.of(request), site_of(request)
+    recordings, gauge = _inputs(site, shown.name)
+    place = existing(site.folder, f"{shown.name}/evaluation.json")
+    tables = _probings(str(place), tuple(recordings), gauge, stamps(place, *recordings, gauge))
+    table = tables[shown.index]
+    face = Form(dict(request.query_params), {}).whole("face", 1, 10_000, 1)
+    found = table[table["face"] == face]
+    if found.empty:
+        raise InputError("face", "it was not probed", found=face, expected="one of the measured faces")
+    return shown, int(face or 1), found
+
+
+def probings(request: Request) -> Response:
+    """The single probings of a face: a chart and a table."""
+    shown, face, table = _of_face(request)
+    own = next(one for one in shown.placement["faces"] if one["face"] == face)
+    columns = [name for name in ("time_s", "gauge_temperature_C") if name in table]
+    rows = table[["cycle", "used", "error_um", "residual_um", *columns]].head(MOST_ROWS).to_dict("records")
+    faces = [one["face"] for one in shown.placement["faces"] if one["count"]]
+    return render(
+        request,
+        "result_probings.html.j2",
+        shown=shown,
+        face=face,
+        own=own,
+        rows=rows,
+        columns=columns,
+        total=len(table),
+        faces=faces,
+    )
+
+
+def probings_json(request: Request) -> Response:
+    """The same as a chart."""
+    from stepgauge.figures.error_chart import probings_chart
+
+    _, face, table = _of_face(request)
+    cycle, error_um, used = (table[name].to_numpy() for name in ("cycle", "error_um", "used"))
+    return json_answer(json.dumps(probings_chart(cycle, error_um, used, f"face {face}")))
+
+
+@lru_cache(4)
+def _trial(
+    recordings: tuple[Path, ...], gauge: str, machine: str, placement: str, choice: tuple[str, str], _: Any
+) -> BudgetTrial:
+    import stepgauge as sg
+    from stepgauge.montecarlo import ModelOptions
+    from stepgauge.standards.budget_sources import Asked
+    from stepgauge.standards.budget_trial import budget_trial
+
+    steps = sg.read_gauge(gauge)
+    lies = (sg.read_placement(placement, steps),) if placement else ()
+    options = ModelOptions(blocks=choice[0], origin="all" if choice[1] == "all" else "first")
+    return budget_trial([_joined(recordings)], sg.read_machine(machine), steps, Asked(lies), options)
+
+
+def _trial_of(site: Site, shown: Shown) -> BudgetTrial:
+    recordings, gauge = _inputs(site, shown.name)
+    machine = site.stated("machine")
+    one_placement = len(shown.data["placements"]) == 1 and Path(site.placement).exists()
+    placement = site.placement if one_placement else ""
+    first, last = shown.data["blocks"]
+    choice = f"{first}:{last}", str(shown.data["r_eff_origin"])
+    files: list[str | Path] = [*recordings, gauge, machine, *([placement] if placement else [])]
+    return _trial(tuple(recordings), gauge, machine, placement, choice, stamps(*files))
+
+
+def budget(request: Request) -> Response:
+    """The budget of one error at one face, by source, with the values that are tried; nothing is stated by trying."""
+    from stepgauge.standards.budget_files import label
+    from stepgauge.standards.budget_trial import OPEN_SOURCES
+
+    shown, form = Shown.of(request), Form({k: v for k, v in request.query_params.items() if v}, {})
+    trial = _trial_of(site_of(request), shown)
+    values = {name: form.number(name, 0.0, OPEN_SOURCES[name].most, 0.0) or 0.0 for name in trial.names}
+    tried = trial.with_values(values)
+    line = _line(tried, shown, form)
+    labels = {one.name: one.label for one in tried.sources}
+    shares = sorted(line.contributions_um.items(), key=lambda one: -one[1])
+    return render(
+        request,
+        "result_budget.html.j2",
+        line=line,
+        title=label(line),
+        shares=[(labels[name], um, (um / line.u_um) ** 2 if line.u_um else 0.0) for name, um in shares],
+        statement=trial.statement(values),
+        shown=shown,
+        missing=[one.what for one in tried.not_included],
+        percent=tried.coverage_percent,
+    )
+
+
+def _line(tried: StoredBudget, shown: Shown, form: Form) -> StoredLine:
+    from stepgauge.standards.budget_files import farthest
+
+    number = shown.placement["placement"]
+    face = form.whole("face", 1, 10_000)
+    line = tried.find(shown.error, number, face) if face else farthest(tried, number, shown.error)
+    if line is None:
+        raise InputError("face", "this error is not defined there", found=face, expected="another face")
+    return line
+
+
+def sliders(request: Request) -> Response:
+    """The controls of the budget: what is not stated, each with a slider."""
+    from stepgauge.standards.budget_trial import OPEN_SOURCES
+
+    shown = Shown.of(request)
+    trial = _trial_of(site_of(request), shown)
+    faces = [one["face"] for one in shown.placement["faces"] if one[f"{shown.error}_um"] is not None]
+    sources = {name: OPEN_SOURCES[name] for name in trial.names}
+    return render(request, "result_sliders.html.j2", shown=shown, sources=sources, faces=faces, errors=ERRORS)
+
+
+def evaluate(request: Request, form: Form) -> Response:
+    """``stepgauge evaluate`` of a recording, into a folder of its own."""
+    site = site_of(request)
+    recording = relative(site.folder, str(existing(site.folder, form.text("recording"))))
+    output = _own_folder(site, "evaluate", "evaluation", recording)
+    work = site.works.start(["evaluate", recording, "-o", output], f"/result?{urlencode({'evaluation': output})}")
+    return render(request, "work.html.j2", work=work)
+
+
+def _own_folder(site: Site, verb: str, kind: str, recording: str) -> str:
+    """Where the result of a recording goes: the usual folder, or one of its own where that is taken."""
+    from stepgauge.project.create import OUTPUTS, RESULTS
+
+    usual = OUTPUTS[verb]
+    return f"{RESULTS}/{kind}-{Path(recording).stem}" if (site.folder / usual).exists() else usual
+
+
+def write_budget(request: Request, form: Form) -> Response:
+    """``stepgauge budget`` with the Monte Carlo, of what the files state."""
+    site = site_of(request)
+    name = relative(site.folder, form.text("evaluation"))
+    recordings = [relative(site.folder, str(one)) for one in _inputs(site, name)[0]]
+    output = _own_folder(site, "budget", "budget", recordings[0])
+    then = f"/result?{urlencode({'evaluation': name})}"
+    return render(request, "work.html.j2", work=site.works.start(["budget", *recordings, "-o", output], then))
+
+
+ROUTES = [
+    Route("/result", show),
+    Route("/result/errors", errors),
+    Route("/result/errors.json", errors_chart),
+    Route("/result/probings", probings),
+    Route("/result/probings.json", probings_json),
+    Route("/result/sliders", sliders),
+    Route("/result/budget", budget),
+    Route("/result/evaluate", with_form(evaluate), methods=["POST"]),
+    Route("/result/budget", with_form(write_budget), methods=["POST"]),
+]
