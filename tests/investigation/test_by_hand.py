@@ -18,7 +18,7 @@ from tests.investigation.made import small_case
 from tests.live.made import events, make_state, serving
 
 POSE = make_pose(0.5, 0.03, 0.0, (150.0, 150.0, 100.0))
-WAYS = np.array([[1, 0, 0]] * 3 + [[0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, -1], [-1, 0, 0]], float)
+WAYS = np.array([*[[1, 0, 0]] * 3, [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, -1], [-1, 0, 0]], float)
 """Approaches of the points of a block, in gauge coordinates."""
 
 
@@ -44,7 +44,9 @@ def placed(folder: Path, port: int, told: list[str], again: bool = False) -> Any
 def test_points_by_hand_place_the_gauge_and_are_asked_for_once(tmp_path: Path) -> None:
     """Exchanged points are refused with the reason; those measured anew place it within the pre-travel."""
     order = list(range(16))
-    state = make_state(None, events(*measured([*order[:10], 11, 10, *order[12:]])), small_case().machine)
+    case, exchanged = small_case(), [*order[:10], 11, 10, *order[12:]]
+    true = POSE.placement(case.gauge)
+    state = make_state(None, events(*measured(exchanged)), case.machine, true)
     told: list[str] = []
     with serving(state) as port:
         with pytest.raises(InputError, match="point"):
@@ -55,6 +57,5 @@ def test_points_by_hand_place_the_gauge_and_are_asked_for_once(tmp_path: Path) -
         again = placed(tmp_path, port, told, again=True)
     assert told.count("point 16 of 16") == 2
     assert np.allclose(again.c1_mm, found.c1_mm)
-    true = POSE.placement(small_case().gauge)
     assert np.abs(found.c1_mm - true.c1_mm).max() < 0.02
     assert np.abs(found.axis - true.axis).max() < 2e-4
