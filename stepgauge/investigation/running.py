@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from stepgauge.alignment import locate as located_by_points
 from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.placement import Placement
@@ -74,15 +75,15 @@ class Runner:
 
     def _by_hand(self, tell: Callable[[str], None]) -> Placement:
         """:class:`InputError` where the points contradict each other, and on LinuxCNC, which sends none."""
-        from stepgauge.public.locate import locate as locate_points
-
         tell("measure the 16 points of 'stepgauge locate' by hand, in their order, 1 to 8 and 9 to 16")
         with self._session("waiting for points by hand") as link:
             if not isinstance(link, Controller):
                 raise InputError(link.name, "sends no points by hand", expected="a placement file")
             points = link.points_by_hand(POINTS, tell)
             link.end()
-        return locate_points(points, self.case.gauge, machine=self.case.machine)
+        gauge, machine = self.case.gauge, self.case.machine
+        sigma_um, radius_mm = machine.table.repeatability_um, machine.probe.tip_radius_mm
+        return located_by_points(points, gauge, (1, gauge.n_blocks), sigma_um, radius_mm, link.name)
 
     def make(self, number: int, run: ExtraRun, lies: Placement, placement_number: int) -> Made | None:
         """Make a run; None where the person cannot lay the gauge so.
