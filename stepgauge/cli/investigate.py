@@ -30,7 +30,12 @@ class _Box(click.ParamType):
 @click.command("investigate")
 @GAUGE
 @machine_option(True, "Machine file (TOML) that is to be judged, or the name of a shipped one.")
-@click.option("--placement", "-p", required=True, metavar="P", help="Placement file: how the gauge lies now.")
+@click.option(
+    "--placement",
+    "-p",
+    metavar="P",
+    help="Placement file: how the gauge lies now. Without it you measure the 16 points of 'locate' by hand.",
+)
 @click.option("--server", metavar="HOST:PORT", help="The I++ DME server of the machine, or linuxcnc.")
 @click.option("--simulate", is_flag=True, help="Measure on the virtual CMM of this process instead.")
 @click.option("--faults", metavar="FILE", help="With --simulate: concealed faults, as of 'stepgauge serve'.")
@@ -68,7 +73,7 @@ class _Box(click.ParamType):
     "--tool", default="StepGaugeProbe", show_default=True, metavar="NAME", help="The server's name of the probe."
 )
 @SUFFIX
-def command(gauge: str, machine: str, placement: str, output: str, suffix: str, **options: Any) -> None:
+def command(gauge: str, machine: str, placement: str | None, output: str, suffix: str, **options: Any) -> None:
     """Find out what is wrong with a machine while the gauge is still on its table.
 
     A first run is measured and diagnosed. Of the further runs within reach (the gauge elsewhere, in another direction,
@@ -88,7 +93,7 @@ def command(gauge: str, machine: str, placement: str, output: str, suffix: str, 
     """
     from stepgauge.public.investigate import investigate
 
-    _check(options)
+    _check(options, placement)
     with interruptible() as stop, progress_bar() as progress, stoppable():
         diagnosis = investigate(
             placement,
@@ -119,9 +124,11 @@ def command(gauge: str, machine: str, placement: str, output: str, suffix: str, 
     say(f"wrote {output}: investigation.json, investigation.md, recording.csv, diagnosis ({len(files)} files)")
 
 
-def _check(options: dict[str, Any]) -> None:
+def _check(options: dict[str, Any], placement: str | None) -> None:
     if bool(options["server"]) == options["simulate"]:
         raise click.UsageError("either --server or --simulate: on which machine?")
+    if placement is None and options["simulate"]:
+        raise click.UsageError("--simulate needs --placement: nobody measures points by hand there.")
     if options["faults"] and not options["simulate"]:
         raise click.UsageError("--faults are those of the virtual CMM: they need --simulate.")
 

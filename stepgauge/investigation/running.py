@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from stepgauge.alignment import locate as located_by_points
 from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.placement import Placement
@@ -19,7 +20,7 @@ from stepgauge.investigation.reach import placement_json, placement_of_json, pro
 from stepgauge.investigation.stations import Station
 from stepgauge.live.codes import DmeError
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
-from stepgauge.live.controller import Link
+from stepgauge.live.controller import Controller, Link
 from stepgauge.live.job import Job, make_job
 from stepgauge.live.journal import Journal, resume, start
 from stepgauge.live.measuring import MEANING, Progress, StoppedByPersonError, measure
@@ -30,6 +31,7 @@ from stepgauge.work.steps import Steps
 Ask = Callable[[str], bool]
 """Asks a person to do something; False: it cannot be done. Whoever wants to stop raises an interrupt."""
 ATTEMPTS = 5
+POINTS = 16
 LIFTED = -1
 """In place of the number of a placement: the gauge is being laid again."""
 
@@ -66,6 +68,22 @@ class Runner:
     @property
     def folder(self) -> Path:
         return self.steps.path.parent
+
+    def placed_by_hand(self, tell: Callable[[str], None]) -> Placement:
+        """How the gauge lies, from 16 points that a person measures by hand and the server sends; asked for once."""
+        return placement_of_json(self.steps.once("placed by hand", lambda: placement_json(self._by_hand(tell))))
+
+    def _by_hand(self, tell: Callable[[str], None]) -> Placement:
+        """:class:`InputError` where the points contradict each other, and on LinuxCNC, which sends none."""
+        tell("measure the 16 points of 'stepgauge locate' by hand, in their order, 1 to 8 and 9 to 16")
+        with self._session("waiting for points by hand") as link:
+            if not isinstance(link, Controller):
+                raise InputError(link.name, "sends no points by hand", expected="a placement file")
+            points = link.points_by_hand(POINTS, tell)
+            link.end()
+        gauge, machine = self.case.gauge, self.case.machine
+        sigma_um, radius_mm = machine.table.repeatability_um, machine.probe.tip_radius_mm
+        return located_by_points(points, gauge, (1, gauge.n_blocks), sigma_um, radius_mm, link.name)
 
     def make(self, number: int, run: ExtraRun, lies: Placement, placement_number: int) -> Made | None:
         """Make a run; None where the person cannot lay the gauge so.

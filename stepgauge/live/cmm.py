@@ -219,6 +219,17 @@ class LiveCmm:
         away = self.position_mm + BY_HAND_MM * self.upward
         self.position_mm, self._contact_mm = np.clip(away, self.limits_mm[:, 0], self.limits_mm[:, 1]), None
 
+    def measure_by_hand(self, from_mm: Array, to_mm: Array) -> Array | None:
+        """A person brings the tip to a place and on until it triggers, and back; the indicated tip centre, mm.
+
+        None where nothing is met.
+        """
+        self.position_mm, self._contact_mm = from_mm, None
+        _, touch = self.search(from_mm, to_mm, self.machine.table.measuring_speed_mm_s)
+        found = None if touch is None else self.indicate(touch)
+        self.position_mm, self._contact_mm = from_mm, None
+        return found
+
     def search(self, start_mm: Array, end_mm: Array, speed_mm_s: float) -> tuple[Leg, Touch | None]:
         """The search from here: its leg, and the touch that ends it. Without one the leg has the error.
 

@@ -86,6 +86,8 @@ class Spy:
 class Connection:
     """An open connection. ``stop``: asked again and again whether to stop; ``warnings``: errors of severity 0 and 1.
 
+    ``by_hand``: points that a person measured, as the server wrote them; None where nobody is to measure.
+
     :class:`InputError` where there is no server.
     """
 
@@ -99,6 +101,7 @@ class Connection:
         self.address, self.silence_s = address, silence_s
         self.warnings: list[DmeError] = []
         self.heeds_stop = True
+        self.by_hand: list[str] | None = None
         self._spy, self._stop = spy, stop or (lambda: False)
         self._lines, self._tag = Lines(), 0
         self._received: list[Answer] = []
@@ -211,8 +214,19 @@ class Connection:
         method = answer.text.partition("(")[0]
         if answer.kind == "!" and (error := self._error(answer.text)) is not None:
             self._unasked = UnaskedError(error.number, error.method, error.severity, error.text)
+        elif answer.kind == "#" and method in BY_HAND and self.by_hand is not None:
+            self.by_hand += [answer.text] if method == "PtMeas" else []
         elif answer.kind == "#" and method in BY_HAND:
             self._unasked = UnaskedError(BY_HAND_NUMBER, method, ABORTING, BY_HAND[method])
+
+    def wait_by_hand(self, count: int) -> None:
+        """Until a person has measured so many points; errors as of :meth:`ask`."""
+        while len(self.by_hand or ()) < count:
+            if self.heeds_stop and self._stop():
+                raise StopAskedError
+            self._receive()
+            self._look()
+            self._heed("")
 
     def _receive(self) -> None:
         """Lines that have come, after :data:`LOOK_S` at the latest."""

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -186,6 +186,18 @@ class Controller:
         found = _data(self.connection.ask(command, SLOWER * (takes_s + 1.0)))
         told = [_number(found, name) if name in found else None for name in ("ER", OWN_TIME)]
         return Measured(_xyz(found), *told)
+
+    def points_by_hand(self, count: int, tell: Callable[[str], None]) -> Array:
+        """Tip centres of points that a person measures, as the server sends them, mm, shape ``(count, 3)``."""
+        self.connection.by_hand = texts = list[str]()
+        self.connection.ask("EnableUser()")
+        for number in range(1, count + 1):
+            self.connection.wait_by_hand(number)
+            tell(f"point {number} of {count}")
+        self.connection.ask("DisableUser()")
+        self.connection.by_hand = None
+        data = (text.partition("(")[2].removesuffix(")") for text in texts[:count])
+        return np.array([_xyz(_data([one])) for one in data])
 
     def abort(self) -> None:
         """Motion stops at once."""

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from stepgauge.effects import Effect, make_effects
 from stepgauge.errors import InputError
-from stepgauge.files.config import Table, check_table, read_toml
+from stepgauge.files.config import Table, Vector3, check_table, read_toml
 
 EventKind = Literal[
     "air_pressure",
@@ -21,6 +21,7 @@ EventKind = Literal[
     "illegal_touch",
     "key_press",
     "limit_switch",
+    "measured_by_hand",
     "missed_face",
     "moved_by_hand",
     "probe_not_armed",
@@ -36,7 +37,7 @@ NUMBERS: dict[str, int] = {
     "probe_not_armed": 1501,
 }
 """The standard's error of each event."""
-BY_A_PERSON = ("key_press", "moved_by_hand")
+BY_A_PERSON = ("key_press", "measured_by_hand", "moved_by_hand")
 """Events that are no errors, and that no command asks for."""
 assert {*NUMBERS, *BY_A_PERSON} == set(get_args(EventKind))
 NEVER_UNASKED = ("connection_lost", "missed_face")
@@ -51,6 +52,8 @@ class EventTable(Table):
     time_s: float | None = Field(None, ge=0, description="when it happens, s of the machine's clock")
     after_points: int | None = Field(None, ge=0, description="or after how many measured points")
     unasked: bool = Field(False, description="the server says it by itself, not as the error of a move")
+    from_mm: Vector3 | None = Field(None, description="measured_by_hand: where the tip is brought first, mm")
+    to_mm: Vector3 | None = Field(None, description="measured_by_hand: what it is moved towards, until it triggers, mm")
 
     @model_validator(mode="after")
     def _once(self) -> EventTable:
@@ -58,6 +61,8 @@ class EventTable(Table):
             raise ValueError("either time_s or after_points")
         if self.unasked and self.kind in NEVER_UNASKED:
             raise ValueError(f"{self.kind} is never unasked")
+        if (self.kind == "measured_by_hand") != (self.from_mm is not None and self.to_mm is not None):
+            raise ValueError("from_mm and to_mm are those of measured_by_hand, which needs both")
         return self
 
     @property
@@ -82,20 +87,25 @@ class Faults:
                 return event, share
         return None
 
-    def take_own(self, points: int, now_s: float, moving: bool) -> EventTable | None:
-        """An event that the server says by itself now; a person moves the machine while it stands."""
-        for event in self._own(moving):
+    def take_own(self, points: int, now_s: float, moving: bool, enabled: bool = False) -> EventTable | None:
+        """An event that the server says by itself now.
+
+        A person moves the machine while it stands, and measures where the client has ``enabled`` it.
+        """
+        for event in self._own(moving, enabled):
             if now_s >= event.time_s if event.time_s is not None else points >= (event.after_points or 0):
                 self.events.remove(event)
                 return event
         return None
 
-    def next_own_s(self, moving: bool) -> float | None:
+    def next_own_s(self, moving: bool, enabled: bool = False) -> float | None:
         """When by the machine's clock the next of them comes."""
-        return min((event.time_s for event in self._own(moving) if event.time_s is not None), default=None)
+        return min((event.time_s for event in self._own(moving, enabled) if event.time_s is not None), default=None)
 
-    def _own(self, moving: bool) -> list[EventTable]:
-        return [event for event in self.events if event.is_own and not (moving and event.kind == "moved_by_hand")]
+    def _own(self, moving: bool, enabled: bool) -> list[EventTable]:
+        never = ["moved_by_hand"] if moving else []
+        never += [] if enabled and not moving else ["measured_by_hand"]
+        return [event for event in self.events if event.is_own and event.kind not in never]
 
     def _share(self, event: EventTable, points: int, begin_s: float, end_s: float) -> float | None:
         if event.time_s is None:

@@ -13,13 +13,17 @@ from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from stepgauge.live.cmm import Leg
 from stepgauge.live.codes import DmeError
 from stepgauge.live.daemons import Daemon
-from stepgauge.live.faults import NUMBERS
+from stepgauge.live.faults import NUMBERS, EventTable
 from stepgauge.live.machine_state import MachineState
 from stepgauge.live.protocol import NO_TAG, Call, Command, parse_command
 
+Array = NDArray[np.float64]
 Data = Sequence[str] | None
 Handler = Callable[["Session", Call], Data | Awaitable[Data]]
 IN_ERROR = ("ClearAllErrors", "GetErrStatusE", "GetXtdErrStatus", "EndSession")
@@ -136,23 +140,31 @@ class Session:
 
     def _own_after_s(self, moving: bool) -> float | None:
         """Real time until something happens by itself, s; None: not as long as the clock stands, or nothing is left."""
-        time_s = self.cmm.faults.next_own_s(moving)
+        time_s = self.cmm.faults.next_own_s(moving, self.state.user_enabled)
         if time_s is None or self.clock.speed is None or not self.open:
             return None
         return self.clock.real_s_until(time_s)
 
     def _say_own(self, moving: bool) -> None:
         """What happened by itself, with the tag of what no command asked for; an error aborts what runs and waits."""
-        while self.open and (event := self.cmm.faults.take_own(self.cmm.completed, self.clock.now_s, moving)):
+        while self.open and (event := self._own(moving)):
             if event.kind in NUMBERS:
                 self.send(f"{NO_TAG} {DmeError(NUMBERS[event.kind]).line()}")
                 self._abort_waiting()
             elif event.kind == "key_press":
                 self.send(f'{NO_TAG} # KeyPress("{KEY}")')
-            else:
+            elif event.kind == "moved_by_hand":
                 self.cmm.move_by_hand()
-                here = [self.state.quantity(axis, self.cmm.position_mm) for axis in "XYZ"]
-                self.send(f"{NO_TAG} # GoTo({', '.join(here)})")
+                self.send(f"{NO_TAG} # GoTo({self._written(self.cmm.position_mm)})")
+            elif (found := self.cmm.measure_by_hand(np.array(event.from_mm), np.array(event.to_mm))) is not None:
+                self.send(f"{NO_TAG} # PtMeas({self._written(found)})")
+
+    def _own(self, moving: bool) -> EventTable | None:
+        cmm = self.cmm
+        return cmm.faults.take_own(cmm.completed, self.clock.now_s, moving, self.state.user_enabled)
+
+    def _written(self, place_mm: Array) -> str:
+        return ", ".join(self.state.quantity(axis, place_mm) for axis in "XYZ")
 
     async def _execute(self, waiting: _Waiting) -> None:
         command = waiting.command

@@ -23,7 +23,7 @@ Box = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 
 
 def investigate(
-    placement: File | Placement,
+    placement: File | Placement | None,
     gauge: File | Gauge,
     machine: File | Machine,
     folder: File,
@@ -55,7 +55,7 @@ def investigate(
 
     Parameters
     ----------
-    placement : how the gauge lies now
+    placement : how the gauge lies now; None: the 16 points of ``locate`` are measured by hand and sent by the server
     gauge : the certified gauge, its file or shipped name
     machine : the machine that is to be judged, with travel, speeds and probe
     folder : gets the journal, the recordings, ``investigation.json``, ``investigation.md`` and the diagnosis
@@ -94,11 +94,14 @@ def investigate(
 
     _check(minutes, odds, hands_minutes, cycles)
     steps, cmm = as_gauge(gauge), as_machine(machine)
-    lies = as_placement(placement, steps)
+    lies = None if placement is None else as_placement(placement, steps)
     reach = Reach(within_mm, level, hands_minutes, cycles)
     table = {} if priors is None else {"priors": _priors(priors)}
     case = Case(steps, cmm, reach, odds, minutes, tuple(several(without)), **table)
-    check_first(case, lies)
+    if lies is None and server is None:
+        raise InputError(naming("placement"), "is needed without a server, which would send the points by hand")
+    if lies is not None:
+        check_first(case, lies)
     station = _station(case, server, faults, seed, homing, tool, stop)
     head = _head(case, lies, server, faults, seed)
     return _gone_through(case, station, lies, Path(folder), head, resume, ask, tell, progress)
@@ -138,7 +141,7 @@ def _station(
     return Served(server, case.machine, Wishes(tool, homing), stop)
 
 
-def _head(case: Case, lies: Placement, server: str | None, faults: File | None, seed: int) -> dict[str, Any]:
+def _head(case: Case, lies: Placement | None, server: str | None, faults: File | None, seed: int) -> dict[str, Any]:
     """What a journal is known again by."""
     from stepgauge.investigation.reach import placement_json
 
@@ -148,7 +151,7 @@ def _head(case: Case, lies: Placement, server: str | None, faults: File | None, 
         "machine": case.machine.table.name,
         "machine_file": _known(case.machine.table, case.machine.probe, case.machine.effects),
         "certificate": _known(case.gauge.table, case.gauge.certificate, case.gauge.position_mm.tolist()),
-        "placement": placement_json(lies),
+        "placement": "by hand" if lies is None else placement_json(lies),
         "server": server,
         "simulated": None if server else {"faults": None if faults is None else str(faults), "seed": seed},
         "odds": case.odds,
@@ -168,7 +171,7 @@ def _known(*parts: object) -> str:
 def _gone_through(
     case: Case,
     station: Station,
-    lies: Placement,
+    lies: Placement | None,
     folder: Path,
     head: dict[str, Any],
     again: bool,
@@ -178,14 +181,18 @@ def _gone_through(
 ) -> Diagnosis:
     from dataclasses import replace
 
-    from stepgauge.investigation.loop import Investigation, final_diagnosis
+    from stepgauge.investigation.loop import Investigation, check_first, final_diagnosis
     from stepgauge.investigation.running import Runner
     from stepgauge.investigation.story import write_story
     from stepgauge.work.steps import open_steps
 
     steps = open_steps(folder, head, again)
     try:
-        found = Investigation(case, Runner(case, station, steps, ask, progress), lies, tell or (lambda _: None))
+        runner, told = Runner(case, station, steps, ask, progress), tell or (lambda _: None)
+        if lies is None:
+            lies = runner.placed_by_hand(told)
+            check_first(case, lies)
+        found = Investigation(case, runner, lies, told)
         found.go_through()
     finally:
         steps.close()
