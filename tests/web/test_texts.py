@@ -11,24 +11,8 @@ from stepgauge.web.texts import LANGUAGES, Words, best_language, catalogue
 
 ROOM = Path(stepgauge.web.__file__).parent
 FAMILIES = (
-    "nav.",
-    "look.",
-    "kind.",
-    "place.",
-FAMILIES = (
-    "state.",
-    "steer.",
-    "verdict.",
-)
-    "plan_field.",
-    "plan_choice.",
-    "error_name.",
-    "open_source.",
-    "quantity.",
-FAMILIES = (
-    "probe_value.",
-    "probe_held.",
-)
+    *("nav.", "look.", "kind.", "place.", "state.", "steer.", "verdict."),
+    *("plan_field.", "plan_choice.", "error_name.", "open_source.", "quantity.", "probe_value.", "probe_held."),
 )
 """Keys that are put together from a name."""
 

@@ -72,7 +72,7 @@ def show(request: Request) -> Response:
     chosen = request.query_params.get("evaluation", "")
     if chosen:
         chosen = relative(site.folder, chosen)
-        existing(site.folder, f"{chosen}/evaluation.json")
+        _place(site, chosen)
     elif names:
         chosen = names[0]
     placements = [one["placement"] for one in _read(site, chosen)["placements"]] if chosen else []
@@ -87,9 +87,14 @@ def show(request: Request) -> Response:
     )
 
 
+def _place(site: Site, name: str) -> Path:
+    """The file of an evaluation, as one would type it."""
+    return existing(site.folder, f"{name}/evaluation.json").relative_to(site.folder)
+
+
 def _read(site: Site, name: str, with_inputs: bool = True) -> dict[str, Any]:
     """An ``evaluation.json`` of the project, checked."""
-    place = existing(site.folder, f"{name}/evaluation.json")
+    place = _place(site, name)
     return _read_file(str(place), with_inputs, stamps(place, *(_made_from(place) if with_inputs else ())))
 
 
@@ -195,9 +200,12 @@ def _inputs(site: Site, name: str) -> tuple[list[Path], str]:
     """The recordings of an evaluation and its gauge; :class:`InputError` where one lies outside of the project."""
     from stepgauge.reports.made_from import gauge_of, recordings_of
 
-    data, place = _read(site, name), existing(site.folder, f"{name}/evaluation.json")
+    data, place = _read(site, name), _place(site, name)
     recordings = [inside(site.folder, str(one)) for one in recordings_of(data, place)]
-    return recordings, str(gauge_of(data, place))
+    try:
+        return recordings, str(gauge_of(data, place))
+    except InputError:  # written by a program that said nothing of its gauge; whether it is this one is checked
+        return recordings, site.stated("gauge")
 
 
 @lru_cache(3)
@@ -219,7 +227,7 @@ def _joined(recordings: Sequence[Path]) -> Recording:
 def _of_face(request: Request) -> tuple[Shown, int, pd.DataFrame]:
     shown, site = Shown.of(request), site_of(request)
     recordings, gauge = _inputs(site, shown.name)
-    place = existing(site.folder, f"{shown.name}/evaluation.json")
+    place = _place(site, shown.name)
     tables = _probings(str(place), tuple(recordings), gauge, stamps(place, *recordings, gauge))
     table = tables[shown.index]
     face = Form(dict(request.query_params), {}).whole("face", 1, 10_000, 1)

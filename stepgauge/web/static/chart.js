@@ -20,7 +20,7 @@ class ChartView extends HTMLElement {
         return fail(this, new DOMParser().parseFromString(await answer.text(), "text/html").body.textContent.trim());
       const place = document.createElement("div");
       place.className = this.dataset.size ? `plot ${this.dataset.size}` : "plot";
-      place.setAttribute("role", "img");
+      place.setAttribute("role", "figure");
       place.setAttribute("aria-label", this.dataset.label);
       this.replaceChildren(place);
       await draw(place, coloured(await answer.json()));
