@@ -130,7 +130,7 @@ class Fleet:
             files = self._by_file(wanted)
             for name, rows in sorted(files.items()):
                 with locked(self.folder, alone=False):
-                    columns = read_columns(self.folder / name)
+                    columns = read_columns(self.folder / name, rows)
                 if columns is None:
                     break  # it is elsewhere now: look again
                 for row in rows:
