@@ -35,6 +35,7 @@ from stepgauge.machine.file import read_machine
 from stepgauge.recording import Recording
 from stepgauge.work.dask import Dask, local_cluster
 from stepgauge.work.processes import InProcess, Processes
+from stepgauge.work.task import perform
 
 CYCLES = 10
 """Of the 42 faces: 420 rows."""
@@ -133,6 +134,7 @@ def cost_alone(folder: Path) -> None:
     from stepgauge.evaluation.evaluate import evaluate
 
     evaluate(make_recording(gauge, 0), gauge)
+    perform(len, "")  # what is loaded once
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     began = time.process_time()
     errors = evaluate_fleet(fleet, InProcess())

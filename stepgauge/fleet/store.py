@@ -139,6 +139,10 @@ class Fleet:
             if not files:
                 return
 
+    def in_order(self, recordings: Collection[str]) -> list[str]:
+        """The keys of these recordings in the order in which :meth:`stored` gives them."""
+        return [row["recording"] for _, rows in sorted(self._by_file(recordings).items()) for row in rows]
+
     def _by_file(self, wanted: Collection[str]) -> dict[str, list[dict[str, Any]]]:
         """The rows of the index of these recordings by the file that they are in, in its order."""
         arrow, index = arrow_library(), self.index()
