@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import asdict
 from functools import partial
 from itertools import islice
@@ -14,7 +14,7 @@ from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import Evaluation, PlacementResult, evaluate
 from stepgauge.evaluation.face_errors import REffOrigin
 from stepgauge.evaluation.files import UM, evaluation_to_dict
-from stepgauge.fleet.batches import Batch, batches
+from stepgauge.fleet.batches import Batch, Kept, batches, named, opened
 from stepgauge.fleet.results import Results
 from stepgauge.fleet.rows import Stored
 from stepgauge.fleet.schema import DIAGNOSES, EVALUATIONS, arrow_library, arrow_schema
@@ -54,7 +54,7 @@ def evaluate_fleet(
     keys = left_over(fleet, table)
     errors: list[str] = []
     function = partial(evaluate_batch, blocks=blocks, r_eff=r_eff)
-    outcomes = run(function, batches(fleet, keys, BATCH), engine, progress=_by_recording(progress, len(keys)))
+    outcomes = run(function, _tasks(fleet, engine, keys, BATCH), engine, progress=_by_recording(progress, len(keys)))
     for some in in_portions(outcomes, PORTION // BATCH):
         done = [one.value for one in some if not one.error]
         if done:
@@ -71,6 +71,10 @@ def in_portions(outcomes: Iterable[Outcome], size: int) -> Iterator[list[Outcome
         yield some
 
 
+def _tasks(fleet: Fleet, engine: Engine, keys: Collection[str], size: int) -> Iterator[tuple[str, Batch | Kept]]:
+    return named(fleet, keys, size) if engine.near else batches(fleet, keys, size)
+
+
 def left_over(fleet: Fleet, table: Results) -> list[str]:
     """The keys of the recordings that have no row in a table of results."""
     done = table.done()
@@ -81,8 +85,9 @@ def _by_recording(progress: Callable[[int, int], None] | None, total: int) -> Pr
     return None if progress is None else lambda done: progress(min(done * BATCH, total), total)
 
 
-def evaluate_batch(batch: Batch, blocks: str | None, r_eff: str) -> Any:
+def evaluate_batch(given: Batch | Kept, blocks: str | None, r_eff: str) -> Any:
     """The evaluations of a batch as an Arrow table of :data:`~stepgauge.fleet.schema.EVALUATIONS`."""
+    batch = opened(given)
     rows = [row for one in batch.stored for row in _evaluated(batch, one, blocks, cast(REffOrigin, r_eff))]
     return arrow_library().Table.from_pylist(rows, arrow_schema(EVALUATIONS))
 
@@ -143,7 +148,7 @@ def diagnose_fleet(
     options = {"without": sorted(without), "priors": None if priors is None else repr(priors)}
     table = Results(fleet, "diagnoses", options)
     keys, errors = left_over(fleet, table), list[str]()
-    tasks = batches(fleet, keys, 1)
+    tasks = _tasks(fleet, engine, keys, 1)
     function = partial(diagnose_batch, without=without, priors=priors)
     told = None if progress is None else (lambda done: progress(done, len(keys)))
     with open_journal(fleet, table) as journal:
@@ -155,12 +160,13 @@ def diagnose_fleet(
     return errors
 
 
-def diagnose_batch(batch: Batch, without: tuple[str, ...], priors: Any) -> dict[str, Any]:
+def diagnose_batch(given: Batch | Kept, without: tuple[str, ...], priors: Any) -> dict[str, Any]:
     """The diagnosis of a batch of one recording: the summary, and ``diagnosis.json`` but for the names of files."""
     from stepgauge.diagnosis.engine import diagnose
     from stepgauge.diagnosis.files import Inputs, told_to_dict
     from stepgauge.diagnosis.unknown_law import model_unknown
 
+    batch = opened(given)
     (one,) = batch.stored
     recording = one.recording()
     found = diagnose(recording, batch.gauge(one), batch.machine(one), without, priors)

@@ -72,14 +72,20 @@ def write_rows(path: Path, tables: Iterable[Any], columns: tuple[Column, ...]) -
                 writer.close()
 
 
-def read_columns(path: Path) -> dict[str, Any] | None:
-    """The columns of a file of probings as arrays ``(n,)``, covariates as Arrow has them; None where it is gone."""
+def read_columns(path: Path, rows: Iterable[Mapping[str, Any]]) -> dict[str, Any] | None:
+    """The columns that these recordings of a file have, as arrays ``(n,)``, covariates as Arrow has them.
+
+    ``rows``: of the index. None where the file is gone.
+    """
     if not path.exists():
         return None
-    names = [*OWN, "covariates"]
+    kinds = {name for text in {row["columns"] for row in rows} for name in json.loads(text)}
+    names = [name for name in OWN if name in kinds]
+    further = ["covariates"] if kinds - set(OWN) else []
     with reading(path, "file of the store"):
-        table = needed("pyarrow.parquet").ParquetFile(path).read(columns=names, use_threads=False)
-    return {name: table[name].to_numpy() for name in OWN} | {"covariates": table["covariates"].combine_chunks()}
+        table = needed("pyarrow.parquet").ParquetFile(path, memory_map=True).read([*names, *further], use_threads=False)
+    columns = {name: table[name].to_numpy() for name in names}
+    return columns | {name: table[name].combine_chunks() for name in further}
 
 
 @dataclass(frozen=True)

@@ -130,7 +130,7 @@ class Fleet:
             files = self._by_file(wanted)
             for name, rows in sorted(files.items()):
                 with locked(self.folder, alone=False):
-                    columns = read_columns(self.folder / name)
+                    columns = read_columns(self.folder / name, rows)
                 if columns is None:
                     break  # it is elsewhere now: look again
                 for row in rows:
@@ -138,6 +138,10 @@ class Fleet:
                     yield make_stored(row, columns)
             if not files:
                 return
+
+    def in_order(self, recordings: Collection[str]) -> list[str]:
+        """The keys of these recordings in the order in which :meth:`stored` gives them."""
+        return [row["recording"] for _, rows in sorted(self._by_file(recordings).items()) for row in rows]
 
     def _by_file(self, wanted: Collection[str]) -> dict[str, list[dict[str, Any]]]:
         """The rows of the index of these recordings by the file that they are in, in its order."""

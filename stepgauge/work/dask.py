@@ -14,6 +14,8 @@ from stepgauge.errors import InputError
 from stepgauge.work.task import Function, Reply, perform
 
 CONNECT_S = 20.0
+LOOPBACK = ("tcp://127.0.0.1:", "tcp://localhost:", "tcp://[::1]:")
+"""A scheduler that only workers of this computer can reach."""
 LOOK_S = 2.0
 """How often it is looked whether the scheduler is still there."""
 
@@ -26,6 +28,7 @@ class Dask:
 
     def __init__(self, scheduler: str) -> None:
         self.scheduler = scheduler
+        self.near = scheduler.startswith(LOOPBACK)
         self._client: Any = None
 
     def open(self, function: Function) -> int:

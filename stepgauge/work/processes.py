@@ -17,6 +17,8 @@ from stepgauge.work.task import Function, Reply, perform
 class InProcess:
     """This process, one task after the other."""
 
+    near = True
+
     def open(self, function: Function) -> int:
         """Nothing to start."""
         self._function = function
@@ -53,6 +55,8 @@ class Processes:
     count : processes; None: as many as there are processors
     memory_MB : what each may allocate; None: no limit. Systems without such limits ignore it
     """
+
+    near = True
 
     def __init__(self, count: int | None = None, memory_MB: float | None = None) -> None:
         self.count, self.memory_MB = count or len(os.sched_getaffinity(0)), memory_MB

@@ -31,7 +31,12 @@ class Reply:
 
 
 class Engine(Protocol):
-    """Who does tasks. Opened for one function, it takes numbered tasks and gives each an answer, in any order."""
+    """Who does tasks. Opened for one function, it takes numbered tasks and gives each an answer, in any order.
+
+    ``near``: all workers are on this computer, and have its files.
+    """
+
+    near: bool
 
     def open(self, function: Function) -> int:
         """Make ready; returns how many tasks are done at the same time."""

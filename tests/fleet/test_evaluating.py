@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import subprocess
 import sys
 import time
@@ -14,7 +15,7 @@ import pytest
 
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import UM
-from stepgauge.fleet.batches import Batch
+from stepgauge.fleet.batches import Batch, Kept, opened
 from stepgauge.fleet.content import recording_key
 from stepgauge.fleet.evaluating import diagnose_fleet, evaluate_fleet
 from stepgauge.fleet.results import Results
@@ -23,6 +24,16 @@ from stepgauge.work.processes import InProcess, Processes
 from tests.fleet.made import make_entry, make_fleet
 
 OPTIONS = {"blocks": None, "r_eff": "first"}
+
+
+class Far(InProcess):
+    """Stands for workers elsewhere, to whom the recordings themselves are sent."""
+
+    near = False
+
+    def submit(self, number: int, item: Any) -> None:
+        assert isinstance(item, Batch)
+        super().submit(number, pickle.loads(pickle.dumps(item)))
 
 
 def test_the_evaluations_are_those_of_each_recording_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -51,6 +62,10 @@ def test_the_evaluations_are_those_of_each_recording_alone(tmp_path: Path, monke
         assert (row["r_eff_mm"], row["band_um"]) == (result.radius.r_eff_mm, result.band_um)
         assert row["notes"] == list(result.notes)
     assert evaluate_fleet(fleet, InProcess()) == []  # nothing is left to do
+    before = Results(fleet, "evaluations", OPTIONS).read()
+    Results(fleet, "evaluations", OPTIONS).clear()
+    evaluate_fleet(fleet, Far())
+    assert repr(Results(fleet, "evaluations", OPTIONS).read().to_pylist()) == repr(before.to_pylist())
     assert rows[recording_key(bad)]["error"] == errors[0]
 
 
@@ -65,10 +80,10 @@ evaluating.diagnose_fleet(Fleet(sys.argv[1]), InProcess(), progress=lambda done,
 """
 
 
-def quick(batch: Batch, without: tuple[str, ...], priors: object) -> dict[str, Any]:
+def quick(batch: Kept, without: tuple[str, ...], priors: object) -> dict[str, Any]:
     """Something in place of a diagnosis, which takes its time to the last digit."""
     time.sleep(0.05)
-    (one,) = batch.stored
+    (one,) = opened(batch).stored
     mean = float(one.columns["x_mm"].mean())
     fit = {"noise_um": mean, "rms_before_um": mean, "rms_after_um": None}
     effects = [{"kind": "scale_error", "label": "scale error x", "probability": 0.5}]
