@@ -8,9 +8,9 @@ import secrets
 import socket
 import threading
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType
 
 import uvicorn
 
@@ -68,9 +68,24 @@ def serve(folder: Path, verbs: Iterable[str], listening: Listening, ready: Calla
         shown = f"[{host}]" if ":" in host else host
         address = f"http://{shown}:{port}/" + (f"?token={token}" if token else "")
         try:
-            asyncio.run(_run(uvicorn.Server(config), taken, lambda: ready(address, token is not None)))
+            asyncio.run(_run(_Server(config, site), taken, lambda: ready(address, token is not None)))
+        except KeyboardInterrupt:  # Ctrl-C is how it ends
+            return
         finally:
             site.close()
+
+
+class _Server(uvicorn.Server):
+    """A server that tells the streams of its pages that it ends: they would hold it up."""
+
+    def __init__(self, config: uvicorn.Config, site: Site) -> None:
+        super().__init__(config)
+        self._site = site
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """A signal to end."""
+        self._site.is_ending = True
+        super().handle_exit(sig, frame)
 
 
 async def _run(server: uvicorn.Server, taken: socket.socket, ready: Callable[[], None]) -> None:
@@ -81,8 +96,7 @@ async def _run(server: uvicorn.Server, taken: socket.socket, ready: Callable[[],
     if server.started:
         ready()
         asyncio.get_running_loop().call_later(WARM_AFTER_S, threading.Thread(target=_warm, daemon=True).start)
-    with suppress(KeyboardInterrupt):
-        await serving
+    await serving
 
 
 def _warm() -> None:

@@ -25,13 +25,15 @@ class Site:
     """One served project.
 
     ``folder``: its folder, which no request leaves; ``verbs``: those of the command line, which may have tables in the
-    project file; ``token``: what a request must bring (None: the page is on loopback); ``port``: where it listens.
+    project file; ``token``: what a request must bring (None: the page is on loopback); ``port``: where it listens;
+    ``is_ending``: whoever streams to a page stops.
     """
 
     folder: Path
     verbs: tuple[str, ...]
     port: int
     token: str | None = None
+    is_ending: bool = False
     works: Works = field(init=False)
     runs: Runs = field(init=False)
     _writer: threading.Lock = field(default_factory=threading.Lock)

@@ -83,7 +83,7 @@ def _finding(number: int, effect: dict[str, Any]) -> dict[str, Any]:
         "kind": effect["kind"],
         "probability": effect["probability"],
         "rivals": rivals,
-        "next": effect["separate_by"].split(": stepgauge")[0],
+        "next": effect["separate_by"].split(": stepgauge")[0].replace("_", " "),
         "can_plan": bool(effect["commands"]),
     }
 

@@ -152,7 +152,8 @@ def events(request: Request) -> Response:
 async def _told(request: Request, run: Run) -> AsyncIterator[str]:
     sent: dict[str, int] = {}
     still_s = 0.0
-    while not await request.is_disconnected():
+    site = site_of(request)
+    while not (site.is_ending or await request.is_disconnected()):
         ended = not run.is_running
         for kind, (number, text) in list(run.told.items()):
             if sent.get(kind) != number:
