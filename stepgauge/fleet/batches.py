@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.fleet.rows import Stored
 from stepgauge.fleet.store import Fleet
 from stepgauge.gauge.certified import Gauge
@@ -29,7 +29,8 @@ class Batch:
     def machine(self, one: Stored) -> Machine:
         """As its file says (:class:`InputError` where none was added)."""
         if one.machine_file is None:
-            raise InputError(one.name, "no machine file was added with this recording", expected="fleet add --machine")
+            expected = naming("machine", words="'fleet add' with {}")
+            raise InputError(one.name, "no machine file was added with this recording", expected=expected)
         return self.machines[one.machine_file]
 
     def placements(self, one: Stored) -> list[Placement]:
