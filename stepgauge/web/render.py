@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from typing import Any
+from urllib.parse import urlencode
 
 import jinja2
 from markupsafe import Markup
@@ -74,6 +75,11 @@ def _plotly_tag() -> Markup:
 def json_answer(text: str) -> Response:
     """JSON that is text already, such as a figure's."""
     return Response(text, media_type="application/json")
+
+
+def address(path: str, **query: str) -> str:
+    """An address of the page, whatever signs are in the names that it carries."""
+    return f"{path}?{urlencode(query)}"
 
 
 def error_answer(request: Request, error: Exception) -> Response:

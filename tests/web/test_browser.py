@@ -20,6 +20,7 @@ def test_a_page_has_no_complaints_and_can_be_read_by_everybody(served: Served, w
         page.wait_for_load_state("networkidle")
         assert watched.violations() == []
         assert page.evaluate("document.documentElement.scrollWidth") <= TABLET["width"]
+        assert page.get_by_role("banner").bounding_box()["height"] < 80.0
 
 
 def test_the_project_says_what_is_next(served: Served, watched: Watched) -> None:

@@ -50,7 +50,7 @@ def test_nothing_is_lost_when_the_server_is_killed(tmp_path: Path, watched: Watc
         page.get_by_label("Blocks").fill("1:5")
         page.get_by_label("How fast it moves").select_option("10")
         page.get_by_role("button", name="Start the measurement").click()
-        page.locator("#errors[data-ready]").wait_for(timeout=60_000)
+        page.locator("#errors[data-ready]").wait_for()
         page.get_by_role("button", name="Pause").click()
         page.locator("[data-state=paused]").wait_for()
         assert watched.violations() == []
@@ -73,7 +73,7 @@ def test_nothing_is_lost_when_the_server_is_killed(tmp_path: Path, watched: Watc
         page.get_by_role("link", name=NAME).click()
         assert page.locator("#done").inner_text() == str(len(kept))
         page.get_by_role("button", name="Go on with it").click()
-        page.get_by_text("All points are measured").wait_for(timeout=60_000)
+        page.get_by_text("All points are measured").wait_for()
     recording = read_recording(folder / NAME)
     assert len(recording.frame) == 30
     assert {number: look(journal).rows[number] for number in kept} == kept

@@ -12,8 +12,6 @@ from tests.conftest import ROOT
 from tests.web.conftest import TABLET, Served, Watched, acted, make_project, opened
 
 HIDDEN = '[[effect]]\nkind = "scale_error"\naxis = "y"\nppm = 25.0\n'
-SLOW_MS = 240_000
-"""For a verb in a process of its own, on a busy machine."""
 MOST_OF_A_BARE_PAGE = 10.0
 """Time of an interaction over that of opening a page of no content; ``benchmarks/web.py`` has larger recordings."""
 
@@ -28,7 +26,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_from_sixteen_points_to_the_cause_and_the_printed_report(folder: Path, watched: Watched) -> None:
     with Served(folder) as server:
         page = watched.page
-        page.set_default_timeout(SLOW_MS)
         page.goto(f"{server.address}/locate")
         page.get_by_label("A file of points").set_input_files(str(ROOT / "examples/demo/points.csv"))
         page.get_by_role("button", name="Locate").click()

@@ -15,7 +15,7 @@ from stepgauge.web.asked import Asked
 from stepgauge.web.folder import existing, free_name, inside, listed, relative
 from stepgauge.web.forms import Form, with_form
 from stepgauge.web.measuring import Run
-from stepgauge.web.render import render, site_of
+from stepgauge.web.render import address, render, site_of
 from stepgauge.web.site import Site
 
 PROGRAMS = (".dmi", ".ipp")
@@ -91,7 +91,7 @@ def start(request: Request, form: Form) -> Response:
     """Begin a measurement, and lead to where it is seen."""
     site = site_of(request)
     run = site.runs.start(_asked(site, form))
-    return render(request, "gone.html.j2", address=f"/run?recording={run.asked.output}")
+    return render(request, "gone.html.j2", address=address("/run", recording=run.asked.output))
 
 
 def _asked(site: Site, form: Form) -> Asked:
@@ -136,7 +136,7 @@ def steer(request: Request, form: Form) -> Response:
         raise InputError(name, "is not measured by this server", expected="the window that began it")
     else:
         run.say(word)
-    return RedirectResponse(f"/run?recording={name}", 303)
+    return RedirectResponse(address("/run", recording=name), 303)
 
 
 def events(request: Request) -> Response:
@@ -177,9 +177,9 @@ def next_step(request: Request, form: Form) -> Response:
         raise InputError("verb", "not a choice", expected="evaluate or diagnose")
     folder = f"results/{verb}-{Path(name).stem}"
     inside(site.folder, folder)
-    page = "/result" if verb == "evaluation" else "/diagnosis"
+    then = address("/result", evaluation=folder) if verb == "evaluation" else address("/diagnosis", result=folder)
     arguments = [request.path_params["verb"], name, "-o", folder]
-    return render(request, "work.html.j2", work=site.works.start(arguments, f"{page}?result={folder}"))
+    return render(request, "work.html.j2", work=site.works.start(arguments, then))
 
 
 ROUTES = [

@@ -73,6 +73,7 @@ export function wire(root) {
     (paper?.contentWindow || window).print();
   }));
   all("[data-load]").forEach(one => one.dataset.every ? setTimeout(() => one.isConnected && load(one), 1000 * one.dataset.every) : load(one));
+  all(".scroll").forEach(one => { one.tabIndex = 0; });  // what scrolls must be reached by keyboard
   all("[data-go]").forEach(one => location.assign(one.dataset.go));
   all("[data-plot]").forEach(one => plot(one));
 }
