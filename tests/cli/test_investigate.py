@@ -38,3 +38,9 @@ def test_what_is_wrong_is_said_before_anything_moves(
     assert result.code == 2
     assert message in result.err
     assert not list((tmp_path / "cause").glob("run-*.csv"))
+
+
+def test_without_a_placement_a_server_has_to_send_points_by_hand(run: Run, tmp_path: Path) -> None:
+    result = run("investigate", *COMMON, "--simulate", "-o", tmp_path / "cause")
+    assert result.code == 2
+    assert "--simulate needs --placement" in result.err
