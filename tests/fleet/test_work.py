@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import time
@@ -73,7 +74,8 @@ def test_workers_killed_at_any_moment_change_no_result() -> None:
     for one in run(solved, TASKS, engine, retries=20):
         found.append((one.key, one.value))
         if random.random() < 0.3:
-            os.kill(engine.pids()[int(random.integers(2))], signal.SIGKILL)
+            with contextlib.suppress(ProcessLookupError):  # dead already, and not replaced yet
+                os.kill(engine.pids()[int(random.integers(2))], signal.SIGKILL)
     assert found == [(one.key, one.value) for one in values(InProcess())]
 
 
