@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.figures.evaluation import POSITION_LABEL, column
-from stepgauge.figures.overlay import NAMES, deviation_um
+from stepgauge.figures.faces import NAMES, POSITION_LABEL, column, deviation_um
 from stepgauge.standards.difference import Difference
 
 Array = NDArray[np.float64]

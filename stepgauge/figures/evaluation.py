@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict, face_rows
+from stepgauge.figures.faces import POSITION_LABEL, column
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
 from stepgauge.standards.mpe import Mpe
 
@@ -43,7 +44,6 @@ FORWARD = Direction("f", "forward XF", CYCLE[0], ">", True)
 BACKWARD = Direction("b", "backward XB", CYCLE[1], "<", False)
 LIMIT_COLOR = CYCLE[3]
 LEFT_OUT = "left out"
-POSITION_LABEL = "nominal position along the gauge, from face 1 (mm)"
 _DOTTED: dict[str, Any] = {"linestyle": (0, (1, 1.2)), "zorder": 2}
 MEAN_COLOR, REVERSAL_COLOR, GREY = COLORS["model"], COLORS["measured"], COLORS["grey"]
 
@@ -123,11 +123,6 @@ def beyond_mpe(rows: Sequence[Mapping[str, Any]], mpe: Mpe) -> int:
     own = np.where(column(rows, "face") % 2 == 1, column(rows, "xf_um"), column(rows, "xb_um"))
     length = column(rows, "nominal_mm") - _reference_mm(rows)
     return int((np.abs(np.where(column(rows, "count") > 0, own, 0.0)) > mpe.at_um(length)).sum())
-
-
-def column(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
-    """A column of a table of faces; undefined values (None) become NaN."""
-    return np.array([np.nan if row[name] is None else row[name] for row in rows], float)
 
 
 def describe(placement: Mapping[str, Any]) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict
-from stepgauge.figures.evaluation import POSITION_LABEL, column
+from stepgauge.figures.faces import NAMES, POSITION_LABEL, column, deviation_um
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
 from stepgauge.standards.difference import ERRORS, Difference, differences
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-NAMES = {"xf": "forward XF", "xb": "backward XB", "xm": "mean XM", "xr": "reversal XR"}
 LOOKS = (COLORS["before"], COLORS["after"], *CYCLE[2:])
 """The first evaluation, the second, and further ones."""
 MARKERS = "os^Dv"
@@ -85,13 +84,6 @@ def _draw_error(axes: Axes, rows: Sequence[Mapping[str, Any]], name: str, number
     s = deviation_um(rows, name)
     axes.fill_between(x, y - 2 * s, y + 2 * s, color=color, alpha=0.16, linewidth=0)
     _line(axes, x, y, number, label)
-
-
-def deviation_um(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
-    """Standard deviation of an error of a single cycle, um; that of XM and XR from both ways of probing."""
-    sf, sb = column(rows, "sf_um"), column(rows, "sb_um")
-    both = np.hypot(sf, sb)
-    return {"xf": sf, "xb": sb, "xm": both / 2.0, "xr": both}[name]
 
 
 def draw_difference(axes: Axes, one: Difference, name: str, number: int = 1, label: str = "difference") -> None:

@@ -14,7 +14,18 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Rectangle
 from numpy.typing import NDArray
 
-from stepgauge.figures.style import CYCLE, figure_format, figure_style, new_figure, save_figure
+from stepgauge.figures.style import (
+    BLOCK_COLOR,
+    EDGE_COLOR,
+    MEASURE_COLOR,
+    RAIL_COLOR,
+    STOP_COLOR,
+    TRAVEL_COLOR,
+    figure_format,
+    figure_style,
+    new_figure,
+    save_figure,
+)
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.motion.collision import Obstacles, make_obstacles
@@ -27,9 +38,7 @@ MARGIN_MM = 45.0
 DETAIL_BLOCKS = 3
 SAME_MM = 0.01
 """Heights nearer to each other are drawn as one line."""
-BLOCK_COLOR, RAIL_COLOR, EDGE_COLOR = "#B8C4CE", "#E6E6E6", "#5F6B75"
 BESIDE_STYLE: Any = (0, (3, 2))
-TRAVEL_COLOR, MEASURE_COLOR, STOP_COLOR = CYCLE[0], CYCLE[1], CYCLE[3]
 
 
 @dataclass(frozen=True)
@@ -81,7 +90,7 @@ def path_figure(
 ) -> Figure:
     """The figure of :func:`draw_path`, in gauge coordinates."""
     obstacles = make_obstacles(gauge, placement)
-    travelled = until(run_path, stop_piece)
+    travelled = run_path.until(stop_piece)
     local = Path(
         placement.to_gauge(gauge, travelled.start_mm),
         placement.to_gauge(gauge, travelled.end_mm),
@@ -105,14 +114,6 @@ def path_figure(
         figure.suptitle(title, parse_math=False, x=0.01, ha="left", fontsize=9, fontweight="bold")
         _add_legend(figure, stopped)
     return figure
-
-
-def until(path: Path, stop_piece: int | None) -> Path:
-    """The pieces up to and with the one on which the machine stopped."""
-    if stop_piece is None:
-        return path
-    kept = slice(0, stop_piece + 1)
-    return Path(path.start_mm[kept], path.end_mm[kept], path.measuring[kept], path.move[kept])
 
 
 def _window(local: Path, obstacles: Obstacles) -> tuple[Array, Array]:

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.figures.path import STOP_COLOR
 from stepgauge.figures.path_scene import DECIMALS, path_scene
-from stepgauge.figures.style import COLORS
+from stepgauge.figures.style import COLORS, STOP_COLOR
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.motion.collision import Tool, ToolPart

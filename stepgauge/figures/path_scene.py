@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
-from stepgauge.figures.path import BLOCK_COLOR, MEASURE_COLOR, RAIL_COLOR, STOP_COLOR, TRAVEL_COLOR, until
 from stepgauge.figures.plotly_library import embedded_json, packed_library
-from stepgauge.figures.style import COLORS
+from stepgauge.figures.style import BLOCK_COLOR, COLORS, MEASURE_COLOR, RAIL_COLOR, STOP_COLOR, TRAVEL_COLOR
 from stepgauge.files.text import write_text
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
@@ -106,7 +105,7 @@ def path_scene(
     :func:`draw_path`.
     """
     obstacles = make_obstacles(gauge, placement)
-    travelled = until(run_path, stop_piece)
+    travelled = run_path.until(stop_piece)
     stopped = stop_piece is not None
     traces = [
         boxes(obstacles, slice(0, -1), "blocks", BLOCK_COLOR),

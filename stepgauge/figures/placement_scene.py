@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.figures.path import BLOCK_COLOR, MEASURE_COLOR, RAIL_COLOR, STOP_COLOR
 from stepgauge.figures.path_scene import DECIMALS, boxes, scene_of, travel_volume
+from stepgauge.figures.style import BLOCK_COLOR, MEASURE_COLOR, RAIL_COLOR, STOP_COLOR
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.motion.collision import make_obstacles

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.collections import LineCollection
 
-from stepgauge.figures.path import MEASURE_COLOR, STOP_COLOR, TRAVEL_COLOR, draw_path, until
+from stepgauge.figures.path import draw_path
 from stepgauge.figures.path_scene import path_scene, write_path_html
 from stepgauge.figures.shares import draw_shares
+from stepgauge.figures.style import MEASURE_COLOR, STOP_COLOR, TRAVEL_COLOR
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 def draw_plan_view(axes: Axes, run: Run) -> None:
     """The path from above in machine coordinates, its searches in another colour, and where it stopped."""
-    travelled = until(run.path, run.stop_piece)
+    travelled = run.path.until(run.stop_piece)
     draw_from_above(axes, travelled)
     if run.stop is not None and len(travelled.end_mm):
         axes.plot(*travelled.end_mm[-1, :2], "x", color=STOP_COLOR, markersize=7, label="stopped")

@@ -32,6 +32,10 @@ COLORS = {
     "grey": "#808080",
 }
 
+# Of a measuring path past the gauge.
+BLOCK_COLOR, RAIL_COLOR, EDGE_COLOR = "#B8C4CE", "#E6E6E6", "#5F6B75"
+TRAVEL_COLOR, MEASURE_COLOR, STOP_COLOR = CYCLE[0], CYCLE[1], CYCLE[3]
+
 # Points are printed points: the width given to new_figure is the width on paper.
 STYLE: dict[str, Any] = {
     "font.family": "DejaVu Sans",

@@ -163,6 +163,13 @@ class Path:
     def length_mm(self) -> Array:
         return np.linalg.norm(self.end_mm - self.start_mm, axis=1)
 
+    def until(self, stop_piece: int | None) -> Path:
+        """The pieces up to and with the one on which the machine stopped; all of them for None."""
+        if stop_piece is None:
+            return self
+        kept = slice(0, stop_piece + 1)
+        return Path(self.start_mm[kept], self.end_mm[kept], self.measuring[kept], self.move[kept])
+
 
 def trace(program: Program, measured_mm: Array | None = None) -> Path:
     """The path of the tip centre from the first move's target on.

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from stepgauge.errors import InputError
-from stepgauge.figures.overlay import NAMES, overlay_figure
+from stepgauge.figures.faces import NAMES
+from stepgauge.figures.overlay import overlay_figure
 from stepgauge.figures.style import save_figure
 from stepgauge.files.notation import UNDEFINED, number, quantity, uncertain
 from stepgauge.reports.content import figure_svg

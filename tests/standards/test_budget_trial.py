@@ -12,7 +12,13 @@ from stepgauge.standards.budget_sources import Asked
 from stepgauge.standards.budget_trial import OPEN_SOURCES, budget_trial
 from tests.conftest import ROOT
 
-VALUES = {"gauge_temperature": 0.05, "scale_temperature": 0.2, "scale_expansion": 0.4, "probing": 0.1, "resolution": 0.3}
+VALUES = {
+    "gauge_temperature": 0.05,
+    "scale_temperature": 0.2,
+    "scale_expansion": 0.4,
+    "probing": 0.1,
+    "resolution": 0.3,
+}
 
 NUMBERS = ("value_um", "u_um", "dof", "k", "expanded_um", "through_r_eff_um")
 

@@ -56,13 +56,13 @@ def test_a_plan_is_tried_played_back_refused_and_written(office: Path, watched: 
     with Served(office) as server:
         page.goto(f"{server.address}/plan")
         page.get_by_text("The whole path is clear").wait_for()
-        page.locator("[data-ready=yes]").wait_for()
+        page.locator("[data-ready]").wait_for()
         page.get_by_label("Time").focus()
         page.keyboard.press("End")
         page.locator("output").filter(has_text="lift").wait_for()
         page.get_by_label("Gap between ball and blocks").fill("0,2")
         page.get_by_role("alert").get_by_text("comes too close to block 1").wait_for()
-        page.locator("[data-ready=yes]").wait_for()
+        page.locator("[data-ready]").wait_for()
         page.get_by_role("button", name="Show").first.click()
         page.locator("output").filter(has_text="advance").wait_for()
         is_readable(watched)
@@ -84,7 +84,7 @@ def test_a_result_is_looked_into_compared_and_its_uncertainty_tried(office: Path
     page.set_default_timeout(SLOW_MS)
     with Served(office) as server:
         page.goto(f"{server.address}/result")
-        page.locator("#errors [data-ready=yes]").wait_for()
+        page.locator("#errors [data-ready]").wait_for()
         shown = sg.read_evaluation(office / f"results/{DATES[-1]}", office / GAUGE).results[0]
         assert page.locator("#errors .numbers").inner_text().split("\n")[1] == f"{shown.band_um:.2f} µm"
         click_point(watched, "#errors .scatterlayer .points path >> nth=2")
@@ -96,7 +96,7 @@ def test_a_result_is_looked_into_compared_and_its_uncertainty_tried(office: Path
         page.get_by_text("Lay other runs").click()
         page.get_by_role("checkbox", name=DATES[0]).check()
         page.get_by_text("this run minus the others").wait_for()
-        page.locator("#errors [data-ready=yes]").wait_for()
+        page.locator("#errors [data-ready]").wait_for()
         page.locator("#budget table").wait_for()
         assert "temperature of the gauge" in page.locator("#budget .warning").inner_text()
         page.locator("input[name=gauge_temperature]").fill("0.5")
@@ -116,12 +116,12 @@ def test_the_history_leads_to_a_run_and_the_probe_has_a_body(office: Path, watch
         page.get_by_text("Limits", exact=True).click()
         page.get_by_label("Largest 2s").fill("0.01")
         page.get_by_text("beyond the limit 0.01").first.wait_for()
-        page.locator("#history [data-ready=yes]").wait_for()
+        page.locator("#history [data-ready]").wait_for()
         is_readable(watched)
         click_point(watched, "#history .scatterlayer .points path >> nth=0")
         page.wait_for_url("**/result?evaluation=**")
         page.goto(f"{server.address}/probe?probe=omp40-2-50mm")
-        page.locator("[data-ready=yes]").nth(1).wait_for()
+        page.locator("[data-ready]").nth(1).wait_for()
         found = sg.probe_map("omp40-2-50mm", polar_deg="0:90:5", azimuth_deg="0:360:5").pretravel_um
         cells = page.locator("#probe tbody tr").first.inner_text().split("\t")
         assert [float(one) for one in cells[1:]] == pytest.approx([found.min(), found.mean(), found.max()], abs=6e-4)
