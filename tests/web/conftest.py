@@ -62,7 +62,7 @@ class Served:
         )
         assert self.process.stdout is not None
         self.address = self.process.stdout.readline().strip().rstrip("/")
-        assert self.address, self.process.stderr.read() if self.process.stderr else ""
+        assert self.address, self.end()
 
     @property
     def host(self) -> str:
