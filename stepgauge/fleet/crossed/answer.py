@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from stepgauge import __version__
 from stepgauge.files.shown import Summarized, as_lines
 from stepgauge.files.text import write_json, write_text
+from stepgauge.fleet.crossed.background import Background
+from stepgauge.fleet.crossed.causes import Cause, VisitCandidates
 from stepgauge.fleet.crossed.priors import fleet_priors
 from stepgauge.fleet.crossed.result import Found, Rival
+from stepgauge.fleet.crossed.single_effects import SingleEffect
 from stepgauge.fleet.crossed.visits import Crossing, Visit
 
 if TYPE_CHECKING:
     import pandas as pd
 
+Array = NDArray[np.float64]
 FORMAT = "stepgauge fleet inference 1"
 DAY_0 = datetime.date(1970, 1, 1)
 COUNTERPART = {"machine": "gauge", "gauge": "machine", "type": "gauge", "hall": "gauge", "probe": "machine"}
@@ -40,6 +47,31 @@ WORN = {"fronts": "fronts", "used": "used blocks"}
 
 
 @dataclass(frozen=True)
+class Number:
+    """One number of every visit (its slope, its block size), and how it was explained.
+
+    ``value (visits,)``; ``unit``: by kind and place, what a unit of a machine's error makes of it ``(visits,)``.
+    """
+
+    found: list[Found]
+    value: Array
+    unit: Mapping[tuple[str, str], Array]
+    background: Background
+    candidates: VisitCandidates
+    effects: Sequence[SingleEffect]
+    scatter: Mapping[str, float]
+
+    def explained(self, which: Callable[[Cause], bool] = lambda _: True) -> Array:
+        """What some causes make of every visit."""
+        total = np.zeros(len(self.value))
+        for effect in self.effects:
+            kept = np.array([which(self.candidates.causes[row]) for row in effect.rows])
+            if kept.any():
+                total += self.candidates.fit(effect.rows, effect.probability * effect.share * effect.mean * kept)
+        return total
+
+
+@dataclass(frozen=True)
 class FleetInference(Summarized):
     """``causes``: named ones, the likeliest first; ``false_share``: expected share of false ones among them;
     ``scatter``: standard deviations of what is nothing wrong, by name; ``alone``: single visits that are wrong."""
@@ -49,6 +81,8 @@ class FleetInference(Summarized):
     scatter: Mapping[str, float]
     fleet: Crossing = field(repr=False)
     alone: tuple[Found, ...] = field(default=(), repr=False)
+    slopes: Number | None = field(default=None, repr=False)
+    sizes: Number | None = field(default=None, repr=False)
 
     def summary(self) -> str:
         """How many visits, and every cause in a line."""

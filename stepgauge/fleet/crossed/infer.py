@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.fleet.crossed import numbers
-from stepgauge.fleet.crossed.answer import FleetInference
+from stepgauge.fleet.crossed.answer import FleetInference, Number
 from stepgauge.fleet.crossed.background import Background
 from stepgauge.fleet.crossed.causes import VisitCandidates
 from stepgauge.fleet.crossed.periodic import Periodic, find_periodic
@@ -23,7 +23,7 @@ from stepgauge.gauge.certified import Gauge
 Array = NDArray[np.float64]
 ROUNDS = 2
 """Iterations of the variances between rounds of the search; each goes on from the last."""
-EXPANSIONS = 3
+EXPANSIONS, PROFILES = 3, 3
 """A gauge of another expansion also answers otherwise to a wrong temperature, so slopes are looked at again."""
 
 
@@ -49,11 +49,11 @@ def infer(visits: Sequence[Visit], gauges: Mapping[str, Gauge], priors: FleetPri
     left = _by_ladder(ladders, flat - explained)
     slopes = _slopes(fleet, ladders, left, priors)
     sizes = _sizes(fleet, ladders, left, priors)
-    found = merged([*shapes, *map(_period_told, periods), *slopes[0], *sizes[0]])
+    found = merged([*shapes, *map(_period_told, periods), *slopes.found, *sizes.found])
     kept = named([one for one in found if one.owner_kind != "visit"], priors)
     false = float(np.mean([1.0 - one.probability for one in kept])) if kept else 0.0
     alone = tuple(one for one in found if one.owner_kind == "visit")
-    return FleetInference(tuple(kept), false, slopes[1] | sizes[1], fleet, alone)
+    return FleetInference(tuple(kept), false, slopes.scatter | sizes.scatter, fleet, alone, slopes, sizes)
 
 
 def _with_shape(fleet: Crossing, priors: FleetPriors) -> list[Ladder]:
@@ -87,16 +87,19 @@ def _profiles(
     """Blocks, worn blocks, places of scales and periods, each with the others taken off."""
     candidates = ProfileCandidates(fleet, ladders, priors)
     mixture, stated = priors.sizes.mixture(), priors.decision.named
-    effects: list[SingleEffect] = []
+    dated: list[tuple[str, str, float]] = []
     periods, waves = find_periodic(fleet, ladders, partial(candidates.solve, free=True), flat, priors)
-    for _ in range(2):
+    for _ in range(PROFILES):
         effects = find_effects(flat - waves, candidates, mixture, stated)
+        found = [told(e, candidates.causes, fleet.day, _by_visit(fleet, ladders, e.fitted), priors) for e in effects]
         shapes = sum((effect.fitted for effect in effects), np.zeros_like(flat))
-        known = {one.cause for one in periods}
+        known, before = {one.cause for one in periods}, dated
         periods, waves = find_periodic(fleet, ladders, candidates.solve, flat - shapes, priors)
-        if {one.cause for one in periods} == known:
+        dated = sorted({(one.owner, one.where, one.begin[1]) for one in found if one.kind == "block" and one.begin})
+        if {one.cause for one in periods} == known and dated == before:
             break
-    found = [told(one, candidates.causes, fleet.day, _by_visit(fleet, ladders, one.fitted), priors) for one in effects]
+        if dated != before:
+            candidates = ProfileCandidates(fleet, ladders, priors, dated)
     return found, periods, shapes + waves
 
 
@@ -125,7 +128,7 @@ def _period_told(one: Periodic) -> Found:
 
 def _slopes(
     fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: FleetPriors
-) -> tuple[list[Found], dict[str, float]]:
+) -> Number:
     """Causes that are a slope along the gauge."""
     unit = {key: share for key, share in numbers.shares(fleet, numbers.machine_slopes(), numbers.SLOPE).items() if share.any()}
     value, variance = numbers.observed(fleet, numbers.SLOPE, ladders, um)
@@ -141,25 +144,29 @@ def _slopes(
         expands = as_found
     left = value - sum((effect.fitted for effect in effects), np.zeros_like(value))
     halls = _halls(fleet, left, background, [one for one in found if one.kind == "temperature"], priors)
-    return [*found, *halls], _scatter(background, "um/m")
+    return Number([*found, *halls], value, unit, background, candidates, effects, _scatter(background, "um/m"))
 
 
 def _sizes(
     fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: FleetPriors
-) -> tuple[list[Found], dict[str, float]]:
+) -> Number:
     """Causes that change the size of every block."""
     unit = {key: share for key, share in numbers.shares(fleet, numbers.machine_sizes(), numbers.SIZE).items() if share.any()}
     value, variance = numbers.observed(fleet, numbers.SIZE, ladders, um)
     background = numbers.size_background(fleet, variance, unit, priors)
     candidates = numbers.size_candidates(fleet, unit, background, priors)
     effects = _found(value, candidates, background, priors)
-    return _as_told(effects, candidates, fleet, priors), _scatter(background, "um")
+    found = _as_told(effects, candidates, fleet, priors)
+    return Number(found, value, unit, background, candidates, effects, _scatter(background, "um"))
 
 
 def _found(
     value: Array, candidates: VisitCandidates, background: Background, priors: FleetPriors
 ) -> list[SingleEffect]:
-    """Effects, with the background estimated anew from what they leave."""
+    """Effects, with the background estimated anew from what they leave.
+
+    First all lines are taken to scatter alike, so that a line that is off as a whole is no line that scatters more.
+    """
 
     background.estimate(value, 2 * ROUNDS)
 
@@ -167,7 +174,11 @@ def _found(
         background.estimate(left, ROUNDS)
         candidates.renew()
 
-    return find_effects(value, candidates, priors.sizes.mixture(), priors.decision.named, update)
+    effects: list[SingleEffect] = []
+    for pooled in (True, False):
+        background.pooled = pooled
+        effects = find_effects(value, candidates, priors.sizes.mixture(), priors.decision.named, update, effects)
+    return effects
 
 
 def _scatter(background: Background, unit: str) -> dict[str, float]:

@@ -81,7 +81,7 @@ def of_lines(fleet: Crossing, name: str, shares_of: list[Array], sd: float, leas
     terms = []
     for number, words in enumerate(fleet.names["type"]):
         blocks = [by_owner(machine, np.where(line == number, share, 0.0)) for share in shares_of]
-        terms.append(Term(f"{name} of {words}", sparse.hstack(blocks, format="csc"), sd, least=least))
+        terms.append(Term(f"{name} of {words}", sparse.hstack(blocks, format="csc"), sd, least=least, pool=name))
     return terms
 
 

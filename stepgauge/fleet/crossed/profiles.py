@@ -7,7 +7,7 @@ nothing wrong: it is integrated out, face by face.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,7 +24,8 @@ WIDTHS_MM = (25.0, 50.0, 100.0)
 """Full widths at half height of places of a scale; they are tried every half width."""
 SEEN_SHARE = 0.2
 """Least component of the gauge's axis along a scale that it looks at."""
-DATES = 8
+DATES, NEAR = 8, 60
+"""Dates of a change that are tried for every block, and around a date that was found."""
 LEAST_POWER = 0.1
 """Candidates that a size of 3 um would not show are none, 1 / um^2."""
 FREE_UM = 5.0
@@ -100,8 +101,12 @@ class GaugePatterns:
 class ProfileCandidates:
     """All patterns of all gauges, and all places of all machines' scales."""
 
-    def __init__(self, fleet: Crossing, ladders: Sequence[Ladder], priors: FleetPriors) -> None:
+    def __init__(
+        self, fleet: Crossing, ladders: Sequence[Ladder], priors: FleetPriors, dated: Sequence[tuple[str, str, float]] = ()
+    ) -> None:
+        """``dated``: gauge, block and about the day of changes that are to be dated to the visit."""
         self.gauges = [one for ladder in ladders for one in _of_gauge(fleet, ladder, priors)]
+        self.gauges += [one for ladder in ladders for one in _dated(fleet, ladder, priors, dated)]
         self.ladders = [ladders[0], *ladders[1:]]
         self._owners = [int(np.flatnonzero([ladder is one.ladder for ladder in ladders])[0]) for one in self.gauges]
         self._rows = np.cumsum([0, *(ladder.um.size for ladder in ladders)])
@@ -184,7 +189,7 @@ def _frames(ladder: Ladder) -> tuple[sparse.csr_matrix, Array]:
 
 def _of_gauge(fleet: Crossing, ladder: Ladder, priors: FleetPriors) -> Iterator[GaugePatterns]:
     """Blocks that are off, always or since a day, and wear of the blocks from the first to some other."""
-    name = fleet.names["gauge"][int(fleet.owner["gauge"][ladder.visits[0]])]
+    name = _name(fleet, ladder)
     day, blocks = fleet.day[ladder.visits], ladder.gauge.n_blocks
     one_block = np.repeat(np.eye(blocks), 2, axis=0)
     numbers = [str(block) for block in range(1, blocks + 1)]
@@ -193,6 +198,25 @@ def _of_gauge(fleet: Crossing, ladder: Ladder, priors: FleetPriors) -> Iterator[
     worn = np.repeat(used, 2, axis=0) * ladder.side[:, None]
     where = ["used"] * (blocks - 1)
     yield _patterns(ladder, name, "wear", where, worn, list(growth(day, priors, float(fleet.day.min()))), priors)
+
+
+def _dated(
+    fleet: Crossing, ladder: Ladder, priors: FleetPriors, dated: Sequence[tuple[str, str, float]]
+) -> Iterator[GaugePatterns]:
+    """Changes of some blocks on every day of a visit near the one that was found."""
+    name, day = _name(fleet, ladder), fleet.day[ladder.visits]
+    known = np.unique(day)[1:]
+    for _, block, about in [one for one in dated if one[0] == name]:
+        near = np.sort(known[np.argsort(np.abs(known - about), kind="stable")[:NEAR]])
+        share = (1.0 - priors.time.always) / len(known)
+        tried = [("since", float(since), (day >= since).astype(float), share) for since in near]
+        pattern = np.repeat(np.arange(1, ladder.gauge.n_blocks + 1) == int(block), 2)[:, None].astype(float)
+        one = _patterns(ladder, name, "block", [block], pattern, tried, priors)
+        yield replace(one, log_odds=one.log_odds - np.log(ladder.gauge.n_blocks))
+
+
+def _name(fleet: Crossing, ladder: Ladder) -> str:
+    return fleet.names["gauge"][int(fleet.owner["gauge"][ladder.visits[0]])]
 
 
 def _few(all_of: Iterator[tuple[str, float, Array, float]]) -> Iterator[tuple[str, float, Array, float]]:

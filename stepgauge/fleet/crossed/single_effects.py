@@ -7,7 +7,7 @@ of each candidate against none, and a background that is no multiple of the iden
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -92,6 +92,7 @@ def find_effects(
     sizes: Mixture,
     stated: float,
     update: Callable[[Array], None] | None = None,
+    begin: Sequence[SingleEffect] = (),
 ) -> list[SingleEffect]:
     """Effects, while the next is likelier than not and tells of few owners; all are revised and those that fell dropped.
 
@@ -101,8 +102,10 @@ def find_effects(
     sizes : prior of sizes
     stated : least probability of an effect that is kept
     update : told what the effects leave before each round; it may change the candidates' background
+    begin : effects to begin with
     """
     search = _Search(observed, candidates, sizes, stated)
+    search.effects = list(begin)
     for _ in range(ROUNDS):
         if update is not None:
             update(search.left())
