@@ -23,6 +23,8 @@ from stepgauge.fleet.crossed.visits import Crossing, Ladder
 
 Array = NDArray[np.float64]
 SLOPE, SIZE = 1, 2
+SEEN_SHARE = 0.03
+"""Least share of an error that a visit must see: a gauge that is not quite level tells nothing of z."""
 PHASES = 6
 """Phases of a season that are tried, over half a year: its size has a sign."""
 HALL_DATES = 12
@@ -48,7 +50,7 @@ def shares(fleet: Crossing, effects: dict[tuple[str, str], Effect], number: int)
         for key, effect in effects.items():
             um = along_approach_um(effect, probings).reshape(ladder.um.shape) * ladder.side
             found[key][ladder.visits] = um @ inverse
-    return {key: np.where(np.abs(share) > 1e-6, share, 0.0) for key, share in found.items()}
+    return {key: np.where(np.abs(share) > SEEN_SHARE, share, 0.0) for key, share in found.items()}
 
 
 def observed(fleet: Crossing, number: int, ladders: list[Ladder], um: list[Array]) -> tuple[Array, Array]:

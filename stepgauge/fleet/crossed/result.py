@@ -13,6 +13,8 @@ from stepgauge.fleet.crossed.priors import FleetPriors
 from stepgauge.fleet.crossed.single_effects import SingleEffect
 
 Array = NDArray[np.float64]
+MOST_RIVALS = 3
+"""What more owners share is not stated as a set: it only makes the cause less probable."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,7 @@ def _rivals(
     """Other owners, until those that are told hold enough of the probability."""
     rivals, held = list[Rival](), owners[best]
     for owner in sorted(owners, key=lambda key: -owners[key]):
-        if held >= priors.decision.settled:
+        if held >= priors.decision.settled or len(rivals) == MOST_RIVALS:
             break
         if owner == best or owner[0] == "visit":
             continue
