@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, fields
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from stepgauge.errors import InputError
 from stepgauge.fleet.batches import Batch, batches
+from stepgauge.fleet.crossed.answer import FleetInference
+from stepgauge.fleet.crossed.infer import infer
 from stepgauge.fleet.crossed.statistics import PlacementStatistics, placement_statistics
 from stepgauge.fleet.crossed.visits import Visit
 from stepgauge.fleet.evaluating import BATCH, PORTION, in_portions, left_over
@@ -103,3 +106,21 @@ def _visit(row: Mapping[str, Any], names: Mapping[str, str]) -> Visit:
     return Visit(row["recording"], own["machine"], others["type"], others["hall"], names[own["certificate"]], others["probe"], day, placed)
 
 
+
+
+def infer_store(
+    store: str | Path, engine: Engine, progress: Callable[[int, int], None] | None = None
+) -> tuple[FleetInference, list[str]]:
+    """The inference over a store, and why some recordings are not in it, a line each.
+
+    Raises
+    ------
+    InputError
+        no recording that can be used
+    """
+    fleet = Fleet(store)
+    errors = work_out_statistics(fleet, engine, progress)
+    visits, gauges = read_visits(fleet)
+    if not visits:
+        raise InputError(store, errors[0] if errors else "no recordings", expected="fleet add, with --machine")
+    return infer(visits, gauges), errors

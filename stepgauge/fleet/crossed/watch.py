@@ -22,6 +22,8 @@ WALKS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0)
 """Walks in the root of a year that are tried, over the level's standard deviation; the fleet says which."""
 RATE, JUMP = 0.5, 5.0
 """Standard deviations of the rate in a year and of a known jump, over the level's."""
+SEEN = 0.5
+"""Least share of a component that some visit must see, over the largest in the fleet, for it to be watched."""
 RISK, HORIZON_DAYS = 0.05, 5.0 * 365.25
 FALSE_SHARE = 0.05
 """Of the owners that are said to have left their peers (Benjamini and Hochberg, J. R. Stat. Soc. B 57 (1995) 289)."""
@@ -126,7 +128,7 @@ def _follow(
     for place, owner in enumerate(fleet.names[owner_kind]):
         rows = np.flatnonzero(fleet.owner[owner_kind] == place)
         rows = rows[np.argsort(fleet.day[rows], kind="stable")]
-        own = [key for key, share in components.items() if np.abs(share[rows]).max() > 0.1]
+        own = [key for key, share in components.items() if np.abs(share[rows]).max() > SEEN * np.abs(share).max()]
         if not own:
             continue
         shares = np.column_stack([components[key][rows] for key in own])
@@ -148,9 +150,12 @@ def _of_others(number: Number, owner_kind: str) -> Array:
 
 
 def _own_wrong(number: Number, owner_kind: str, owner: str, line: str) -> Array:
-    """What an owner's own causes make of every visit; a machine answers for what is wrong with its line, too."""
+    """What an owner's own causes make of every visit; a machine answers for what is wrong with its line, too.
+
+    An expansion is no length: it is taken off.
+    """
     mine = {(owner_kind, owner), ("type", line)}
-    return number.explained(lambda cause: (cause.owner_kind, cause.owner) in mine)
+    return number.explained(lambda one: (one.owner_kind, one.owner) in mine and one.kind != "gauge_expansion")
 
 
 def _changes(
