@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib import dates as mdates
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
 from stepgauge.fleet.crossed.watch import Watched
@@ -78,5 +79,5 @@ def _place(one: Watched) -> str:
     return one.quantity.partition(" ")[2]
 
 
-def _dates(one: Watched) -> list[datetime.date]:
-    return [DAY_0 + datetime.timedelta(days=int(day)) for day in one.days]
+def _dates(one: Watched) -> NDArray[np.float64]:
+    return np.asarray(mdates.date2num([DAY_0 + datetime.timedelta(days=int(day)) for day in one.days]))

@@ -136,7 +136,9 @@ def words_of(kind: str, where: str) -> str:
 def cause_line(one: Found) -> str:
     """Owner, what is wrong, size with U (k = 2), since when, probability."""
     size = f"{one.size:+.3g} {unit_of(one.owner_kind, one.kind)} (U = {2.0 * one.u:.2g})"
-    others = ", ".join(f"{rival.owner_kind} {rival.owner} ({words_of(rival.kind, rival.where)})" for rival in one.instead)
+    others = ", ".join(
+        f"{rival.owner_kind} {rival.owner} ({words_of(rival.kind, rival.where)})" for rival in one.instead
+    )
     either = f"; or instead: {others}" if others else ""
     head = f"{one.owner_kind} {one.owner}: {words_of(one.kind, one.where)} {size}{_when(one)}"
     return f"{head}, probability {one.probability:.3f}{either}"
@@ -238,7 +240,8 @@ def report_lines(found: FleetInference) -> Iterator[str]:
     for one in found.causes:
         began = _when(one).removeprefix(", ") or "before the first visit"
         cells = (f"{one.size:+.3g}", f"{2.0 * one.u:.2g}", unit_of(one.owner_kind, one.kind), began)
-        yield f"| {one.owner_kind} {one.owner} | {words_of(one.kind, one.where)} | {' | '.join(cells)} | {one.probability:.3f} |"
+        wrong = words_of(one.kind, one.where)
+        yield f"| {one.owner_kind} {one.owner} | {wrong} | {' | '.join(cells)} | {one.probability:.3f} |"
     yield from _open_lines([one for one in found.causes if one.instead])
     yield from _settled_lines(found)
     yield from _order_lines(found)
@@ -249,7 +252,8 @@ def _open_lines(left: Sequence[Found]) -> Iterator[str]:
         yield from ("", "## What the fleet cannot tell apart", "")
     for one in left:
         rivals = ", ".join(f"{rival.owner_kind} {rival.owner} ({rival.probability:.2f})" for rival in one.instead)
-        yield f"- {one.owner_kind} {one.owner}, {words_of(one.kind, one.where)}, or {rivals}. To settle it, {would_settle(one)}."
+        mine = f"{one.owner_kind} {one.owner}, {words_of(one.kind, one.where)}"
+        yield f"- {mine}, or {rivals}. To settle it, {would_settle(one)}."
 
 
 def _settled_lines(found: FleetInference) -> Iterator[str]:

@@ -99,7 +99,7 @@ def beyond(mean: Array, sd: Array, limit: float) -> Array:
 
 
 def due_day(state: State, component: int, walk: float, limit: float, risk: float, horizon_days: float) -> float | None:
-    """First day on which the risk of being out of limits exceeds what is accepted; None where it is past the horizon."""
+    """First day on which the risk of being out of limits exceeds what is accepted; None past the horizon."""
     days = np.arange(0.0, horizon_days + 1.0)
     mean, sd = state.ahead(days, component, walk)
     over = np.flatnonzero(beyond(mean, sd, limit) > risk)

@@ -87,7 +87,9 @@ def feed_schema() -> dict[str, Any]:
 def make_feed(watched: Sequence[Watched], limits: Mapping[str, float], risk: float) -> Feed:
     """The feed, checked against its own schema."""
     rows = [_quantity(one) for one in watched]
-    return Feed(format="stepgauge fleet watch 1", stepgauge=__version__, risk=risk, limits=dict(limits), quantities=rows)
+    return Feed(
+        format="stepgauge fleet watch 1", stepgauge=__version__, risk=risk, limits=dict(limits), quantities=rows
+    )
 
 
 def _quantity(one: Watched) -> Quantity:
@@ -124,9 +126,7 @@ def _limit(one: Watched) -> Limit | None:
     return Limit(size=one.limit, outcome=one.outcome, out_now=one.out_now, due=due)
 
 
-def write_feed(
-    folder: str | Path, watched: Sequence[Watched], limits: Mapping[str, float], risk: float
-) -> list[Path]:
+def write_feed(folder: str | Path, watched: Sequence[Watched], limits: Mapping[str, float], risk: float) -> list[Path]:
     """Write ``watch.json``, its schema and ``watch.csv`` into a folder (made if missing); returns their paths."""
     paths = [Path(folder) / name for name in ("watch.json", "watch.schema.json", "watch.csv")]
     feed = make_feed(watched, limits, risk)

@@ -53,7 +53,7 @@ def infer(visits: Sequence[Visit], gauges: Mapping[str, Gauge], priors: FleetPri
     kept = named([one for one in found if one.owner_kind != "visit"], priors)
     false = float(np.mean([1.0 - one.probability for one in kept])) if kept else 0.0
     alone = tuple(one for one in found if one.owner_kind == "visit")
-    return FleetInference(tuple(kept), false, slopes.scatter | sizes.scatter, fleet, alone, slopes, sizes)
+    return FleetInference(tuple(kept), false, {**slopes.scatter, **sizes.scatter}, fleet, alone, slopes, sizes)
 
 
 def _with_shape(fleet: Crossing, priors: FleetPriors) -> list[Ladder]:
@@ -123,14 +123,18 @@ def _period_told(one: Periodic) -> Found:
     cause, mean = one.cause, float(np.mean(list(one.amplitude_um.values())))
     where = cause.where
     visits = tuple(one.visits.tolist())
-    return Found(cause.owner_kind, cause.owner, "periodic", where, "always", None, mean, one.u_um, probability, (), visits)
+    return Found(
+        cause.owner_kind, cause.owner, "periodic", where, "always", None, mean, one.u_um, probability, (), visits
+    )
 
 
-def _slopes(
-    fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: FleetPriors
-) -> Number:
+def _slopes(fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: FleetPriors) -> Number:
     """Causes that are a slope along the gauge."""
-    unit = {key: share for key, share in numbers.shares(fleet, numbers.machine_slopes(), numbers.SLOPE).items() if share.any()}
+    unit = {
+        key: share
+        for key, share in numbers.shares(fleet, numbers.machine_slopes(), numbers.SLOPE).items()
+        if share.any()
+    }
     value, variance = numbers.observed(fleet, numbers.SLOPE, ladders, um)
     expands = numbers.per_K(fleet)
     for _ in range(EXPANSIONS):
@@ -147,11 +151,11 @@ def _slopes(
     return Number([*found, *halls], value, unit, background, candidates, effects, _scatter(background, "um/m"))
 
 
-def _sizes(
-    fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: FleetPriors
-) -> Number:
+def _sizes(fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: FleetPriors) -> Number:
     """Causes that change the size of every block."""
-    unit = {key: share for key, share in numbers.shares(fleet, numbers.machine_sizes(), numbers.SIZE).items() if share.any()}
+    unit = {
+        key: share for key, share in numbers.shares(fleet, numbers.machine_sizes(), numbers.SIZE).items() if share.any()
+    }
     value, variance = numbers.observed(fleet, numbers.SIZE, ladders, um)
     background = numbers.size_background(fleet, variance, unit, priors)
     candidates = numbers.size_candidates(fleet, unit, background, priors)
@@ -166,6 +170,7 @@ def _found(
     """Effects, with the background estimated anew from what they leave.
 
     First all lines are taken to scatter alike, so that a line that is off as a whole is no line that scatters more.
+    Then each has its own scatter, and its machines are looked at anew.
     """
 
     background.estimate(value, 2 * ROUNDS)
@@ -177,6 +182,7 @@ def _found(
     effects: list[SingleEffect] = []
     for pooled in (True, False):
         background.pooled = pooled
+        effects = [one for one in effects if candidates.causes[one.rows[one.share.argmax()]].owner_kind != "machine"]
         effects = find_effects(value, candidates, priors.sizes.mixture(), priors.decision.named, update, effects)
     return effects
 
@@ -209,5 +215,7 @@ def _halls(
         probability = 1.0 / (1.0 + float(np.exp(-np.clip(total, -700, 700))))
         days = np.unique(np.floor(fleet.day[fleet.owner["hall"] == fleet.names["hall"].index(hall)])).size
         size = float(np.sqrt(np.sum([estimated**2, *(one.size**2 for one in known if one.owner == hall)])))
-        found.append(Found("hall", hall, "temperature", "", "days", None, size, size / np.sqrt(2.0 * days), probability))
+        found.append(
+            Found("hall", hall, "temperature", "", "days", None, size, size / np.sqrt(2.0 * days), probability)
+        )
     return found

@@ -6,7 +6,7 @@ and directions tells them apart. So are a tip radius, a reversal, and worn front
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,10 +63,16 @@ def observed(fleet: Crossing, number: int, ladders: list[Ladder], um: list[Array
 
 
 def certified_sd(ladder: Ladder, number: int) -> float:
-    """Standard uncertainty of a slope or size from the certificate alone."""
+    """Standard uncertainty of a slope or size from the certificate alone.
+
+    Where no correlation is stated, any is possible: errors that grow along the gauge, or differ from fronts to backs.
+    """
     weight = np.linalg.pinv(ladder.frame)[number]
     u, r = ladder.gauge.u_um, ladder.gauge.correlation
-    return float(np.sqrt((weight * u) @ (np.eye(len(u)) if r is None else r) @ (weight * u)))
+    if r is not None:
+        return float(np.sqrt((weight * u) @ r @ (weight * u)))
+    metres = float(ladder.gauge.position_mm[-1]) * 1e-3
+    return float(u.max() / metres if number == SLOPE else u.mean() / 2.0)
 
 
 def by_owner(number: NDArray[np.intp], share: Array) -> sparse.csc_matrix:
@@ -95,7 +101,9 @@ def slope_background(
     kinds: dict[str, list[Array]] = {}
     for (kind, _), share in unit.items():
         kinds.setdefault(kind, []).append(share)
-    terms = [term for kind, several in kinds.items() for term in of_lines(fleet, f"machine {kind}", several, 3.0, least)]
+    terms = [
+        term for kind, several in kinds.items() for term in of_lines(fleet, f"machine {kind}", several, 3.0, least)
+    ]
     ones = np.ones(len(fleet))
     certified = np.array([max(certified_sd(ladder, SLOPE), 1e-3) for ladder in fleet.ladders])
     terms.append(Term("gauge certificate", by_owner(own["gauge"], ones), certified, known=True))
@@ -142,7 +150,9 @@ def slope_candidates(
     return VisitCandidates(columns, background)
 
 
-def size_background(fleet: Crossing, variance: Array, unit: dict[tuple[str, str], Array], priors: FleetPriors) -> Background:
+def size_background(
+    fleet: Crossing, variance: Array, unit: dict[tuple[str, str], Array], priors: FleetPriors
+) -> Background:
     """Of block sizes: certificates, machines and probes in order."""
     own, least = fleet.owner, priors.legitimate.size_um
     terms = of_lines(fleet, "machine reversal", list(unit.values()), 0.5, least)
@@ -167,7 +177,14 @@ def size_candidates(
 
 
 def _each(
-    columns: Columns, fleet: Crossing, owner_kind: str, kind: str, where: str, share: Array, priors: FleetPriors, courses_of: Callable
+    columns: Columns,
+    fleet: Crossing,
+    owner_kind: str,
+    kind: str,
+    where: str,
+    share: Array,
+    priors: FleetPriors,
+    courses_of: Callable,
 ) -> None:
     prior = priors.kinds[owner_kind][kind]
     for name, rows in of_owner(fleet.owner[owner_kind], fleet.names[owner_kind]):
@@ -193,7 +210,16 @@ def _always(columns: Columns, fleet: Crossing, owner_kind: str, kind: str, share
 
 def _wear(columns: Columns, fleet: Crossing, priors: FleetPriors) -> None:
     begin = float(fleet.day.min())
-    _each(columns, fleet, "gauge", "wear", "fronts", np.full(len(fleet), 0.5), priors, lambda day: growth(day, priors, begin))
+    _each(
+        columns,
+        fleet,
+        "gauge",
+        "wear",
+        "fronts",
+        np.full(len(fleet), 0.5),
+        priors,
+        lambda day: growth(day, priors, begin),
+    )
 
 
 def _seasons(columns: Columns, fleet: Crossing, expands: Array, priors: FleetPriors) -> None:
@@ -202,7 +228,10 @@ def _seasons(columns: Columns, fleet: Crossing, expands: Array, priors: FleetPri
     def phases(day: Array) -> list[tuple[str, float, Array, float]]:
         turns = np.arange(PHASES) / (2.0 * PHASES)
         angle = 2.0 * np.pi * (day / 365.25 - turns[:, None])
-        return [("season", float(turn), np.sin(one), priors.time.season / PHASES) for turn, one in zip(turns, angle, strict=True)]
+        return [
+            ("season", float(turn), np.sin(one), priors.time.season / PHASES)
+            for turn, one in zip(turns, angle, strict=True)
+        ]
 
     _each(columns, fleet, "hall", "temperature", "", expands, priors, phases)
 

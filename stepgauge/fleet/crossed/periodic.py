@@ -64,9 +64,9 @@ def spectra(ladder: Ladder, solved: Array, axis: int, turns: Array) -> tuple[Arr
 
 
 def _wave(at_mm: Array, turns: Array) -> NDArray[np.complex64]:
-    """Unit waves ``(f, p)`` of evenly spaced frequencies: products of coarse and fine steps, which cost less than sines."""
+    """Unit waves ``(f, p)`` of evenly spaced frequencies: products of coarse and fine steps cost less than sines."""
     step = turns[1] - turns[0] if len(turns) > 1 else 0.0
-    fine = _turned(at_mm, step * np.arange(FINE_STEPS))
+    fine = _turned(at_mm, np.asarray(step * np.arange(FINE_STEPS), float))
     coarse = _turned(at_mm, turns[::FINE_STEPS])
     return (coarse[:, :, None] * fine[:, None, :]).reshape(len(at_mm), -1)[:, : len(turns)]
 
@@ -187,11 +187,18 @@ def _fitted(
     u = float(np.sqrt(np.mean(shrunk) / len(machine)))
     odds = float(np.logaddexp.reduce(total)) + np.log(prior.odds / len(frequencies(ladders)) / FINE * 2.0)
     one = Periodic(cause, 1.0 / float(tried[at]), odds, amplitude, u, visits)
-    return one, _explained(fleet, ladders, axis, float(tried[at]), dict(zip(machine.tolist(), size, strict=True)), visits)
+    return one, _explained(
+        fleet, ladders, axis, float(tried[at]), dict(zip(machine.tolist(), size, strict=True)), visits
+    )
 
 
 def _coherent(
-    fleet: Crossing, ladders: Sequence[Ladder], solved: Sequence[Array], axis: int, turns: Array, visits: NDArray[np.intp]
+    fleet: Crossing,
+    ladders: Sequence[Ladder],
+    solved: Sequence[Array],
+    axis: int,
+    turns: Array,
+    visits: NDArray[np.intp],
 ) -> tuple[NDArray[np.intp], Array, Array]:
     """Scores and power of every machine, its visits with one phase: ``(m,)``, complex and real ``(m, p)``."""
     machines = np.unique(fleet.owner["machine"][visits])

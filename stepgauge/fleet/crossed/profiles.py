@@ -102,7 +102,11 @@ class ProfileCandidates:
     """All patterns of all gauges, and all places of all machines' scales."""
 
     def __init__(
-        self, fleet: Crossing, ladders: Sequence[Ladder], priors: FleetPriors, dated: Sequence[tuple[str, str, float]] = ()
+        self,
+        fleet: Crossing,
+        ladders: Sequence[Ladder],
+        priors: FleetPriors,
+        dated: Sequence[tuple[str, str, float]] = (),
     ) -> None:
         """``dated``: gauge, block and about the day of changes that are to be dated to the visit."""
         self.gauges = [one for ladder in ladders for one in _of_gauge(fleet, ladder, priors)]
@@ -282,9 +286,9 @@ def _seen_places(
         for k in range(3):
             share = np.repeat(ladder.axis[:, k], ladder.um.shape[1])
             rows = np.flatnonzero((np.abs(share) > SEEN_SHARE) & (ladder.weight.ravel() > 0.0))
-            x = ladder.at_mm[:, :, k].ravel()[rows]
+            x = np.asarray(ladder.at_mm[:, :, k].ravel()[rows], float)
             for step in (-2, -1, 0, 1, 2):
                 at = np.rint(x / (width / 2.0)).astype(np.int64) + step
                 place = np.column_stack([machine[rows], np.full(len(rows), k), np.full(len(rows), number), at])
-                yield first + rows, place, share[rows] * bump(x, at * (width / 2.0), width)
+                yield first + rows, place, share[rows] * np.asarray(bump(x - at * (width / 2.0), 0.0, width))
         first += ladder.um.size

@@ -1,4 +1,4 @@
-"""What an inference over a fleet says: causes with owner, size, date, probability, and what they cannot be told from."""
+"""What an inference over a fleet says: causes with owner, size, date, probability, and what else they may be."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class Rival:
 class Found:
     """A cause that was named.
 
-    ``begin``: first and last day on which it may have begun, None where it was there in the first visit; ``u``: standard
-    uncertainty of ``size``; ``instead``: rivals that the fleet cannot exclude; ``visits``: numbers of those that settle
-    it, the most telling first.
+    ``begin``: first and last day on which it may have begun, None where it was there in the first visit; ``u``:
+    standard uncertainty of ``size``; ``instead``: rivals that the fleet cannot exclude; ``visits``: numbers of those
+    that show it, the most telling first.
     """
 
     owner_kind: str
@@ -52,7 +52,12 @@ class Found:
     @property
     def key(self) -> tuple[str, str, str, str]:
         """Whose, what and where."""
-        return self.owner_kind, self.owner, self.kind, self.where.split()[0] if self.kind == "local_scale" else self.where
+        return (
+            self.owner_kind,
+            self.owner,
+            self.kind,
+            self.where.split()[0] if self.kind == "local_scale" else self.where,
+        )
 
 
 def told(effect: SingleEffect, causes: Sequence[Cause], day: Array, shown: Array, priors: FleetPriors) -> Found:
@@ -115,7 +120,9 @@ def _rivals(
 def _begin(own: Sequence[Cause], weight: Array, day: Array, priors: FleetPriors) -> tuple[float, float] | None:
     """Between which days it began: of the dates of its course those that hold enough of the probability."""
     before = day.min()
-    dated = np.array([cause.day if cause.course in ("since", "growing") and cause.day > before else -np.inf for cause in own])
+    dated = np.array(
+        [cause.day if cause.course in ("since", "growing") and cause.day > before else -np.inf for cause in own]
+    )
     if weight[np.isinf(dated)].sum() > 0.5:
         return None
     order = np.argsort(np.where(np.isinf(dated), np.inf, dated))
@@ -142,7 +149,8 @@ def merged(found: Sequence[Found]) -> list[Found]:
 
 def named(found: Sequence[Found], priors: FleetPriors) -> list[Found]:
     """The likeliest causes, as many as keep the expected share of false ones within what is stated."""
-    likely = sorted((one for one in found if one.probability >= priors.decision.named), key=lambda one: -one.probability)
+    likely = sorted(
+        (one for one in found if one.probability >= priors.decision.named), key=lambda one: -one.probability
+    )
     false = np.cumsum([1.0 - one.probability for one in likely])
-    kept = [one for number, one in enumerate(likely) if false[number] / (number + 1) <= priors.decision.false_share]
-    return kept
+    return [one for number, one in enumerate(likely) if false[number] / (number + 1) <= priors.decision.false_share]

@@ -139,7 +139,7 @@ class _Search:
         return len(self.effects) - before
 
     def _tells(self, effect: SingleEffect) -> bool:
-        """Whether one owner is likelier to have it than not: an effect that many share says only that somebody has it."""
+        """Whether one owner is likelier to have it than not: what many share says only that somebody has it."""
         held = float(self._held(effect).max(initial=KEPT))
         return effect.log_factor + np.log(held) >= np.log(self.stated / (1.0 - self.stated))
 
@@ -151,7 +151,7 @@ class _Search:
         return replace(effect, share=share, fitted=fitted)
 
     def _held(self, effect: SingleEffect) -> Array:
-        return np.bincount(self.candidates.owner[effect.rows], effect.share)
+        return np.asarray(np.bincount(self.candidates.owner[effect.rows], effect.share), float)
 
     def revise(self, sweeps: int = 1) -> None:
         """Every effect again, given the others."""
@@ -161,7 +161,9 @@ class _Search:
                 new = single_effect(left + old.fitted, self.candidates, self.sizes)
                 if not self._tells(new):
                     new.probability, new.fitted = 0.0, np.zeros_like(new.fitted)
-                change = max(change, abs(new.probability - old.probability), 0.01 * abs(new.log_factor - old.log_factor))
+                change = max(
+                    change, abs(new.probability - old.probability), 0.01 * abs(new.log_factor - old.log_factor)
+                )
                 left = left + old.fitted - new.fitted
                 self.effects[number] = new
             self.effects = [effect for effect in self.effects if effect.probability > 0.0]

@@ -33,10 +33,10 @@ GROSS_UM = MAX_DEVIATION_MM * 1e3
 class PlacementStatistics:
     """One placement of a gauge in one recording.
 
-    ``faces (f,)``: numbers of the faces; ``um (f,)``: recorded minus simulated position along the gauge, the origin is
-    arbitrary; ``count (f,)``: readings, each by its weight; ``at_mm (f, 3)``: simulated tip centres; ``axis (3,)``: from
-    the first to the last block; ``sigma_um``: standard deviation of one reading, with ``freedoms``; ``drift_um_h``: along
-    the gauge, which has been taken off; temperature in deg C, NaN where none was recorded.
+    ``faces (f,)``: numbers of the faces; ``um (f,)``: recorded minus simulated position along the gauge, of any
+    origin; ``count (f,)``: readings, each by its weight; ``at_mm (f, 3)``: simulated tip centres; ``axis (3,)``: from
+    the first to the last block; ``sigma_um``: standard deviation of one reading, with ``freedoms``; ``drift_um_h``:
+    along the gauge, which has been taken off; temperature in deg C, NaN where none was recorded.
     """
 
     placement: int
@@ -82,7 +82,7 @@ def _statistics(
     for _ in range(SWEEPS):
         level.sweep()
     many = np.maximum(np.bincount(level.face), 1)
-    where = np.column_stack([np.bincount(level.face, at_mm[:, k]) / many for k in range(3)])
+    where = np.column_stack([np.bincount(level.face, at_mm[:, k]) / many for k in range(3)]).astype(float)
     temperature = data.frame["gauge_temperature_C"][rows].mean() if "gauge_temperature_C" in data.frame else np.nan
     axis = data.probings.setting.axis[place]
     drift, u_drift = level.drift()
@@ -145,7 +145,7 @@ def _student(off: Array, scale: float) -> Array:
 
 
 def _of_normal() -> tuple[float, float]:
-    """What the weights make of normal readings: the mean of w z^2, and what a weight counts in readings, E[w] / E[w^2]."""
+    """What the weights make of normal readings: the mean of w z^2, and what a weight counts, E[w] / E[w^2]."""
     z = np.linspace(-8.0, 8.0, 1601)
     density = np.exp(-(z**2) / 2.0)
     weight = _student(z, 1.0)

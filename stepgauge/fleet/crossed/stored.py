@@ -29,9 +29,7 @@ UNKNOWN = "?"
 """Stands for an owner that was not stated, with the machine behind it: nobody is known to share it."""
 
 
-def work_out_statistics(
-    fleet: Fleet, engine: Engine, progress: Callable[[int, int], None] | None = None
-) -> list[str]:
+def work_out_statistics(fleet: Fleet, engine: Engine, progress: Callable[[int, int], None] | None = None) -> list[str]:
     """The statistics of the recordings that have none; returns why some cannot be had, a line each."""
     table = Results(fleet, TABLE)
     keys, errors = left_over(fleet, table), list[str]()
@@ -103,9 +101,16 @@ def _visit(row: Mapping[str, Any], names: Mapping[str, str]) -> Visit:
     values["at_mm"] = values["at_mm"].reshape(-1, 3)
     values["faces"] = np.array(values["faces"], np.int64)
     placed = PlacementStatistics(**values)
-    return Visit(row["recording"], own["machine"], others["type"], others["hall"], names[own["certificate"]], others["probe"], day, placed)
-
-
+    return Visit(
+        row["recording"],
+        own["machine"],
+        others["type"],
+        others["hall"],
+        names[own["certificate"]],
+        others["probe"],
+        day,
+        placed,
+    )
 
 
 def infer_store(

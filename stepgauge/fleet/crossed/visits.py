@@ -96,8 +96,8 @@ class Ladder:
         approach = (self.side[None, :, None] * self.axis[:, None, :]).reshape(-1, 3)
         columns: dict[str, Array] = {f"{axis}_mm": self.at_mm[:, :, k].ravel() for k, axis in enumerate("xyz")}
         columns |= {f"approach_{name}": approach[:, k] for k, name in enumerate("ijk")}
-        columns["face"] = np.tile(np.arange(1, faces + 1), count)  # type: ignore[assignment]
-        columns["placement"] = np.repeat(np.arange(count), faces)  # type: ignore[assignment]
+        columns["face"] = np.tile(np.arange(1, faces + 1), count)
+        columns["placement"] = np.repeat(np.arange(count), faces)
         return Probings(columns, setting)
 
     def setting(self) -> Setting:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,11 +34,11 @@ FALSE_SHARE = 0.05
 class Watched:
     """One quantity of one owner.
 
-    ``days``, ``level``, ``u``: its history; ``rate``: in a year; ``peers``: mean and standard deviation of its line or of
-    the other gauges, with the probability of lying so far out by chance; ``due``: day, None where past the horizon.
+    ``days``, ``level``, ``u``: its history; ``rate``: in a year; ``peers``: median and standard deviation of its line
+    or of the other gauges, with the probability of lying so far out by chance; ``due``: day, None past the horizon.
     """
 
-    owner_kind: str
+    owner_kind: Literal["machine", "gauge"]
     owner: str
     quantity: str
     unit: str
@@ -65,7 +66,7 @@ class Watched:
 class _Followed:
     """States of one owner with the components that were seen."""
 
-    owner_kind: str
+    owner_kind: Literal["machine", "gauge"]
     owner: str
     keys: list[tuple[str, str]]
     states: list[State]
@@ -82,15 +83,21 @@ def watch(found: FleetInference, limits: Mapping[str, float] | None = None, risk
     risk : probability of being out of limits from which on it is due
     """
     series: list[Watched] = []
+    kinds_of: tuple[Literal["machine", "gauge"], ...] = ("machine", "gauge")
     for number, kinds in ((found.slopes, "slopes"), (found.sizes, "sizes")):
         if number is not None:
-            for owner_kind in ("machine", "gauge"):
+            for owner_kind in kinds_of:
                 series += _of_kind(found, number, owner_kind, kinds, limits or {}, risk)
     return _against_chance(series)
 
 
 def _of_kind(
-    found: FleetInference, number: Number, owner_kind: str, kinds: str, limits: Mapping[str, float], risk: float
+    found: FleetInference,
+    number: Number,
+    owner_kind: Literal["machine", "gauge"],
+    kinds: str,
+    limits: Mapping[str, float],
+    risk: float,
 ) -> list[Watched]:
     scale = _usual(number, owner_kind)
     ways = [Wandering(scale, RATE * scale, walk * scale, JUMP * scale) for walk in WALKS]
@@ -104,7 +111,9 @@ def _of_kind(
 def _usual(number: Number, owner_kind: str) -> float:
     """Standard deviation of first levels: of machines with all that is wrong, of gauges as certified."""
     if owner_kind == "gauge":
-        return max(float(np.max([term.sd for term in number.background.terms if term.name == "gauge certificate"][0])), 0.3)
+        return max(
+            float(np.max(next(term.sd for term in number.background.terms if term.name == "gauge certificate"))), 0.3
+        )
     own = [float(np.max(term.sd)) for term in number.background.terms if term.name.startswith("machine")]
     sizes = [one.size for one in number.found if one.owner_kind in ("machine", "type")]
     return float(np.sqrt(np.mean(np.square(own)) + (np.mean(np.square(sizes)) if sizes else 0.0)))
@@ -118,7 +127,7 @@ def _components(number: Number, owner_kind: str, kinds: str) -> dict[tuple[str, 
 
 
 def _follow(
-    found: FleetInference, number: Number, owner_kind: str, kinds: str, prior: Wandering
+    found: FleetInference, number: Number, owner_kind: Literal["machine", "gauge"], kinds: str, prior: Wandering
 ) -> Iterator[tuple[_Followed, float]]:
     """Every owner's states, with the logarithm of their density."""
     components = _components(number, owner_kind, kinds)
@@ -137,7 +146,7 @@ def _follow(
         value = number.value[rows] - others[rows] - wrong
         changes = _changes(number, owner_kind, owner, own)
         jumps = [(interval[1], component) for component, interval in changes.items()]
-        states, gain = follow(fleet.day[rows], value, variance[rows], shares, prior, jumps)
+        states, gain = follow(np.floor(fleet.day[rows]), value, variance[rows], shares, prior, jumps)
         yield _Followed(owner_kind, owner, own, states, changes), gain
 
 
@@ -145,7 +154,9 @@ def _of_others(number: Number, owner_kind: str) -> Array:
     """What the background's terms of other kinds of owners make of every visit."""
     background = number.background
     at = background.inverse @ (background.weighted.T @ (number.value - number.explained()))
-    mine = np.concatenate([np.full(term.columns.shape[1], term.name.startswith(owner_kind)) for term in background.terms])
+    mine = np.concatenate(
+        [np.full(term.columns.shape[1], term.name.startswith(owner_kind)) for term in background.terms]
+    )
     return np.asarray(background.columns @ np.where(mine, 0.0, at))
 
 
@@ -167,9 +178,7 @@ def _changes(
     return {own.index((one.kind, one.where)): one.begin for one in dated if one.begin}
 
 
-def _said(
-    one: _Followed, kinds: str, prior: Wandering, limits: Mapping[str, float], risk: float
-) -> Iterator[Watched]:
+def _said(one: _Followed, kinds: str, prior: Wandering, limits: Mapping[str, float], risk: float) -> Iterator[Watched]:
     count = len(one.keys)
     for k, (kind, where) in enumerate(one.keys):
         last = one.states[-1]
@@ -194,13 +203,17 @@ def _said(
         )
 
 
-def _judged(last: State, k: int, u: float, walk: float, limit: float | None, risk: float) -> dict[str, object]:
+def _judged(last: State, k: int, u: float, walk: float, limit: float | None, risk: float) -> dict[str, Any]:
     """Decision by ISO 14253-1, probability of being out now, and the day on which it is due."""
     if limit is None:
         return {}
     level = float(last.level[k])
     out = float(beyond(np.array(level), np.array(u), limit))
-    return {"outcome": decide(level, limit, 2.0 * u), "out_now": out, "due": due_day(last, k, walk, limit, risk, HORIZON_DAYS)}
+    return {
+        "outcome": decide(level, limit, 2.0 * u),
+        "out_now": out,
+        "due": due_day(last, k, walk, limit, risk, HORIZON_DAYS),
+    }
 
 
 def _with_peers(said: list[Watched], found: FleetInference) -> list[Watched]:
@@ -208,7 +221,9 @@ def _with_peers(said: list[Watched], found: FleetInference) -> list[Watched]:
     line = {v.machine: v.type for v in found.fleet.visits}
     groups: dict[tuple[str, str], list[Watched]] = {}
     for one in said:
-        groups.setdefault((one.quantity, line.get(one.owner, "") if one.owner_kind == "machine" else ""), []).append(one)
+        groups.setdefault((one.quantity, line.get(one.owner, "") if one.owner_kind == "machine" else ""), []).append(
+            one
+        )
     return [_beside_peers(one, group) for group in groups.values() for one in group]
 
 
