@@ -204,8 +204,7 @@ def settled_by(one: Found, fleet: Crossing) -> dict[str, list[dict[str, str]]]:
 
 
 def _elsewhere(name: str, counterpart: str, one: Found, fleet: Crossing) -> Visit | None:
-    number = fleet.names[counterpart].index(name)
-    rows = (fleet.owner[counterpart] == number).nonzero()[0]
+    rows = fleet.of(counterpart, name)
     return next((fleet.visits[row] for row in rows if getattr(fleet.visits[row], one.owner_kind) != one.owner), None)
 
 

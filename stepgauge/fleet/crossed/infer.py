@@ -91,7 +91,7 @@ def _profiles(
     periods, waves = find_periodic(fleet, ladders, partial(candidates.solve, free=True), flat, priors)
     for _ in range(PROFILES):
         effects = find_effects(flat - waves, candidates, mixture, stated)
-        found = [told(e, candidates.causes, fleet.day, _by_visit(fleet, ladders, e.fitted), priors) for e in effects]
+        found = [told(e, candidates.causes, fleet, _by_visit(fleet, ladders, e.fitted), priors) for e in effects]
         shapes = sum((effect.fitted for effect in effects), np.zeros_like(flat))
         known, before = {one.cause for one in periods}, dated
         periods, waves = find_periodic(fleet, ladders, candidates.solve, flat - shapes, priors)
@@ -115,7 +115,7 @@ def _as_told(
     effects: Sequence[SingleEffect], candidates: VisitCandidates, fleet: Crossing, priors: FleetPriors
 ) -> list[Found]:
     root = np.sqrt(candidates.background.weight)
-    return [told(one, candidates.causes, fleet.day, np.abs(one.fitted) * root, priors) for one in effects]
+    return [told(one, candidates.causes, fleet, np.abs(one.fitted) * root, priors) for one in effects]
 
 
 def _period_told(one: Periodic) -> Found:
@@ -140,7 +140,7 @@ def _slopes(fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: Fle
     for _ in range(EXPANSIONS):
         background = numbers.slope_background(fleet, variance, unit, expands, priors)
         candidates = numbers.slope_candidates(fleet, unit, expands, background, priors)
-        effects = _found(value, candidates, background, priors)
+        effects = _found(value, candidates, background, fleet, priors)
         found = _as_told(effects, candidates, fleet, priors)
         as_found = numbers.per_K(fleet, {one.owner: one.size for one in found if one.kind == "gauge_expansion"})
         if np.allclose(as_found, expands, rtol=0.05):
@@ -159,20 +159,19 @@ def _sizes(fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: Flee
     value, variance = numbers.observed(fleet, numbers.SIZE, ladders, um)
     background = numbers.size_background(fleet, variance, unit, priors)
     candidates = numbers.size_candidates(fleet, unit, background, priors)
-    effects = _found(value, candidates, background, priors)
+    effects = _found(value, candidates, background, fleet, priors)
     found = _as_told(effects, candidates, fleet, priors)
     return Number(found, value, unit, background, candidates, effects, _scatter(background, "um"))
 
 
 def _found(
-    value: Array, candidates: VisitCandidates, background: Background, priors: FleetPriors
+    value: Array, candidates: VisitCandidates, background: Background, fleet: Crossing, priors: FleetPriors
 ) -> list[SingleEffect]:
     """Effects, with the background estimated anew from what they leave.
 
     First all lines are taken to scatter alike, so that a line that is off as a whole is no line that scatters more.
-    Then each has its own scatter, and its machines are looked at anew.
+    Then each has its own scatter, and the machines of a line that is off are looked at anew: they differ.
     """
-
     background.estimate(value, 2 * ROUNDS)
 
     def update(left: Array) -> None:
@@ -182,9 +181,20 @@ def _found(
     effects: list[SingleEffect] = []
     for pooled in (True, False):
         background.pooled = pooled
-        effects = [one for one in effects if candidates.causes[one.rows[one.share.argmax()]].owner_kind != "machine"]
+        effects = _without_spread(effects, candidates, fleet)
         effects = find_effects(value, candidates, priors.sizes.mixture(), priors.decision.named, update, effects)
     return effects
+
+
+def _without_spread(
+    effects: Sequence[SingleEffect], candidates: VisitCandidates, fleet: Crossing
+) -> list[SingleEffect]:
+    """Effects but those of machines whose line has one of the same kind."""
+    line = {visit.machine: visit.type for visit in fleet.visits}
+    top = [candidates.causes[one.rows[one.share.argmax()]] for one in effects]
+    off = {(one.owner, one.kind) for one in top if one.owner_kind == "type"}
+    kept = [one.owner_kind != "machine" or (line[one.owner], one.kind) not in off for one in top]
+    return [effect for effect, keep in zip(effects, kept, strict=True) if keep]
 
 
 def _scatter(background: Background, unit: str) -> dict[str, float]:

@@ -139,9 +139,9 @@ def slope_candidates(
     """Machines and lines by axis and plane, gauges as a whole and by temperature, halls by date and season."""
     columns = Columns(len(fleet))
     for (kind, where), share in unit.items():
-        for owner_kind in ("machine", "type"):
-            if kind in priors.kinds[owner_kind]:
-                _constant(columns, fleet, owner_kind, kind, where, share, priors)
+        _constant(columns, fleet, "machine", kind, where, share, priors)
+        if kind in priors.kinds["type"]:
+            _always(columns, fleet, "type", kind, share, priors, where)
     _constant(columns, fleet, "gauge", "certificate_scale", "", np.ones(len(fleet)), priors)
     _always(columns, fleet, "gauge", "gauge_expansion", fleet.temperature_K, priors)
     _constant(columns, fleet, "hall", "temperature", "", expands, priors)
@@ -203,9 +203,15 @@ def _constant(
     _each(columns, fleet, owner_kind, kind, where, share, priors, lambda day: courses(day, priors))
 
 
-def _always(columns: Columns, fleet: Crossing, owner_kind: str, kind: str, share: Array, priors: FleetPriors) -> None:
-    whole = lambda day: [("always", np.nan, np.ones(len(day)), 1.0)]  # noqa: E731
-    _each(columns, fleet, owner_kind, kind, "", share, priors, whole)
+def _always(
+    columns: Columns, fleet: Crossing, owner_kind: str, kind: str, share: Array, priors: FleetPriors, where: str = ""
+) -> None:
+    """Causes that an owner is made with: they have no date."""
+    _each(columns, fleet, owner_kind, kind, where, share, priors, _made_with)
+
+
+def _made_with(day: Array) -> list[tuple[str, float, Array, float]]:
+    return [("always", np.nan, np.ones(len(day)), 1.0)]
 
 
 def _wear(columns: Columns, fleet: Crossing, priors: FleetPriors) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from stepgauge.fleet.crossed.causes import Cause
 from stepgauge.fleet.crossed.priors import FleetPriors
 from stepgauge.fleet.crossed.single_effects import SingleEffect
+from stepgauge.fleet.crossed.visits import Crossing
 
 Array = NDArray[np.float64]
 MOST_RIVALS = 3
@@ -60,7 +61,7 @@ class Found:
         )
 
 
-def told(effect: SingleEffect, causes: Sequence[Cause], day: Array, shown: Array, priors: FleetPriors) -> Found:
+def told(effect: SingleEffect, causes: Sequence[Cause], fleet: Crossing, shown: Array, priors: FleetPriors) -> Found:
     """One effect as a cause: its likeliest owner, and who else it may be.
 
     ``shown (visits,)``: how much of it a visit shows, in standard deviations of the visit.
@@ -78,7 +79,8 @@ def told(effect: SingleEffect, causes: Sequence[Cause], day: Array, shown: Array
     size = float(weight @ effect.mean)
     u = float(np.sqrt(max(weight @ (effect.u**2 + effect.mean**2) - size**2, 0.0)))
     rivals = _rivals(own, effect, owners, best, priors)
-    begin = _begin(own, weight, day, priors)
+    day = fleet.day[fleet.of(top.owner_kind, top.owner)]
+    begin = _begin(own, weight, day, float(fleet.day.min()), priors)
     held = owners[best] + sum(owners[rival.owner_kind, rival.owner] for rival in rivals)
     probability = effect.probability * held
     visits = np.argsort(-shown, kind="stable")[: int((shown > 0.0).sum())]
@@ -117,11 +119,12 @@ def _rivals(
     return tuple(rivals)
 
 
-def _begin(own: Sequence[Cause], weight: Array, day: Array, priors: FleetPriors) -> tuple[float, float] | None:
+def _begin(
+    own: Sequence[Cause], weight: Array, day: Array, first: float, priors: FleetPriors
+) -> tuple[float, float] | None:
     """Between which days it began: of the dates of its course those that hold enough of the probability."""
-    before = day.min()
     dated = np.array(
-        [cause.day if cause.course in ("since", "growing") and cause.day > before else -np.inf for cause in own]
+        [cause.day if cause.course in ("since", "growing") and cause.day > first else -np.inf for cause in own]
     )
     if weight[np.isinf(dated)].sum() > 0.5:
         return None

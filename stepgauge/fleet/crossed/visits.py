@@ -119,6 +119,12 @@ class Crossing:
     def __len__(self) -> int:
         return len(self.visits)
 
+    def of(self, kind: str, name: str) -> NDArray[np.intp]:
+        """The visits of an owner; a visit is its own."""
+        if kind == "visit":
+            return np.array([int(name)])
+        return np.flatnonzero(self.owner[kind] == self.names[kind].index(name))
+
 
 def make_crossing(visits: Sequence[Visit], gauges: Mapping[str, Gauge]) -> Crossing:
     """From visits and the certificates of their gauges (by the gauge's name in the visits)."""
