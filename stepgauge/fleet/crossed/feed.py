@@ -77,6 +77,7 @@ class Feed(Table):
     risk: float = Field(gt=0.0, lt=1.0, description="accepted probability of being out of limits")
     limits: dict[str, float]
     quantities: list[Quantity]
+    checksum: str = Field("", description="SHA-256 of the rest, as in every JSON file of stepgauge")
 
 
 def feed_schema() -> dict[str, Any]:
@@ -130,7 +131,7 @@ def write_feed(folder: str | Path, watched: Sequence[Watched], limits: Mapping[s
     """Write ``watch.json``, its schema and ``watch.csv`` into a folder (made if missing); returns their paths."""
     paths = [Path(folder) / name for name in ("watch.json", "watch.schema.json", "watch.csv")]
     feed = make_feed(watched, limits, risk)
-    write_json(paths[0], feed.model_dump())
+    write_json(paths[0], feed.model_dump(exclude={"checksum"}))
     write_json(paths[1], feed_schema())
     write_text(paths[2], _csv(feed))
     return paths

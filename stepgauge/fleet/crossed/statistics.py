@@ -82,12 +82,22 @@ def _statistics(
     for _ in range(SWEEPS):
         level.sweep()
     many = np.maximum(np.bincount(level.face), 1)
-    where = np.column_stack([np.bincount(level.face, at_mm[:, k]) / many for k in range(3)]).astype(float)
+    where = np.column_stack([np.bincount(level.face, at_mm[:, k]) / many for k in range(3)])
     temperature = data.frame["gauge_temperature_C"][rows].mean() if "gauge_temperature_C" in data.frame else np.nan
     axis = data.probings.setting.axis[place]
     drift, u_drift = level.drift()
     return PlacementStatistics(
-        place, faces, level.mean, level.count, where, axis, level.sigma, level.freedoms, drift, u_drift, temperature
+        place,
+        faces,
+        level.mean,
+        level.count,
+        np.asarray(where, float),
+        axis,
+        level.sigma,
+        level.freedoms,
+        drift,
+        u_drift,
+        temperature,
     )
 
 

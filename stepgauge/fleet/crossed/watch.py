@@ -16,12 +16,13 @@ from scipy.stats import norm
 
 from stepgauge.fleet.crossed.answer import FleetInference, Number
 from stepgauge.fleet.crossed.drifting import State, Wandering, beyond, due_day, follow
+from stepgauge.fleet.crossed.priors import fleet_priors
 from stepgauge.standards.decision import Outcome, decide
 
 Array = NDArray[np.float64]
 WALKS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0)
 """Walks in the root of a year that are tried, over the level's standard deviation; the fleet says which."""
-RATE, JUMP = 0.5, 5.0
+RATE, JUMP = 1.0, 5.0
 """Standard deviations of the rate in a year and of a known jump, over the level's."""
 SEEN = 0.5
 """Least share of a component that some visit must see, over the largest in the fleet, for it to be watched."""
@@ -99,7 +100,7 @@ def _of_kind(
     limits: Mapping[str, float],
     risk: float,
 ) -> list[Watched]:
-    scale = _usual(number, owner_kind)
+    scale = _usual(number, owner_kind, kinds)
     ways = [Wandering(scale, RATE * scale, walk * scale, JUMP * scale) for walk in WALKS]
     tried = [[*_follow(found, number, owner_kind, kinds, way)] for way in ways]
     best = int(np.argmax([sum(gain for _, gain in one) for one in tried]))
@@ -108,12 +109,10 @@ def _of_kind(
     return _with_peers(said, found)
 
 
-def _usual(number: Number, owner_kind: str) -> float:
-    """Standard deviation of first levels: of machines with all that is wrong, of gauges as certified."""
+def _usual(number: Number, owner_kind: str, kinds: str) -> float:
+    """Standard deviation of first levels: of machines with all that is wrong, of gauges as the priors have it."""
     if owner_kind == "gauge":
-        return max(
-            float(np.max(next(term.sd for term in number.background.terms if term.name == "gauge certificate"))), 0.3
-        )
+        return fleet_priors().kinds["gauge"]["certificate_scale" if kinds == "slopes" else "wear"].usual
     own = [float(np.max(term.sd)) for term in number.background.terms if term.name.startswith("machine")]
     sizes = [one.size for one in number.found if one.owner_kind in ("machine", "type")]
     return float(np.sqrt(np.mean(np.square(own)) + (np.mean(np.square(sizes)) if sizes else 0.0)))
