@@ -118,7 +118,7 @@ class _Levels:
         off = self.um - self.mean[self.face] - self.rate * self.hours
         self.weight = _student(off, self.sigma) * self._of_faces()
         self.total = np.bincount(self.face, self.weight)
-        self.count = self.total * COUNTED
+        self.count = np.asarray(self.total * COUNTED, float)
         self.rate = self._rate()
         straight = self.um - self.rate * self.hours
         self.mean = np.bincount(self.face, self.weight * straight) / np.maximum(self.total, 1e-12)
