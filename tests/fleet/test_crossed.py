@@ -113,7 +113,8 @@ def test_causes_have_their_owners_whatever_these_are_called() -> None:
     assert set(said) == {("M3", "scale", "x"), ("M5", "scale", "y"), ("G2", "block", "7")}
     assert said["M3", "scale", "x"].size == pytest.approx(8.0, abs=4.0 * said["M3", "scale", "x"].u)
     begin = said["M5", "scale", "y"].begin
-    assert begin is not None and begin[0] <= 20_200 <= begin[1]
+    assert begin is not None
+    assert begin[0] <= 20_200 <= begin[1]
     assert said["G2", "block", "7"].size == pytest.approx(2.0, abs=0.3)
     other = {f"M{m}": f"M{9 - m}" for m in range(10)} | {f"G{g}": f"G{3 - g}" for g in range(4)}
     renamed = [replace(one, machine=other[one.machine], gauge=other[one.gauge]) for one in reversed(visits)]

@@ -62,9 +62,13 @@ def test_who_changed_drifts_or_leaves_its_peers_is_said() -> None:
     found = infer(*fleet(11, crossed(10, 4, 4), wrong))
     watched = {(one.owner, one.quantity): one for one in watch(found, {"scale": 5.0})}
     moved, knocked, worn = watched["M3", "scale x"], watched["M5", "scale y"], watched["G2", "wear"]
-    assert moved.leaves_peers and moved.outcome == "does not conform" and moved.out_now == pytest.approx(1.0, abs=0.01)
-    assert knocked.changes and knocked.changes[0][0] <= 20_200 <= knocked.changes[0][1]
-    assert worn.drifts and worn.rate > 0.5
+    assert moved.leaves_peers
+    assert moved.outcome == "does not conform"
+    assert moved.out_now == pytest.approx(1.0, abs=0.01)
+    assert knocked.changes
+    assert knocked.changes[0][0] <= 20_200 <= knocked.changes[0][1]
+    assert worn.drifts
+    assert worn.rate > 0.5
     calm = [one for one in watched.values() if one.owner not in ("M3", "M5", "G2")]
     assert not [one for one in calm if one.changes or one.outcome == "does not conform"]
     assert sum(one.leaves_peers for one in calm) <= 1
@@ -82,7 +86,8 @@ def test_infer_and_watch_on_a_store(tmp_path: Path) -> None:
     done = run.invoke(cli, ["fleet", "infer", str(store), "-o", str(answer), "--jobs", "1"])
     assert done.exit_code == 0, done.output
     said = json.loads(answer.read_text())
-    assert said["format"] == "stepgauge fleet inference 1" and said["visits"] == 12
+    assert said["format"] == "stepgauge fleet inference 1"
+    assert said["visits"] == 12
     assert said["expected_false_share"] <= 0.05
     assert "What is nothing wrong" in answer.with_suffix(".md").read_text()
     done = run.invoke(cli, ["fleet", "watch", str(store), "--limit", "scale=5", "-o", str(tmp_path), "--jobs", "1"])
@@ -92,4 +97,5 @@ def test_infer_and_watch_on_a_store(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "watch.schema.json").read_text()) == feed_schema()
     assert (tmp_path / "watch.png").stat().st_size > 10_000
     done = run.invoke(cli, ["fleet", "watch", str(store), "--limit", "length=5", "-o", str(tmp_path)])
-    assert done.exit_code == 2 and "one of scale" in done.output
+    assert done.exit_code == 2
+    assert "one of scale" in done.output

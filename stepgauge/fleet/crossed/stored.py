@@ -76,22 +76,23 @@ def read_visits(fleet: Fleet) -> tuple[list[Visit], dict[str, Gauge]]:
     rows = [row | {"owners": owners[row["recording"]]} for row in known if row["recording"] in owners]
     rows.sort(key=lambda row: (row["owners"]["measured_at"], row["recording"], row["placement"]))
     names = _gauge_names([row["owners"] for row in rows])
-    gauges = {name: fleet.gauge(certificate) for certificate, name in names.items()}
+    gauges = {name: fleet.gauge(certificate) for (_, certificate), name in names.items()}
     return [_visit(row, names) for row in rows], gauges
 
 
-def _gauge_names(owners: list[Mapping[str, Any]]) -> dict[str, str]:
-    """The gauge's name by certificate; from its second certificate on with a number."""
-    names: dict[str, str] = {}
+def _gauge_names(owners: list[Mapping[str, Any]]) -> dict[tuple[str, str], str]:
+    """The gauge's name by gauge and certificate; from its second certificate on with a number."""
+    names: dict[tuple[str, str], str] = {}
     count: dict[str, int] = {}
     for row in owners:
-        if row["certificate"] not in names:
+        key = (row["gauge"], row["certificate"])
+        if key not in names:
             count[row["gauge"]] = count.get(row["gauge"], 0) + 1
-            names[row["certificate"]] = row["gauge"] + (f" #{count[row['gauge']]}" if count[row["gauge"]] > 1 else "")
+            names[key] = row["gauge"] + (f" #{count[row['gauge']]}" if count[row["gauge"]] > 1 else "")
     return names
 
 
-def _visit(row: Mapping[str, Any], names: Mapping[str, str]) -> Visit:
+def _visit(row: Mapping[str, Any], names: Mapping[tuple[str, str], str]) -> Visit:
     own = row["owners"]
     day = own["measured_at"].timestamp() / 86400.0
     others = {kind: own[kind] or f"{UNKNOWN} {own['machine']}" for kind in ("type", "hall", "probe")}
@@ -106,7 +107,7 @@ def _visit(row: Mapping[str, Any], names: Mapping[str, str]) -> Visit:
         own["machine"],
         others["type"],
         others["hall"],
-        names[own["certificate"]],
+        names[own["gauge"], own["certificate"]],
         others["probe"],
         day,
         placed,
