@@ -62,8 +62,8 @@ found = sg.infer_fleet(store.folder)
 print(found.summary())
 
 # %%
-# The scales of x over the year, without what gauges and probes contribute, with the expanded uncertainty. The machine that
-# was knocked leaves its limit; the worn gauge moved none of them.
+# The scales of x over the year, without what gauges and probes contribute, with the expanded uncertainty. The machine
+# that was knocked leaves its limit; the worn gauge moved none of them.
 
 figure, axes = plt.subplots(figsize=(7, 3.5), layout="constrained")
 for one in watch(found, {"scale": 5.0}):
