@@ -20,7 +20,7 @@ from stepgauge.fleet.crossed.priors import FleetPriors
 from stepgauge.fleet.crossed.visits import Crossing, Ladder
 
 Array = NDArray[np.float64]
-WIDTHS_MM = (25.0, 50.0, 100.0)
+WIDTHS_MM = (12.5, 25.0, 50.0, 100.0)
 """Full widths at half height of places of a scale; they are tried every half width."""
 SEEN_SHARE = 0.2
 """Least component of the gauge's axis along a scale that it looks at."""
