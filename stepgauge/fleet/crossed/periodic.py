@@ -24,6 +24,8 @@ MAIN_SHARE = 0.7
 """Least component of a gauge's axis along the scale that it looks at."""
 STEP = 0.4
 """Steps of the frequency, in turns over a gauge."""
+LEFT = 0.1
+"""Least share of a wave that must be left beside origin, slope and block size, for a visit to tell of it."""
 FINE, MOST, FINE_STEPS = 61, 50, 24
 
 
@@ -60,7 +62,9 @@ def spectra(ladder: Ladder, solved: Array, axis: int, turns: Array) -> tuple[Arr
         score[row] = seen[0] * share[row]
         taken = np.einsum("ip,ij,jp->p", seen[1:].conj(), ladder.normal[row], seen[1:]).real
         power[row] = share[row] ** 2 * np.maximum(ladder.weight[row].sum() - taken, 0.0) / 2.0
-    return score, power
+    whole = share**2 * ladder.weight.sum(axis=1) / 2.0
+    power[power < LEFT * whole[:, None]] = 0.0
+    return np.where(power > 0.0, score, 0.0), power
 
 
 def _wave(at_mm: Array, turns: Array) -> NDArray[np.complex64]:
@@ -111,7 +115,8 @@ class Waves:
             for number, row in enumerate(rows):
                 if ladder.visits[row] in visits:
                     wave = _wave(ladder.at_mm[row, :, self.axis], self.turns)
-                    self.score[first + number] = one[row] @ wave * ladder.axis[row, self.axis]
+                    score = one[row] @ wave * ladder.axis[row, self.axis]
+                    self.score[first + number] = np.where(self.power[first + number] > 0.0, score, 0.0)
             first += len(rows)
 
 

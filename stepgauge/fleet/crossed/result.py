@@ -82,7 +82,7 @@ def told(effect: SingleEffect, causes: Sequence[Cause], fleet: Crossing, shown: 
     day = fleet.day[fleet.of(top.owner_kind, top.owner)]
     begin = _begin(own, weight, day, float(fleet.day.min()), priors)
     held = owners[best] + sum(owners[rival.owner_kind, rival.owner] for rival in rivals)
-    probability = effect.probability * held
+    probability = min(effect.probability * held, 1.0)
     visits = np.argsort(-shown, kind="stable")[: int((shown > 0.0).sum())]
     named = (top.owner_kind, top.owner, top.kind, top.where, top.course)
     return Found(*named, begin, size, u, probability, rivals, tuple(visits.tolist()))
