@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from stepgauge.errors import InputError as InputError
     from stepgauge.errors import ProgramStoppedError as ProgramStoppedError
     from stepgauge.evaluation.evaluate import Evaluation as Evaluation
+    from stepgauge.fleet.crossed.answer import FleetInference as FleetInference
     from stepgauge.gauge.certified import Gauge as Gauge
     from stepgauge.gauge.certified import read_gauge as read_gauge
     from stepgauge.gauge.placement import Placement as Placement
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from stepgauge.public.diagnose import diagnose as diagnose
     from stepgauge.public.diagnose import diagnose_probe_map as diagnose_probe_map
     from stepgauge.public.evaluate import evaluate as evaluate
+    from stepgauge.public.fleet import infer_fleet as infer_fleet
     from stepgauge.public.investigate import investigate as investigate
     from stepgauge.public.locate import locate as locate
     from stepgauge.public.measure import measure as measure
@@ -54,6 +56,7 @@ _PLACES = {
     "diagnose": "public.diagnose",
     "diagnose_probe_map": "public.diagnose",
     "evaluate": "public.evaluate",
+    "infer_fleet": "public.fleet",
     "investigate": "public.investigate",
     "locate": "public.locate",
     "measure": "public.measure",
@@ -75,6 +78,7 @@ _PLACES = {
     "Diagnosis": "diagnosis.result",
     "DirectionMap": "probes.directions_map",
     "Evaluation": "evaluation.evaluate",
+    "FleetInference": "fleet.crossed.answer",
     "Gauge": "gauge.certified",
     "InputError": "errors",
     "Machine": "machine.file",

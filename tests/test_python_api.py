@@ -34,6 +34,7 @@ budget(sources, gauge, machine, *, placements=(), blocks=None, r_eff="first", u_
 diagnose(recordings, gauge=None, machine=None, *, without=(), priors=None)
 diagnose_probe_map(probe_map, probe, *, columns=None, priors=None)
 evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff="first", measured_at=None, machine_name=None)
+infer_fleet(store, *, jobs=1, progress=None)
 investigate(placement, gauge, machine, folder, *, ask, server=None, faults=None, seed=0, minutes=60.0, odds=20.0,
     within_mm=None, level=False, hands_minutes=5.0, cycles=2, without=(), priors=None, resume=False, homing=False,
     tool="StepGaugeProbe", tell=None, progress=None, stop=None)
@@ -82,6 +83,9 @@ Evaluation.summary(self)
 Evaluation.to_frame(self)
 Evaluation.plot(self, axes=None, placement=None, *, before=None)
 Evaluation.write(self, folder, figure="png", mpe=None)
+FleetInference.summary(self)
+FleetInference.to_frame(self)
+FleetInference.write(self, path)
 Gauge.summary(self)
 Gauge.to_frame(self)
 Gauge.plot(self, axes=None)

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from stepgauge.cli.fleet.options import STORE, bar, engine_from, engine_options, say_errors
-from stepgauge.cli.options import say, say_written, show
+from stepgauge.cli.options import say_written, show
 
 
 @click.command("infer")
@@ -33,19 +33,11 @@ def command(store: str, output: str, **options: Any) -> None:
     stepgauge fleet infer fleet -o fleet.json
     stepgauge fleet infer fleet --jobs 2
     """
-    from stepgauge.errors import InputError
-    from stepgauge.fleet.crossed.infer import infer
-    from stepgauge.fleet.crossed.stored import read_visits, work_out_statistics
-    from stepgauge.fleet.store import Fleet
+    from stepgauge.fleet.crossed.stored import infer_store
 
-    engine, fleet = engine_from(options), Fleet(store)
+    engine = engine_from(options)
     with bar("reading") as progress:
-        errors = work_out_statistics(fleet, engine, progress)
-    visits, gauges = read_visits(fleet)
-    if not visits:
-        raise InputError(store, errors[0] if errors else "no recordings", expected="fleet add, with --machine")
-    say(f"{len(visits)} visits of gauges to machines")
-    found = infer(visits, gauges)
+        found, errors = infer_store(store, engine, progress)
     show(found.summary())
     say_written(*found.write(output))
     say_errors(store, errors, "used")

@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from stepgauge import __version__
 from stepgauge.files.shown import Summarized, as_lines
 from stepgauge.files.text import write_json, write_text
+from stepgauge.fleet.crossed.background import Background
+from stepgauge.fleet.crossed.causes import Cause, VisitCandidates
 from stepgauge.fleet.crossed.priors import fleet_priors
 from stepgauge.fleet.crossed.result import Found, Rival
+from stepgauge.fleet.crossed.single_effects import SingleEffect
 from stepgauge.fleet.crossed.visits import Crossing, Visit
 
 if TYPE_CHECKING:
     import pandas as pd
 
+Array = NDArray[np.float64]
 FORMAT = "stepgauge fleet inference 1"
 DAY_0 = datetime.date(1970, 1, 1)
 COUNTERPART = {"machine": "gauge", "gauge": "machine", "type": "gauge", "hall": "gauge", "probe": "machine"}
@@ -40,6 +47,31 @@ WORN = {"fronts": "fronts", "used": "used blocks"}
 
 
 @dataclass(frozen=True)
+class Number:
+    """One number of every visit (its slope, its block size), and how it was explained.
+
+    ``value (visits,)``; ``unit``: by kind and place, what a unit of a machine's error makes of it ``(visits,)``.
+    """
+
+    found: list[Found]
+    value: Array
+    unit: Mapping[tuple[str, str], Array]
+    background: Background
+    candidates: VisitCandidates
+    effects: Sequence[SingleEffect]
+    scatter: Mapping[str, float]
+
+    def explained(self, which: Callable[[Cause], bool] = lambda _: True) -> Array:
+        """What some causes make of every visit."""
+        total = np.zeros(len(self.value))
+        for effect in self.effects:
+            kept = np.array([which(self.candidates.causes[row]) for row in effect.rows])
+            if kept.any():
+                total += self.candidates.fit(effect.rows, effect.probability * effect.share * effect.mean * kept)
+        return total
+
+
+@dataclass(frozen=True)
 class FleetInference(Summarized):
     """``causes``: named ones, the likeliest first; ``false_share``: expected share of false ones among them;
     ``scatter``: standard deviations of what is nothing wrong, by name; ``alone``: single visits that are wrong."""
@@ -49,6 +81,8 @@ class FleetInference(Summarized):
     scatter: Mapping[str, float]
     fleet: Crossing = field(repr=False)
     alone: tuple[Found, ...] = field(default=(), repr=False)
+    slopes: Number | None = field(default=None, repr=False)
+    sizes: Number | None = field(default=None, repr=False)
 
     def summary(self) -> str:
         """How many visits, and every cause in a line."""
@@ -102,7 +136,9 @@ def words_of(kind: str, where: str) -> str:
 def cause_line(one: Found) -> str:
     """Owner, what is wrong, size with U (k = 2), since when, probability."""
     size = f"{one.size:+.3g} {unit_of(one.owner_kind, one.kind)} (U = {2.0 * one.u:.2g})"
-    others = ", ".join(f"{rival.owner_kind} {rival.owner} ({words_of(rival.kind, rival.where)})" for rival in one.instead)
+    others = ", ".join(
+        f"{rival.owner_kind} {rival.owner} ({words_of(rival.kind, rival.where)})" for rival in one.instead
+    )
     either = f"; or instead: {others}" if others else ""
     head = f"{one.owner_kind} {one.owner}: {words_of(one.kind, one.where)} {size}{_when(one)}"
     return f"{head}, probability {one.probability:.3f}{either}"
@@ -168,8 +204,7 @@ def settled_by(one: Found, fleet: Crossing) -> dict[str, list[dict[str, str]]]:
 
 
 def _elsewhere(name: str, counterpart: str, one: Found, fleet: Crossing) -> Visit | None:
-    number = fleet.names[counterpart].index(name)
-    rows = (fleet.owner[counterpart] == number).nonzero()[0]
+    rows = fleet.of(counterpart, name)
     return next((fleet.visits[row] for row in rows if getattr(fleet.visits[row], one.owner_kind) != one.owner), None)
 
 
@@ -204,7 +239,8 @@ def report_lines(found: FleetInference) -> Iterator[str]:
     for one in found.causes:
         began = _when(one).removeprefix(", ") or "before the first visit"
         cells = (f"{one.size:+.3g}", f"{2.0 * one.u:.2g}", unit_of(one.owner_kind, one.kind), began)
-        yield f"| {one.owner_kind} {one.owner} | {words_of(one.kind, one.where)} | {' | '.join(cells)} | {one.probability:.3f} |"
+        wrong = words_of(one.kind, one.where)
+        yield f"| {one.owner_kind} {one.owner} | {wrong} | {' | '.join(cells)} | {one.probability:.3f} |"
     yield from _open_lines([one for one in found.causes if one.instead])
     yield from _settled_lines(found)
     yield from _order_lines(found)
@@ -215,7 +251,8 @@ def _open_lines(left: Sequence[Found]) -> Iterator[str]:
         yield from ("", "## What the fleet cannot tell apart", "")
     for one in left:
         rivals = ", ".join(f"{rival.owner_kind} {rival.owner} ({rival.probability:.2f})" for rival in one.instead)
-        yield f"- {one.owner_kind} {one.owner}, {words_of(one.kind, one.where)}, or {rivals}. To settle it, {would_settle(one)}."
+        mine = f"{one.owner_kind} {one.owner}, {words_of(one.kind, one.where)}"
+        yield f"- {mine}, or {rivals}. To settle it, {would_settle(one)}."
 
 
 def _settled_lines(found: FleetInference) -> Iterator[str]:

@@ -25,7 +25,8 @@ CHUNK = 2048
 class Term:
     """Independent coefficients with one standard deviation: ``columns (n, q)`` sparse; ``known``: it is stated.
 
-    ``least``: a standard deviation that is not estimated away, since no fleet is large enough to know it is zero.
+    ``least``: a standard deviation that is not estimated away, since no fleet is large enough to know it is zero;
+    ``pool``: terms of one pool have one standard deviation until the pools are opened.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Term:
     sd: float | Array
     known: bool = False
     least: float = LEAST
+    pool: str = ""
 
 
 class Background:
@@ -46,7 +48,7 @@ class Background:
     """
 
     def __init__(self, variance: Array, terms: Sequence[Term], scatter: float) -> None:
-        self.variance, self.scatter = variance, scatter
+        self.variance, self.scatter, self.pooled = variance, scatter, True
         self.terms = [term for term in terms if term.columns.nnz]
         n = len(variance)
         blocks = [term.columns for term in self.terms]
@@ -102,11 +104,14 @@ class Background:
             self.factor()
 
     def _update_terms(self, at: Array, known: Array) -> None:
-        for term, low, high in zip(self.terms, self._ends[:-1], self._ends[1:], strict=True):
+        squares, numbers = dict[str, float](), dict[str, float]()
+        keys = [term.pool if self.pooled and term.pool else term.name for term in self.terms]
+        for key, low, high in zip(keys, self._ends[:-1], self._ends[1:], strict=True):
+            squares[key] = squares.get(key, 0.0) + float((at[low:high] ** 2).sum())
+            numbers[key] = numbers.get(key, 0.0) + float((1.0 - known[low:high]).sum())
+        for key, term in zip(keys, self.terms, strict=True):
             if not term.known:
-                number = max(float((1.0 - known[low:high]).sum()), 1e-6)
-                size = float((at[low:high] ** 2).sum()) / number
-                term.sd = max(float(np.sqrt(size)), term.least)
+                term.sd = max(float(np.sqrt(squares[key] / max(numbers[key], 1e-6))), term.least)
 
     def _update_scatter(self, left: Array) -> None:
         free = np.maximum(1.0 - self._leverage(), 0.0)

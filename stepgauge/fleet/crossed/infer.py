@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.fleet.crossed import numbers
-from stepgauge.fleet.crossed.answer import FleetInference
+from stepgauge.fleet.crossed.answer import FleetInference, Number
 from stepgauge.fleet.crossed.background import Background
 from stepgauge.fleet.crossed.causes import VisitCandidates
 from stepgauge.fleet.crossed.periodic import Periodic, find_periodic
@@ -23,7 +23,7 @@ from stepgauge.gauge.certified import Gauge
 Array = NDArray[np.float64]
 ROUNDS = 2
 """Iterations of the variances between rounds of the search; each goes on from the last."""
-EXPANSIONS = 3
+EXPANSIONS, PROFILES = 3, 3
 """A gauge of another expansion also answers otherwise to a wrong temperature, so slopes are looked at again."""
 
 
@@ -49,11 +49,11 @@ def infer(visits: Sequence[Visit], gauges: Mapping[str, Gauge], priors: FleetPri
     left = _by_ladder(ladders, flat - explained)
     slopes = _slopes(fleet, ladders, left, priors)
     sizes = _sizes(fleet, ladders, left, priors)
-    found = merged([*shapes, *map(_period_told, periods), *slopes[0], *sizes[0]])
+    found = merged([*shapes, *map(_period_told, periods), *slopes.found, *sizes.found])
     kept = named([one for one in found if one.owner_kind != "visit"], priors)
     false = float(np.mean([1.0 - one.probability for one in kept])) if kept else 0.0
     alone = tuple(one for one in found if one.owner_kind == "visit")
-    return FleetInference(tuple(kept), false, slopes[1] | sizes[1], fleet, alone)
+    return FleetInference(tuple(kept), false, {**slopes.scatter, **sizes.scatter}, fleet, alone, slopes, sizes)
 
 
 def _with_shape(fleet: Crossing, priors: FleetPriors) -> list[Ladder]:
@@ -87,16 +87,19 @@ def _profiles(
     """Blocks, worn blocks, places of scales and periods, each with the others taken off."""
     candidates = ProfileCandidates(fleet, ladders, priors)
     mixture, stated = priors.sizes.mixture(), priors.decision.named
-    effects: list[SingleEffect] = []
+    dated: list[tuple[str, str, float]] = []
     periods, waves = find_periodic(fleet, ladders, partial(candidates.solve, free=True), flat, priors)
-    for _ in range(2):
+    for _ in range(PROFILES):
         effects = find_effects(flat - waves, candidates, mixture, stated)
+        found = [told(e, candidates.causes, fleet, _by_visit(fleet, ladders, e.fitted), priors) for e in effects]
         shapes = sum((effect.fitted for effect in effects), np.zeros_like(flat))
-        known = {one.cause for one in periods}
+        known, before = {one.cause for one in periods}, dated
         periods, waves = find_periodic(fleet, ladders, candidates.solve, flat - shapes, priors)
-        if {one.cause for one in periods} == known:
+        dated = sorted({(one.owner, one.where, one.begin[1]) for one in found if one.kind == "block" and one.begin})
+        if {one.cause for one in periods} == known and dated == before:
             break
-    found = [told(one, candidates.causes, fleet.day, _by_visit(fleet, ladders, one.fitted), priors) for one in effects]
+        if dated != before:
+            candidates = ProfileCandidates(fleet, ladders, priors, dated)
     return found, periods, shapes + waves
 
 
@@ -112,7 +115,7 @@ def _as_told(
     effects: Sequence[SingleEffect], candidates: VisitCandidates, fleet: Crossing, priors: FleetPriors
 ) -> list[Found]:
     root = np.sqrt(candidates.background.weight)
-    return [told(one, candidates.causes, fleet.day, np.abs(one.fitted) * root, priors) for one in effects]
+    return [told(one, candidates.causes, fleet, np.abs(one.fitted) * root, priors) for one in effects]
 
 
 def _period_told(one: Periodic) -> Found:
@@ -120,20 +123,24 @@ def _period_told(one: Periodic) -> Found:
     cause, mean = one.cause, float(np.mean(list(one.amplitude_um.values())))
     where = cause.where
     visits = tuple(one.visits.tolist())
-    return Found(cause.owner_kind, cause.owner, "periodic", where, "always", None, mean, one.u_um, probability, (), visits)
+    return Found(
+        cause.owner_kind, cause.owner, "periodic", where, "always", None, mean, one.u_um, probability, (), visits
+    )
 
 
-def _slopes(
-    fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: FleetPriors
-) -> tuple[list[Found], dict[str, float]]:
+def _slopes(fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: FleetPriors) -> Number:
     """Causes that are a slope along the gauge."""
-    unit = {key: share for key, share in numbers.shares(fleet, numbers.machine_slopes(), numbers.SLOPE).items() if share.any()}
+    unit = {
+        key: share
+        for key, share in numbers.shares(fleet, numbers.machine_slopes(), numbers.SLOPE).items()
+        if share.any()
+    }
     value, variance = numbers.observed(fleet, numbers.SLOPE, ladders, um)
     expands = numbers.per_K(fleet)
     for _ in range(EXPANSIONS):
         background = numbers.slope_background(fleet, variance, unit, expands, priors)
         candidates = numbers.slope_candidates(fleet, unit, expands, background, priors)
-        effects = _found(value, candidates, background, priors)
+        effects = _found(value, candidates, background, fleet, priors)
         found = _as_told(effects, candidates, fleet, priors)
         as_found = numbers.per_K(fleet, {one.owner: one.size for one in found if one.kind == "gauge_expansion"})
         if np.allclose(as_found, expands, rtol=0.05):
@@ -141,33 +148,53 @@ def _slopes(
         expands = as_found
     left = value - sum((effect.fitted for effect in effects), np.zeros_like(value))
     halls = _halls(fleet, left, background, [one for one in found if one.kind == "temperature"], priors)
-    return [*found, *halls], _scatter(background, "um/m")
+    return Number([*found, *halls], value, unit, background, candidates, effects, _scatter(background, "um/m"))
 
 
-def _sizes(
-    fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: FleetPriors
-) -> tuple[list[Found], dict[str, float]]:
+def _sizes(fleet: Crossing, ladders: list[Ladder], um: list[Array], priors: FleetPriors) -> Number:
     """Causes that change the size of every block."""
-    unit = {key: share for key, share in numbers.shares(fleet, numbers.machine_sizes(), numbers.SIZE).items() if share.any()}
+    unit = {
+        key: share for key, share in numbers.shares(fleet, numbers.machine_sizes(), numbers.SIZE).items() if share.any()
+    }
     value, variance = numbers.observed(fleet, numbers.SIZE, ladders, um)
     background = numbers.size_background(fleet, variance, unit, priors)
     candidates = numbers.size_candidates(fleet, unit, background, priors)
-    effects = _found(value, candidates, background, priors)
-    return _as_told(effects, candidates, fleet, priors), _scatter(background, "um")
+    effects = _found(value, candidates, background, fleet, priors)
+    found = _as_told(effects, candidates, fleet, priors)
+    return Number(found, value, unit, background, candidates, effects, _scatter(background, "um"))
 
 
 def _found(
-    value: Array, candidates: VisitCandidates, background: Background, priors: FleetPriors
+    value: Array, candidates: VisitCandidates, background: Background, fleet: Crossing, priors: FleetPriors
 ) -> list[SingleEffect]:
-    """Effects, with the background estimated anew from what they leave."""
+    """Effects, with the background estimated anew from what they leave.
 
+    First all lines are taken to scatter alike, so that a line that is off as a whole is no line that scatters more.
+    Then each has its own scatter, and the machines of a line that is off are looked at anew: they differ.
+    """
     background.estimate(value, 2 * ROUNDS)
 
     def update(left: Array) -> None:
         background.estimate(left, ROUNDS)
         candidates.renew()
 
-    return find_effects(value, candidates, priors.sizes.mixture(), priors.decision.named, update)
+    effects: list[SingleEffect] = []
+    for pooled in (True, False):
+        background.pooled = pooled
+        effects = _without_spread(effects, candidates, fleet)
+        effects = find_effects(value, candidates, priors.sizes.mixture(), priors.decision.named, update, effects)
+    return effects
+
+
+def _without_spread(
+    effects: Sequence[SingleEffect], candidates: VisitCandidates, fleet: Crossing
+) -> list[SingleEffect]:
+    """Effects but those of machines whose line has one of the same kind."""
+    line = {visit.machine: visit.type for visit in fleet.visits}
+    top = [candidates.causes[one.rows[one.share.argmax()]] for one in effects]
+    off = {(one.owner, one.kind) for one in top if one.owner_kind == "type"}
+    kept = [one.owner_kind != "machine" or (line[one.owner], one.kind) not in off for one in top]
+    return [effect for effect, keep in zip(effects, kept, strict=True) if keep]
 
 
 def _scatter(background: Background, unit: str) -> dict[str, float]:
@@ -198,5 +225,7 @@ def _halls(
         probability = 1.0 / (1.0 + float(np.exp(-np.clip(total, -700, 700))))
         days = np.unique(np.floor(fleet.day[fleet.owner["hall"] == fleet.names["hall"].index(hall)])).size
         size = float(np.sqrt(np.sum([estimated**2, *(one.size**2 for one in known if one.owner == hall)])))
-        found.append(Found("hall", hall, "temperature", "", "days", None, size, size / np.sqrt(2.0 * days), probability))
+        found.append(
+            Found("hall", hall, "temperature", "", "days", None, size, size / np.sqrt(2.0 * days), probability)
+        )
     return found

@@ -6,7 +6,7 @@ and directions tells them apart. So are a tip radius, a reversal, and worn front
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,8 @@ from stepgauge.fleet.crossed.visits import Crossing, Ladder
 
 Array = NDArray[np.float64]
 SLOPE, SIZE = 1, 2
+SEEN_SHARE = 0.03
+"""Least share of an error that a visit must see: a gauge that is not quite level tells nothing of z."""
 PHASES = 6
 """Phases of a season that are tried, over half a year: its size has a sign."""
 HALL_DATES = 12
@@ -48,7 +50,7 @@ def shares(fleet: Crossing, effects: dict[tuple[str, str], Effect], number: int)
         for key, effect in effects.items():
             um = along_approach_um(effect, probings).reshape(ladder.um.shape) * ladder.side
             found[key][ladder.visits] = um @ inverse
-    return {key: np.where(np.abs(share) > 1e-6, share, 0.0) for key, share in found.items()}
+    return {key: np.where(np.abs(share) > SEEN_SHARE, share, 0.0) for key, share in found.items()}
 
 
 def observed(fleet: Crossing, number: int, ladders: list[Ladder], um: list[Array]) -> tuple[Array, Array]:
@@ -61,10 +63,16 @@ def observed(fleet: Crossing, number: int, ladders: list[Ladder], um: list[Array
 
 
 def certified_sd(ladder: Ladder, number: int) -> float:
-    """Standard uncertainty of a slope or size from the certificate alone."""
+    """Standard uncertainty of a slope or size from the certificate alone.
+
+    Where no correlation is stated, any is possible: errors that grow along the gauge, or differ from fronts to backs.
+    """
     weight = np.linalg.pinv(ladder.frame)[number]
     u, r = ladder.gauge.u_um, ladder.gauge.correlation
-    return float(np.sqrt((weight * u) @ (np.eye(len(u)) if r is None else r) @ (weight * u)))
+    if r is not None:
+        return float(np.sqrt((weight * u) @ r @ (weight * u)))
+    metres = float(ladder.gauge.position_mm[-1]) * 1e-3
+    return float(u.max() / metres if number == SLOPE else u.mean() / 2.0)
 
 
 def by_owner(number: NDArray[np.intp], share: Array) -> sparse.csc_matrix:
@@ -81,7 +89,7 @@ def of_lines(fleet: Crossing, name: str, shares_of: list[Array], sd: float, leas
     terms = []
     for number, words in enumerate(fleet.names["type"]):
         blocks = [by_owner(machine, np.where(line == number, share, 0.0)) for share in shares_of]
-        terms.append(Term(f"{name} of {words}", sparse.hstack(blocks, format="csc"), sd, least=least))
+        terms.append(Term(f"{name} of {words}", sparse.hstack(blocks, format="csc"), sd, least=least, pool=name))
     return terms
 
 
@@ -93,7 +101,9 @@ def slope_background(
     kinds: dict[str, list[Array]] = {}
     for (kind, _), share in unit.items():
         kinds.setdefault(kind, []).append(share)
-    terms = [term for kind, several in kinds.items() for term in of_lines(fleet, f"machine {kind}", several, 3.0, least)]
+    terms = [
+        term for kind, several in kinds.items() for term in of_lines(fleet, f"machine {kind}", several, 3.0, least)
+    ]
     ones = np.ones(len(fleet))
     certified = np.array([max(certified_sd(ladder, SLOPE), 1e-3) for ladder in fleet.ladders])
     terms.append(Term("gauge certificate", by_owner(own["gauge"], ones), certified, known=True))
@@ -129,9 +139,9 @@ def slope_candidates(
     """Machines and lines by axis and plane, gauges as a whole and by temperature, halls by date and season."""
     columns = Columns(len(fleet))
     for (kind, where), share in unit.items():
-        for owner_kind in ("machine", "type"):
-            if kind in priors.kinds[owner_kind]:
-                _constant(columns, fleet, owner_kind, kind, where, share, priors)
+        _constant(columns, fleet, "machine", kind, where, share, priors)
+        if kind in priors.kinds["type"]:
+            _always(columns, fleet, "type", kind, share, priors, where)
     _constant(columns, fleet, "gauge", "certificate_scale", "", np.ones(len(fleet)), priors)
     _always(columns, fleet, "gauge", "gauge_expansion", fleet.temperature_K, priors)
     _constant(columns, fleet, "hall", "temperature", "", expands, priors)
@@ -140,7 +150,9 @@ def slope_candidates(
     return VisitCandidates(columns, background)
 
 
-def size_background(fleet: Crossing, variance: Array, unit: dict[tuple[str, str], Array], priors: FleetPriors) -> Background:
+def size_background(
+    fleet: Crossing, variance: Array, unit: dict[tuple[str, str], Array], priors: FleetPriors
+) -> Background:
     """Of block sizes: certificates, machines and probes in order."""
     own, least = fleet.owner, priors.legitimate.size_um
     terms = of_lines(fleet, "machine reversal", list(unit.values()), 0.5, least)
@@ -165,7 +177,14 @@ def size_candidates(
 
 
 def _each(
-    columns: Columns, fleet: Crossing, owner_kind: str, kind: str, where: str, share: Array, priors: FleetPriors, courses_of: Callable
+    columns: Columns,
+    fleet: Crossing,
+    owner_kind: str,
+    kind: str,
+    where: str,
+    share: Array,
+    priors: FleetPriors,
+    courses_of: Callable,
 ) -> None:
     prior = priors.kinds[owner_kind][kind]
     for name, rows in of_owner(fleet.owner[owner_kind], fleet.names[owner_kind]):
@@ -184,14 +203,29 @@ def _constant(
     _each(columns, fleet, owner_kind, kind, where, share, priors, lambda day: courses(day, priors))
 
 
-def _always(columns: Columns, fleet: Crossing, owner_kind: str, kind: str, share: Array, priors: FleetPriors) -> None:
-    whole = lambda day: [("always", np.nan, np.ones(len(day)), 1.0)]  # noqa: E731
-    _each(columns, fleet, owner_kind, kind, "", share, priors, whole)
+def _always(
+    columns: Columns, fleet: Crossing, owner_kind: str, kind: str, share: Array, priors: FleetPriors, where: str = ""
+) -> None:
+    """Causes that an owner is made with: they have no date."""
+    _each(columns, fleet, owner_kind, kind, where, share, priors, _made_with)
+
+
+def _made_with(day: Array) -> list[tuple[str, float, Array, float]]:
+    return [("always", np.nan, np.ones(len(day)), 1.0)]
 
 
 def _wear(columns: Columns, fleet: Crossing, priors: FleetPriors) -> None:
     begin = float(fleet.day.min())
-    _each(columns, fleet, "gauge", "wear", "fronts", np.full(len(fleet), 0.5), priors, lambda day: growth(day, priors, begin))
+    _each(
+        columns,
+        fleet,
+        "gauge",
+        "wear",
+        "fronts",
+        np.full(len(fleet), 0.5),
+        priors,
+        lambda day: growth(day, priors, begin),
+    )
 
 
 def _seasons(columns: Columns, fleet: Crossing, expands: Array, priors: FleetPriors) -> None:
@@ -200,7 +234,10 @@ def _seasons(columns: Columns, fleet: Crossing, expands: Array, priors: FleetPri
     def phases(day: Array) -> list[tuple[str, float, Array, float]]:
         turns = np.arange(PHASES) / (2.0 * PHASES)
         angle = 2.0 * np.pi * (day / 365.25 - turns[:, None])
-        return [("season", float(turn), np.sin(one), priors.time.season / PHASES) for turn, one in zip(turns, angle, strict=True)]
+        return [
+            ("season", float(turn), np.sin(one), priors.time.season / PHASES)
+            for turn, one in zip(turns, angle, strict=True)
+        ]
 
     _each(columns, fleet, "hall", "temperature", "", expands, priors, phases)
 

@@ -24,6 +24,8 @@ MAIN_SHARE = 0.7
 """Least component of a gauge's axis along the scale that it looks at."""
 STEP = 0.4
 """Steps of the frequency, in turns over a gauge."""
+LEFT = 0.1
+"""Least share of a wave that must be left beside origin, slope and block size, for a visit to tell of it."""
 FINE, MOST, FINE_STEPS = 61, 50, 24
 
 
@@ -60,13 +62,15 @@ def spectra(ladder: Ladder, solved: Array, axis: int, turns: Array) -> tuple[Arr
         score[row] = seen[0] * share[row]
         taken = np.einsum("ip,ij,jp->p", seen[1:].conj(), ladder.normal[row], seen[1:]).real
         power[row] = share[row] ** 2 * np.maximum(ladder.weight[row].sum() - taken, 0.0) / 2.0
-    return score, power
+    whole = share**2 * ladder.weight.sum(axis=1) / 2.0
+    power[power < LEFT * whole[:, None]] = 0.0
+    return np.where(power > 0.0, score, 0.0), power
 
 
 def _wave(at_mm: Array, turns: Array) -> NDArray[np.complex64]:
-    """Unit waves ``(f, p)`` of evenly spaced frequencies: products of coarse and fine steps, which cost less than sines."""
+    """Unit waves ``(f, p)`` of evenly spaced frequencies: products of coarse and fine steps cost less than sines."""
     step = turns[1] - turns[0] if len(turns) > 1 else 0.0
-    fine = _turned(at_mm, step * np.arange(FINE_STEPS))
+    fine = _turned(at_mm, np.asarray(step * np.arange(FINE_STEPS), float))
     coarse = _turned(at_mm, turns[::FINE_STEPS])
     return (coarse[:, :, None] * fine[:, None, :]).reshape(len(at_mm), -1)[:, : len(turns)]
 
@@ -111,7 +115,8 @@ class Waves:
             for number, row in enumerate(rows):
                 if ladder.visits[row] in visits:
                     wave = _wave(ladder.at_mm[row, :, self.axis], self.turns)
-                    self.score[first + number] = one[row] @ wave * ladder.axis[row, self.axis]
+                    score = one[row] @ wave * ladder.axis[row, self.axis]
+                    self.score[first + number] = np.where(self.power[first + number] > 0.0, score, 0.0)
             first += len(rows)
 
 
@@ -187,11 +192,18 @@ def _fitted(
     u = float(np.sqrt(np.mean(shrunk) / len(machine)))
     odds = float(np.logaddexp.reduce(total)) + np.log(prior.odds / len(frequencies(ladders)) / FINE * 2.0)
     one = Periodic(cause, 1.0 / float(tried[at]), odds, amplitude, u, visits)
-    return one, _explained(fleet, ladders, axis, float(tried[at]), dict(zip(machine.tolist(), size, strict=True)), visits)
+    return one, _explained(
+        fleet, ladders, axis, float(tried[at]), dict(zip(machine.tolist(), size, strict=True)), visits
+    )
 
 
 def _coherent(
-    fleet: Crossing, ladders: Sequence[Ladder], solved: Sequence[Array], axis: int, turns: Array, visits: NDArray[np.intp]
+    fleet: Crossing,
+    ladders: Sequence[Ladder],
+    solved: Sequence[Array],
+    axis: int,
+    turns: Array,
+    visits: NDArray[np.intp],
 ) -> tuple[NDArray[np.intp], Array, Array]:
     """Scores and power of every machine, its visits with one phase: ``(m,)``, complex and real ``(m, p)``."""
     machines = np.unique(fleet.owner["machine"][visits])

@@ -7,7 +7,7 @@ nothing wrong: it is integrated out, face by face.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,11 +20,14 @@ from stepgauge.fleet.crossed.priors import FleetPriors
 from stepgauge.fleet.crossed.visits import Crossing, Ladder
 
 Array = NDArray[np.float64]
-WIDTHS_MM = (25.0, 50.0, 100.0)
+WIDTHS_MM = (12.5, 25.0, 50.0, 100.0)
 """Full widths at half height of places of a scale; they are tried every half width."""
 SEEN_SHARE = 0.2
 """Least component of the gauge's axis along a scale that it looks at."""
-DATES = 8
+DATES, NEAR = 8, 60
+"""Dates of a change that are tried for every block, and around a date that was found."""
+MOST_PLACES = 500_000
+"""Indices along an axis stay below this: kilometres."""
 LEAST_POWER = 0.1
 """Candidates that a size of 3 um would not show are none, 1 / um^2."""
 FREE_UM = 5.0
@@ -100,9 +103,16 @@ class GaugePatterns:
 class ProfileCandidates:
     """All patterns of all gauges, and all places of all machines' scales."""
 
-    def __init__(self, fleet: Crossing, ladders: Sequence[Ladder], priors: FleetPriors) -> None:
+    def __init__(
+        self,
+        fleet: Crossing,
+        ladders: Sequence[Ladder],
+        priors: FleetPriors,
+        dated: Sequence[tuple[str, str, float]] = (),
+    ) -> None:
+        """``dated``: gauge, block and about the day of changes that are to be dated to the visit."""
         self.gauges = [one for ladder in ladders for one in _of_gauge(fleet, ladder, priors)]
-        self.ladders = [ladders[0], *ladders[1:]]
+        self.gauges += [one for ladder in ladders for one in _dated(fleet, ladder, priors, dated)]
         self._owners = [int(np.flatnonzero([ladder is one.ladder for ladder in ladders])[0]) for one in self.gauges]
         self._rows = np.cumsum([0, *(ladder.um.size for ladder in ladders)])
         self.places, causes, odds, usual = _places(fleet, ladders, priors)
@@ -151,7 +161,7 @@ class ProfileCandidates:
         return np.asarray(found)
 
     def _power_of_places(self) -> Array:
-        """x' V^-1 x of places: without frames exactly, without certificates as if frames were known."""
+        """x' V^-1 x of places."""
         found = np.zeros(self.places.shape[1])
         for owner, one in self._first():
             ladder = one.ladder
@@ -184,7 +194,7 @@ def _frames(ladder: Ladder) -> tuple[sparse.csr_matrix, Array]:
 
 def _of_gauge(fleet: Crossing, ladder: Ladder, priors: FleetPriors) -> Iterator[GaugePatterns]:
     """Blocks that are off, always or since a day, and wear of the blocks from the first to some other."""
-    name = fleet.names["gauge"][int(fleet.owner["gauge"][ladder.visits[0]])]
+    name = _name(fleet, ladder)
     day, blocks = fleet.day[ladder.visits], ladder.gauge.n_blocks
     one_block = np.repeat(np.eye(blocks), 2, axis=0)
     numbers = [str(block) for block in range(1, blocks + 1)]
@@ -193,6 +203,25 @@ def _of_gauge(fleet: Crossing, ladder: Ladder, priors: FleetPriors) -> Iterator[
     worn = np.repeat(used, 2, axis=0) * ladder.side[:, None]
     where = ["used"] * (blocks - 1)
     yield _patterns(ladder, name, "wear", where, worn, list(growth(day, priors, float(fleet.day.min()))), priors)
+
+
+def _dated(
+    fleet: Crossing, ladder: Ladder, priors: FleetPriors, dated: Sequence[tuple[str, str, float]]
+) -> Iterator[GaugePatterns]:
+    """Changes of some blocks on every day of a visit near the one that was found."""
+    name, day = _name(fleet, ladder), fleet.day[ladder.visits]
+    known = np.unique(day)[1:]
+    for _, block, about in [one for one in dated if one[0] == name]:
+        near = np.sort(known[np.argsort(np.abs(known - about), kind="stable")[:NEAR]])
+        share = (1.0 - priors.time.always) / len(known)
+        tried = [("since", float(since), (day >= since).astype(float), share) for since in near]
+        pattern = np.repeat(np.arange(1, ladder.gauge.n_blocks + 1) == int(block), 2)[:, None].astype(float)
+        one = _patterns(ladder, name, "block", [block], pattern, tried, priors)
+        yield replace(one, log_odds=one.log_odds - np.log(ladder.gauge.n_blocks))
+
+
+def _name(fleet: Crossing, ladder: Ladder) -> str:
+    return fleet.names["gauge"][int(fleet.owner["gauge"][ladder.visits[0]])]
 
 
 def _few(all_of: Iterator[tuple[str, float, Array, float]]) -> Iterator[tuple[str, float, Array, float]]:
@@ -231,9 +260,8 @@ def _places(
     if not parts:
         return sparse.csr_matrix((total, 0)), [], np.zeros(0), np.zeros(0)
     row, value = (np.concatenate([part[k] for part in parts]) for k in (0, 2))
-    keys = np.concatenate([part[1] for part in parts])
-    _, first, column = np.unique(_code(keys), return_index=True, return_inverse=True)
-    known = keys[first]
+    codes, column = np.unique(np.concatenate([part[1] for part in parts]), return_inverse=True)
+    known = _decoded(codes)
     matrix = sparse.csr_matrix((value, (row, column.ravel())), shape=(total, len(known)))
     machines, count = fleet.names["machine"], np.bincount(known[:, 0])
     causes = [
@@ -243,24 +271,35 @@ def _places(
     return matrix, causes, np.log(prior.odds * 2.0 / count[known[:, 0]]), np.full(len(known), prior.usual)
 
 
-def _code(keys: NDArray[np.int64]) -> NDArray[np.int64]:
-    """One number for machine, axis, width and index."""
-    return np.asarray(((keys[:, 0] * 3 + keys[:, 1]) * len(WIDTHS_MM) + keys[:, 2]) * 10**6 + keys[:, 3] + 5 * 10**5)
+def _code(machine: NDArray[np.intp], axis: int, width: int, at: NDArray[np.int64]) -> NDArray[np.int64]:
+    """One number for a place: of its machine, axis, width, and index along the axis."""
+    return np.asarray(((machine * 3 + axis) * len(WIDTHS_MM) + width) * 2 * MOST_PLACES + at + MOST_PLACES)
+
+
+def _decoded(codes: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Machine, axis, width and index ``(n, 4)``."""
+    rest, at = np.divmod(codes, 2 * MOST_PLACES)
+    rest, width = np.divmod(rest, len(WIDTHS_MM))
+    machine, axis = np.divmod(rest, 3)
+    return np.column_stack([machine, axis, width, at - MOST_PLACES])
 
 
 def _seen_places(
     fleet: Crossing, ladders: Sequence[Ladder], width: float, number: int
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.int64], Array]]:
-    """Rows, places (machine, axis, width, index) and displacements along the gauge."""
+    """Rows, codes of places, and displacements along the gauge."""
     first = 0
     for ladder in ladders:
         machine = np.repeat(fleet.owner["machine"][ladder.visits], ladder.um.shape[1])
         for k in range(3):
             share = np.repeat(ladder.axis[:, k], ladder.um.shape[1])
             rows = np.flatnonzero((np.abs(share) > SEEN_SHARE) & (ladder.weight.ravel() > 0.0))
-            x = ladder.at_mm[:, :, k].ravel()[rows]
+            x = np.asarray(ladder.at_mm[:, :, k].ravel()[rows], float)
             for step in (-2, -1, 0, 1, 2):
                 at = np.rint(x / (width / 2.0)).astype(np.int64) + step
-                place = np.column_stack([machine[rows], np.full(len(rows), k), np.full(len(rows), number), at])
-                yield first + rows, place, share[rows] * bump(x, at * (width / 2.0), width)
+                yield (
+                    first + rows,
+                    _code(machine[rows], k, number, at),
+                    share[rows] * np.asarray(bump(x - at * (width / 2.0), 0.0, width)),
+                )
         first += ladder.um.size

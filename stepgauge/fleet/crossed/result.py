@@ -1,4 +1,4 @@
-"""What an inference over a fleet says: causes with owner, size, date, probability, and what they cannot be told from."""
+"""What an inference over a fleet says: causes with owner, size, date, probability, and what else they may be."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 from stepgauge.fleet.crossed.causes import Cause
 from stepgauge.fleet.crossed.priors import FleetPriors
 from stepgauge.fleet.crossed.single_effects import SingleEffect
+from stepgauge.fleet.crossed.visits import Crossing
 
 Array = NDArray[np.float64]
+MOST_RIVALS = 3
+"""What more owners share is not stated as a set: it only makes the cause less probable."""
 
 
 @dataclass(frozen=True)
@@ -30,9 +33,9 @@ class Rival:
 class Found:
     """A cause that was named.
 
-    ``begin``: first and last day on which it may have begun, None where it was there in the first visit; ``u``: standard
-    uncertainty of ``size``; ``instead``: rivals that the fleet cannot exclude; ``visits``: numbers of those that settle
-    it, the most telling first.
+    ``begin``: first and last day on which it may have begun, None where it was there in the first visit; ``u``:
+    standard uncertainty of ``size``; ``instead``: rivals that the fleet cannot exclude; ``visits``: numbers of those
+    that show it, the most telling first.
     """
 
     owner_kind: str
@@ -50,10 +53,15 @@ class Found:
     @property
     def key(self) -> tuple[str, str, str, str]:
         """Whose, what and where."""
-        return self.owner_kind, self.owner, self.kind, self.where.split()[0] if self.kind == "local_scale" else self.where
+        return (
+            self.owner_kind,
+            self.owner,
+            self.kind,
+            self.where.split()[0] if self.kind == "local_scale" else self.where,
+        )
 
 
-def told(effect: SingleEffect, causes: Sequence[Cause], day: Array, shown: Array, priors: FleetPriors) -> Found:
+def told(effect: SingleEffect, causes: Sequence[Cause], fleet: Crossing, shown: Array, priors: FleetPriors) -> Found:
     """One effect as a cause: its likeliest owner, and who else it may be.
 
     ``shown (visits,)``: how much of it a visit shows, in standard deviations of the visit.
@@ -71,9 +79,10 @@ def told(effect: SingleEffect, causes: Sequence[Cause], day: Array, shown: Array
     size = float(weight @ effect.mean)
     u = float(np.sqrt(max(weight @ (effect.u**2 + effect.mean**2) - size**2, 0.0)))
     rivals = _rivals(own, effect, owners, best, priors)
-    begin = _begin(own, weight, day, priors)
+    day = fleet.day[fleet.of(top.owner_kind, top.owner)]
+    begin = _begin(own, weight, day, float(fleet.day.min()), priors)
     held = owners[best] + sum(owners[rival.owner_kind, rival.owner] for rival in rivals)
-    probability = effect.probability * held
+    probability = min(effect.probability * held, 1.0)
     visits = np.argsort(-shown, kind="stable")[: int((shown > 0.0).sum())]
     named = (top.owner_kind, top.owner, top.kind, top.where, top.course)
     return Found(*named, begin, size, u, probability, rivals, tuple(visits.tolist()))
@@ -99,7 +108,7 @@ def _rivals(
     """Other owners, until those that are told hold enough of the probability."""
     rivals, held = list[Rival](), owners[best]
     for owner in sorted(owners, key=lambda key: -owners[key]):
-        if held >= priors.decision.settled:
+        if held >= priors.decision.settled or len(rivals) == MOST_RIVALS:
             break
         if owner == best or owner[0] == "visit":
             continue
@@ -110,10 +119,13 @@ def _rivals(
     return tuple(rivals)
 
 
-def _begin(own: Sequence[Cause], weight: Array, day: Array, priors: FleetPriors) -> tuple[float, float] | None:
+def _begin(
+    own: Sequence[Cause], weight: Array, day: Array, first: float, priors: FleetPriors
+) -> tuple[float, float] | None:
     """Between which days it began: of the dates of its course those that hold enough of the probability."""
-    before = day.min()
-    dated = np.array([cause.day if cause.course in ("since", "growing") and cause.day > before else -np.inf for cause in own])
+    dated = np.array(
+        [cause.day if cause.course in ("since", "growing") and cause.day > first else -np.inf for cause in own]
+    )
     if weight[np.isinf(dated)].sum() > 0.5:
         return None
     order = np.argsort(np.where(np.isinf(dated), np.inf, dated))
@@ -140,7 +152,8 @@ def merged(found: Sequence[Found]) -> list[Found]:
 
 def named(found: Sequence[Found], priors: FleetPriors) -> list[Found]:
     """The likeliest causes, as many as keep the expected share of false ones within what is stated."""
-    likely = sorted((one for one in found if one.probability >= priors.decision.named), key=lambda one: -one.probability)
+    likely = sorted(
+        (one for one in found if one.probability >= priors.decision.named), key=lambda one: -one.probability
+    )
     false = np.cumsum([1.0 - one.probability for one in likely])
-    kept = [one for number, one in enumerate(likely) if false[number] / (number + 1) <= priors.decision.false_share]
-    return kept
+    return [one for number, one in enumerate(likely) if false[number] / (number + 1) <= priors.decision.false_share]

@@ -7,8 +7,8 @@ of each candidate against none, and a background that is no multiple of the iden
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -19,8 +19,6 @@ KEPT = 1e-6
 """Candidates with less of an effect's probability are left out of it."""
 ROUNDS, AT_ONCE = 60, 5
 """Rounds of a search at most, so that a fleet that fits no model ends, and effects that are added in each."""
-FEW_OWNERS = 4.0
-"""An effect that more owners share alike says only that some owner is off, and is none."""
 SWEEPS = 6
 SETTLED = 1e-3
 
@@ -92,8 +90,9 @@ def find_effects(
     sizes: Mixture,
     stated: float,
     update: Callable[[Array], None] | None = None,
+    begin: Sequence[SingleEffect] = (),
 ) -> list[SingleEffect]:
-    """Effects, while the next is likelier than not and tells of few owners; all are revised and those that fell dropped.
+    """Effects, while the next is likelier than not with one owner; all are revised and those that fell dropped.
 
     Parameters
     ----------
@@ -101,8 +100,10 @@ def find_effects(
     sizes : prior of sizes
     stated : least probability of an effect that is kept
     update : told what the effects leave before each round; it may change the candidates' background
+    begin : effects to begin with
     """
     search = _Search(observed, candidates, sizes, stated)
+    search.effects = list(begin)
     for _ in range(ROUNDS):
         if update is not None:
             update(search.left())
@@ -132,16 +133,25 @@ class _Search:
             new = single_effect(left, self.candidates, self.sizes)
             if not self._tells(new):
                 break
+            new = self._of_one_owner(new)
             self.effects.append(new)
             left = left - new.fitted
         return len(self.effects) - before
 
     def _tells(self, effect: SingleEffect) -> bool:
-        """Whether it is likely, and few owners hold most of it."""
-        return effect.probability >= self.stated and self._held(effect).max(initial=0.0) >= 1.0 / FEW_OWNERS
+        """Whether one owner is likelier to have it than not: what many share says only that somebody has it."""
+        held = float(self._held(effect).max(initial=KEPT))
+        return effect.log_factor + np.log(held) >= np.log(self.stated / (1.0 - self.stated))
+
+    def _of_one_owner(self, effect: SingleEffect) -> SingleEffect:
+        """A new effect given to its likeliest owner; where several have one each, the next ones find the others."""
+        mine = self.candidates.owner[effect.rows] == self._held(effect).argmax()
+        share = np.where(mine, effect.share, 0.0) / effect.share[mine].sum()
+        fitted = self.candidates.fit(effect.rows, effect.probability * share * effect.mean)
+        return replace(effect, share=share, fitted=fitted)
 
     def _held(self, effect: SingleEffect) -> Array:
-        return np.bincount(self.candidates.owner[effect.rows], effect.share)
+        return np.asarray(np.bincount(self.candidates.owner[effect.rows], effect.share), float)
 
     def revise(self, sweeps: int = 1) -> None:
         """Every effect again, given the others."""
@@ -151,7 +161,9 @@ class _Search:
                 new = single_effect(left + old.fitted, self.candidates, self.sizes)
                 if not self._tells(new):
                     new.probability, new.fitted = 0.0, np.zeros_like(new.fitted)
-                change = max(change, abs(new.probability - old.probability), 0.01 * abs(new.log_factor - old.log_factor))
+                change = max(
+                    change, abs(new.probability - old.probability), 0.01 * abs(new.log_factor - old.log_factor)
+                )
                 left = left + old.fitted - new.fitted
                 self.effects[number] = new
             self.effects = [effect for effect in self.effects if effect.probability > 0.0]

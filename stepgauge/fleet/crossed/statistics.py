@@ -33,10 +33,10 @@ GROSS_UM = MAX_DEVIATION_MM * 1e3
 class PlacementStatistics:
     """One placement of a gauge in one recording.
 
-    ``faces (f,)``: numbers of the faces; ``um (f,)``: recorded minus simulated position along the gauge, the origin is
-    arbitrary; ``count (f,)``: readings, each by its weight; ``at_mm (f, 3)``: simulated tip centres; ``axis (3,)``: from
-    the first to the last block; ``sigma_um``: standard deviation of one reading, with ``freedoms``; ``drift_um_h``: along
-    the gauge, which has been taken off; temperature in deg C, NaN where none was recorded.
+    ``faces (f,)``: numbers of the faces; ``um (f,)``: recorded minus simulated position along the gauge, of any
+    origin; ``count (f,)``: readings, each by its weight; ``at_mm (f, 3)``: simulated tip centres; ``axis (3,)``: from
+    the first to the last block; ``sigma_um``: standard deviation of one reading, with ``freedoms``; ``drift_um_h``:
+    along the gauge, which has been taken off; temperature in deg C, NaN where none was recorded.
     """
 
     placement: int
@@ -87,7 +87,17 @@ def _statistics(
     axis = data.probings.setting.axis[place]
     drift, u_drift = level.drift()
     return PlacementStatistics(
-        place, faces, level.mean, level.count, where, axis, level.sigma, level.freedoms, drift, u_drift, temperature
+        place,
+        faces,
+        level.mean,
+        level.count,
+        np.asarray(where, float),
+        axis,
+        level.sigma,
+        level.freedoms,
+        drift,
+        u_drift,
+        temperature,
     )
 
 
@@ -108,7 +118,7 @@ class _Levels:
         off = self.um - self.mean[self.face] - self.rate * self.hours
         self.weight = _student(off, self.sigma) * self._of_faces()
         self.total = np.bincount(self.face, self.weight)
-        self.count = self.total * COUNTED
+        self.count = np.asarray(self.total * COUNTED, float)
         self.rate = self._rate()
         straight = self.um - self.rate * self.hours
         self.mean = np.bincount(self.face, self.weight * straight) / np.maximum(self.total, 1e-12)
@@ -145,7 +155,7 @@ def _student(off: Array, scale: float) -> Array:
 
 
 def _of_normal() -> tuple[float, float]:
-    """What the weights make of normal readings: the mean of w z^2, and what a weight counts in readings, E[w] / E[w^2]."""
+    """What the weights make of normal readings: the mean of w z^2, and what a weight counts, E[w] / E[w^2]."""
     z = np.linspace(-8.0, 8.0, 1601)
     density = np.exp(-(z**2) / 2.0)
     weight = _student(z, 1.0)

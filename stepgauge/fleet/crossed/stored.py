@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, fields
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from stepgauge.errors import InputError
 from stepgauge.fleet.batches import Batch, batches
+from stepgauge.fleet.crossed.answer import FleetInference
+from stepgauge.fleet.crossed.infer import infer
 from stepgauge.fleet.crossed.statistics import PlacementStatistics, placement_statistics
 from stepgauge.fleet.crossed.visits import Visit
 from stepgauge.fleet.evaluating import BATCH, PORTION, in_portions, left_over
@@ -26,9 +29,7 @@ UNKNOWN = "?"
 """Stands for an owner that was not stated, with the machine behind it: nobody is known to share it."""
 
 
-def work_out_statistics(
-    fleet: Fleet, engine: Engine, progress: Callable[[int, int], None] | None = None
-) -> list[str]:
+def work_out_statistics(fleet: Fleet, engine: Engine, progress: Callable[[int, int], None] | None = None) -> list[str]:
     """The statistics of the recordings that have none; returns why some cannot be had, a line each."""
     table = Results(fleet, TABLE)
     keys, errors = left_over(fleet, table), list[str]()
@@ -75,22 +76,23 @@ def read_visits(fleet: Fleet) -> tuple[list[Visit], dict[str, Gauge]]:
     rows = [row | {"owners": owners[row["recording"]]} for row in known if row["recording"] in owners]
     rows.sort(key=lambda row: (row["owners"]["measured_at"], row["recording"], row["placement"]))
     names = _gauge_names([row["owners"] for row in rows])
-    gauges = {name: fleet.gauge(certificate) for certificate, name in names.items()}
+    gauges = {name: fleet.gauge(certificate) for (_, certificate), name in names.items()}
     return [_visit(row, names) for row in rows], gauges
 
 
-def _gauge_names(owners: list[Mapping[str, Any]]) -> dict[str, str]:
-    """The gauge's name by certificate; from its second certificate on with a number."""
-    names: dict[str, str] = {}
+def _gauge_names(owners: list[Mapping[str, Any]]) -> dict[tuple[str, str], str]:
+    """The gauge's name by gauge and certificate; from its second certificate on with a number."""
+    names: dict[tuple[str, str], str] = {}
     count: dict[str, int] = {}
     for row in owners:
-        if row["certificate"] not in names:
+        key = (row["gauge"], row["certificate"])
+        if key not in names:
             count[row["gauge"]] = count.get(row["gauge"], 0) + 1
-            names[row["certificate"]] = row["gauge"] + (f" #{count[row['gauge']]}" if count[row["gauge"]] > 1 else "")
+            names[key] = row["gauge"] + (f" #{count[row['gauge']]}" if count[row["gauge"]] > 1 else "")
     return names
 
 
-def _visit(row: Mapping[str, Any], names: Mapping[str, str]) -> Visit:
+def _visit(row: Mapping[str, Any], names: Mapping[tuple[str, str], str]) -> Visit:
     own = row["owners"]
     day = own["measured_at"].timestamp() / 86400.0
     others = {kind: own[kind] or f"{UNKNOWN} {own['machine']}" for kind in ("type", "hall", "probe")}
@@ -100,6 +102,31 @@ def _visit(row: Mapping[str, Any], names: Mapping[str, str]) -> Visit:
     values["at_mm"] = values["at_mm"].reshape(-1, 3)
     values["faces"] = np.array(values["faces"], np.int64)
     placed = PlacementStatistics(**values)
-    return Visit(row["recording"], own["machine"], others["type"], others["hall"], names[own["certificate"]], others["probe"], day, placed)
+    return Visit(
+        row["recording"],
+        own["machine"],
+        others["type"],
+        others["hall"],
+        names[own["gauge"], own["certificate"]],
+        others["probe"],
+        day,
+        placed,
+    )
 
 
+def infer_store(
+    store: str | Path, engine: Engine, progress: Callable[[int, int], None] | None = None
+) -> tuple[FleetInference, list[str]]:
+    """The inference over a store, and why some recordings are not in it, a line each.
+
+    Raises
+    ------
+    InputError
+        no recording that can be used
+    """
+    fleet = Fleet(store)
+    errors = work_out_statistics(fleet, engine, progress)
+    visits, gauges = read_visits(fleet)
+    if not visits:
+        raise InputError(store, errors[0] if errors else "no recordings", expected="fleet add, with --machine")
+    return infer(visits, gauges), errors

@@ -96,8 +96,8 @@ class Ladder:
         approach = (self.side[None, :, None] * self.axis[:, None, :]).reshape(-1, 3)
         columns: dict[str, Array] = {f"{axis}_mm": self.at_mm[:, :, k].ravel() for k, axis in enumerate("xyz")}
         columns |= {f"approach_{name}": approach[:, k] for k, name in enumerate("ijk")}
-        columns["face"] = np.tile(np.arange(1, faces + 1), count)  # type: ignore[assignment]
-        columns["placement"] = np.repeat(np.arange(count), faces)  # type: ignore[assignment]
+        columns["face"] = np.tile(np.arange(1, faces + 1), count)
+        columns["placement"] = np.repeat(np.arange(count), faces)
         return Probings(columns, setting)
 
     def setting(self) -> Setting:
@@ -118,6 +118,12 @@ class Crossing:
 
     def __len__(self) -> int:
         return len(self.visits)
+
+    def of(self, kind: str, name: str) -> NDArray[np.intp]:
+        """The visits of an owner; a visit is its own."""
+        if kind == "visit":
+            return np.array([int(name)])
+        return np.flatnonzero(self.owner[kind] == self.names[kind].index(name))
 
 
 def make_crossing(visits: Sequence[Visit], gauges: Mapping[str, Gauge]) -> Crossing:

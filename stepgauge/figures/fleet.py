@@ -1,0 +1,83 @@
+"""A fleet over the years: one panel per quantity, those that changed, drift or leave their peers in colour."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib import dates as mdates
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.fleet.crossed.watch import Watched
+
+WIDTH_MM, PANEL_MM, HEAD_MM = 170.0, 42.0, 14.0
+NAMED = 6
+"""Lines in colour in a panel; more cannot be told apart."""
+LABELS = {
+    "scale": "scale error\n(µm/m)",
+    "squareness": "squareness\n(µrad)",
+    "reversal": "reversal\n(µm)",
+    "certificate_scale": "gauge: length\n(µm/m)",
+    "wear": "gauge: fronts\n(µm)",
+}
+DAY_0 = datetime.date(1970, 1, 1)
+
+
+def draw_watch(path: str | Path, watched: Sequence[Watched]) -> None:
+    """Draw all quantities into a file (png, svg or pdf)."""
+    save_figure(watch_figure(watched), path)
+
+
+def watch_figure(watched: Sequence[Watched]) -> Figure:
+    """One panel per kind of quantity; in grey who does as before and as its peers."""
+    kinds = [kind for kind in LABELS if any(_kind(one) == kind for one in watched)]
+    with figure_style():
+        figure = new_figure(WIDTH_MM, HEAD_MM + PANEL_MM * max(len(kinds), 1))
+        panels = np.atleast_1d(figure.subplots(max(len(kinds), 1), 1, sharex=True))
+        for axes, kind in zip(panels, kinds, strict=False):
+            _draw(axes, [one for one in watched if _kind(one) == kind])
+            axes.set_ylabel(LABELS[kind])
+            axes.spines[["top", "right"]].set_visible(False)
+        locator = mdates.AutoDateLocator()
+        panels[-1].xaxis.set_major_locator(locator)
+        panels[-1].xaxis.set_major_formatter(mdates.ConciseDateFormatter(locator))
+        panels[0].set_title("Machines and gauges of the fleet", loc="left", fontweight="bold")
+        figure.align_ylabels(panels)
+    return figure
+
+
+def _kind(one: Watched) -> str:
+    return one.quantity.split()[0]
+
+
+def _notable(one: Watched) -> bool:
+    return bool(one.changes) or one.leaves_peers or one.outcome == "does not conform"
+
+
+def _draw(axes: Axes, some: Sequence[Watched]) -> None:
+    notable = sorted(filter(_notable, some), key=lambda one: (not one.changes, one.by_chance))[:NAMED]
+    for one in some:
+        if one not in notable:
+            axes.plot(_dates(one), one.level, color=COLORS["grey"], lw=0.5, alpha=0.35, zorder=1)
+    for one, color in zip(notable, CYCLE, strict=False):
+        level, u = np.array(one.level), np.array(one.u)
+        axes.plot(_dates(one), level, "o-", color=color, ms=2.5, lw=1.0, label=f"{one.owner} {_place(one)}", zorder=3)
+        axes.fill_between(_dates(one), level - 2.0 * u, level + 2.0 * u, color=color, alpha=0.15, lw=0.0, zorder=2)
+    for limit in {one.limit for one in some if one.limit is not None}:
+        for sign in (-1.0, 1.0):
+            axes.axhline(sign * limit, color=COLORS["model"], lw=0.8, ls="--")
+    if notable:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=6.5)
+
+
+def _place(one: Watched) -> str:
+    return one.quantity.partition(" ")[2]
+
+
+def _dates(one: Watched) -> NDArray[np.float64]:
+    return np.asarray(mdates.date2num([DAY_0 + datetime.timedelta(days=int(day)) for day in one.days]))

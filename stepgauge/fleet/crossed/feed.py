@@ -1,0 +1,142 @@
+"""What is watched as a feed for other programs: ``watch.json`` with a schema, and ``watch.csv``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field
+
+from stepgauge import __version__
+from stepgauge.files.config import Table
+from stepgauge.files.tables import csv_text, result_cell
+from stepgauge.files.text import write_json, write_text
+from stepgauge.fleet.crossed.answer import date_text
+from stepgauge.fleet.crossed.watch import Watched
+
+FORMAT = "stepgauge fleet watch 1"
+
+
+class Point(Table):
+    """A level on a day."""
+
+    date: str = Field(description="ISO date of the visits")
+    level: float = Field(description="level, in the unit of the quantity")
+    u: float = Field(ge=0.0, description="standard uncertainty")
+
+
+class Change(Table):
+    """A change with its days."""
+
+    first: str = Field(description="ISO date of the last visit before it")
+    last: str = Field(description="ISO date of the first visit that surely shows it")
+
+
+class Peers(Table):
+    """The machines of the same line, or the other gauges."""
+
+    middle: float = Field(description="median of their levels")
+    spread: float = Field(ge=0.0, description="standard deviation of their levels")
+    by_chance: float = Field(ge=0.0, le=1.0, description="probability of lying so far out by chance")
+    leaves: bool = Field(description="whether it leaves them; at most 5 % of those that do are expected to be false")
+
+
+class Limit(Table):
+    """A limit and what follows from it."""
+
+    size: float = Field(gt=0.0, description="maximum permissible size")
+    outcome: Literal["conforms", "does not conform", "not decidable"] = Field(description="ISO 14253-1, U with k = 2")
+    out_now: float = Field(ge=0.0, le=1.0, description="probability of being out of limits on the last day")
+    due: str | None = Field(description="ISO date on which the accepted risk is reached; null: beyond the horizon")
+
+
+class Quantity(Table):
+    """One quantity of one machine or gauge."""
+
+    owner_kind: Literal["machine", "gauge"]
+    owner: str
+    quantity: str = Field(description="kind and place, such as 'scale x'")
+    unit: str
+    level: float = Field(description="on the last day")
+    u: float = Field(ge=0.0)
+    rate: float = Field(description="in a year")
+    u_rate: float = Field(ge=0.0)
+    drifts: bool = Field(description="whether the rate is beyond its expanded uncertainty (k = 2)")
+    history: list[Point]
+    changes: list[Change]
+    peers: Peers | None
+    limit: Limit | None
+
+
+class Feed(Table):
+    """``watch.json``."""
+
+    format: Literal["stepgauge fleet watch 1"]
+    stepgauge: str = Field(description="version that wrote it")
+    risk: float = Field(gt=0.0, lt=1.0, description="accepted probability of being out of limits")
+    limits: dict[str, float]
+    quantities: list[Quantity]
+    checksum: str = Field("", description="SHA-256 of the rest, as in every JSON file of stepgauge")
+
+
+def feed_schema() -> dict[str, Any]:
+    """The JSON schema (draft 2020-12) of ``watch.json``."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **Feed.model_json_schema()}
+
+
+def make_feed(watched: Sequence[Watched], limits: Mapping[str, float], risk: float) -> Feed:
+    """The feed, checked against its own schema."""
+    rows = [_quantity(one) for one in watched]
+    return Feed(
+        format="stepgauge fleet watch 1", stepgauge=__version__, risk=risk, limits=dict(limits), quantities=rows
+    )
+
+
+def _quantity(one: Watched) -> Quantity:
+    history = [
+        Point(date=date_text(day), level=level, u=u) for day, level, u in zip(one.days, one.level, one.u, strict=True)
+    ]
+    return Quantity(
+        owner_kind=one.owner_kind,
+        owner=one.owner,
+        quantity=one.quantity,
+        unit=one.unit,
+        level=one.level[-1],
+        u=one.u[-1],
+        rate=one.rate,
+        u_rate=one.u_rate,
+        drifts=one.drifts,
+        history=history,
+        changes=[Change(first=date_text(first), last=date_text(last)) for first, last in one.changes],
+        peers=_peers(one),
+        limit=_limit(one),
+    )
+
+
+def _peers(one: Watched) -> Peers | None:
+    if one.peers is None:
+        return None
+    return Peers(middle=one.peers[0], spread=one.peers[1], by_chance=one.by_chance, leaves=one.leaves_peers)
+
+
+def _limit(one: Watched) -> Limit | None:
+    if one.limit is None or one.outcome is None or one.out_now is None:
+        return None
+    due = None if one.due is None else date_text(one.due)
+    return Limit(size=one.limit, outcome=one.outcome, out_now=one.out_now, due=due)
+
+
+def write_feed(folder: str | Path, watched: Sequence[Watched], limits: Mapping[str, float], risk: float) -> list[Path]:
+    """Write ``watch.json``, its schema and ``watch.csv`` into a folder (made if missing); returns their paths."""
+    paths = [Path(folder) / name for name in ("watch.json", "watch.schema.json", "watch.csv")]
+    feed = make_feed(watched, limits, risk)
+    write_json(paths[0], feed.model_dump(exclude={"checksum"}))
+    write_json(paths[1], feed_schema())
+    write_text(paths[2], _csv(feed))
+    return paths
+
+
+def _csv(feed: Feed) -> str:
+    names = ["owner_kind", "owner", "quantity", "unit", "level", "u", "rate", "u_rate", "drifts"]
+    return csv_text(names, [[result_cell(getattr(row, name)) for name in names] for row in feed.quantities])

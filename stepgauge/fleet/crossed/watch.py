@@ -1,0 +1,247 @@
+"""Watching: every machine and gauge against its own history, its peers and its limits, and when it is due again.
+
+What is watched is what the crossing leaves of a visit when the other owners' shares are taken off, so that a machine is
+not blamed for the gauge that visited it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+
+from stepgauge.fleet.crossed.answer import FleetInference, Number
+from stepgauge.fleet.crossed.drifting import State, Wandering, beyond, due_day, follow
+from stepgauge.fleet.crossed.priors import fleet_priors
+from stepgauge.standards.decision import Outcome, decide
+
+Array = NDArray[np.float64]
+WALKS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0)
+"""Walks in the root of a year that are tried, over the level's standard deviation; the fleet says which."""
+RATE, JUMP = 1.0, 5.0
+"""Standard deviations of the rate in a year and of a known jump, over the level's."""
+SEEN = 0.5
+"""Least share of a component that some visit must see, over the largest in the fleet, for it to be watched."""
+RISK, HORIZON_DAYS = 0.05, 5.0 * 365.25
+FALSE_SHARE = 0.05
+"""Of the owners that are said to have left their peers (Benjamini and Hochberg, J. R. Stat. Soc. B 57 (1995) 289)."""
+
+
+@dataclass(frozen=True)
+class Watched:
+    """One quantity of one owner.
+
+    ``days``, ``level``, ``u``: its history; ``rate``: in a year; ``peers``: median and standard deviation of its line
+    or of the other gauges, with the probability of lying so far out by chance; ``due``: day, None past the horizon.
+    """
+
+    owner_kind: Literal["machine", "gauge"]
+    owner: str
+    quantity: str
+    unit: str
+    days: tuple[float, ...]
+    level: tuple[float, ...]
+    u: tuple[float, ...]
+    rate: float
+    u_rate: float
+    changes: tuple[tuple[float, float], ...]
+    peers: tuple[float, float] | None = None
+    by_chance: float = 1.0
+    leaves_peers: bool = False
+    limit: float | None = None
+    outcome: Outcome | None = None
+    out_now: float | None = None
+    due: float | None = None
+
+    @property
+    def drifts(self) -> bool:
+        """Whether the rate is beyond its expanded uncertainty."""
+        return abs(self.rate) > 2.0 * self.u_rate
+
+
+@dataclass(frozen=True)
+class _Followed:
+    """States of one owner with the components that were seen."""
+
+    owner_kind: Literal["machine", "gauge"]
+    owner: str
+    keys: list[tuple[str, str]]
+    states: list[State]
+    changes: dict[int, tuple[float, float]]
+
+
+def watch(found: FleetInference, limits: Mapping[str, float] | None = None, risk: float = RISK) -> list[Watched]:
+    """Every quantity of every machine and gauge.
+
+    Parameters
+    ----------
+    found : of :func:`stepgauge.fleet.crossed.infer.infer`
+    limits : by quantity (``scale``, ``squareness``, ``reversal``, ``certificate_scale``, ``wear``), in its unit
+    risk : probability of being out of limits from which on it is due
+    """
+    series: list[Watched] = []
+    kinds_of: tuple[Literal["machine", "gauge"], ...] = ("machine", "gauge")
+    for number, kinds in ((found.slopes, "slopes"), (found.sizes, "sizes")):
+        if number is not None:
+            for owner_kind in kinds_of:
+                series += _of_kind(found, number, owner_kind, kinds, limits or {}, risk)
+    return _against_chance(series)
+
+
+def _of_kind(
+    found: FleetInference,
+    number: Number,
+    owner_kind: Literal["machine", "gauge"],
+    kinds: str,
+    limits: Mapping[str, float],
+    risk: float,
+) -> list[Watched]:
+    scale = _usual(number, owner_kind, kinds)
+    ways = [Wandering(scale, RATE * scale, walk * scale, JUMP * scale) for walk in WALKS]
+    tried = [[*_follow(found, number, owner_kind, kinds, way)] for way in ways]
+    best = int(np.argmax([sum(gain for _, gain in one) for one in tried]))
+    followed = [one for one, _ in tried[best]]
+    said = [row for one in followed for row in _said(one, kinds, ways[best], limits, risk)]
+    return _with_peers(said, found)
+
+
+def _usual(number: Number, owner_kind: str, kinds: str) -> float:
+    """Standard deviation of first levels: of machines with all that is wrong, of gauges as the priors have it."""
+    if owner_kind == "gauge":
+        return fleet_priors().kinds["gauge"]["certificate_scale" if kinds == "slopes" else "wear"].usual
+    own = [float(np.max(term.sd)) for term in number.background.terms if term.name.startswith("machine")]
+    sizes = [one.size for one in number.found if one.owner_kind in ("machine", "type")]
+    return float(np.sqrt(np.mean(np.square(own)) + (np.mean(np.square(sizes)) if sizes else 0.0)))
+
+
+def _components(number: Number, owner_kind: str, kinds: str) -> dict[tuple[str, str], Array]:
+    if owner_kind == "machine":
+        return dict(number.unit)
+    one = np.ones(len(number.value))
+    return {("certificate_scale", ""): one} if kinds == "slopes" else {("wear", ""): 0.5 * one}
+
+
+def _follow(
+    found: FleetInference, number: Number, owner_kind: Literal["machine", "gauge"], kinds: str, prior: Wandering
+) -> Iterator[tuple[_Followed, float]]:
+    """Every owner's states, with the logarithm of their density."""
+    components = _components(number, owner_kind, kinds)
+    others, every = _of_others(number, owner_kind), number.explained()
+    variance = 1.0 / number.background.weight
+    fleet = found.fleet
+    for place, owner in enumerate(fleet.names[owner_kind]):
+        rows = np.flatnonzero(fleet.owner[owner_kind] == place)
+        rows = rows[np.argsort(fleet.day[rows], kind="stable")]
+        own = [key for key, share in components.items() if np.abs(share[rows]).max() > SEEN * np.abs(share).max()]
+        if not own:
+            continue
+        shares = np.column_stack([components[key][rows] for key in own])
+        line = fleet.visits[rows[0]].type if owner_kind == "machine" else ""
+        wrong = every[rows] - _own_wrong(number, owner_kind, owner, line)[rows]
+        value = number.value[rows] - others[rows] - wrong
+        changes = _changes(number, owner_kind, owner, own)
+        jumps = [(interval[1], component) for component, interval in changes.items()]
+        states, gain = follow(np.floor(fleet.day[rows]), value, variance[rows], shares, prior, jumps)
+        yield _Followed(owner_kind, owner, own, states, changes), gain
+
+
+def _of_others(number: Number, owner_kind: str) -> Array:
+    """What the background's terms of other kinds of owners make of every visit."""
+    background = number.background
+    at = background.inverse @ (background.weighted.T @ (number.value - number.explained()))
+    mine = np.concatenate(
+        [np.full(term.columns.shape[1], term.name.startswith(owner_kind)) for term in background.terms]
+    )
+    return np.asarray(background.columns @ np.where(mine, 0.0, at))
+
+
+def _own_wrong(number: Number, owner_kind: str, owner: str, line: str) -> Array:
+    """What an owner's own causes make of every visit; a machine answers for what is wrong with its line, too.
+
+    An expansion is no length: it is taken off.
+    """
+    mine = {(owner_kind, owner), ("type", line)}
+    return number.explained(lambda one: (one.owner_kind, one.owner) in mine and one.kind != "gauge_expansion")
+
+
+def _changes(
+    number: Number, owner_kind: str, owner: str, own: Sequence[tuple[str, str]]
+) -> dict[int, tuple[float, float]]:
+    """By component the days between which it changed, of causes that were named with a date."""
+    dated = [one for one in number.found if (one.owner_kind, one.owner) == (owner_kind, owner) and one.begin]
+    dated = [one for one in dated if one.course == "since" and (one.kind, one.where) in own]
+    return {own.index((one.kind, one.where)): one.begin for one in dated if one.begin}
+
+
+def _said(one: _Followed, kinds: str, prior: Wandering, limits: Mapping[str, float], risk: float) -> Iterator[Watched]:
+    count = len(one.keys)
+    for k, (kind, where) in enumerate(one.keys):
+        last = one.states[-1]
+        u = tuple(float(np.sqrt(state.covariance[k, k])) for state in one.states)
+        limit = limits.get(kind)
+        judged = _judged(last, k, u[-1], prior.walk, limit, risk)
+        unit = {"slopes": "um/m", "sizes": "um"}[kinds]
+        changes = (one.changes[k],) if k in one.changes else ()
+        yield Watched(
+            one.owner_kind,
+            one.owner,
+            f"{kind} {where}".strip(),
+            "urad" if kind == "squareness" else unit,
+            tuple(state.day for state in one.states),
+            tuple(float(state.level[k]) for state in one.states),
+            u,
+            float(last.rate[k]),
+            float(np.sqrt(last.covariance[count + k, count + k])),
+            changes,
+            limit=limit,
+            **judged,
+        )
+
+
+def _judged(last: State, k: int, u: float, walk: float, limit: float | None, risk: float) -> dict[str, Any]:
+    """Decision by ISO 14253-1, probability of being out now, and the day on which it is due."""
+    if limit is None:
+        return {}
+    level = float(last.level[k])
+    out = float(beyond(np.array(level), np.array(u), limit))
+    return {
+        "outcome": decide(level, limit, 2.0 * u),
+        "out_now": out,
+        "due": due_day(last, k, walk, limit, risk, HORIZON_DAYS),
+    }
+
+
+def _with_peers(said: list[Watched], found: FleetInference) -> list[Watched]:
+    """Each with the spread of its peers: machines of its line, or all other gauges."""
+    line = {v.machine: v.type for v in found.fleet.visits}
+    groups: dict[tuple[str, str], list[Watched]] = {}
+    for one in said:
+        groups.setdefault((one.quantity, line.get(one.owner, "") if one.owner_kind == "machine" else ""), []).append(
+            one
+        )
+    return [_beside_peers(one, group) for group in groups.values() for one in group]
+
+
+def _beside_peers(one: Watched, group: Sequence[Watched]) -> Watched:
+    others = [other for other in group if other.owner != one.owner]
+    if len(others) < 4:
+        return one
+    level, u = (np.array([getattr(other, name)[-1] for other in others]) for name in ("level", "u"))
+    middle = float(np.median(level))
+    robust = 1.4826 * float(np.median(np.abs(level - middle)))
+    spread = float(np.hypot(robust, np.median(u) if robust == 0.0 else 0.0))
+    z = abs(one.level[-1] - middle) / float(np.hypot(spread, one.u[-1]))
+    return replace(one, peers=(middle, spread), by_chance=float(2.0 * norm.sf(z)))
+
+
+def _against_chance(series: list[Watched]) -> list[Watched]:
+    """Those that leave their peers, with the false share among them controlled."""
+    order = sorted(range(len(series)), key=lambda row: series[row].by_chance)
+    passed = [rank for rank, row in enumerate(order, 1) if series[row].by_chance <= FALSE_SHARE * rank / len(series)]
+    last = max(passed, default=0)
+    leaving = set(order[:last])
+    return [replace(one, leaves_peers=row in leaving) for row, one in enumerate(series)]
