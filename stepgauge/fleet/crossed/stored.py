@@ -128,5 +128,6 @@ def infer_store(
     errors = work_out_statistics(fleet, engine, progress)
     visits, gauges = read_visits(fleet)
     if not visits:
-        raise InputError(store, errors[0] if errors else "no recordings", expected="recordings that were added with their machine file")
+        reason = errors[0] if errors else "no recordings"
+        raise InputError(store, reason, expected="recordings that were added with their machine file")
     return infer(visits, gauges), errors
