@@ -58,7 +58,9 @@ def make_recording(gauge: Gauge, number: int) -> Recording:
     random = np.random.default_rng(number)
     face = np.tile(np.arange(1, gauge.n_faces + 1), CYCLES)
     front, n = face % 2 == 1, len(face)
-    along = gauge.position_mm[face - 1] * (1.0 + number % 7 * 1e-6) + np.where(front, -1.997, 1.997)
+    celsius = np.round(20.0 + 0.1 * np.sin(np.arange(n) / 50.0), 3)
+    grown = gauge.table.expansion_per_K * (celsius - 20.0)
+    along = gauge.position_mm[face - 1] * (1.0 + grown + number % 7 * 1e-6) + np.where(front, -1.997, 1.997)
     columns = {
         "placement": np.ones(n, np.int64),
         "cycle": np.repeat(np.arange(1, CYCLES + 1), gauge.n_faces),
@@ -70,7 +72,7 @@ def make_recording(gauge: Gauge, number: int) -> Recording:
         "approach_j": np.zeros(n),
         "approach_k": np.zeros(n),
         "time_s": np.arange(n) * 3.0,
-        "gauge_temperature_C": np.round(20.0 + 0.1 * np.sin(np.arange(n) / 50.0), 3),
+        "gauge_temperature_C": celsius,
     }
     return Recording.of_columns(columns, {"tip_radius_mm": "2"}, f"{number}.csv")
 
