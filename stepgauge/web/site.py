@@ -52,8 +52,11 @@ class Site:
 
     def project(self) -> Project:
         """The project file, read anew (:class:`InputError` where it is wrong or missing)."""
+        from stepgauge.errors import InputError
         from stepgauge.project.file import read_project
 
+        if not self.has_project:
+            raise InputError(self.folder, "the folder has no project yet", expected=f"{NAME}, made on the first page")
         return read_project(self.folder / NAME, self.verbs)
 
     def stated(self, key: str) -> str:
