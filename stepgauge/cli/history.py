@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import SUFFIX, output, say, say_written, show
+from stepgauge.cli.options import SUFFIX, limits_option, output, say, say_written, show
 
 if TYPE_CHECKING:
     from stepgauge.history import HistoryEntry, Series
@@ -19,35 +19,10 @@ if TYPE_CHECKING:
 LIMITS = ("scale_ppm", "reversal_um", "r_eff_change_um", "band_um", "worst_two_sigma_um")
 
 
-def _parse_limits(_: click.Context, param: click.Parameter, given: Sequence[str]) -> dict[str, float]:
-    limits = {}
-    for text in given:
-        name, _sign, number = text.partition("=")
-        try:
-            value = float(number)
-        except ValueError:
-            value = math.nan
-        if name.strip() not in LIMITS or not (math.isfinite(value) and value > 0):
-            raise click.BadParameter(
-                f"found {text!r}, expected NAME=NUMBER with NAME one of {', '.join(LIMITS)} and a positive number",
-                param=param,
-                param_hint="--limit",
-            )
-        limits[name.strip()] = value
-    return limits
-
-
 @click.command("history")
 @click.argument("folder", metavar="DIR")
 @output("Folder for history.json, history.csv, the figure and the store (made if missing).")
-@click.option(
-    "--limit",
-    "limits",
-    multiple=True,
-    callback=_parse_limits,
-    metavar="NAME=NUMBER",
-    help=f"Warn beyond this; repeatable. Names: {', '.join(LIMITS)} (sizes; um, or um/m for ppm).",
-)
+@limits_option(LIMITS, f"Warn beyond this; repeatable. Names: {', '.join(LIMITS)} (sizes; um, or um/m for ppm).")
 @click.option("--machine-name", metavar="NAME", help="Only evaluations of this machine.")
 @click.option("--gauge-serial", metavar="SERIAL", help="Only evaluations with this gauge.")
 @click.option(

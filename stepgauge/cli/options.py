@@ -167,6 +167,26 @@ def plot_option(text: str) -> Decorator:
     return click.option("--plot", callback=check_figure, metavar="FILE", help=f"{text} (png, svg or pdf).")
 
 
+def limits_option(names: Sequence[str], text: str) -> Decorator:
+    """``--limit NAME=NUMBER``, repeatable: positive numbers by name."""
+
+    def parsed(_: click.Context, param: click.Parameter, given: Sequence[str]) -> dict[str, float]:
+        limits = {}
+        for text in given:
+            name, _sign, number = text.partition("=")
+            try:
+                value = float(number)
+            except ValueError:
+                value = math.nan
+            if name.strip() not in names or not (math.isfinite(value) and value > 0):
+                expected = f"NAME=NUMBER with NAME one of {', '.join(names)} and a positive number"
+                raise click.BadParameter(f"found {text!r}, expected {expected}", param=param, param_hint="--limit")
+            limits[name.strip()] = value
+        return limits
+
+    return click.option("--limit", "limits", multiple=True, callback=parsed, metavar="NAME=NUMBER", help=text)
+
+
 def mpe_options(required: bool, text: str) -> Decorator:
     """``--mpe`` and ``--mpe-cap``; the command calls :func:`mpe_from` with them."""
 

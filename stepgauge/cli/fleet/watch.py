@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,38 +9,16 @@ from typing import Any
 import click
 
 from stepgauge.cli.fleet.options import STORE, bar, engine_from, engine_options, say_errors
-from stepgauge.cli.options import SUFFIX, FiniteRange, output, say, say_written, show
+from stepgauge.cli.options import SUFFIX, FiniteRange, limits_option, output, say, say_written, show
 
 # Written out so that --help needs no numpy; a test compares it with what is watched.
 LIMITS = ("scale", "squareness", "reversal", "certificate_scale", "wear")
 
 
-def _parse_limits(_: click.Context, param: click.Parameter, given: Sequence[str]) -> dict[str, float]:
-    limits = {}
-    for text in given:
-        name, _sign, number = text.partition("=")
-        try:
-            value = float(number)
-        except ValueError:
-            value = math.nan
-        if name.strip() not in LIMITS or not (math.isfinite(value) and value > 0):
-            expected = f"NAME=NUMBER with NAME one of {', '.join(LIMITS)} and a positive number"
-            raise click.BadParameter(f"found {text!r}, expected {expected}", param=param, param_hint="--limit")
-        limits[name.strip()] = value
-    return limits
-
-
 @click.command("watch")
 @STORE
 @output("Folder for watch.json, watch.csv and the figure (made if missing).")
-@click.option(
-    "--limit",
-    "limits",
-    multiple=True,
-    callback=_parse_limits,
-    metavar="NAME=NUMBER",
-    help=f"Maximum permissible size; repeatable. Names: {', '.join(LIMITS)} (um/m, urad, um).",
-)
+@limits_option(LIMITS, f"Maximum permissible size; repeatable. Names: {', '.join(LIMITS)} (um/m, urad, um).")
 @click.option(
     "--risk",
     type=FiniteRange(0.0, 0.5, min_open=True),
