@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from functools import cache
 from typing import Any
 from urllib.parse import urlencode
@@ -72,8 +74,13 @@ def _plotly_tag() -> Markup:
     return Markup('<script src="/static/plotly-{}.js" defer></script>').format(plotly_version())
 
 
-def json_answer(text: str) -> Response:
-    """JSON that is text already, such as a figure's."""
+def json_answer(request: Request, text: str) -> Response:
+    """JSON of a figure that is text already, with its own words in the language of the page; keys stay."""
+    pairs = words_of(request).pairs("figure")
+    spelled = {json.dumps(one, ensure_ascii=o): json.dumps(other) for one, other in pairs for o in (True, False)}
+    if spelled:
+        known = "|".join(map(re.escape, spelled))
+        text = re.sub(rf"(?:{known})(?!\s*:)", lambda found: spelled[found[0]], text)
     return Response(text, media_type="application/json")
 
 

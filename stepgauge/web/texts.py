@@ -38,6 +38,11 @@ class Words:
         text = catalogue()[key][self._place]
         return text.format(**values) if values else text
 
+    def pairs(self, table: str) -> list[tuple[str, str]]:
+        """What a table of the catalogue says in English, and in this language; nothing where that is English."""
+        texts = [texts for key, texts in catalogue().items() if key.startswith(f"{table}.")]
+        return [(one[0], one[self._place]) for one in texts] if self._place else []
+
     def number(self, value: float | None, digits: int = 2) -> str:
         """A number with that many decimals, as the language writes it; a dash for none."""
         if value is None or value != value:

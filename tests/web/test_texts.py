@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
 import stepgauge.web
 from stepgauge.web.pages import PAGES
+from stepgauge.web.render import json_answer
 from stepgauge.web.texts import LANGUAGES, Words, best_language, catalogue
 
 ROOM = Path(stepgauge.web.__file__).parent
 FAMILIES = (
     *("nav.", "look.", "kind.", "place.", "state.", "steer.", "verdict."),
-    *("plan_field.", "plan_choice.", "error_name.", "open_source.", "quantity.", "probe_value.", "probe_held."),
+    *(
+        "plan_field.",
+        "plan_choice.",
+        "error_name.",
+        "open_source.",
+        "quantity.",
+        "probe_value.",
+        "probe_held.",
+        "figure.",
+    ),
 )
 """Keys that are put together from a name."""
 
@@ -33,6 +44,21 @@ def test_no_text_is_missing_and_none_is_unused() -> None:
     assert {f"nav.{page}" for page in PAGES} <= set(catalogue())
     assert used - set(catalogue()) == set()
     assert {key for key in catalogue() if not key.startswith(FAMILIES)} - used == set()
+
+
+def test_a_figure_speaks_the_language_of_the_page() -> None:
+    """Whole words of a figure alone, in either spelling of JSON, and none of its numbers and keys."""
+    from starlette.requests import Request
+
+    def answer(language: str, text: str) -> str:
+        headers = [(b"accept-language", language.encode())]
+        return bytes(json_answer(Request({"type": "http", "headers": headers}), text).body).decode()
+
+    text = json.dumps({"name": "probe", "y": {"title": "error (µm)"}, "probe": [1.5, "probes"]})
+    told = {"name": "Taster", "y": {"title": "Abweichung (µm)"}, "probe": [1.5, "probes"]}
+    assert json.loads(answer("de", text)) == told
+    assert answer("en", text) == text
+    assert json.loads(answer("de", json.dumps(json.loads(text), ensure_ascii=False))) == told
 
 
 def test_numbers_are_written_as_the_language_writes_them() -> None:

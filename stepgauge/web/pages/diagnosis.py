@@ -99,7 +99,7 @@ def scene(request: Request) -> Response:
     site = site_of(request)
     folder = existing(site.folder, request.query_params.get("result", ""))
     stamps = tuple((folder / name).stat().st_mtime_ns for name in (FILE, ROWS) if (folder / name).exists())
-    return json_answer(_scene(folder, site.folder, stamps))
+    return json_answer(request, _scene(folder, site.folder, stamps))
 
 
 @lru_cache(maxsize=2)

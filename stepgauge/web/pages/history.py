@@ -148,7 +148,9 @@ def chart(request: Request) -> Response:
 
     asked, _, series = _series(request)
     words = words_of(request)
-    return json_answer(json.dumps(history_chart(series, asked.limits, {n: words(f"quantity.{n}") for n in QUANTITIES})))
+    return json_answer(
+        request, json.dumps(history_chart(series, asked.limits, {n: words(f"quantity.{n}") for n in QUANTITIES}))
+    )
 
 
 def write(request: Request, form: Form) -> Response:

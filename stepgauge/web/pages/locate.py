@@ -156,7 +156,7 @@ def scene(request: Request) -> Response:
         lies, suspect = (None, None) if judged is None else (judged.lies, judged.suspect)
     elif Path(site.placement).exists():
         lies = read_placement(site.placement, gauge)
-    return json_answer(placement_scene(gauge, lies, points, suspect, travel_mm).to_json())
+    return json_answer(request, placement_scene(gauge, lies, points, suspect, travel_mm).to_json())
 
 
 ROUTES = [

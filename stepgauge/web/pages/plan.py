@@ -209,7 +209,7 @@ def scene(request: Request) -> Response:
     gauge, machine = read_gauge(site.stated("gauge")), read_machine(site.stated("machine"))
     pieces = [one.piece for one in drafted.conflicts]
     lies, tool = read_placement(site.placement, gauge), make_tool(machine.probe)
-    return json_answer(json.dumps(path_player(drafted.program, gauge, lies, tool, machine.travel_mm, pieces)))
+    return json_answer(request, json.dumps(path_player(drafted.program, gauge, lies, tool, machine.travel_mm, pieces)))
 
 
 def program(request: Request) -> Response:

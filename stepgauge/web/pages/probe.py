@@ -195,7 +195,7 @@ def chart(request: Request) -> Response:
     site = site_of(request)
     asked = Asked.of(site, _form(request))
     draw = probe_curves if "curves" in request.query_params else probe_body
-    return json_answer(json.dumps(draw(_map(site, asked), asked.quantity)))
+    return json_answer(request, json.dumps(draw(_map(site, asked), asked.quantity)))
 
 
 def write(request: Request, form: Form) -> Response:

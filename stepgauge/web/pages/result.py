@@ -165,7 +165,7 @@ def errors_chart(request: Request) -> Response:
 
     shown, site = Shown.of(request), site_of(request)
     if not shown.over:
-        return json_answer(json.dumps(error_chart(shown.placement, _expanded(site, shown))))
+        return json_answer(request, json.dumps(error_chart(shown.placement, _expanded(site, shown))))
     others = [_read(site, one, with_inputs=False) for one in shown.over]
     found = [
         differences(one, shown.data, (name, shown.name))[shown.index]
@@ -173,7 +173,7 @@ def errors_chart(request: Request) -> Response:
     ]
     placements = [shown.placement, *(one["placements"][shown.index] for one in others)]
     chart = overlay_chart(placements, [None, *found], short_names([shown.name, *shown.over]), shown.error)
-    return json_answer(json.dumps(chart))
+    return json_answer(request, json.dumps(chart))
 
 
 def _expanded(site: Site, shown: Shown) -> NDArray[np.float64] | None:
@@ -263,7 +263,7 @@ def probings_json(request: Request) -> Response:
 
     _, face, table = _of_face(request)
     cycle, error_um, used = (table[name].to_numpy() for name in ("cycle", "error_um", "used"))
-    return json_answer(json.dumps(probings_chart(cycle, error_um, used, f"face {face}")))
+    return json_answer(request, json.dumps(probings_chart(cycle, error_um, used, f"face {face}")))
 
 
 @lru_cache(4)
