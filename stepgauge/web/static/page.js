@@ -97,6 +97,11 @@ export async function draw(place, figure) {
   place.dataset.ready = String(+(place.dataset.ready || 0) + 1);  // how often it was drawn
 }
 
+export async function move(place, y, trace) {
+  await window.Plotly.restyle(place, {y: [y]}, [trace]);  // the others stay as they are drawn
+  place.dataset.ready = String(+(place.dataset.ready || 0) + 1);
+}
+
 export async function plot(place, address = place.dataset.plot) {
   try {
     const answer = await fetch(address, {headers: PART});
