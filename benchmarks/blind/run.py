@@ -41,13 +41,15 @@ REPORT_S = 30.0
 Identity = Mapping[str, Any]
 
 
-def other_user() -> Identity:
-    """How to start a process as ``nobody``; empty where that cannot be done."""
+def other_user(folder: Path, tool: str) -> Identity:
+    """How to start a process as ``nobody``; empty where that cannot be done or could not read what it must."""
     if os.name != "posix" or os.geteuid() != 0:
         return {}
     nobody: Identity = {"user": "nobody", "group": "nogroup", "extra_groups": []}
+    script = tool.partition(" ")[0]
+    needed = [str(folder), *([script] if script.endswith(".py") else [])]
     try:
-        probe = [sys.executable, "-c", "import numpy"]
+        probe = [sys.executable, "-c", f"import numpy, os; [os.stat(one) for one in {needed!r}]"]
         done = subprocess.run(probe, cwd="/", capture_output=True, check=False, **nobody)
     except (OSError, KeyError, ValueError, subprocess.SubprocessError):
         return {}
@@ -152,7 +154,7 @@ def benchmark(
     print(f"{len(truths)} cases made in {time.perf_counter() - began:.0f} s", file=sys.stderr)
     out.mkdir(parents=True)
     folder.chmod(0o755)
-    identity = other_user()
+    identity = other_user(folder, options.tool)
     if identity:
         shutil.chown(out, identity["user"], identity["group"])
     folders = folders_by_tool(tool_template(options.tool), truths.values(), public, left_out=options.left_out)
