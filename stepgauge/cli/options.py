@@ -172,15 +172,15 @@ def limits_option(names: Sequence[str], text: str) -> Decorator:
 
     def parsed(_: click.Context, param: click.Parameter, given: Sequence[str]) -> dict[str, float]:
         limits = {}
-        for text in given:
-            name, _sign, number = text.partition("=")
+        for one in given:
+            name, _sign, number = one.partition("=")
             try:
                 value = float(number)
             except ValueError:
                 value = math.nan
             if name.strip() not in names or not (math.isfinite(value) and value > 0):
                 expected = f"NAME=NUMBER with NAME one of {', '.join(names)} and a positive number"
-                raise click.BadParameter(f"found {text!r}, expected {expected}", param=param, param_hint="--limit")
+                raise click.BadParameter(f"found {one!r}, expected {expected}", param=param, param_hint="--limit")
             limits[name.strip()] = value
         return limits
 

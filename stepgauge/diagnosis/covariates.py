@@ -50,9 +50,7 @@ class Covariate:
 
 def everywhere(data: Residuals) -> list[Covariate]:
     """Where, when and how fast a face was probed, as far as it varies: what the scatter may grow with."""
-    found = [Covariate("position", "mm", data.probings.certified_mm())]
-    found += [Covariate(f"machine {axis}", "mm", _place_mm(data, axis)) for axis in AXES]
-    found += [Covariate("time", "s", data.frame["time_s"].to_numpy(float))] if data.has_time else []
+    found = [*_places(data), *_times(data)]
     if "speed_mm_s" in data.frame:
         found.append(Covariate("speed", "", data.frame["speed_mm_s"].to_numpy(float)))
     return [c for c in found if _is_usable(c)]
@@ -63,11 +61,10 @@ def covariates(data: Residuals) -> list[Covariate]:
     frame = data.frame
     order = np.empty(len(data))
     order[data.order] = np.arange(len(data))
-    found = [Covariate("position", "mm", data.probings.certified_mm())]
-    found += [Covariate(f"machine {axis}", "mm", _place_mm(data, axis)) for axis in AXES]
+    found = _places(data)
     runs = len(frame[["placement", "cycle"]].drop_duplicates())
     found += [Covariate("cycle", "", frame["cycle"].to_numpy(float))] if runs * FEWEST_IN_CYCLE <= len(data) else []
-    found += [Covariate("time", "s", frame["time_s"].to_numpy(float))] if data.has_time else []
+    found += _times(data)
     found += [Covariate("order", "", order)] if not data.has_time else []
     found += [Covariate(TURNING, "mm", data.probings.since_turning_mm())]
     found += list(_touches(data)) if data.has_time else []
@@ -78,6 +75,15 @@ def covariates(data: Residuals) -> list[Covariate]:
         if name in ("speed_mm_s", *OPTIONAL[3:]) or name not in (*REQUIRED, *OPTIONAL, *COUNTS):
             found.append(Covariate(_plain_name(name, found), "", frame[name].to_numpy(float), name != "speed_mm_s"))
     return [c for c in found if _is_usable(c)]
+
+
+def _places(data: Residuals) -> list[Covariate]:
+    machine = [Covariate(f"machine {axis}", "mm", _place_mm(data, axis)) for axis in AXES]
+    return [Covariate("position", "mm", data.probings.certified_mm()), *machine]
+
+
+def _times(data: Residuals) -> list[Covariate]:
+    return [Covariate("time", "s", data.frame["time_s"].to_numpy(float))] if data.has_time else []
 
 
 def _is_usable(covariate: Covariate) -> bool:

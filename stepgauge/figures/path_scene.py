@@ -206,6 +206,7 @@ def _probed(path: Path, gauge: Gauge, placement: Placement, tip_radius_mm: float
 
 
 def travel_volume(travel_mm: Array) -> Any:
+    """The edges of the travel ``(3, 2)``, low and high of each axis, mm, as a trace that a click on its name shows."""
     corners = travel_mm[:, 0] + (travel_mm[:, 1] - travel_mm[:, 0]) * _CORNERS
     gap = np.full(3, np.nan)
     pieces = np.array([[corners[a], corners[b], gap] for a, b in _EDGES])

@@ -68,6 +68,11 @@ async def read_form(request: Request) -> Form:
     return Form(texts, files)
 
 
+def asked_form(request: Request) -> Form:
+    """What an address asks for (its query), as a form without files."""
+    return Form({key: value for key, value in request.query_params.items() if value}, {})
+
+
 def with_form(answer: Callable[[Request, Form], Response]) -> Callable[[Request], Awaitable[Response]]:
     """An endpoint that is given its form, in a thread, so that other requests are answered meanwhile."""
 

@@ -51,12 +51,16 @@ class Run:
             self._tell_status({**self.status, "state": "failed", "error": last[-1] if last else "it ended"})
 
     def _tell_status(self, status: dict[str, Any]) -> None:
+        self._tell("status", status)  # first: who sees the end must find it told
         self.status = status
-        self._tell("status", status)
 
     def _tell(self, kind: str, message: dict[str, Any]) -> None:
         self._count += 1
         self.told[kind] = (self._count, json.dumps(message))
+
+    def newest(self) -> list[tuple[str, tuple[int, str]]]:
+        """Kinds with number and text of their newest message, the status last: after the end nobody listens on."""
+        return sorted(self.told.items(), key=lambda one: one[0] == "status")
 
     @property
     def is_running(self) -> bool:

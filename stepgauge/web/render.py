@@ -76,12 +76,18 @@ def _plotly_tag() -> Markup:
 
 def json_answer(request: Request, text: str) -> Response:
     """JSON of a figure that is text already, with its own words in the language of the page; keys stay."""
-    pairs = words_of(request).pairs("figure")
+    known, spelled = _figure_words(words_of(request).language)
+    return Response(
+        known.sub(lambda found: spelled[found[0]], text) if spelled else text, media_type="application/json"
+    )
+
+
+@cache
+def _figure_words(language: str) -> tuple[re.Pattern[str], dict[str, str]]:
+    """The words of figures as JSON spells them, and those of a language in their place."""
+    pairs = Words(language).pairs("figure")
     spelled = {json.dumps(one, ensure_ascii=o): json.dumps(other) for one, other in pairs for o in (True, False)}
-    if spelled:
-        known = "|".join(map(re.escape, spelled))
-        text = re.sub(rf"(?:{known})(?!\s*:)", lambda found: spelled[found[0]], text)
-    return Response(text, media_type="application/json")
+    return re.compile(rf"(?:{'|'.join(map(re.escape, spelled))})(?!\s*:)"), spelled
 
 
 def address(path: str, **query: str) -> str:

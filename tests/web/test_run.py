@@ -105,6 +105,8 @@ def test_what_a_measurement_tells_and_how_it_ends(tmp_path: Path) -> None:
         last = {kind.removeprefix("event: "): json.loads(data.removeprefix("data: ")) for kind, data in told}
         assert last["status"] == {"state": "done", "done": 8, "total": 8, "left_s": 0.0}
         assert last["errors"]["faces"]["face"] == list(range(1, 9))
+        late = server.ask(f"/run/events?recording={NAME}")[2].decode().split("\n\n")
+        assert [one.split("\n")[0] for one in late if one] == ["event: errors", "event: status"]  # the end closes it
         assert b"exists already" in post(server, "/run", speed="", output=NAME, **fields)[1]
         assert b"recordings/run-2.csv" in server.ask("/run")[2]
         slow = {**fields, "cycles": "9", "speed": "10", "output": "recordings/slow.csv"}

@@ -17,7 +17,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
-from stepgauge.web.forms import Form, with_form
+from stepgauge.web.forms import Form, asked_form, with_form
 from stepgauge.web.render import json_answer, render, site_of, words_of
 from stepgauge.web.site import Site
 
@@ -73,10 +73,6 @@ class Asked:
         return ["history", ".", *said, *limits, "-o", OUTPUT]
 
 
-def _form(request: Request) -> Form:
-    return Form({key: value for key, value in request.query_params.items() if value}, {})
-
-
 def _found(site: Site, asked: Asked) -> Refreshed:
     from stepgauge.history import refresh_store
 
@@ -92,7 +88,7 @@ def _entries(site: Site, found: Refreshed, asked: Asked) -> list[HistoryEntry]:
 def _series(request: Request) -> tuple[Asked, list[HistoryEntry], list[Series]]:
     from stepgauge.history import make_series
 
-    site, asked = site_of(request), Asked.of(_form(request))
+    site, asked = site_of(request), Asked.of(asked_form(request))
     entries = _entries(site, _found(site, asked), asked)
     return asked, entries, make_series(entries)
 
@@ -101,7 +97,7 @@ def show(request: Request) -> Response:
     """The controls; what they lead to follows."""
     from stepgauge.history import QUANTITIES
 
-    site, form = site_of(request), _form(request)
+    site, form = site_of(request), asked_form(request)
     asked = Asked.of(form)
     try:
         found: tuple[HistoryEntry, ...] = _found(site, asked).entries
@@ -122,7 +118,7 @@ def part(request: Request) -> Response:
     """Chart, warnings, and all evaluations by date."""
     from stepgauge.history import judge, make_series
 
-    site, asked = site_of(request), Asked.of(_form(request))
+    site, asked = site_of(request), Asked.of(asked_form(request))
     found = _found(site, asked)
     entries = _entries(site, found, asked)
     series = make_series(entries)

@@ -17,7 +17,7 @@ from starlette.routing import Route
 
 from stepgauge.errors import InputError
 from stepgauge.web.folder import existing, listed, relative
-from stepgauge.web.forms import Form, with_form
+from stepgauge.web.forms import Form, asked_form, with_form
 from stepgauge.web.render import json_answer, render, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
@@ -145,7 +145,7 @@ def _draft(site: Site, asked: Asked) -> Drafted:
 
 
 def _asked(request: Request) -> Asked:
-    return Asked.of(site_of(request), Form({key: value for key, value in request.query_params.items() if value}, {}))
+    return Asked.of(site_of(request), asked_form(request))
 
 
 def _program_name(asked: Asked) -> str:

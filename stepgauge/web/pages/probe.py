@@ -18,7 +18,7 @@ from starlette.routing import Route
 
 from stepgauge.errors import InputError
 from stepgauge.web.folder import existing, listed, relative
-from stepgauge.web.forms import Form, with_form
+from stepgauge.web.forms import Form, asked_form, with_form
 from stepgauge.web.render import json_answer, render, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
@@ -132,14 +132,10 @@ def _mapped(of_machine: bool, name: str, held: str, grid: tuple[str, str], _: tu
     return map_directions(make_probe(table, machine.probe_path or machine.path), *direction_grid(*grid))
 
 
-def _form(request: Request) -> Form:
-    return Form({key: value for key, value in request.query_params.items() if value}, {})
-
-
 def show(request: Request) -> Response:
     """The controls; the body follows them."""
     site = site_of(request)
-    asked = Asked.of(site, _form(request))
+    asked = Asked.of(site, asked_form(request))
     return render(
         request,
         "probe.html.j2",
@@ -155,7 +151,7 @@ def show(request: Request) -> Response:
 def part(request: Request) -> Response:
     """Body, curves, and the numbers in words."""
     site = site_of(request)
-    asked = Asked.of(site, _form(request))
+    asked = Asked.of(site, asked_form(request))
     found = _map(site, asked)
     rows = [_row(found, name, unit) for name, unit in QUANTITIES.items()]
     known = bool(np.isfinite(getattr(found, asked.quantity)).any())
@@ -193,7 +189,7 @@ def chart(request: Request) -> Response:
     from stepgauge.figures.probe_body import probe_body, probe_curves
 
     site = site_of(request)
-    asked = Asked.of(site, _form(request))
+    asked = Asked.of(site, asked_form(request))
     draw = probe_curves if "curves" in request.query_params else probe_body
     return json_answer(request, json.dumps(draw(_map(site, asked), asked.quantity)))
 

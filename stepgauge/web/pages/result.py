@@ -15,8 +15,8 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
-from stepgauge.web.folder import existing, inside, relative
-from stepgauge.web.forms import Form, with_form
+from stepgauge.web.folder import existing, inside, listed, relative
+from stepgauge.web.forms import Form, asked_form, with_form
 from stepgauge.web.render import json_answer, render, site_of
 from stepgauge.web.site import Site
 from stepgauge.web.stamps import Stamp, stamps
@@ -53,7 +53,7 @@ def _evaluations(site: Site) -> list[str]:
 
 def _files(site: Site, name: str) -> list[Path]:
     """Files of this name below the project's folder, nothing hidden and no link that leads out."""
-    found = [path for path in site.folder.rglob(name) if not any(p.startswith(".") for p in path.parts)]
+    found = [site.folder / one for one in listed(site.folder, [Path(name).suffix], deep=20) if Path(one).name == name]
     return [path for path in found if path.resolve().is_relative_to(site.folder)][:MOST_LISTED]
 
 
@@ -297,7 +297,7 @@ def budget(request: Request) -> Response:
     from stepgauge.standards.budget_files import label
     from stepgauge.standards.budget_trial import OPEN_SOURCES
 
-    shown, form = Shown.of(request), Form({k: v for k, v in request.query_params.items() if v}, {})
+    shown, form = Shown.of(request), asked_form(request)
     trial = _trial_of(site_of(request), shown)
     values = {name: form.number(name, 0.0, OPEN_SOURCES[name].most, 0.0) or 0.0 for name in trial.names}
     tried = trial.with_values(values)

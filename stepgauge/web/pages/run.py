@@ -155,7 +155,7 @@ async def _told(request: Request, run: Run) -> AsyncIterator[str]:
     site = site_of(request)
     while not (site.is_ending or await request.is_disconnected()):
         ended = not run.is_running
-        for kind, (number, text) in list(run.told.items()):
+        for kind, (number, text) in run.newest():
             if sent.get(kind) != number:
                 sent[kind], still_s = number, 0.0
                 yield f"event: {kind}\ndata: {text}\n\n"
