@@ -15,6 +15,7 @@ from numpy.testing import assert_allclose
 from stepgauge.effects import Probings, Setting, effect_kinds, make_effects, total_displacement_um
 from stepgauge.effects.compensation import COLUMNS
 from stepgauge.effects.totals import along_approach_um, scatter_um
+from stepgauge.effects.waves import sine
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.machine.file import read_machine
@@ -226,6 +227,23 @@ def test_cycle_and_vibration_are_sines_of_time() -> None:
     assert_allclose(cycle, [[0, 0, 0], [0, 3.0, 4.0]], atol=1e-12)
     shake = bend(seen, kind="vibration", direction="x", frequency_hz=1 / 600, amplitude_um=5.0, phase_deg=90.0)
     assert_allclose(shake[:, 0], [5.0, 0.0], atol=1e-12)
+
+
+@given(
+    first=st.floats(0.001, 5.0),
+    step=st.floats(1e-5, 0.1),
+    kept=st.lists(st.booleans(), min_size=40, max_size=200),
+    phase=st.floats(-360.0, 360.0),
+)
+@settings(max_examples=50, deadline=None)
+def test_sines_of_even_rates_are_those_of_any_rates(first: float, step: float, kept: list[bool], phase: float) -> None:
+    """Evenly spaced rates, some left out, go by the addition theorem; in disorder each by itself."""
+    rates = first + step * np.flatnonzero([True, *kept, True])
+    times = np.random.default_rng(0).uniform(-100.0, 2000.0, 30)
+    expected = [np.sin(2.0 * np.pi * rate * times + np.radians(phase)) for rate in rates]
+    assert_allclose(sine(rates[:, None], times, phase), expected, atol=1e-8)
+    assert_allclose(sine(rates[::-1, None], times, phase), expected[::-1], atol=1e-8)
+    assert_allclose(sine(float(rates[0]), times, phase), expected[0], atol=1e-12)
 
 
 def test_vibration_aliases_to_a_slow_wave() -> None:

@@ -256,9 +256,10 @@ def _products(position: Covariate, slow: Covariate, priors: Priors) -> Iterator[
     yield _Said(slow.name, slow.unit, LENGTH, changing, (SMOOTH,) * len(changing), both, share, "position")
     surface = [_product(matern(position.values, a), matern(slow.values, b)) for a, b in ((0.15, 0.08), (0.3, 0.25))]
     yield _Said(slow.name, slow.unit, SMOOTH, surface, (SMOOTH, SMOOTH), both, share, "position")
-    turns = [(f, g) for f in np.arange(1.0, 6.1, 0.5) for g in np.arange(1.0, 8.1, 0.5)]
-    beats = np.array([_beat(position.values, slow.values, f, g) for f, g in turns])
-    periods = tuple((float(np.ptp(position.values) / f), float(np.ptp(slow.values) / g)) for f, g in turns)
+    of_x, of_y = np.arange(1.0, 6.1, 0.5), np.arange(1.0, 8.1, 0.5)
+    beats = _beats(position.values, slow.values, of_x, of_y)
+    spans = float(np.ptp(position.values)), float(np.ptp(slow.values))
+    periods = tuple((spans[0] / f, spans[1] / g) for f in of_x.tolist() for g in of_y.tolist())
     yield _Said(slow.name, slow.unit, BEAT, beats, periods, both, share, "position")
 
 
@@ -268,13 +269,16 @@ def _product(one: Array, other: Array, most: int = 200) -> Array:
     return both[np.argsort(-(both**2).sum(axis=1))[:most]]
 
 
-def _beat(x: Array, y: Array, f: float, g: float) -> Array:
-    """Products of sines and cosines in two covariates, ``(4, n)``."""
-    waves = []
-    for values, turns in ((x, f), (y, g)):
-        angle = 2.0 * np.pi * turns * (values - values.min()) / np.ptp(values)
-        waves.append(np.array([np.sin(angle), np.cos(angle)]))
-    return np.asarray((waves[0][:, None] * waves[1]).reshape(4, -1))
+def _beats(x: Array, y: Array, of_x: Array, of_y: Array) -> Array:
+    """Products of sines and cosines in two covariates, ``(f g, 4, n)``; ``of_x (f,)``, ``of_y (g,)``: their turns."""
+    first, second = _oscillations(x, of_x), _oscillations(y, of_y)
+    return np.asarray((first[:, None, :, None] * second[None, :, None]).reshape(-1, 4, len(x)))
+
+
+def _oscillations(values: Array, turns: Array) -> Array:
+    """Sines and cosines with so many turns over the span, ``(f, 2, n)``."""
+    angle = 2.0 * np.pi * turns[:, None] * (values - values.min()) / np.ptp(values)
+    return np.stack([np.sin(angle), np.cos(angle)], axis=1)
 
 
 def _of_ways(position: Covariate, data: Residuals, priors: Priors) -> Iterator[_Said]:

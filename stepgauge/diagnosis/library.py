@@ -31,7 +31,7 @@ SEEN_SHARE = 0.1
 NEAR_AXIS = np.cos(np.radians(5.0))
 ORIGIN_ONLY = 3e-3
 """Share of a signature that must remain beside the origins; below it the signature is an origin."""
-CHUNK = 50_000
+CHUNK = 200_000
 """Numbers computed at a time: they stay in the cache of a processor."""
 
 
@@ -282,15 +282,22 @@ def signatures(law: type[Effect], choices: dict[str, Any], atoms: Sequence[dict[
     unset = [tuple(name for name, value in atom.items() if value is None) for atom in atoms]
     if len(set(unset)) > 1:
         return _apart(law, choices, atoms, unset, data)
-    if len(atoms) < 2 or any(not isinstance(value, float | int) for atom in atoms for value in atom.values()):
+    if len(atoms) < 2 or any(not isinstance(value, float | int | tuple) for atom in atoms for value in atom.values()):
         return np.concatenate([np.stack(_columns(law, choices, atom, data, 1), axis=1) for atom in atoms])
     found = np.empty((len(atoms), 2 if _has_phase(law) else 1, len(data)))
     size = max(1, CHUNK // len(data))
     for some in (slice(i, i + size) for i in range(0, len(atoms), size)):
-        together = {name: np.array([float(atom[name]) for atom in atoms[some]])[:, None] for name in atoms[0]}
+        together = {name: _stacked([atom[name] for atom in atoms[some]]) for name in atoms[0]}
         for place, column in enumerate(_columns(law, choices, together, data, len(atoms[some]))):
             found[some, place] = column
     return found
+
+
+def _stacked(values: Sequence[float | tuple[float, ...]]) -> Array | tuple[Array, ...]:
+    """Values of one parameter as a column ``(atoms, 1)``; of several numbers, as of two supports, a column for each."""
+    if isinstance(values[0], tuple):
+        return tuple(np.array(part, float)[:, None] for part in zip(*values, strict=True))
+    return np.array(values, float)[:, None]
 
 
 def _apart(

@@ -36,8 +36,8 @@ def make_problem(data: Residuals, priors: Priors, without: Collection[str] = ())
     return replace(bare, candidates=candidates, in_part=laws_in_parts(data, priors))
 
 
-def bare_problem(data: Residuals) -> Problem:
-    """The problem of a recording without candidates."""
+def bare_problem(data: Residuals, independent: bool = False) -> Problem:
+    """The problem of a recording without candidates; ``independent``: for scatter that is the same for every row."""
     face = data.face - data.face.min()
     certified = (face == np.arange(face.max() + 1)[:, None]) * data.side
     shown = certified.any(axis=1)
@@ -50,14 +50,19 @@ def bare_problem(data: Residuals) -> Problem:
         certified_u=np.maximum(u_um[shown], 1e-4),
         free=data.origins.astype(float),
         order=data.order,
-        gap=_gaps(data),
-        growing={c.name: (c.values - c.values.min()) / np.ptp(c.values) for c in everywhere(data)},
-        step_um=display_step_um(data),
+        gap=np.zeros(0) if independent else _gaps(data),
+        growing={} if independent else _growing(data),
+        step_um=0.0 if independent else display_step_um(data),
         group=data.group,
         candidates=(),
     )
     # a machine file may say that readings repeat perfectly, and means that it does not know
     return problem if stated_um > 0.0 else replace(problem, scale_um=problem.within_um)
+
+
+def _growing(data: Residuals) -> dict[str, Array]:
+    """What the scatter may grow with, from 0 to 1."""
+    return {c.name: (c.values - c.values.min()) / np.ptp(c.values) for c in everywhere(data)}
 
 
 def _gaps(data: Residuals) -> Array:

@@ -14,7 +14,7 @@ from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.machine.readout import machine_effects
-from stepgauge.recording import APPROACH, POSITION, Recording
+from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.identity import axis_from_approaches, certified_mm, check_recording
 
 Array = NDArray[np.float64]
@@ -141,7 +141,7 @@ def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) ->
     frame = recording.frame.reset_index(drop=True)
     face = frame["face"].to_numpy()
     numbers, placement = np.unique(frame["placement"].to_numpy(), return_inverse=True)
-    position, approach = frame[POSITION].to_numpy(float), frame[APPROACH].to_numpy(float)
+    position, approach = recording.position_mm, recording.approach
     axes = {
         int(n): axis_from_approaches(approach[placement == i].T, face[placement == i], recording.path)
         for i, n in enumerate(numbers)

@@ -6,11 +6,11 @@ blocks only, or after a wait. Its readings are ideal: what matters is where, how
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.posterior.metric import Metric
@@ -84,7 +84,7 @@ def lengthened(data: Residuals, sigma_um: float, runs: Iterable[ExtraRun] | None
 
 def plain_metric(data: Residuals, sigma_um: float) -> Metric:
     """The whitening of residuals with independent scatter."""
-    problem = bare_problem(data)
+    problem = bare_problem(data, independent=True)
     scatters = Scatters(problem, shipped_priors())
     return Metric(problem, scatters.plain(), scatters, sigma_um)
 
@@ -174,22 +174,22 @@ def with_run(run: ExtraRun, data: Residuals) -> Residuals:
     sign = np.where(face % 2 == 1, 1.0, -1.0)
     axis, radius = run.placement.axis, data.machine.probe.tip_radius_mm
     along = data.gauge.position_mm[face - 1] - sign * radius
-    last = data.frame.iloc[-1]
-    frame = pd.DataFrame({name: last[name] for name in data.frame.columns}, index=range(len(face)))
+    before = {str(name): values.to_numpy() for name, values in data.frame.items()}
+    more = {name: np.full(len(face), values[-1], values.dtype) for name, values in before.items()}
     if run.stays:
-        frame["placement"], frame["cycle"] = int(last["placement"]), cycle + int(data.frame["cycle"].max())
+        more["cycle"] = cycle + int(before["cycle"].max())
     else:
-        frame["placement"], frame["cycle"] = int(data.frame["placement"].max()) + 1, cycle
-    frame["face"] = face
-    frame[POSITION] = run.placement.origin_mm(data.gauge) + along[:, None] * axis
-    frame[APPROACH] = sign[:, None] * axis
-    if run.speed_mm_s is not None:
-        frame["speed_mm_s"] = run.speed_mm_s
-    if "time_s" in frame:
-        frame["time_s"] = data.frame["time_s"].max() + run.wait_s + _touch_s(data) * np.arange(len(face))
-        _go_on(frame, data.frame)
-    both = pd.concat([data.frame, frame[data.frame.columns]], ignore_index=True)
-    return unchecked_residuals(Recording(both), data.gauge, data.machine)
+        more["placement"], more["cycle"] = np.full(len(face), int(before["placement"].max()) + 1), cycle
+    more["face"] = face
+    more |= dict(zip(POSITION, (run.placement.origin_mm(data.gauge) + along[:, None] * axis).T, strict=True))
+    more |= dict(zip(APPROACH, (sign[:, None] * axis).T, strict=True))
+    if run.speed_mm_s is not None and "speed_mm_s" in more:
+        more["speed_mm_s"] = np.full(len(face), run.speed_mm_s)
+    if "time_s" in more:
+        more["time_s"] = before["time_s"].max() + run.wait_s + _touch_s(data) * np.arange(len(face))
+        more |= _gone_on(more["time_s"], before)
+    both = {name: np.concatenate([values, more[name]]) for name, values in before.items()}
+    return unchecked_residuals(Recording.of_columns(both, {}), data.gauge, data.machine)
 
 
 def _touch_s(data: Residuals) -> float:
@@ -198,14 +198,14 @@ def _touch_s(data: Residuals) -> float:
     return float(np.median(steps)) if steps.size and np.median(steps) > 0.0 else TOUCH_S
 
 
-def _go_on(frame: pd.DataFrame, before: pd.DataFrame) -> None:
+def _gone_on(then_s: Array, before: Mapping[str, NDArray[Any]]) -> dict[str, Array]:
     """Temperatures that change go on changing at the mean rate so far, but not for ever."""
-    time_s = before["time_s"].to_numpy(float)
-    ahead_s = frame["time_s"].to_numpy(float) - time_s.max()
-    for name in (name for name in before.columns if name.endswith("_C")):
-        values = before[name].to_numpy(float)
+    time_s = before["time_s"].astype(float)
+    ahead_s, since_s, later = then_s - time_s.max(), time_s - time_s.mean(), {}
+    for name in (name for name in before if name.endswith("_C")):
+        values = before[name].astype(float)
         span = float(np.ptp(values))
         if span > 0.0 and np.ptp(time_s) > 0.0:
-            rate = float(np.polyfit(time_s - time_s.mean(), values, 1)[0])
-            last = float(values[time_s.argmax()])
-            frame[name] = last + np.clip(rate * ahead_s, -BEYOND * span, BEYOND * span)
+            rate = float(since_s @ values / (since_s @ since_s))
+            later[name] = values[time_s.argmax()] + np.clip(rate * ahead_s, -BEYOND * span, BEYOND * span)
+    return later

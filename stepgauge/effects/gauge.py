@@ -84,19 +84,20 @@ class GaugeBending(Effect):
         return {"approach": probings.shifted_along_gauge(self.sag_um * self.height_mm * shift_um)}
 
 
-def beam_slope(x_mm: Array, length_mm: float, a_mm: float, b_mm: float) -> Array:
+def beam_slope(x_mm: Array, length_mm: float, a_mm: float | Array, b_mm: float | Array) -> Array:
     """Slope w' (up positive, 1/mm) of a uniform beam on supports at a and b, for 1 mm of sag if supported at its ends.
 
-    M = -q x^2 / 2 + R_a <x - a> + R_b <x - b>, integrated once and twice; w = 0 at both supports.
+    Of shape ``(n,)`` as ``x_mm``, with columns ``(k, 1)`` of supports ``(k, n)``. M = -q x^2 / 2 + R_a <x - a> +
+    R_b <x - b>, integrated once and twice; w = 0 at both supports.
     """
     q = 384.0 / (5.0 * length_mm**4)
     r_a = q * length_mm * (b_mm - length_mm / 2.0) / (b_mm - a_mm)
     r_b = q * length_mm - r_a
 
-    def bracket(x: Array | float, at: float, power: int) -> Array:
+    def bracket(x: Array | float, at: float | Array, power: int) -> Array:
         return np.maximum(np.asarray(x) - at, 0.0) ** power
 
-    def deflection(x: float) -> Array:
+    def deflection(x: float | Array) -> Array:
         return -q * x**4 / 24.0 + r_a * bracket(x, a_mm, 3) / 6.0 + r_b * bracket(x, b_mm, 3) / 6.0
 
     level = (deflection(b_mm) - deflection(a_mm)) / (b_mm - a_mm)

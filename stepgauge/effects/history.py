@@ -8,6 +8,7 @@ import numpy as np
 
 from stepgauge.effects.base import Direction, Displacement, Effect, along, parameter
 from stepgauge.effects.probings import Probings
+from stepgauge.effects.waves import sine
 
 
 class StepChange(Effect):
@@ -45,8 +46,7 @@ class Vibration(Effect):
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """A sine of time."""
-        angle = probings.time_s * (2.0 * np.pi * self.frequency_hz) + np.radians(self.phase_deg)
-        return along(self.direction, self.amplitude_um * np.sin(angle))
+        return along(self.direction, self.amplitude_um * sine(self.frequency_hz, probings.time_s, self.phase_deg))
 
 
 class ApproachMemory(Effect):

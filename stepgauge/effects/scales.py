@@ -8,6 +8,7 @@ import numpy as np
 
 from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
 from stepgauge.effects.probings import Probings
+from stepgauge.effects.waves import sine
 
 
 class ScaleError(Effect):
@@ -65,8 +66,8 @@ class PeriodicScaleError(Effect):
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """A sine of the coordinate."""
-        angle = probings.axis_mm(self.axis) * (2.0 * np.pi / self.period_mm) + np.radians(self.phase_deg)
-        return {self.axis: self.amplitude_um * np.sin(angle)}
+        wave = sine(1.0 / self.period_mm, probings.axis_mm(self.axis), self.phase_deg)
+        return {self.axis: self.amplitude_um * wave}
 
 
 class LocalScaleDefect(Effect):
@@ -143,10 +144,8 @@ class ScrewError(Effect):
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """A sine of the revolutions."""
-        per_mm = 2.0 * np.pi * self.order * self.gear / self.pitch_mm
-        return {
-            self.axis: self.amplitude_um * np.sin(probings.axis_mm(self.axis) * per_mm + np.radians(self.phase_deg))
-        }
+        wave = sine(self.order * self.gear / self.pitch_mm, probings.axis_mm(self.axis), self.phase_deg)
+        return {self.axis: self.amplitude_um * wave}
 
 
 def bump(x: Array, at: float, width: float) -> Array:

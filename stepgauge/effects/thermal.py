@@ -14,6 +14,7 @@ import numpy as np
 
 from stepgauge.effects.base import Array, Axis, Direction, Displacement, Effect, along, parameter
 from stepgauge.effects.probings import Probings
+from stepgauge.effects.waves import sine
 
 REFERENCE_C = 20.0
 """Reference temperature of lengths, ISO 1."""
@@ -107,8 +108,7 @@ class TemperatureCycle(Effect):
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """A sine of time."""
-        angle = probings.time_s * (2.0 * np.pi / self.period_s) + np.radians(self.phase_deg)
-        return along(self.direction, self.amplitude_um * np.sin(angle))
+        return along(self.direction, self.amplitude_um * sine(1.0 / self.period_s, probings.time_s, self.phase_deg))
 
 
 class UncompensatedScales(Effect):

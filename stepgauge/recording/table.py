@@ -87,12 +87,12 @@ class Recording(Shown):
     @property
     def position_mm(self) -> Array:
         """Tip centres, shape ``(n, 3)``."""
-        return self.frame[POSITION].to_numpy(float)
+        return np.stack(self.numbers(POSITION), axis=1)
 
     @property
     def approach(self) -> Array:
         """Unit directions of travel towards the surface, shape ``(n, 3)``."""
-        return self.frame[APPROACH].to_numpy(float)
+        return np.stack(self.numbers(APPROACH), axis=1)
 
     @property
     def placements(self) -> list[int]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,11 +94,11 @@ class _Beside:
 class Looker:
     """Looks with one metric."""
 
-    def __init__(self, problem: Problem, metric: Metric, patterns: Sequence[Patterns]) -> None:
+    def __init__(self, problem: Problem, metric: Metric, patterns: Sequence[Patterns], kernels: _Kernels) -> None:
         self.metric, self.patterns = metric, patterns
         self.white = metric(problem.um)
         self.tables = _tables(patterns, metric)
-        self.smooth = _Features([one for one in problem.candidates if isinstance(one, Smooth)], metric)
+        self.smooth = _Features(kernels, metric)
 
     def looks(self, state: State) -> list[Look]:
         """All candidates for addition to a hypothesis, the best first."""
@@ -130,7 +131,8 @@ class Looker:
             square = (c * dot[first] ** 2 - 2.0 * b * dot[first] * dot[second] + a * dot[second] ** 2) / det
             price = 0.5 * (np.log(det) - np.log(ridge[first] * ridge[second]))
             gain = beside.student(square) - price + weight[first] + weight[second]
-            found += [(float(gain[i]), int(first[i]), int(second[i]), k) for i in np.argsort(-gain)[:most]]
+            best = np.argpartition(-gain, most)[:most] if len(gain) > most else range(len(gain))
+            found += [(float(gain[i]), int(first[i]), int(second[i]), k) for i in best]
         return [
             (_alone(laws[i], k, gain), _alone(laws[j], k, gain)) for gain, i, j, k in sorted(found, reverse=True)[:most]
         ]
@@ -284,37 +286,59 @@ def _solve(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
 
 def _cholesky(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
     """The same by one factorisation of all rows: there are thousands of small matrices."""
-    d = gram.shape[1]
     a = np.ascontiguousarray(gram.transpose(1, 2, 0))
     x = np.ascontiguousarray(dot.T)
     log_det = np.zeros(len(gram))
-    for j in range(d):
-        pivot = np.sqrt(np.maximum(a[j, j] + ridge - (a[j, :j] ** 2).sum(axis=0), ridge))
-        log_det += 2.0 * np.log(pivot)
-        a[j, j] = pivot
-        x[j] = (x[j] - (a[j, :j] * x[:j]).sum(axis=0)) / pivot
-        for i in range(j + 1, d):
-            a[i, j] = (a[i, j] - (a[i, :j] * a[j, :j]).sum(axis=0)) / pivot
-    for j in range(d - 1, -1, -1):
-        x[j] = (x[j] - (a[j + 1 :, j] * x[j + 1 :]).sum(axis=0)) / a[j, j]
+    for j in range(len(a)):
+        square = np.maximum(a[j, j] + ridge, ridge)
+        log_det += np.log(square)
+        a[j, j] = np.sqrt(square)
+        a[j + 1 :, j] /= a[j, j]
+        x[j] /= a[j, j]
+        below = a[j + 1 :, j]
+        a[j + 1 :, j + 1 :] -= below[:, None] * below
+        x[j + 1 :] -= below * x[j]
+    for j in range(len(a) - 1, -1, -1):
+        x[j] /= a[j, j]
+        x[:j] -= a[j, :j] * x[j]
     return x.T, log_det
+
+
+class _Kernels:
+    """The features ``(m, n)`` of all random functions that matter, kernel after kernel in ``slices``."""
+
+    def __init__(self, smooth: Sequence[Smooth]) -> None:
+        self.smooth = smooth
+        chosen = [_chosen(features) for one in smooth for features in one.features]
+        self.slices = _slices([len(one) for one in chosen])
+        self.features = np.concatenate(chosen) if chosen else np.zeros((0, 0))
+
+
+def _chosen(features: Array) -> Array:
+    """The largest features ``(m, n)`` of a kernel, as many as hold nearly all of its variance."""
+    size = (features**2).sum(axis=1)
+    most = np.argsort(-size)
+    seen = np.searchsorted(np.cumsum(size[most]) / size.sum(), SEEN_FEATURES)
+    if size.min() < 0.1 * size.max():
+        most = most[: min(MOST_FEATURES, 1 + int(seen))]
+    return features[most]
 
 
 class _Features:
     """All random functions' features with one metric, those of a kernel rotated to be orthogonal.
 
     ``value``, ``white (m, n)``: squared lengths and mapped features, kernel after kernel; ``first``: where each kernel
-    begins; ``owner``: the kernel of each feature.
+    begins.
     """
 
-    def __init__(self, smooth: Sequence[Smooth], metric: Metric) -> None:
-        self.smooth = smooth
-        turned = [_turned(features, metric) for one in smooth for features in one.features]
+    def __init__(self, kernels: _Kernels, metric: Metric) -> None:
+        self.smooth = kernels.smooth
+        mapped = metric(kernels.features) if len(kernels.features) else np.zeros((0, 0))
+        turned = [_turned(mapped[own]) for own in kernels.slices]
         self.value = np.concatenate([value for value, _ in turned]) if turned else np.zeros(0)
         self.white = np.concatenate([white for _, white in turned]) if turned else np.zeros((0, 0))
-        count = np.array([len(value) for value, _ in turned], dtype=np.intp)
-        self.first = np.r_[0, np.cumsum(count)[:-1]].astype(np.intp)
-        self.slices = [slice(a, a + c) for a, c in zip(self.first, count, strict=False)]
+        self.slices = _slices([len(value) for value, _ in turned])
+        self.first = np.array([own.start for own in self.slices], np.intp)
 
     def looks(self, beside: _Beside) -> Iterator[Look]:
         """Looks of the random functions, over all kernels and sizes."""
@@ -345,14 +369,13 @@ class _Features:
             first += one.atoms
 
 
-def _turned(features: Array, metric: Metric) -> tuple[Array, Array]:
-    """Squared lengths ``(m,)`` and mapped features ``(m, n)`` rotated to be orthogonal; only those that matter."""
-    size = (features**2).sum(axis=1)
-    most = np.argsort(-size)
-    seen = np.searchsorted(np.cumsum(size[most]) / size.sum(), SEEN_FEATURES)
-    if size.min() < 0.1 * size.max():
-        most = most[: min(MOST_FEATURES, 1 + int(seen))]
-    white = metric(features[most])
+def _slices(counts: Sequence[int]) -> list[slice]:
+    ends = np.cumsum([0, *counts]).tolist()
+    return [slice(a, b) for a, b in pairwise(ends)]
+
+
+def _turned(white: Array) -> tuple[Array, Array]:
+    """Squared lengths ``(m,)`` and mapped features ``(m, n)`` of a kernel rotated to be orthogonal."""
     value, vector = np.linalg.eigh(white @ white.T)
     keep = value > max(1e-4 * value[-1], 1e-12)
     keep[-1] = True
@@ -373,6 +396,7 @@ class Looks:
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         self.patterns = list(grouped([one for one in problem.candidates if isinstance(one, Law)]))
+        self.kernels = _Kernels([one for one in problem.candidates if isinstance(one, Smooth)])
         self._lookers: dict[tuple[object, ...], Looker] = {}
         self._looks: dict[tuple[object, ...], list[Look]] = {}
 
@@ -392,5 +416,5 @@ class Looks:
         key = (*state.scatter.alike, round(float(np.log(sigma_um)) / LIKE_SIGMA))
         if key not in self._lookers:
             metric = Metric(self.problem, state.scatter, scatters, sigma_um)
-            self._lookers[key] = Looker(self.problem, metric, self.patterns)
+            self._lookers[key] = Looker(self.problem, metric, self.patterns, self.kernels)
         return self._lookers[key]
