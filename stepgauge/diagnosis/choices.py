@@ -5,7 +5,7 @@ A law whose values a recording does not determine would be a name for whatever e
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import product
 from typing import Any
 
@@ -86,6 +86,27 @@ def _values_of(parameter: Parameter, data: Residuals, law: type[Effect]) -> Sequ
     if parameter.name == "arm":
         return ["first"]  # the azimuth says which one
     return parameter.choices or (parameter.default,)
+
+
+def choice_odds(kind: str, choices: Mapping[str, Any], priors: Priors) -> float:
+    """How much likelier a law with these choices is than with another choice of its kind.
+
+    A part bends by a difference of temperature within itself; that between two parts, or one temperature alone, bends
+    it only as far as it stands for such a difference.
+    """
+    if kind == "thermal_bending" and on_one_part(choices["column"], choices.get("minus", "")):
+        return priors.laws.same_part
+    return 1.0
+
+
+def on_one_part(one: str, other: str) -> bool:
+    """Whether two thermometers are on the same part of a machine, as far as names tell: they begin with the same word.
+
+    The documented columns of gauge and scales are of different parts, and a name that begins with the quantity tells
+    of none.
+    """
+    first, second = (name.split("_")[0].lower() for name in (one, other))
+    return first == second and not first.startswith(("temp", "gauge", "scale"))
 
 
 def temperatures(data: Residuals) -> list[str]:

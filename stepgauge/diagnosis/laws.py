@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Collection
+from collections import Counter, defaultdict
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnosis.choices import choice_odds
 from stepgauge.diagnosis.library import Family, effect_families, family_signatures
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors
@@ -27,9 +28,9 @@ BEYOND = 1.1
 def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Collection[str] = ()) -> list[Law]:
     """Candidates for all laws with a signature here; ``metric``: for the fit of shapes between points of the grid."""
     families = list(effect_families(data, priors, without))
-    count, labels = Counter(one.kind for one in families), Counter[str]()
+    share, labels = _shares(families, priors), Counter[str]()
     found = []
-    for family in families:
+    for family, own in zip(families, share, strict=True):
         labels[family.label] += 1
         label = family.label if labels[family.label] == 1 else f"{family.label} #{labels[family.label]}"
         family = replace(family, about=_about(family, priors, data))
@@ -39,7 +40,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
                 family.kind,
                 label,
                 True,
-                float(np.log(odds_of(family.kind, priors) / count[family.kind])),
+                float(np.log(odds_of(family.kind, priors) * own)),
                 sizes,
                 replace(family, prior=float(sizes.sd.max())),
                 pattern=family.pattern,
@@ -50,6 +51,15 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
             )
         )
     return found
+
+
+def _shares(families: Sequence[Family], priors: Priors) -> list[float]:
+    """The share of each law in the odds of its kind, which all choices have together."""
+    odds = [choice_odds(one.kind, one.choices, priors) for one in families]
+    whole = defaultdict[str, float](float)
+    for family, own in zip(families, odds, strict=True):
+        whole[family.kind] += own
+    return [own / whole[family.kind] for family, own in zip(families, odds, strict=True)]
 
 
 def sizes_of(family: Family, priors: Priors, data: Residuals) -> Sizes:

@@ -111,10 +111,15 @@ class ShapePrior(Table):
 
 
 class LawPriors(Table):
-    """All kinds of laws; ``part``: odds of one in a part of the record only, over one everywhere."""
+    """All kinds of laws.
+
+    ``part``: odds of one in a part of the record only, over one everywhere; ``same_part``: odds of a bending by the
+    difference of two thermometers on one part of the machine, over one by any other choice of columns.
+    """
 
     odds: float = Field(gt=0.0)
     part: float = Field(0.01, gt=0.0)
+    same_part: float = Field(10.0, gt=0.0)
     kinds: dict[str, KindPrior]
 
     def of(self, kind: str) -> KindPrior:
