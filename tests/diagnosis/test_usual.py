@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from stepgauge.cli import main
+from stepgauge.diagnosis.choices import choice_odds
 from stepgauge.diagnosis.library import NOT_LAWS
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.usual import shape_range, usual_size
@@ -72,3 +73,21 @@ def test_effects_tells_what_is_usual_here(capsys: pytest.CaptureFixture[str]) ->
         assert words in said
     main(["effects", "scale_error"])
     assert "grows with the repeatability of the machine (--machine)" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "same"),
+    [
+        ("bridge_top_C", "bridge_bottom_C", True),
+        ("Column_left_temperature_C", "column_right_temperature_C", True),
+        ("bridge_top_C", "room_C", False),
+        ("bridge_top_C", "", False),
+        ("scale_temperature_x_C", "scale_temperature_y_C", False),
+        ("temperature_1_C", "temperature_2_C", False),
+    ],
+)
+def test_two_thermometers_on_one_part_are_there_for_its_bending(one: str, other: str, same: bool) -> None:
+    """Scales have documented columns, one for each axis; names that begin with the quantity tell of no part."""
+    choices = {"column": one} | ({"minus": other} if other else {})
+    assert choice_odds("thermal_bending", choices, PRIORS) == (PRIORS.laws.same_part if same else 1.0)
+    assert choice_odds("thermal_shift", choices, PRIORS) == 1.0
