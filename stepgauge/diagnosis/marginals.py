@@ -8,17 +8,18 @@ may pass for a gap between two.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from stepgauge.diagnosis.fitting import Beside, beside
 from stepgauge.diagnosis.library import Family, family_signatures
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.solve import Estimate, Fitted, Solved, orthonormal
+from stepgauge.diagnosis.solve import Estimate, Fitted, Solved
 
 Array = NDArray[np.float64]
 LAG, AZIMUTH = "lag_s", "arm_azimuth_deg"
@@ -31,31 +32,11 @@ def with_marginals(fitted: Fitted, data: Residuals, metric: Metric) -> Fitted:
     solved = []
     for place, one in enumerate(fitted.solved):
         if _is_at_a_bound(one):
-            one = _with_mean_lag(one, _beside(fitted, place, data, metric), data)
+            one = _with_mean_lag(one, beside(fitted, place, data, metric), data)
         if AZIMUTH in one.family.atoms[0]:
-            one = _with_all_azimuths(one, _beside(fitted, place, data, metric))
+            one = _with_all_azimuths(one, beside(fitted, place, data, metric))
         solved.append(one)
     return replace(fitted, solved=tuple(solved))
-
-
-@dataclass(frozen=True)
-class _Beside:
-    """What one law has to explain ``(n,)``, and the tangents of the others, which may explain a part of it."""
-
-    left: Array
-    others: Array
-    metric: Metric
-
-    def __call__(self, columns: Array) -> Array:
-        """Mapped columns ``(k, n)`` as far as the other laws do not explain them."""
-        white = self.metric(columns)
-        return white - (white @ self.others) @ self.others.T
-
-
-def _beside(fitted: Fitted, place: int, data: Residuals, metric: Metric) -> _Beside:
-    tangents = [t for other, t in enumerate(fitted.tangents) if other != place]
-    others = orthonormal(np.hstack([np.zeros((len(fitted.left), 0)), *tangents]))
-    return _Beside(fitted.left + metric(fitted.solved[place].displacement_um(data)), others, metric)
 
 
 def _is_at_a_bound(solved: Solved) -> bool:
@@ -67,7 +48,7 @@ def _lags_s(family: Family) -> list[float]:
     return sorted({float(atom[LAG]) for atom in family.atoms if atom.get(LAG) is not None})
 
 
-def _with_mean_lag(solved: Solved, beside: _Beside, data: Residuals) -> Solved:
+def _with_mean_lag(solved: Solved, beside: Beside, data: Residuals) -> Solved:
     """The law with its lag averaged by marginal likelihood beside the other laws, lags spaced by their logarithm."""
     grid = _lags_s(solved.family)
     lags = np.array([0.0, *(share * grid[0] for share in SHORTER), *grid])
@@ -83,7 +64,7 @@ def _with_mean_lag(solved: Solved, beside: _Beside, data: Residuals) -> Solved:
     return _told(solved, Estimate(mean_s, lag_u, "s"), size, spread)
 
 
-def _with_all_azimuths(solved: Solved, beside: _Beside) -> Solved:
+def _with_all_azimuths(solved: Solved, beside: Beside) -> Solved:
     """The law with the root mean square distance of all azimuths from the one that is told, if it is the larger."""
     family, told = solved.family, solved.parameters[AZIMUTH]
     found = [_sized(beside(family.signature(i)), beside.left, family.prior) for i in range(len(family.atoms))]

@@ -36,6 +36,7 @@ from stepgauge.diagnosis.posterior.told import (
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Located, Member
 from stepgauge.diagnosis.solve import Estimate, Fitted, Solved, solve, widened
+from stepgauge.diagnosis.unrecorded import with_unrecorded
 
 Array = NDArray[np.float64]
 FAINT = 0.3
@@ -72,7 +73,7 @@ def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], d
     beside = tuple(one.term for one in forms)
     metric = Metric(search.problem, state.scatter, search.scatters, state.sigma_um, beside)
     fitted = solve([one.source for one in laws], [one.term.atom for one in laws], data, metric)
-    fitted = with_marginals(fitted, data, metric)
+    fitted = with_unrecorded(with_marginals(fitted, data, metric), data, metric)
     return Model(state, tuple(laws), tuple(forms), fitted, metric)
 
 
