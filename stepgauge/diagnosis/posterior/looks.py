@@ -6,7 +6,7 @@ their grids and sizes over their mixtures. A look proposes candidates; :mod:`evi
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -25,6 +25,8 @@ from stepgauge.diagnosis.posterior.scatter import Scatters
 Array = NDArray[np.float64]
 UNSEEN = 3e-6
 """Share of a signature that single precision cannot distinguish from zero."""
+UNLOST = 1e-4
+"""Share of a direction below which a hypothesis explains nothing of it: most features of a random function are small."""
 WORTH_A_SIZE = 15.0
 """Shapes whose evidence is lower than the best by more than this are not tried with further sizes, nats."""
 MOST_FEATURES, SEEN_FEATURES = 90, 0.99
@@ -94,19 +96,27 @@ class _Beside:
 class Looker:
     """Looks with one metric."""
 
-    def __init__(self, problem: Problem, metric: Metric, patterns: Sequence[Patterns], kernels: _Kernels) -> None:
-        self.metric, self.patterns = metric, patterns
+    def __init__(self, problem: Problem, metric: Metric, kernels: _Kernels) -> None:
+        self.metric, self.patterns = metric, list[Patterns]()
         self.white = metric(problem.um)
-        self.tables = _tables(patterns, metric)
+        self.tables: list[_Table] = []
         self.smooth = _Features(kernels, metric)
 
-    def looks(self, state: State) -> list[Look]:
-        """All candidates for addition to a hypothesis, the best first."""
+    def admit(self, patterns: Sequence[Patterns]) -> None:
+        """All of ``patterns`` that are not known yet; tables are added, none is changed."""
+        more = patterns[len(self.patterns) :]
+        self.tables += _tables(more, self.metric, len(self.patterns))
+        self.patterns += more
+        self.__dict__.pop("plain", None)
+
+    def looks(self, state: State, known: int = 0) -> list[Look]:
+        """All candidates for addition to a hypothesis, but for the first ``known`` tables."""
         beside = self._beside(state)
         vectors = self.metric.adjoint(np.column_stack([beside.left, beside.lost]))
-        dots = [one.dots(vectors) for one in self.patterns]
-        found = [look for table in self.tables for look in table.looks(dots, beside)]
-        return sorted([*found, *self.smooth.looks(beside)], key=lambda look: -look.gain)
+        tables = self.tables[known:]
+        dots = {place: self.patterns[place].dots(vectors) for table in tables for place, _ in table.sets}
+        found = [look for table in tables for look in table.looks(dots, beside)]
+        return found if known else [*found, *self.smooth.looks(beside)]
 
     def pairs(self, state: State, most: int, without: frozenset[str]) -> list[tuple[Look, Look]]:
         """The most probable pairs of laws of one shape and one amplitude each.
@@ -153,6 +163,8 @@ class Looker:
             factor = cholesky(white @ white.T + np.diag(sd**-2.0), lower=True)
             lost = solve_triangular(factor, white, lower=True).T
             left = left - lost @ (lost.T @ left)
+            share, turn = np.linalg.eigh(lost.T @ lost)
+            lost = lost @ turn[:, share > UNLOST]
         return _Beside(left, lost, float(self.white @ left), float(self.metric.dof))
 
 
@@ -180,7 +192,7 @@ class _Table:
     first: NDArray[np.intp]
     owner: NDArray[np.intp]
 
-    def looks(self, dots: Sequence[Array], beside: _Beside) -> Iterator[Look]:
+    def looks(self, dots: Mapping[int, Array], beside: _Beside) -> Iterator[Look]:
         """Evidence of every shape and size; a shape rejected with the largest size is not tried with smaller ones."""
         d = self.gram.shape[1]
         products = [_mixed_dots(dots[place], mix, d) for place, mix in self.sets]
@@ -212,9 +224,10 @@ class _Table:
             yield Look(law, float(sum_) + law.log_odds, volume, int(atom), sd, own)
 
 
-def _tables(patterns: Sequence[Patterns], metric: Metric) -> list[_Table]:
+def _tables(patterns: Sequence[Patterns], metric: Metric, first: int) -> list[_Table]:
+    """Tables of some patterns, of which the first one has the place ``first``."""
     rows: dict[int, list[tuple[int, Array, list[Law], Array, Array]]] = {}
-    for place, one in enumerate(patterns):
+    for place, one in enumerate(patterns, first):
         raw, white = one.grams(metric)
         for laws, mix in one.sets:
             gram = mixed(white, mix)
@@ -398,14 +411,21 @@ class Looks:
         self.patterns = list(grouped([one for one in problem.candidates if isinstance(one, Law)]))
         self.kernels = _Kernels([one for one in problem.candidates if isinstance(one, Smooth)])
         self._lookers: dict[tuple[object, ...], Looker] = {}
-        self._looks: dict[tuple[object, ...], list[Look]] = {}
+        self._looks: dict[tuple[object, ...], tuple[int, list[Look]]] = {}
+
+    def admit(self, laws: Sequence[Law]) -> None:
+        """Further laws; what was computed of the others stays."""
+        self.patterns += grouped(laws)
 
     def __call__(self, state: State, scatters: Scatters) -> list[Look]:
         """All candidates for addition to a hypothesis, the best first; computed once."""
         key = (frozenset(term.key for term in state.terms), state.scatter.key)
-        if key not in self._looks:
-            self._looks[key] = self._looker(state, scatters).looks(state)
-        return self._looks[key]
+        known, looks = self._looks.get(key, (0, []))
+        looker = self._looker(state, scatters)
+        if not looks or known < len(looker.tables):
+            looks = sorted([*looks, *looker.looks(state, known)], key=lambda look: -look.gain)
+            self._looks[key] = len(looker.tables), looks
+        return looks
 
     def pairs(self, state: State, scatters: Scatters, most: int, without: frozenset[str]) -> list[tuple[Look, Look]]:
         """The most probable pairs of laws of one shape and one amplitude, without those of the given labels."""
@@ -416,5 +436,7 @@ class Looks:
         key = (*state.scatter.alike, round(float(np.log(sigma_um)) / LIKE_SIGMA))
         if key not in self._lookers:
             metric = Metric(self.problem, state.scatter, scatters, sigma_um)
-            self._lookers[key] = Looker(self.problem, metric, self.patterns, self.kernels)
+            self._lookers[key] = Looker(self.problem, metric, self.kernels)
+        if len(self._lookers[key].patterns) < len(self.patterns):
+            self._lookers[key].admit(self.patterns)
         return self._lookers[key]

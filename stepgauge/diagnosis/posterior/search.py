@@ -293,7 +293,7 @@ class Search:
         known = {one.label for one in self.problem.candidates}
         new = {one.label: one for one in candidates if one.label not in known}
         self.problem = replace(self.problem, candidates=(*self.problem.candidates, *new.values()))
-        self.looks = Looks(self.problem)
+        self.looks.admit([one for one in new.values() if isinstance(one, Law)])
 
     def _unweighed(self, state: State) -> Iterator[State]:
         """The hypothesis, and the same with normal tails: rows are weighted by the residuals of its own terms."""
