@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 UNSEEN = 3e-6
 """Share of a signature that single precision cannot distinguish from zero."""
 UNLOST = 1e-4
-"""Share of a direction below which a hypothesis explains nothing of it: most features of a random function are small."""
+"""Share of a direction below which a hypothesis explains nothing of it: most features of a function are small."""
 WORTH_A_SIZE = 15.0
 """Shapes whose evidence is lower than the best by more than this are not tried with further sizes, nats."""
 MOST_FEATURES, SEEN_FEATURES = 90, 0.99
