@@ -24,7 +24,8 @@ import numpy as np
 from table import Table
 
 from stepgauge.fleet.content import read_with_files
-from stepgauge.fleet.evaluating import diagnose_fleet, evaluate_fleet
+from stepgauge.fleet.diagnosing import diagnose_fleet
+from stepgauge.fleet.evaluating import evaluate_fleet
 from stepgauge.fleet.query import query
 from stepgauge.fleet.results import Results
 from stepgauge.fleet.rows import make_probings, write_rows

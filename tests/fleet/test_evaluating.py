@@ -17,7 +17,8 @@ from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import UM
 from stepgauge.fleet.batches import Batch, Kept, opened
 from stepgauge.fleet.content import recording_key
-from stepgauge.fleet.evaluating import diagnose_fleet, evaluate_fleet
+from stepgauge.fleet.diagnosing import diagnose_fleet
+from stepgauge.fleet.evaluating import evaluate_fleet
 from stepgauge.fleet.results import Results
 from stepgauge.recording import Recording, read_recording, write_recording
 from stepgauge.work.processes import InProcess, Processes
@@ -38,7 +39,7 @@ class Far(InProcess):
 
 def test_the_evaluations_are_those_of_each_recording_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """From the file on the disk by the verb's own function, against the store by batches in two processes."""
-    monkeypatch.setattr("stepgauge.fleet.evaluating.BATCH", 4)
+    monkeypatch.setattr("stepgauge.fleet.working.BATCH", 4)
     fleet = make_fleet(tmp_path / "fleet", 10)
     bad = make_entry(fleet, 11).recording
     bad = Recording(
@@ -71,12 +72,12 @@ def test_the_evaluations_are_those_of_each_recording_alone(tmp_path: Path, monke
 
 KILLED = """
 import sys
-from stepgauge.fleet import evaluating
+from stepgauge.fleet import diagnosing
 from stepgauge.fleet.store import Fleet
 from stepgauge.work.processes import InProcess
 from tests.fleet.test_evaluating import quick
-evaluating.diagnose_batch = quick
-evaluating.diagnose_fleet(Fleet(sys.argv[1]), InProcess(), progress=lambda done, total: print(done, flush=True))
+diagnosing.diagnose_batch = quick
+diagnosing.diagnose_fleet(Fleet(sys.argv[1]), InProcess(), progress=lambda done, total: print(done, flush=True))
 """
 
 
@@ -91,7 +92,7 @@ def quick(batch: Kept, without: tuple[str, ...], priors: object) -> dict[str, An
 
 
 def test_a_stopped_diagnosis_goes_on_where_it_was_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stepgauge.fleet.evaluating.diagnose_batch", quick)
+    monkeypatch.setattr("stepgauge.fleet.diagnosing.diagnose_batch", quick)
     whole, cut = make_fleet(tmp_path / "whole", 12), make_fleet(tmp_path / "cut", 12)
     assert diagnose_fleet(whole, InProcess()) == []
     with subprocess.Popen([sys.executable, "-c", KILLED, str(cut.folder)], stdout=subprocess.PIPE) as process:

@@ -32,7 +32,7 @@ def command(store: str, without: tuple[str, ...], priors: str | None, **options:
     stepgauge fleet diagnose fleet --scheduler tcp://127.0.0.1:8786
     """
     from stepgauge.diagnosis.posterior.priors import read_priors
-    from stepgauge.fleet.evaluating import diagnose_fleet
+    from stepgauge.fleet.diagnosing import diagnose_fleet
     from stepgauge.fleet.store import Fleet
 
     table = None if priors is None else read_priors(priors)
