@@ -6,21 +6,27 @@ import pickle
 import subprocess
 import sys
 import time
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import stepgauge as sg
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import UM
 from stepgauge.fleet.batches import Batch, Kept, opened
+from stepgauge.fleet.budgeting import budget_fleet
 from stepgauge.fleet.content import recording_key
 from stepgauge.fleet.diagnosing import diagnose_fleet
 from stepgauge.fleet.evaluating import evaluate_fleet
+from stepgauge.fleet.query import query
 from stepgauge.fleet.results import Results
+from stepgauge.montecarlo import ModelOptions
 from stepgauge.recording import Recording, read_recording, write_recording
+from stepgauge.standards.budget_files import COLUMNS
+from stepgauge.standards.budgeting import Choice
 from stepgauge.work.processes import InProcess, Processes
 from tests.fleet.made import make_entry, make_fleet
 
@@ -70,10 +76,44 @@ def test_the_evaluations_are_those_of_each_recording_alone(tmp_path: Path, monke
     assert rows[recording_key(bad)]["error"] == errors[0]
 
 
+def test_the_budgets_are_those_of_each_recording_alone(tmp_path: Path) -> None:
+    """Of :func:`stepgauge.budget`, with its Monte Carlo, here, in a process, and by workers that have no store."""
+    fleet = make_fleet(tmp_path / "fleet", 2, cycles=2)
+    fleet.add([replace(make_entry(fleet, 3), machine_file=None)])
+    choice = Choice(ModelOptions(u_gauge_temperature_K=0.05), correlation=0.5, runs=50)
+    told: list[tuple[int, int]] = []
+    errors = budget_fleet(fleet, Processes(1), choice, lambda done, total: told.append((done, total)))
+    assert told[-1] == (3, 3)
+    assert [error.partition(" was ")[0] for error in errors] == ["recording-3.csv: no machine file"]
+    table = Results(fleet, "budgets", asdict(choice))
+    rows = table.read().to_pylist()
+    for number in range(2):
+        entry = make_entry(fleet, number, cycles=2)
+        gauge, machine = fleet.gauge(entry.certificate), fleet.machine(entry.machine_file or "")
+        stated = {"u_gauge_temperature_K": 0.05, "certificate_correlation": 0.5, "runs": 50}
+        alone = sg.budget(entry.recording, gauge, machine, **stated)
+        mine = [row for row in rows if row["recording"] == recording_key(entry.recording)]
+        assert len(mine) == len(alone.quantities) > 100
+        for row, line in zip(mine, alone.quantities, strict=True):
+            assert {name: row[name] for name in COLUMNS} == {name: getattr(line, name) for name in COLUMNS}
+            assert dict(row["contributions_um"]) == line.contributions_um
+            assert line.monte_carlo is not None
+            assert row["monte_carlo_high_95_um"] == line.monte_carlo.high_95_um
+            assert "resolution" in row["not_included"]
+    assert budget_fleet(fleet, InProcess(), choice) == []  # nothing is left to do
+    table.clear()
+    budget_fleet(fleet, Far(), choice)
+    assert Results(fleet, "budgets", asdict(choice)).read().to_pylist() == rows
+    asked = "SELECT machine, max(expanded_um) FROM budgets WHERE quantity = 'xm' GROUP BY machine ORDER BY machine"
+    assert query(fleet, asked)["machine"].to_pylist() == ["M1", "M2"]
+
+
 KILLED = """
 import sys
 from stepgauge.fleet import diagnosing
 from stepgauge.fleet.store import Fleet
+from stepgauge.standards.budget_files import COLUMNS
+from stepgauge.standards.budgeting import Choice
 from stepgauge.work.processes import InProcess
 from tests.fleet.test_evaluating import quick
 diagnosing.diagnose_batch = quick

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from stepgauge.cli.fleet.options import STORE, bar, engine_from, engine_options, say_errors
+from stepgauge.cli.fleet.options import STORE, engine_options, say_errors, working
 from stepgauge.cli.options import say_written, show
 
 
@@ -33,11 +33,10 @@ def command(store: str, output: str, **options: Any) -> None:
     stepgauge fleet infer fleet -o fleet.json
     stepgauge fleet infer fleet --jobs 2
     """
-    from stepgauge.fleet.crossed.stored import infer_store
+    from stepgauge.public.fleet import infer_fleet
 
-    engine = engine_from(options)
-    with bar("reading") as progress:
-        found, errors = infer_store(store, engine, progress)
+    with working("reading", options) as by:
+        found = infer_fleet(store, **by)
     show(found.summary())
     say_written(*found.write(output))
-    say_errors(store, errors, "used")
+    say_errors(store, found.left_out, "used")

@@ -74,7 +74,8 @@ class Number:
 @dataclass(frozen=True)
 class FleetInference(Summarized):
     """``causes``: named ones, the likeliest first; ``false_share``: expected share of false ones among them;
-    ``scatter``: standard deviations of what is nothing wrong, by name; ``alone``: single visits that are wrong."""
+    ``scatter``: standard deviations of what is nothing wrong, by name; ``alone``: single visits that are wrong;
+    ``left_out``: why some recordings are not in it, a line each."""
 
     causes: tuple[Found, ...]
     false_share: float
@@ -83,6 +84,7 @@ class FleetInference(Summarized):
     alone: tuple[Found, ...] = field(default=(), repr=False)
     slopes: Number | None = field(default=None, repr=False)
     sizes: Number | None = field(default=None, repr=False)
+    left_out: tuple[str, ...] = ()
 
     def summary(self) -> str:
         """How many visits, and every cause in a line."""

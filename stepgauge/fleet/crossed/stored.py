@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -103,10 +103,8 @@ def _visit(row: Mapping[str, Any], names: Mapping[tuple[str, str], str]) -> Visi
     )
 
 
-def infer_store(
-    store: str | Path, engine: Engine, progress: Progress | None = None
-) -> tuple[FleetInference, list[str]]:
-    """The inference over a store, and why some recordings are not in it, a line each.
+def infer_store(store: str | Path, engine: Engine, progress: Progress | None = None) -> FleetInference:
+    """The inference over a store; its ``left_out`` says why some recordings are not in it, a line each.
 
     Raises
     ------
@@ -119,4 +117,4 @@ def infer_store(
     if not visits:
         reason = errors[0] if errors else "no recordings"
         raise InputError(store, reason, expected="recordings that were added with their machine file")
-    return infer(visits, gauges), errors
+    return replace(infer(visits, gauges), left_out=tuple(errors))
