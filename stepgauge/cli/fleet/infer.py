@@ -18,7 +18,8 @@ from stepgauge.cli.options import say_written, show
     default="fleet.json",
     show_default=True,
     metavar="PATH",
-    help="JSON file of the causes; the report goes beside it as Markdown.",
+    help="JSON file of the causes, the report beside it as Markdown; or NAME.html or NAME.pdf: the report in that "
+    "form, the JSON file beside it.",
 )
 @engine_options
 def command(store: str, output: str, **options: Any) -> None:
@@ -31,10 +32,12 @@ def command(store: str, output: str, **options: Any) -> None:
 
     \b
     stepgauge fleet infer fleet -o fleet.json
-    stepgauge fleet infer fleet --jobs 2
+    stepgauge fleet infer fleet --jobs 2 -o fleet.html
     """
+    from stepgauge.fleet.crossed.answer import report_places
     from stepgauge.public.fleet import infer_fleet
 
+    report_places(output)
     with working("reading", options) as by:
         found = infer_fleet(store, **by)
     show(found.summary())
