@@ -28,7 +28,7 @@ LABELS = {
     "wear": "gauge: fronts\n(µm)",
 }
 OWNERS = {"machine": CYCLE[0], "gauge": CYCLE[1], "type": CYCLE[2], "hall": CYCLE[3], "probe": CYCLE[4]}
-MOST_CAUSES, ROW_MM, AXIS_MM = 40, 4.6, 13.0
+MOST_CAUSES, ROW_MM, AXIS_MM = 30, 4.6, 13.0
 """Causes that a page has room for, the height of one, and what the axis of a panel needs."""
 DAY_0 = datetime.date(1970, 1, 1)
 

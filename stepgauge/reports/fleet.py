@@ -37,7 +37,7 @@ def fleet_story(said: Said, drawn: bool = True) -> dict[str, Any]:
         "parts": [
             part("Causes and their owners", *_causes(said)),
             part("What the fleet cannot tell apart", *_open(said)),
-            part("By which recordings", *sizes, *_settled(said)),
+            part("Sizes, and by which recordings", *sizes, *_settled(said)),
             part("What was looked for", *_looked_for(said)),
             part("What is nothing wrong", *_in_order(said)),
         ],
@@ -78,7 +78,7 @@ def _causes(said: Said) -> Iterator[Block]:
         for one in said["causes"]
     ]
     columns = ("owner", "what is wrong", "size", "U", "began", "probability")
-    note = "U: expanded uncertainty, k = 2, in the unit of the size. * one of a set, whose probability it is: see below."
+    note = "U: expanded uncertainty, k = 2, in the unit of the size. * one of a set, whose probability it is."
     yield table(columns, rows, (1.0, 1.4, 0.0, 0.0, 1.4, 0.0), note=note)
 
 
