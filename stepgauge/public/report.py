@@ -105,11 +105,7 @@ def report(
 
         return write_report(path, read_story(asked.results[0]), template)
     if kinds == {FLEET}:
-        from stepgauge.reports.fleet import fleet_story, read_story
-
-        (result,) = asked.results
-        said = read_story(result) if isinstance(result, File) else fleet_story(result.as_dict())
-        return write_report(path, said, template)
+        return write_report(path, _fleet(asked.results[0]), template)
     return _signed(asked, template)
 
 
@@ -178,6 +174,12 @@ def _story(result: File | Diagnosis) -> dict[str, Any]:
     from stepgauge.reports.diagnosis import read_story, story_of
 
     return read_story(result) if isinstance(result, File) else story_of(of_kind(result, Diagnosis, "diagnosis"))
+
+
+def _fleet(result: File | FleetInference) -> dict[str, Any]:
+    from stepgauge.reports.fleet import fleet_story, read_story
+
+    return read_story(result) if isinstance(result, File) else fleet_story(result.as_dict())
 
 
 def _overlay(asked: _Asked, template: File | None) -> tuple[str, ...]:

@@ -133,6 +133,7 @@ def quick(batch: Kept, without: tuple[str, ...], priors: object) -> dict[str, An
 
 def test_a_stopped_diagnosis_goes_on_where_it_was_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stepgauge.fleet.diagnosing.diagnose_batch", quick)
+    monkeypatch.setattr("stepgauge.fleet.working.PORTION", 5)
     whole, cut = make_fleet(tmp_path / "whole", 12), make_fleet(tmp_path / "cut", 12)
     assert diagnose_fleet(whole, InProcess()) == []
     with subprocess.Popen([sys.executable, "-c", KILLED, str(cut.folder)], stdout=subprocess.PIPE) as process:
