@@ -99,7 +99,7 @@ def causes_figure(causes: Sequence[Mapping[str, Any]]) -> Figure:
     panels = figure.subplots(len(by_unit), 1, squeeze=False, height_ratios=heights)[:, 0]
     for axes, (unit, some) in zip(panels, by_unit.items(), strict=True):
         _draw_causes(axes, sorted(some, key=lambda one: (list(OWNERS).index(one["owner_kind"]), one["owner"])))
-        axes.set_xlabel(f"size ({unit})")
+        axes.set_xlabel(f"size ({unit.replace('um', 'µm').replace('urad', 'µrad')})")
     return figure
 
 

@@ -24,6 +24,8 @@ from stepgauge.fleet.crossed.visits import Visit
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import read_machine
 from stepgauge.recording import Recording
+from stepgauge.reports.fleet import fleet_story
+from stepgauge.reports.render import markdown
 from tests.fleet.crossed_made import crossed, fleet, gauge, visit
 from tests.fleet.made import make_recording
 
@@ -134,6 +136,9 @@ def test_where_nothing_is_wrong_nothing_is_named(seed: int) -> None:
     found = infer(*fleet(seed, crossed(10, 4, 3)))
     assert found.causes == ()
     assert found.false_share == 0.0
+    page = markdown(fleet_story(found.as_dict()))
+    assert "0 causes named" in page
+    assert "| machine | scale | 10 | 0 | 5 um/m |" in page
 
 
 def _check_report(found: FleetInference, folder: Path) -> None:
