@@ -58,7 +58,7 @@ def _row(line: StoredLine, found: StoredBudget) -> dict[str, Any]:
         "through_r_eff_um": line.through_r_eff_um,
         "same_terms_u_um": line.same_terms_u_um,
         **{f"monte_carlo_{name}": None if runs is None else getattr(runs, name) for name in MONTE_CARLO},
-        "contributions_um": list(line.contributions_um.items()),
+        "contributions_um": line.contributions_um,
         "not_included": [gap.what for gap in found.not_included],
     }
 
@@ -66,4 +66,4 @@ def _row(line: StoredLine, found: StoredBudget) -> dict[str, Any]:
 def _rows(key: str, value: Sequence[Mapping[str, Any]] | None, error: str) -> list[dict[str, Any]]:
     if value is None:
         return [{"recording": key, "placement": 0, "error": error, "contributions_um": [], "not_included": []}]
-    return [{"recording": key, **row} for row in value]
+    return [{"recording": key, **row, "contributions_um": list(row["contributions_um"].items())} for row in value]

@@ -76,6 +76,12 @@ def test_the_evaluations_are_those_of_each_recording_alone(tmp_path: Path, monke
     assert rows[recording_key(bad)]["error"] == errors[0]
 
 
+def stop(done: int, total: int) -> None:
+    """Somebody who does not wait for the second."""
+    if done:
+        raise InterruptedError
+
+
 def test_the_budgets_are_those_of_each_recording_alone(tmp_path: Path) -> None:
     """Of :func:`stepgauge.budget`, with its Monte Carlo, here, in a process, and by workers that have no store."""
     fleet = make_fleet(tmp_path / "fleet", 2, cycles=2)
@@ -102,7 +108,10 @@ def test_the_budgets_are_those_of_each_recording_alone(tmp_path: Path) -> None:
             assert "resolution" in row["not_included"]
     assert budget_fleet(fleet, InProcess(), choice) == []  # nothing is left to do
     table.clear()
-    budget_fleet(fleet, Far(), choice)
+    with pytest.raises(InterruptedError):
+        budget_fleet(fleet, InProcess(), choice, stop)
+    assert table.done() == set()
+    budget_fleet(fleet, Far(), choice)  # goes on from the journal
     assert Results(fleet, "budgets", asdict(choice)).read().to_pylist() == rows
     asked = "SELECT machine, max(expanded_um) FROM budgets WHERE quantity = 'xm' GROUP BY machine ORDER BY machine"
     assert query(fleet, asked)["machine"].to_pylist() == ["M1", "M2"]
