@@ -155,7 +155,7 @@ def unit_of(owner_kind: str, kind: str) -> str:
 
 def words_of(said: Mapping[str, Any]) -> str:
     """What is wrong, in words, from a cause or a rival in JSON types."""
-    where = " ".join(str(said[name]) for name in ("where", "at") if name in said)
+    where = " at ".join(str(said[name]) for name in ("where", "at") if name in said)
     return WORDS[said["kind"]].format(where=WORN.get(where, where))
 
 
