@@ -23,8 +23,10 @@ from typing import Any
 import numpy as np
 from table import Table
 
+from stepgauge.fleet.budgeting import budget_fleet
 from stepgauge.fleet.content import read_with_files
-from stepgauge.fleet.evaluating import diagnose_fleet, evaluate_fleet
+from stepgauge.fleet.diagnosing import diagnose_fleet
+from stepgauge.fleet.evaluating import evaluate_fleet
 from stepgauge.fleet.query import query
 from stepgauge.fleet.results import Results
 from stepgauge.fleet.rows import make_probings, write_rows
@@ -35,13 +37,16 @@ from stepgauge.machine.file import read_machine
 from stepgauge.recording import Recording
 from stepgauge.work.dask import Dask, local_cluster
 from stepgauge.work.processes import InProcess, Processes
-from stepgauge.work.task import perform
+from stepgauge.work.task import Engine, perform
 
 CYCLES = 10
 """Of the 42 faces: 420 rows."""
 MACHINES, MONTHS, HALLS = 200, 24, ("North", "South", "West")
 SIZES = (100, 1000, 10_000)
-DIAGNOSED = 16
+SAMPLE = 16
+"""Recordings of which budgets and diagnoses are made."""
+Work = Callable[[Fleet, Engine], object]
+WORKED = {"budget": "budgets", "diagnose": "diagnoses"}
 MANY_MONTHS = 2
 """Of the store of very many probings."""
 QUESTIONS = {
@@ -176,22 +181,25 @@ def engines(table: Table, fleet: Fleet, count: int) -> None:
     table.add("evaluate: Dask, one worker's time by two's", on_dask[0] / on_dask[1], "", low=1.7)
 
 
-def diagnoses(table: Table, folder: Path) -> None:
-    """A sample on two processes and on one and two workers, as it would be for 10 000."""
+def one_by_one(
+    table: Table, folder: Path, name: str, work: Callable[[Fleet, Engine], object], most_min: float | None
+) -> None:
+    """A sample of budgets or diagnoses on two processes and on one and two workers, as it would be for 10 000."""
     took = {}
-    for name in ("processes", "1", "2"):
-        fleet = Fleet(folder / f"diagnosed-{name}", create=True)
-        fill(fleet, DIAGNOSED)
-        if name == "processes":
-            took[name] = seconds(lambda fleet=fleet: diagnose_fleet(fleet, Processes(2)))  # type: ignore[misc]
+    for engine in ("processes", "1", "2"):
+        fleet = Fleet(folder / f"{name}-{engine}", create=True)
+        fill(fleet, SAMPLE)
+        if engine == "processes":
+            took[engine] = seconds(lambda fleet=fleet: work(fleet, Processes(2)))  # type: ignore[misc]
             continue
-        with local_cluster(int(name)) as cluster:
-            engine = Dask(cluster.scheduler_address)
-            took[name] = seconds(lambda fleet=fleet, engine=engine: diagnose_fleet(fleet, engine))  # type: ignore[misc]
-    table.add(
-        "diagnose 10000 recordings, two processes", took["processes"] / DIAGNOSED * 10_000 / 60.0, "min", high=60.0
-    )
-    table.add("diagnose: Dask, one worker's time by two's", took["1"] / took["2"], "", low=1.7)
+        with local_cluster(int(engine)) as cluster:
+            dask = Dask(cluster.scheduler_address)
+            took[engine] = seconds(lambda fleet=fleet, dask=dask: work(fleet, dask))  # type: ignore[misc]
+    minutes = took["processes"] / SAMPLE * 10_000 / 60.0
+    table.add(f"{name} 10000 recordings, two processes", minutes, "min", high=most_min)
+    table.add(f"{name}: Dask, one worker's time by two's", took["1"] / took["2"], "", low=1.7)
+    files = sum(path.stat().st_size for path in (fleet.folder / WORKED[name]).glob("*.parquet"))
+    print(f"{name}: {files / SAMPLE / 1e3:.1f} kB each ({load()})")
 
 
 def fill_many(fleet: Fleet, probings: float) -> int:
@@ -251,7 +259,7 @@ def main() -> int:
     parser.add_argument("--recordings", type=int, default=10_000)
     parser.add_argument("--probings", type=float, default=1e8)
     parser.add_argument("--folder", type=Path, help="keep the stores here; default: a folder that is deleted")
-    parser.add_argument("--only", choices=["growth", "engines", "diagnoses", "questions"])
+    parser.add_argument("--only", choices=["growth", "engines", "budgets", "diagnoses", "questions"])
     parser.add_argument("--alone", type=Path, help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.alone:
@@ -269,8 +277,10 @@ def main() -> int:
                 table.add(f"add {given.recordings} recordings", fill(fleet, given.recordings), "s")
             Results(fleet, "evaluations").clear()
             engines(table, fleet, given.recordings)
+        if given.only in (None, "budgets"):
+            one_by_one(table, folder, "budget", budget_fleet, None)
         if given.only in (None, "diagnoses"):
-            diagnoses(table, folder)
+            one_by_one(table, folder, "diagnose", diagnose_fleet, 60.0)
         if given.only in (None, "questions"):
             questions(table, folder, given.probings)
     print(load())

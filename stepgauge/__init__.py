@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from stepgauge.errors import ProgramStoppedError as ProgramStoppedError
     from stepgauge.evaluation.evaluate import Evaluation as Evaluation
     from stepgauge.fleet.crossed.answer import FleetInference as FleetInference
+    from stepgauge.fleet.crossed.watching import FleetWatch as FleetWatch
     from stepgauge.gauge.certified import Gauge as Gauge
     from stepgauge.gauge.certified import read_gauge as read_gauge
     from stepgauge.gauge.placement import Placement as Placement
@@ -34,7 +35,14 @@ if TYPE_CHECKING:
     from stepgauge.public.diagnose import diagnose as diagnose
     from stepgauge.public.diagnose import diagnose_probe_map as diagnose_probe_map
     from stepgauge.public.evaluate import evaluate as evaluate
+    from stepgauge.public.fleet import add_to_fleet as add_to_fleet
+    from stepgauge.public.fleet import budget_fleet as budget_fleet
+    from stepgauge.public.fleet import diagnose_fleet as diagnose_fleet
+    from stepgauge.public.fleet import evaluate_fleet as evaluate_fleet
+    from stepgauge.public.fleet import export_fleet as export_fleet
     from stepgauge.public.fleet import infer_fleet as infer_fleet
+    from stepgauge.public.fleet import query_fleet as query_fleet
+    from stepgauge.public.fleet import watch_fleet as watch_fleet
     from stepgauge.public.investigate import investigate as investigate
     from stepgauge.public.locate import locate as locate
     from stepgauge.public.measure import measure as measure
@@ -52,16 +60,22 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _PLACES = {
+    "add_to_fleet": "public.fleet",
     "budget": "public.budget",
+    "budget_fleet": "public.fleet",
     "diagnose": "public.diagnose",
+    "diagnose_fleet": "public.fleet",
     "diagnose_probe_map": "public.diagnose",
     "evaluate": "public.evaluate",
+    "evaluate_fleet": "public.fleet",
+    "export_fleet": "public.fleet",
     "infer_fleet": "public.fleet",
     "investigate": "public.investigate",
     "locate": "public.locate",
     "measure": "public.measure",
     "plan": "public.plan",
     "probe_map": "public.probe_map",
+    "query_fleet": "public.fleet",
     "read_axis_recording": "axis.recording",
     "read_budget": "standards.budget_files",
     "read_diagnosis": "diagnosis.stored",
@@ -73,12 +87,14 @@ _PLACES = {
     "read_recording": "recording",
     "report": "public.report",
     "simulate": "public.simulate",
+    "watch_fleet": "public.fleet",
     "AxisDiagnosis": "diagnosis.axis.diagnosis",
     "AxisRecording": "axis.recording",
     "Diagnosis": "diagnosis.result",
     "DirectionMap": "probes.directions_map",
     "Evaluation": "evaluation.evaluate",
     "FleetInference": "fleet.crossed.answer",
+    "FleetWatch": "fleet.crossed.watching",
     "Gauge": "gauge.certified",
     "InputError": "errors",
     "Machine": "machine.file",

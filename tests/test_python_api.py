@@ -28,13 +28,21 @@ POINTS, MACHINE = ROOT / "examples/demo/points.csv", ROOT / "examples/demo/machi
 FEA = ROOT / "examples/omp40-fea"
 GAUGE = "step-gauge-420"
 SIGNATURES = """
+add_to_fleet(store, recordings, gauge=None, machine=None, *, placements=(), roster=None, machine_id=None,
+    machine_type=None, hall=None, probe_id=None, gauge_id=None, measured_at=None, progress=None)
 budget(sources, gauge, machine, *, placements=(), blocks=None, r_eff="first", u_gauge_temperature_K=None,
     certificate_correlation=None, repeats="pooled", coverage_percent=95.45, runs=10000, seed=0,
     gauge_temperature_C=None, search_mm=2.0, progress=None)
+budget_fleet(store, *, blocks=None, r_eff="first", u_gauge_temperature_K=None, certificate_correlation=None,
+    repeats="pooled", coverage_percent=95.45, runs=10000, seed=0, jobs=1, scheduler=None, memory_MB=None,
+    progress=None)
 diagnose(recordings, gauge=None, machine=None, *, without=(), priors=None)
+diagnose_fleet(store, *, without=(), priors=None, jobs=1, scheduler=None, memory_MB=None, progress=None)
 diagnose_probe_map(probe_map, probe, *, columns=None, priors=None)
 evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff="first", measured_at=None, machine_name=None)
-infer_fleet(store, *, jobs=1, progress=None)
+evaluate_fleet(store, *, blocks=None, r_eff="first", jobs=1, scheduler=None, memory_MB=None, progress=None)
+export_fleet(store, folder, where="true")
+infer_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None)
 investigate(placement, gauge, machine, folder, *, ask, server=None, faults=None, seed=0, minutes=60.0, odds=20.0,
     within_mm=None, level=False, hands_minutes=5.0, cycles=2, without=(), priors=None, resume=False, homing=False,
     tool="StepGaugeProbe", tell=None, progress=None, stop=None)
@@ -46,6 +54,7 @@ plan(placement, gauge, machine=None, *, cycles=5, blocks=None, route="side", aro
     clearance_mm=5.0, margin_mm=0.5, height_mm=0.0, home_mm=None, standoff_mm=None, search_mm=2.0,
     measuring_speed_mm_s=None, travel_speed_mm_s=None, tip_radius_mm=None, points_on=None, teach=False)
 probe_map(probe, *, polar_deg="10:90:10", azimuth_deg="0:360:10", stylus_direction=None)
+query_fleet(store, sql)
 read_axis_recording(path)
 read_budget(path)
 read_diagnosis(path)
@@ -61,6 +70,7 @@ report(result, path, *, gauge=None, placements=(), machine=None, budget=None, ce
 simulate(program, machine, gauge, placement, *, true_placement=None, seed=0, gauge_temperature_C=None,
     placement_number=1, start_s=0.0, dialect=None, search_mm=2.0, explain=False, keep_stopped=False,
     log=None, teach=False)
+watch_fleet(store, *, limits=None, risk=0.05, jobs=1, scheduler=None, memory_MB=None, progress=None)
 """
 METHODS = """
 AxisDiagnosis.summary(self)
@@ -86,6 +96,9 @@ Evaluation.write(self, folder, figure="png", mpe=None)
 FleetInference.summary(self)
 FleetInference.to_frame(self)
 FleetInference.write(self, path)
+FleetWatch.summary(self)
+FleetWatch.to_frame(self)
+FleetWatch.write(self, folder, figure="png")
 Gauge.summary(self)
 Gauge.to_frame(self)
 Gauge.plot(self, axes=None)

@@ -15,12 +15,8 @@ import numpy as np
 import pandas as pd
 
 import stepgauge as sg
-from stepgauge.fleet.content import read_with_files
-from stepgauge.fleet.crossed.watch import watch
-from stepgauge.fleet.store import Entry, Fleet
 
-gauge, files = read_with_files(sg.read_gauge, "step-gauge-420")
-machine_files = read_with_files(sg.read_machine, "bridge-cmm")[1]
+gauge = sg.read_gauge("step-gauge-420")
 rng = np.random.default_rng(3)
 
 # %%
@@ -39,26 +35,28 @@ def recording(machine: int, number: int, axis: int, when: datetime) -> sg.Record
     names = ["x_mm", "y_mm", "z_mm", "approach_i", "approach_j", "approach_k"]
     columns = dict(zip(names, [*place.T, *approach.T], strict=True))
     cycle = np.repeat([1, 2, 3], gauge.n_faces)
-    return sg.Recording(pd.DataFrame({"placement": 1, "cycle": cycle, "face": face, **columns}), {"tip_radius_mm": "2"})
+    owners = {"machine_id": f"M{machine}", "machine_type": "T", "hall": "H", "probe_id": f"P{machine}"}
+    said = {"tip_radius_mm": "2", "gauge_id": f"G{number}", "measured_at": f"{when:%Y-%m-%d}", **owners}
+    return sg.Recording(pd.DataFrame({"placement": 1, "cycle": cycle, "face": face, **columns}), said)
 
 
 # %%
-# All of it goes into a store, which is what ``stepgauge fleet add`` does with files.
+# All of it goes into a store, with certificate and machine file; whose a recording is stands in its comments.
 
-store = Fleet(Path(tempfile.mkdtemp()) / "fleet", create=True)
-certificate, machine_file = store.keep("gauge", files), store.keep("machine", machine_files)
-entries = []
+folder = Path(tempfile.mkdtemp())
+paths = []
 for visit in range(48):
     when, machine, number = datetime(2025, 1, 7) + timedelta(days=7 * visit), visit % 6, (visit + visit // 6) % 3
-    owners = {"machine": f"M{machine}", "type": "T", "hall": "H", "probe": f"P{machine}", "gauge": f"G{number}"}
     for axis in (0, 1):
-        entries.append(Entry(recording(machine, number, axis, when), owners, when, certificate, machine_file))
-print(f"{len(store.add(entries)[0])} recordings")
+        paths.append(folder / f"{visit}-{'xy'[axis]}.csv")
+        recording(machine, number, axis, when).write(paths[-1])
+new, _ = sg.add_to_fleet(folder / "fleet", paths, "step-gauge-420", "bridge-cmm")
+print(f"{len(new)} recordings")
 
 # %%
 # One recording leaves the gauge and the machine confounded. All of them do not.
 
-found = sg.infer_fleet(store.folder)
+found = sg.infer_fleet(folder / "fleet")
 print(found.summary())
 
 # %%
@@ -66,7 +64,7 @@ print(found.summary())
 # that was knocked leaves its limit; the worn gauge moved none of them.
 
 figure, axes = plt.subplots(figsize=(7, 3.5), layout="constrained")
-for one in watch(found, {"scale": 5.0}):
+for one in sg.watch_fleet(folder / "fleet", limits={"scale": 5.0}).watched:
     if one.quantity == "scale x":
         axes.errorbar(one.days, one.level, 2.0 * np.array(one.u), marker="o", ms=3, capsize=2, label=one.owner)
 axes.axhline(5.0, color="black", ls="--", lw=0.8)

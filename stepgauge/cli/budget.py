@@ -18,6 +18,7 @@ from stepgauge.cli.options import (
     SEARCH,
     SUFFIX,
     U_GAUGE_TEMPERATURE,
+    Decorator,
     FiniteRange,
     machine_option,
     output,
@@ -28,6 +29,58 @@ from stepgauge.cli.options import (
 )
 
 
+def choice_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """What is chosen for a budget beside the files; :func:`chosen` makes keywords of a public function of it."""
+    options: tuple[Decorator, ...] = (
+        BLOCKS,
+        R_EFF,
+        U_GAUGE_TEMPERATURE,
+        click.option(
+            "--certificate-correlation",
+            type=FiniteRange(0.0, 1.0),
+            metavar="R",
+            help="Correlation coefficient of any two certified positions, 0 to 1. Default: the gauge file's, or 0.",
+        ),
+        click.option(
+            "--repeats",
+            type=click.Choice(["pooled", "face"]),
+            default="pooled",
+            show_default=True,
+            help="Repeatability: one standard deviation for all faces, or one by face with n - 1 degrees of freedom.",
+        ),
+        click.option(
+            "--coverage",
+            type=FiniteRange(50.0, 99.99),
+            default=95.45,
+            show_default=True,
+            metavar="PERCENT",
+            help="Coverage probability, %; 95.45 is k = 2 for many degrees of freedom.",
+        ),
+        click.option(
+            "--runs",
+            type=click.IntRange(0),
+            default=10_000,
+            show_default=True,
+            help="Monte Carlo runs beside it; 0: none.",
+        ),
+        click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the Monte Carlo."),
+    )
+    for option in reversed(options):
+        function = option(function)
+    return function
+
+
+def chosen(options: dict[str, Any]) -> dict[str, Any]:
+    """The keywords, by the options of :func:`choice_options`."""
+    same = ("blocks", "certificate_correlation", "repeats", "runs", "seed")
+    return {
+        **{name: options[name] for name in same},
+        "r_eff": options["origin"],
+        "u_gauge_temperature_K": options["u_gauge_temperature"],
+        "coverage_percent": options["coverage"],
+    }
+
+
 @click.command("budget")
 @click.argument("sources", nargs=-1, required=True, metavar="PROGRAM|RECORDING...")
 @machine_option(True, "Machine file (TOML) with its [uncertainty] table and uncertain values, or a shipped name.")
@@ -36,38 +89,7 @@ from stepgauge.cli.options import (
     "Placement file: its [uncertainty] gives the alignment; once per placement, in order. Needed with a program."
 )
 @output("Folder for budget.json, budget.csv and the figures (made if missing), e.g. that of the evaluation.")
-@BLOCKS
-@R_EFF
-@U_GAUGE_TEMPERATURE
-@click.option(
-    "--certificate-correlation",
-    type=FiniteRange(0.0, 1.0),
-    metavar="R",
-    help="Correlation coefficient of any two certified positions, 0 to 1. Default: the gauge file's, or 0.",
-)
-@click.option(
-    "--repeats",
-    type=click.Choice(["pooled", "face"]),
-    default="pooled",
-    show_default=True,
-    help="Repeatability: one standard deviation for all faces, or one by face with n - 1 degrees of freedom.",
-)
-@click.option(
-    "--coverage",
-    type=FiniteRange(50.0, 99.99),
-    default=95.45,
-    show_default=True,
-    metavar="PERCENT",
-    help="Coverage probability, %; 95.45 is k = 2 for many degrees of freedom.",
-)
-@click.option(
-    "--runs",
-    type=click.IntRange(0),
-    default=10_000,
-    show_default=True,
-    help="Monte Carlo runs beside it; 0: none.",
-)
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the Monte Carlo.")
+@choice_options
 @GAUGE_TEMPERATURE
 @SEARCH
 @SUFFIX
@@ -103,14 +125,7 @@ def command(sources: tuple[str, ...], machine: str, gauge: str, output: str, **o
             gauge,
             machine,
             placements=list(options["placement_files"]),
-            blocks=options["blocks"],
-            r_eff=options["origin"],
-            u_gauge_temperature_K=options["u_gauge_temperature"],
-            certificate_correlation=options["certificate_correlation"],
-            repeats=options["repeats"],
-            coverage_percent=options["coverage"],
-            runs=options["runs"],
-            seed=options["seed"],
+            **chosen(options),
             gauge_temperature_C=options["gauge_temperature"],
             search_mm=options["search"],
             progress=partial(_next_bar, bars),

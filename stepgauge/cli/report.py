@@ -87,7 +87,8 @@ def command(results: tuple[str, ...], output: str, **options: Any) -> None:
     certificate --copy-to .' gives a file to fill in).
 
     Of a diagnosis: its story. Page 1 says what to do first and what was found, each cause and rival with its own value;
-    then come the evidence and the appendix. Of an investigation: what was asked, why, and what was learnt.
+    then come the evidence and the appendix. Of an investigation: what was asked, why, and what was learnt. Of the
+    JSON file of 'fleet infer': the causes with their owners, and what settles them.
 
     Of several evaluations of one gauge: an overlay, every error before and after, and their differences with their
     own uncertainty.

@@ -1,10 +1,11 @@
-"""A fleet over the years: one panel per quantity, those that changed, drift or leave their peers in colour."""
+"""A fleet over the years, a panel for each quantity; and the causes of its errors, a panel for each unit."""
 
 from __future__ import annotations
 
 import datetime
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import dates as mdates
@@ -13,6 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.fleet.crossed.answer import owner_of, words_of
 from stepgauge.fleet.crossed.watch import Watched
 
 WIDTH_MM, PANEL_MM, HEAD_MM = 170.0, 42.0, 14.0
@@ -25,6 +27,9 @@ LABELS = {
     "certificate_scale": "gauge: length\n(µm/m)",
     "wear": "gauge: fronts\n(µm)",
 }
+OWNERS = {"machine": CYCLE[0], "gauge": CYCLE[1], "type": CYCLE[2], "hall": CYCLE[3], "probe": CYCLE[4]}
+MOST_CAUSES, ROW_MM, AXIS_MM = 30, 4.6, 13.0
+"""Causes that a page has room for, the height of one, and what the axis of a panel needs."""
 DAY_0 = datetime.date(1970, 1, 1)
 
 
@@ -81,3 +86,29 @@ def _place(one: Watched) -> str:
 
 def _dates(one: Watched) -> NDArray[np.float64]:
     return np.asarray(mdates.date2num([DAY_0 + datetime.timedelta(days=int(day)) for day in one.days]))
+
+
+@figure_style()
+def causes_figure(causes: Sequence[Mapping[str, Any]]) -> Figure:
+    """Sizes of causes (JSON types, the likeliest first) with U (k = 2), owner by owner; a set's is hollow."""
+    by_unit: dict[str, list[Mapping[str, Any]]] = {}
+    for one in causes[:MOST_CAUSES]:
+        by_unit.setdefault(one["unit"], []).append(one)
+    heights = [AXIS_MM + ROW_MM * len(some) for some in by_unit.values()]
+    figure = new_figure(WIDTH_MM, sum(heights))
+    panels = figure.subplots(len(by_unit), 1, squeeze=False, height_ratios=heights)[:, 0]
+    for axes, (unit, some) in zip(panels, by_unit.items(), strict=True):
+        _draw_causes(axes, sorted(some, key=lambda one: (list(OWNERS).index(one["owner_kind"]), one["owner"])))
+        axes.set_xlabel(f"size ({unit.replace('um', 'µm').replace('urad', 'µrad')})")
+    return figure
+
+
+def _draw_causes(axes: Axes, some: Sequence[Mapping[str, Any]]) -> None:
+    for row, one in enumerate(some):
+        color = OWNERS[one["owner_kind"]]
+        face = "white" if one.get("instead") else color
+        axes.errorbar(one["size"], row, xerr=2.0 * one["u"], fmt="o", color=color, mfc=face, ms=3.5, capsize=2, lw=1.0)
+    axes.axvline(0.0, color=COLORS["model"], lw=0.6)
+    axes.set_yticks(range(len(some)), [f"{owner_of(one)}: {words_of(one)}" for one in some])
+    axes.set_ylim(len(some) - 0.4, -0.6)
+    axes.spines[["top", "right"]].set_visible(False)

@@ -13,10 +13,10 @@ from typing import Any
 from stepgauge.errors import InputError
 from stepgauge.fleet.disk import locked
 from stepgauge.fleet.results import tables_of
-from stepgauge.fleet.schema import DIAGNOSES, EVALUATIONS, OWNERS, PROBINGS, Column, arrow_schema, needed
+from stepgauge.fleet.schema import BUDGETS, DIAGNOSES, EVALUATIONS, OWNERS, PROBINGS, Column, arrow_schema, needed
 from stepgauge.fleet.store import Fleet
 
-RESULTS: dict[str, tuple[Column, ...]] = {"evaluations": EVALUATIONS, "diagnoses": DIAGNOSES}
+RESULTS: dict[str, tuple[Column, ...]] = {"evaluations": EVALUATIONS, "budgets": BUDGETS, "diagnoses": DIAGNOSES}
 """Tables that are there, empty, before anything was worked out."""
 _IDENTITY = ", ".join(f'r."{name}"' for name in (*OWNERS, "measured_at"))
 

@@ -133,6 +133,27 @@ DIAGNOSES = (
     Column("rms_after_um", "double", "the same after the effects are taken off, um", True),
     Column("document", "string", "diagnosis.json without the names of files", True),
 )
+BUDGETS = (
+    Column("recording", "string", "the recording; a row for each quantity of its budget"),
+    Column("error", "string", "why it has no budget", True),
+    Column("quantity", "string", "r_eff, xf, xb, xm or xr", True),
+    Column("placement", "int32", "number of the placement; 0 where there is no budget"),
+    Column("face", "int32", "number of the face; r_eff has none", True),
+    Column("position_mm", "double", "its certified position, mm", True),
+    Column("value_um", "double", "value, um; r_eff, too", True),
+    Column("u_um", "double", "combined standard uncertainty, um", True),
+    Column("dof", "double", "its effective degrees of freedom; null where they are infinite", True),
+    Column("k", "double", "coverage factor", True),
+    Column("expanded_um", "double", "expanded uncertainty U, um", True),
+    Column("coverage_percent", "double", "coverage probability of U, %", True),
+    Column("through_r_eff_um", "double", "share of u through r_eff, part of the others, um", True),
+    Column("same_terms_u_um", "double", "u of the sources that the Monte Carlo knows, um", True),
+    Column("monte_carlo_u_um", "double", "u by the Monte Carlo, um", True),
+    Column("monte_carlo_low_95_um", "double", "lower end of its 95 % interval, um", True),
+    Column("monte_carlo_high_95_um", "double", "upper end, um", True),
+    Column("contributions_um", "map<string, double>", "standard uncertainty that each source contributes, um"),
+    Column("not_included", "list<string>", "contributions that no file states"),
+)
 
 
 @cache

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
-from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.face_errors import REffOrigin
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
-from stepgauge.montecarlo import Model, ModelOptions, Summary, read_model, run_monte_carlo
+from stepgauge.montecarlo import ModelOptions
 from stepgauge.public.evaluate import R_EFF
 from stepgauge.public.inputs import File, as_gauge, as_machine, as_placements, at_least, one_of, several
-from stepgauge.standards.budget import Asked, Progress, make_budget
-from stepgauge.standards.budget_files import StoredBudget, stored_budget
+from stepgauge.standards.budget import Progress
+from stepgauge.standards.budget_files import StoredBudget
 from stepgauge.standards.budget_sources import Repeats
+from stepgauge.standards.budgeting import Choice, whole_budget
 
 if TYPE_CHECKING:
     from stepgauge.machine.virtual import Run
     from stepgauge.recording import Recording
 
 REPEATS = ("pooled", "face")
-COVERAGE_PERCENT = (50.0, 99.99)
 
 
 def budget(
@@ -67,41 +65,39 @@ def budget(
     -------
     The budget as ``budget.json`` holds it, lengths in um; what no file states is listed as not included.
     """
-    _check(certificate_correlation, coverage_percent, runs)
+    choice = budget_choice(
+        blocks,
+        r_eff,
+        u_gauge_temperature_K,
+        certificate_correlation,
+        repeats,
+        coverage_percent,
+        runs,
+        seed,
+        gauge_temperature_C,
+        search_mm,
+    )
+    steps = as_gauge(gauge)
+    given = [getattr(one, "recording", one) for one in several(sources)]
+    return whole_budget(given, as_machine(machine), steps, as_placements(placements, steps), choice, progress)
+
+
+def budget_choice(
+    blocks: str | None,
+    r_eff: str,
+    u_gauge_temperature_K: float | None,
+    certificate_correlation: float | None,
+    repeats: str,
+    coverage_percent: float,
+    runs: int,
+    seed: int,
+    gauge_temperature_C: float | None = None,
+    search_mm: float = 2.0,
+) -> Choice:
+    """What :func:`budget` takes beside the files, checked."""
     at_least("u_gauge_temperature_K", u_gauge_temperature_K, 0.0, "K")
     at_least("search_mm", search_mm, 0.0, "mm", beyond=True)
-    steps = _correlated(as_gauge(gauge), certificate_correlation)
-    lies = as_placements(placements, steps)
     origin = cast(REffOrigin, one_of("r_eff", r_eff, R_EFF))
-    choice = ModelOptions(u_gauge_temperature_K, origin, blocks, gauge_temperature_C, search_mm)
-    given = [getattr(one, "recording", one) for one in several(sources)]
-    model = read_model(given, as_machine(machine), steps, lies, choice)
-    shown = progress or _silent
-    simulated = _monte_carlo(model, runs, seed, shown) if runs else None
-    asked = Asked(lies, cast(Repeats, one_of("repeats", repeats, REPEATS)), coverage_percent)
-    return stored_budget(model, make_budget(model, asked, simulated, shown("budget")), runs)
-
-
-def _silent(_: str) -> Progress:
-    """Nobody watches."""
-    return lambda done, total: None
-
-
-def _check(correlation: float | None, coverage_percent: float, runs: int) -> None:
-    if correlation is not None and not 0.0 <= correlation <= 1.0:
-        raise InputError(naming("certificate_correlation"), "out of range", found=correlation, expected="0 to 1")
-    if not COVERAGE_PERCENT[0] <= coverage_percent <= COVERAGE_PERCENT[1]:
-        raise InputError(naming("coverage_percent"), "out of range", found=coverage_percent, expected="50 to 99.99")
-    if runs != 0 and runs < 2:
-        raise InputError(naming("runs"), "too few runs", found=runs, expected="0 or at least 2")
-
-
-def _correlated(gauge: Gauge, correlation: float | None) -> Gauge:
-    """The gauge with the correlation of its certified positions as asked."""
-    if correlation is None:
-        return gauge
-    return replace(gauge, certificate=gauge.certificate.model_copy(update={"correlation": correlation}))
-
-
-def _monte_carlo(model: Model, runs: int, seed: int, shown: Callable[[str], Progress]) -> Summary | None:
-    return run_monte_carlo(model, runs, seed, progress=shown("Monte Carlo")) if model.inputs.names else None
+    by = cast(Repeats, one_of("repeats", repeats, REPEATS))
+    model = ModelOptions(u_gauge_temperature_K, origin, blocks, gauge_temperature_C, search_mm)
+    return Choice(model, certificate_correlation, by, coverage_percent, runs, seed)

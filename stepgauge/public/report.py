@@ -17,7 +17,7 @@ from stepgauge.machine.file import Machine
 from stepgauge.public.inputs import File, of_kind, several
 from stepgauge.public.renamed import renamed
 from stepgauge.reports.content import make_content
-from stepgauge.reports.kinds import kind_of
+from stepgauge.reports.kinds import FLEET, kind_of
 from stepgauge.reports.page import Stated
 from stepgauge.reports.reading import read_checked_evaluation
 from stepgauge.reports.render import renderer, write_report
@@ -26,6 +26,7 @@ from stepgauge.standards.budget_files import StoredBudget
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.result import Diagnosis
+    from stepgauge.fleet.crossed.answer import FleetInference
     from stepgauge.recording import Recording
 
 SAID = ("number", "customer", "location", "operator", "remarks")
@@ -34,7 +35,7 @@ SAID = ("number", "customer", "location", "operator", "remarks")
 
 @renamed(evaluation="result")
 def report(
-    result: File | Evaluation | Diagnosis | Iterable[File | Evaluation],
+    result: File | Evaluation | Diagnosis | FleetInference | Iterable[File | Evaluation],
     path: File,
     *,
     gauge: File | Gauge | None = None,
@@ -56,12 +57,12 @@ def report(
 
     One evaluation gives a report, with ``certificate`` a calibration certificate; a diagnosis gives its story, with
     what to do first, and an investigation its own; two evaluations or more of one gauge are laid over each other, the
-    first being the one before.
+    first being the one before. The inference of a fleet gives a report of its own.
 
     Parameters
     ----------
-    result : an evaluation or a diagnosis, its folder or JSON file; the folder of an investigation; or several
-        evaluations
+    result : an evaluation or a diagnosis, its folder or JSON file; the folder of an investigation; the inference of a
+        fleet or its JSON file; or several evaluations
     path : the file to write, ``NAME.pdf`` or ``NAME.html``; of an overlay also ``.png`` or ``.svg``
     gauge : adds the uncertainties of its certificate; default: that of an evaluation given as an object
     placements : add angles and uncertainties, once per placement, in order; they need the gauge
@@ -103,6 +104,8 @@ def report(
         from stepgauge.reports.investigation import read_story
 
         return write_report(path, read_story(asked.results[0]), template)
+    if kinds == {FLEET}:
+        return write_report(path, _fleet(asked.results[0]), template)
     return _signed(asked, template)
 
 
@@ -136,7 +139,10 @@ class _Asked:
 def _kind(result: object) -> str:
     if isinstance(result, File):
         return kind_of(result)
-    return "evaluation" if isinstance(result, Evaluation) else "diagnosis"
+    from stepgauge.fleet.crossed.answer import FleetInference
+
+    kinds = {Evaluation: "evaluation", FleetInference: FLEET}
+    return next((name for kind, name in kinds.items() if isinstance(result, kind)), "diagnosis")
 
 
 def _evaluation_of(result: File | Evaluation, with_inputs: bool = True) -> dict[str, Any]:
@@ -170,6 +176,12 @@ def _story(result: File | Diagnosis) -> dict[str, Any]:
     return read_story(result) if isinstance(result, File) else story_of(of_kind(result, Diagnosis, "diagnosis"))
 
 
+def _fleet(result: File | FleetInference) -> dict[str, Any]:
+    from stepgauge.reports.fleet import fleet_story, read_story
+
+    return read_story(result) if isinstance(result, File) else fleet_story(result.as_dict())
+
+
 def _overlay(asked: _Asked, template: File | None) -> tuple[str, ...]:
     from stepgauge.reports.overlay import write_overlay
 
@@ -183,9 +195,9 @@ def _interactive(asked: _Asked, recordings: list[Any], template: File | None) ->
     if Path(asked.path).suffix.lower() != ".html":
         raise InputError(asked.path, "not a page for a browser", found=repr(Path(asked.path).suffix), expected=".html")
     (result,) = asked.results
-    if _kind(result) == "investigation":
-        what = "an investigation has no page to explore; its diagnosis has one"
-        raise InputError("interactive", what, expected=f"{result}/diagnosis")
+    if _kind(result) in ("investigation", FLEET):
+        what = f"of an {'investigation' if _kind(result) != FLEET else 'inference'} there is no page to explore"
+        raise InputError("interactive", what, expected="an evaluation or a diagnosis")
     make = _diagnosis_page if _kind(result) == "diagnosis" else _evaluation_page
     return write_report(asked.path, make(asked, result, recordings), template)
 

@@ -8,10 +8,12 @@ from stepgauge.errors import InputError
 from stepgauge.files.text import read_json
 
 KINDS = ("evaluation", "diagnosis", "investigation")
+FLEET = "fleet inference"
+"""A result that is one file, whatever its name."""
 
 
 def kind_of(path: str | Path) -> str:
-    """``evaluation``, ``diagnosis`` or ``investigation``, by the file in a folder or by the file itself.
+    """Which of :data:`KINDS`, by the file in a folder or by the file itself, or :data:`FLEET`, by the file.
 
     :class:`InputError` where there is none of them, or more than one.
     """
@@ -29,4 +31,4 @@ def kind_of(path: str | Path) -> str:
         raise InputError(path, "is no result that can be reported", expected=f"a folder with {expected}, or that file")
     data = read_json(place)
     stated = data.get("format") if isinstance(data, dict) else None
-    return next((kind for kind in KINDS if stated == f"stepgauge {kind} 1"), "evaluation")
+    return next((kind for kind in (*KINDS, FLEET) if stated == f"stepgauge {kind} 1"), "evaluation")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 import uuid
 from collections.abc import Callable, Iterator
@@ -67,7 +68,9 @@ class Dask:
             self._client = None
 
     def _connect(self) -> Any:
-        distributed = _distributed()
+        distributed, expected = _distributed(), "tcp://host:port, as 'stepgauge fleet cluster' prints it"
+        if not re.fullmatch(r"\w+://\S+:\d+", self.scheduler):
+            raise InputError(self.scheduler, "this is no address of a Dask scheduler", expected=expected)
         try:
             client = distributed.Client(self.scheduler, timeout=CONNECT_S, set_as_default=False)
             client.wait_for_workers(1, timeout=CONNECT_S)
@@ -76,7 +79,7 @@ class Dask:
             what = "no Dask workers answer there"
         except (OSError, ValueError) as error:
             what = f"no Dask scheduler answers there: {error}"
-        raise InputError(self.scheduler, what, expected="tcp://host:port, as 'stepgauge fleet cluster' prints it")
+        raise InputError(self.scheduler, what, expected=expected)
 
     def _check_versions(self) -> None:
         try:

@@ -134,17 +134,24 @@ def test_the_documented_cluster_gives_what_this_process_gives_though_a_worker_is
     logs: Path, tmp_path: Path
 ) -> None:
     """The cluster is started by its command, as the documentation says, answers on the loopback, ends at Ctrl-C."""
-    fleet, asked = tmp_path / "fleet", "SELECT * EXCLUDE (notes) FROM evaluations ORDER BY recording"
-    verb("fleet", "add", fleet, "-g", GAUGE, *sorted(logs.glob("[0-9].csv")))
+    fleet, asked = tmp_path / "fleet", ("evaluations ORDER BY recording", "budgets ORDER BY recording, quantity, face")
+    verb("fleet", "add", fleet, "-g", GAUGE, "-m", "bridge-cmm", *sorted(logs.glob("[0-9].csv")))
+
+    def answers() -> list[str]:
+        return [repr(query(Fleet(fleet), f"FROM {one}").to_pylist()) for one in asked]  # to the last digit, and NaN
+
     verb("fleet", "evaluate", fleet, "--jobs", 1)
-    here = query(Fleet(fleet), asked)
+    verb("fleet", "budget", fleet, "--runs", 20, "--jobs", 1)
+    here = answers()
     start = [sys.executable, "-m", "stepgauge", "fleet", "cluster", "--workers", "2", "--port", "0", "--idle", "90"]
     with subprocess.Popen(start, stdout=subprocess.PIPE, text=True) as cluster:
         assert cluster.stdout is not None
         address = cluster.stdout.readline().strip()
         assert address.startswith("tcp://127.0.0.1:")
-        tables_of(Fleet(fleet))[0].clear()
+        for table in tables_of(Fleet(fleet)):
+            table.clear()
         verb("fleet", "evaluate", fleet, "--scheduler", address)
+        verb("fleet", "budget", fleet, "--runs", 20, "--scheduler", address)
         found = []
         for one in run(told_or_solved, [("", None), *TASKS], Dask(address)):
             found.append(one.value)
@@ -152,8 +159,9 @@ def test_the_documented_cluster_gives_what_this_process_gives_though_a_worker_is
                 os.kill(one.value[0], signal.SIGKILL)
         cluster.send_signal(signal.SIGINT)
         assert cluster.wait(60) == 130
-    assert len(here) == 6
-    assert repr(query(Fleet(fleet), asked).to_pylist()) == repr(here.to_pylist())  # repr: to the last digit, and NaN
+    assert here[0].count("r_eff_mm") == 2 * 6  # with u_r_eff_mm
+    assert here[1].count("'quantity': 'r_eff'") == 6
+    assert answers() == here
     assert found[1:] == [one.value for one in run(told_or_solved, TASKS, InProcess())]
 
 
@@ -177,7 +185,7 @@ def test_a_diagnosis_of_the_fleet_is_that_of_the_recording_alone(logs: Path, tmp
         (["add", "FLEET", "LOGS/0.csv", "-g", GAUGE, "--machine-id", "M9"], "another machine; found M9; expected M0"),
         (["add", "FLEET", "LOGS/0.csv", "-g", GAUGE, "--roster", "LOGS/0.csv"], "column 'placement' is not known"),
         (["query", "FLEET", "SELECT 1"], "there is no fleet here"),
-        (["evaluate", "LOGS", "--scheduler", "tcp://127.0.0.1:9", "--jobs", "2"], "--jobs and --memory are of"),
+        (["evaluate", "LOGS", "--scheduler", "tcp://127.0.0.1:9", "--jobs", "2"], "jobs and memory_MB are of"),
     ],
 )  # fmt: skip
 def test_mistakes_are_told_in_a_line(logs: Path, tmp_path: Path, words: list[str], message: str) -> None:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from pypdf import PdfReader
 from scipy import sparse
 
+import stepgauge as sg
+from stepgauge.fleet.crossed.answer import FleetInference, owner_of, words_of
 from stepgauge.fleet.crossed.background import Background, Term
 from stepgauge.fleet.crossed.infer import infer
 from stepgauge.fleet.crossed.priors import fleet_priors
@@ -19,6 +24,8 @@ from stepgauge.fleet.crossed.visits import Visit
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import read_machine
 from stepgauge.recording import Recording
+from stepgauge.reports.fleet import fleet_story
+from stepgauge.reports.render import markdown
 from tests.fleet.crossed_made import crossed, fleet, gauge, visit
 from tests.fleet.made import make_recording
 
@@ -129,18 +136,41 @@ def test_where_nothing_is_wrong_nothing_is_named(seed: int) -> None:
     found = infer(*fleet(seed, crossed(10, 4, 3)))
     assert found.causes == ()
     assert found.false_share == 0.0
+    page = markdown(fleet_story(found.as_dict()))
+    assert "0 causes named" in page
+    assert "| machine | scale | 10 | 0 | 5 um/m |" in page
 
 
-def test_a_confounded_pair_stays_a_set_until_a_recording_crosses_it() -> None:
+def _check_report(found: FleetInference, folder: Path) -> None:
+    """The set is in every form of the report, with what settles it; the same answer gives the same page."""
+    written = found.write(folder / "a.json") + found.write(folder / "a.html") + found.write(folder / "a.pdf")
+    assert [path.name for path in written] == ["a.json", "a.md", "a.json", "a.html", "a.json", "a.pdf"]
+    (one,) = json.loads((folder / "a.json").read_text())["causes"]
+    pages = PdfReader(folder / "a.pdf").pages
+    texts = [*(path.read_text() for path in written[1:4:2]), " ".join(page.extract_text() for page in pages)]
+    for text in [" ".join(text.split()) for text in texts]:
+        for words in (owner_of(one), words_of(one["instead"][0]), one["would_settle"], "66 visits"):
+            assert words in text
+        for kind in ("with", "without"):
+            assert all(v["date"] in text for v in one["settled_by"][kind])
+    assert texts[1].count("data:image/svg+xml") == 1
+    for again in (found, folder / "a.json"):
+        sg.report(again, folder / "b.html")
+        assert (folder / "b.html").read_bytes() == (folder / "a.html").read_bytes()
+
+
+def test_a_confounded_pair_stays_a_set_until_a_recording_crosses_it(tmp_path: Path) -> None:
     def wrong(own: Gauge, name: str, machine: str, axis: str, day: float) -> np.ndarray:
         return 9.0 * own.position_mm * 1e-3 * (machine == "M20" and axis == "x")
 
     pairs = [*crossed(8, 3, 2), ("M20", "G9"), ("M20", "G9"), *crossed(8, 3, 2)]
     visits, gauges = fleet(8, pairs, wrong)
     only_x = [one for one in visits if one.machine != "M20" or one.statistics.axis[0] == 1.0]
-    (one,) = infer(only_x, gauges).causes
+    found = infer(only_x, gauges)
+    (one,) = found.causes
     owners = {(one.owner, one.kind)} | {(rival.owner, rival.kind) for rival in one.instead}
     assert owners == {("M20", "scale"), ("G9", "certificate_scale")}
+    _check_report(found, tmp_path)
     crossing = visit(np.random.default_rng(9), "M20", "G1", "x", 20_300.0, wrong)
     (settled,) = infer([*only_x, crossing], gauges).causes
     assert (settled.owner, settled.kind, settled.where, settled.instead) == ("M20", "scale", "x", ())

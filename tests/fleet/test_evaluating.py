@@ -6,20 +6,27 @@ import pickle
 import subprocess
 import sys
 import time
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import stepgauge as sg
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import UM
 from stepgauge.fleet.batches import Batch, Kept, opened
+from stepgauge.fleet.budgeting import budget_fleet
 from stepgauge.fleet.content import recording_key
-from stepgauge.fleet.evaluating import diagnose_fleet, evaluate_fleet
+from stepgauge.fleet.diagnosing import diagnose_fleet
+from stepgauge.fleet.evaluating import evaluate_fleet
+from stepgauge.fleet.query import query
 from stepgauge.fleet.results import Results
+from stepgauge.montecarlo import ModelOptions
 from stepgauge.recording import Recording, read_recording, write_recording
+from stepgauge.standards.budget_files import COLUMNS
+from stepgauge.standards.budgeting import Choice
 from stepgauge.work.processes import InProcess, Processes
 from tests.fleet.made import make_entry, make_fleet
 
@@ -38,7 +45,7 @@ class Far(InProcess):
 
 def test_the_evaluations_are_those_of_each_recording_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """From the file on the disk by the verb's own function, against the store by batches in two processes."""
-    monkeypatch.setattr("stepgauge.fleet.evaluating.BATCH", 4)
+    monkeypatch.setattr("stepgauge.fleet.working.BATCH", 4)
     fleet = make_fleet(tmp_path / "fleet", 10)
     bad = make_entry(fleet, 11).recording
     bad = Recording(
@@ -69,14 +76,57 @@ def test_the_evaluations_are_those_of_each_recording_alone(tmp_path: Path, monke
     assert rows[recording_key(bad)]["error"] == errors[0]
 
 
+def stop(done: int, total: int) -> None:
+    """Somebody who does not wait for the second."""
+    if done:
+        raise InterruptedError
+
+
+def test_the_budgets_are_those_of_each_recording_alone(tmp_path: Path) -> None:
+    """Of :func:`stepgauge.budget`, with its Monte Carlo, here, in a process, and by workers that have no store."""
+    fleet = make_fleet(tmp_path / "fleet", 2, cycles=2)
+    fleet.add([replace(make_entry(fleet, 3), machine_file=None)])
+    choice = Choice(ModelOptions(u_gauge_temperature_K=0.05), correlation=0.5, runs=50)
+    told: list[tuple[int, int]] = []
+    errors = budget_fleet(fleet, Processes(1), choice, lambda done, total: told.append((done, total)))
+    assert told[-1] == (3, 3)
+    assert [error.partition(" was ")[0] for error in errors] == ["recording-3.csv: no machine file"]
+    table = Results(fleet, "budgets", asdict(choice))
+    rows = table.read().to_pylist()
+    for number in range(2):
+        entry = make_entry(fleet, number, cycles=2)
+        gauge, machine = fleet.gauge(entry.certificate), fleet.machine(entry.machine_file or "")
+        stated = {"u_gauge_temperature_K": 0.05, "certificate_correlation": 0.5, "runs": 50}
+        alone = sg.budget(entry.recording, gauge, machine, **stated)
+        mine = [row for row in rows if row["recording"] == recording_key(entry.recording)]
+        assert len(mine) == len(alone.quantities) > 100
+        for row, line in zip(mine, alone.quantities, strict=True):
+            assert {name: row[name] for name in COLUMNS} == {name: getattr(line, name) for name in COLUMNS}
+            assert dict(row["contributions_um"]) == line.contributions_um
+            assert line.monte_carlo is not None
+            assert row["monte_carlo_high_95_um"] == line.monte_carlo.high_95_um
+            assert "resolution" in row["not_included"]
+    assert budget_fleet(fleet, InProcess(), choice) == []  # nothing is left to do
+    table.clear()
+    with pytest.raises(InterruptedError):
+        budget_fleet(fleet, InProcess(), choice, stop)
+    assert table.done() == set()
+    budget_fleet(fleet, Far(), choice)  # goes on from the journal
+    assert Results(fleet, "budgets", asdict(choice)).read().to_pylist() == rows
+    asked = "SELECT machine, max(expanded_um) FROM budgets WHERE quantity = 'xm' GROUP BY machine ORDER BY machine"
+    assert query(fleet, asked)["machine"].to_pylist() == ["M1", "M2"]
+
+
 KILLED = """
 import sys
-from stepgauge.fleet import evaluating
+from stepgauge.fleet import diagnosing
 from stepgauge.fleet.store import Fleet
+from stepgauge.standards.budget_files import COLUMNS
+from stepgauge.standards.budgeting import Choice
 from stepgauge.work.processes import InProcess
 from tests.fleet.test_evaluating import quick
-evaluating.diagnose_batch = quick
-evaluating.diagnose_fleet(Fleet(sys.argv[1]), InProcess(), progress=lambda done, total: print(done, flush=True))
+diagnosing.diagnose_batch = quick
+diagnosing.diagnose_fleet(Fleet(sys.argv[1]), InProcess(), progress=lambda done, total: print(done, flush=True))
 """
 
 
@@ -91,7 +141,8 @@ def quick(batch: Kept, without: tuple[str, ...], priors: object) -> dict[str, An
 
 
 def test_a_stopped_diagnosis_goes_on_where_it_was_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stepgauge.fleet.evaluating.diagnose_batch", quick)
+    monkeypatch.setattr("stepgauge.fleet.diagnosing.diagnose_batch", quick)
+    monkeypatch.setattr("stepgauge.fleet.working.PORTION", 5)
     whole, cut = make_fleet(tmp_path / "whole", 12), make_fleet(tmp_path / "cut", 12)
     assert diagnose_fleet(whole, InProcess()) == []
     with subprocess.Popen([sys.executable, "-c", KILLED, str(cut.folder)], stdout=subprocess.PIPE) as process:

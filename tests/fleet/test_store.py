@@ -187,7 +187,7 @@ def test_writers_killed_at_any_moment_leave_whole_recordings(tmp_path: Path) -> 
 def test_the_page_on_the_fleet_lists_every_column_with_its_type_and_meaning() -> None:
     page = (ROOT / "docs/fleet.md").read_text(encoding="utf-8")
     assert f"schema version {VERSION}," in page
-    for name in ("recordings", "probings", "evaluations", "diagnoses"):
+    for name in ("recordings", "probings", "evaluations", "budgets", "diagnoses"):
         section = page.split(f"### `{name}`\n")[1].split("\n#")[0]
         rows = [line for line in section.splitlines() if line.startswith("| `")]
         columns = getattr(schema, name.upper())

@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 from scipy.stats import norm
 
+import stepgauge as sg
 from stepgauge.cli import cli
 from stepgauge.cli.fleet.watch import LIMITS
 from stepgauge.figures.fleet import LABELS
@@ -17,6 +18,7 @@ from stepgauge.fleet.crossed.drifting import State, Wandering, beyond, due_day, 
 from stepgauge.fleet.crossed.feed import Feed, feed_schema
 from stepgauge.fleet.crossed.infer import infer
 from stepgauge.fleet.crossed.watch import watch
+from stepgauge.fleet.crossed.watching import LIMITS as WATCHED
 from stepgauge.gauge.certified import Gauge
 from tests.fleet.crossed_made import crossed, fleet
 from tests.fleet.made import make_fleet
@@ -75,27 +77,37 @@ def test_who_changed_drifts_or_leaves_its_peers_is_said() -> None:
 
 
 def test_names_written_out_are_those_that_are_watched() -> None:
-    assert set(LIMITS) == set(LABELS)
+    assert set(LIMITS) == set(LABELS) == set(WATCHED)
 
 
 def test_infer_and_watch_on_a_store(tmp_path: Path) -> None:
     store = tmp_path / "fleet"
     make_fleet(store, 12)
     run = CliRunner()
-    answer = tmp_path / "answer.json"
+    answer = tmp_path / "answer.html"
     done = run.invoke(cli, ["fleet", "infer", str(store), "-o", str(answer), "--jobs", "1"])
     assert done.exit_code == 0, done.output
-    said = json.loads(answer.read_text())
+    assert "What is nothing wrong" in answer.read_text()
+    said = json.loads(answer.with_suffix(".json").read_text())
     assert said["format"] == "stepgauge fleet inference 1"
     assert said["visits"] == 12
     assert said["expected_false_share"] <= 0.05
-    assert "What is nothing wrong" in answer.with_suffix(".md").read_text()
+    assert said["looked_for"][0] == {
+        "owner_kind": "gauge", "kind": "block", "owners": 2, "named": 0, "usual": 1.5, "unit": "um"
+    }  # fmt: skip
+    done = run.invoke(cli, ["fleet", "infer", str(store), "-o", str(tmp_path / "answer.docx")])
+    assert "not a kind of report" in str(done.exception)
     done = run.invoke(cli, ["fleet", "watch", str(store), "--limit", "scale=5", "-o", str(tmp_path), "--jobs", "1"])
     assert done.exit_code == 0, done.output
     feed = Feed.model_validate_json((tmp_path / "watch.json").read_text())
     assert {one.owner for one in feed.quantities} >= {"M1", "M2", "M/3"}
     assert json.loads((tmp_path / "watch.schema.json").read_text()) == feed_schema()
     assert (tmp_path / "watch.png").stat().st_size > 10_000
+    table = sg.watch_fleet(store, limits={"scale": 5.0}).to_frame().set_index(["owner", "quantity"])
+    for one in feed.quantities:
+        assert table.loc[(one.owner, one.quantity), "level"] == one.level
+        if one.limit is not None:
+            assert table.loc[(one.owner, one.quantity), "limit_outcome"] == one.limit.outcome
     done = run.invoke(cli, ["fleet", "watch", str(store), "--limit", "length=5", "-o", str(tmp_path)])
     assert done.exit_code == 2
     assert "one of scale" in done.output

@@ -103,3 +103,5 @@ def test_no_scheduler_is_told_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr("stepgauge.work.dask.CONNECT_S", 0.5)
     with pytest.raises(InputError, match="no Dask"):
         list(run(solved, TASKS, Dask("tcp://127.0.0.1:9")))
+    with pytest.raises(InputError, match="no address"):
+        list(run(solved, TASKS, Dask("127.0.0.1")))

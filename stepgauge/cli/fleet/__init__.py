@@ -12,6 +12,7 @@ VERBS = {
     "export": ("stepgauge.cli.fleet.export", "store -> the files that came in, byte for byte"),
     "compact": ("stepgauge.cli.fleet.compact", "many small files of the store -> few"),
     "evaluate": ("stepgauge.cli.fleet.evaluate", "evaluate what has no evaluation yet"),
+    "budget": ("stepgauge.cli.fleet.budget", "uncertainty budgets, with Monte Carlo, of what has none yet"),
     "diagnose": ("stepgauge.cli.fleet.diagnose", "diagnose what has no diagnosis yet, each by itself"),
     "infer": ("stepgauge.cli.fleet.infer", "whose fault: machine, gauge, model line, hall or probe"),
     "watch": ("stepgauge.cli.fleet.watch", "changes, trends, limits and due dates of machines and gauges"),

@@ -44,19 +44,10 @@ def command(store: str, recordings: tuple[str, ...], **options: Any) -> None:
     stepgauge fleet add fleet logs/*.csv -g step-gauge-420 -m bridge-cmm --machine-id M1 --hall North
     stepgauge fleet add fleet logs/*.csv --roster roster.csv
     """
-    from stepgauge.fleet.adding import Stated, add_files
     from stepgauge.fleet.store import Fleet
+    from stepgauge.public.fleet import add_to_fleet
 
-    owners = {"machine": "machine_id", "type": "machine_type", "hall": "hall", "probe": "probe_id", "gauge": "gauge_id"}
-    stated = Stated(
-        {name: options[option] for name, option in owners.items()},
-        options["measured_at"],
-        options["gauge"],
-        options["machine"],
-        options["placement_files"],
-        options["roster"],
-    )
-    fleet = Fleet(store, create=True)
+    placements = options.pop("placement_files")
     with bar("adding") as progress:
-        new, known = add_files(fleet, recordings, stated, progress)
-    say(f"{len(new)} recordings added, {len(known)} were there: {len(fleet.index())} in {store}")
+        new, known = add_to_fleet(store, recordings, placements=placements, **options, progress=progress)
+    say(f"{len(new)} recordings added, {len(known)} were there: {len(Fleet(store).index())} in {store}")

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from stepgauge.cli.fleet.options import STORE, bar, engine_from, engine_options, say_errors
+from stepgauge.cli.fleet.options import STORE, engine_options, say_errors, working
 from stepgauge.cli.options import say
 
 
@@ -31,13 +31,9 @@ def command(store: str, without: tuple[str, ...], priors: str | None, **options:
     stepgauge fleet diagnose fleet --jobs 2
     stepgauge fleet diagnose fleet --scheduler tcp://127.0.0.1:8786
     """
-    from stepgauge.diagnosis.posterior.priors import read_priors
-    from stepgauge.fleet.evaluating import diagnose_fleet
-    from stepgauge.fleet.store import Fleet
+    from stepgauge.public.fleet import diagnose_fleet
 
-    table = None if priors is None else read_priors(priors)
-    engine, fleet = engine_from(options), Fleet(store)
-    with bar("diagnosing") as progress:
-        errors = diagnose_fleet(fleet, engine, without, table, progress)
+    with working("diagnosing", options) as by:
+        errors = diagnose_fleet(store, without=without, priors=priors, **by)
     say(f"diagnosed: {store}")
     say_errors(store, errors, "diagnosed")

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from stepgauge.cli.fleet.options import STORE, bar, engine_from, engine_options, say_errors
+from stepgauge.cli.fleet.options import STORE, engine_options, say_errors, working
 from stepgauge.cli.options import BLOCKS, R_EFF, say
 
 
@@ -26,11 +26,9 @@ def command(store: str, blocks: str | None, origin: str, **options: Any) -> None
     stepgauge fleet evaluate fleet --jobs 2
     stepgauge fleet evaluate fleet --scheduler tcp://127.0.0.1:8786
     """
-    from stepgauge.fleet.evaluating import evaluate_fleet
-    from stepgauge.fleet.store import Fleet
+    from stepgauge.public.fleet import evaluate_fleet
 
-    engine, fleet = engine_from(options), Fleet(store)
-    with bar("evaluating") as progress:
-        errors = evaluate_fleet(fleet, engine, blocks, origin, progress)
+    with working("evaluating", options) as by:
+        errors = evaluate_fleet(store, blocks=blocks, r_eff=origin, **by)
     say(f"evaluated: {store}")
     say_errors(store, errors, "evaluated")

@@ -25,8 +25,7 @@ def command(store: str, output: str, where: str) -> None:
     stepgauge fleet export fleet --where "machine = 'M1' AND measured_at >= '2026-01-01'" -o exported
     stepgauge fleet add another exported/recordings/* --roster exported/roster.csv
     """
-    from stepgauge.fleet.export import ROSTER, export
-    from stepgauge.fleet.store import Fleet
+    from stepgauge.public.fleet import export_fleet
 
-    written = export(Fleet(store), output, where)
-    say(f"wrote {len(written)} recordings and {ROSTER} to {output}")
+    written = export_fleet(store, output, where)
+    say(f"wrote {len(written)} recordings and roster.csv to {output}")

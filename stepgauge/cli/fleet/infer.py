@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from stepgauge.cli.fleet.options import STORE, bar, engine_from, engine_options, say_errors
+from stepgauge.cli.fleet.options import STORE, engine_options, say_errors, working
 from stepgauge.cli.options import say_written, show
 
 
@@ -18,7 +18,8 @@ from stepgauge.cli.options import say_written, show
     default="fleet.json",
     show_default=True,
     metavar="PATH",
-    help="JSON file of the causes; the report goes beside it as Markdown.",
+    help="JSON file of the causes, the report beside it as Markdown; or NAME.html or NAME.pdf: the report in that "
+    "form, the JSON file beside it.",
 )
 @engine_options
 def command(store: str, output: str, **options: Any) -> None:
@@ -31,13 +32,14 @@ def command(store: str, output: str, **options: Any) -> None:
 
     \b
     stepgauge fleet infer fleet -o fleet.json
-    stepgauge fleet infer fleet --jobs 2
+    stepgauge fleet infer fleet --jobs 2 -o fleet.html
     """
-    from stepgauge.fleet.crossed.stored import infer_store
+    from stepgauge.fleet.crossed.answer import report_places
+    from stepgauge.public.fleet import infer_fleet
 
-    engine = engine_from(options)
-    with bar("reading") as progress:
-        found, errors = infer_store(store, engine, progress)
+    report_places(output)
+    with working("reading", options) as by:
+        found = infer_fleet(store, **by)
     show(found.summary())
     say_written(*found.write(output))
-    say_errors(store, errors, "used")
+    say_errors(store, found.left_out, "used")

@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from stepgauge.cli.options import POSITIVE, Decorator, percent, say
 from stepgauge.errors import PartlyDoneError
 
-if TYPE_CHECKING:
-    from stepgauge.work.task import Engine
-
 STORE = click.argument("store", metavar="STORE")
 SHOWN = 10
 
 
 def engine_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """``--jobs``, ``--memory`` and ``--scheduler``; the command calls :func:`engine_from` with them."""
+    """``--jobs``, ``--memory`` and ``--scheduler``; the command opens :func:`working` with them."""
     options: tuple[Decorator, ...] = (
         click.option(
             "--scheduler",
@@ -44,18 +41,12 @@ def engine_options(function: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
-def engine_from(options: dict[str, Any]) -> Engine:
-    """Who does the work, by the options of :func:`engine_options`."""
-    from stepgauge.work.dask import Dask
-    from stepgauge.work.processes import InProcess, Processes
-
-    if options["scheduler"] is not None:
-        if options["jobs"] is not None or options["memory"] is not None:
-            raise click.UsageError("--jobs and --memory are of processes; a cluster states both where it is started")
-        return Dask(options["scheduler"])
-    if options["jobs"] == 1 and options["memory"] is None:
-        return InProcess()
-    return Processes(options["jobs"], options["memory"])
+@contextmanager
+def working(label: str, options: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Keywords of a public function: who does the work, by :func:`engine_options`, and a progress bar."""
+    with bar(label) as progress:
+        given = {"jobs": options["jobs"], "scheduler": options["scheduler"], "memory_MB": options["memory"]}
+        yield {**given, "progress": progress}
 
 
 @contextmanager
@@ -65,7 +56,7 @@ def bar(label: str) -> Iterator[Callable[[int, int], None]]:
         yield percent(shown)
 
 
-def say_errors(store: str, errors: list[str], what: str) -> None:
+def say_errors(store: str, errors: Sequence[str], what: str) -> None:
     """Why some recordings have no result, a line each; :class:`PartlyDoneError` where there are any."""
     for error in errors[:SHOWN]:
         say(error)

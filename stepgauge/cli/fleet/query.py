@@ -35,8 +35,8 @@ def _check(_: click.Context, param: click.Parameter, value: str | None) -> str |
 def command(store: str, sql: str, output: str | None, form: str) -> None:
     """Answer a question in SQL (DuckDB) over a store.
 
-    The views are recordings, probings, evaluations, diagnoses, and one for each further table of results; 'DESCRIBE
-    recordings' lists the columns of one, docs/fleet.md explains them. A question changes nothing.
+    The views are recordings, probings, evaluations, budgets, diagnoses, and one for each further table of results;
+    'DESCRIBE recordings' lists the columns of one, docs/fleet.md explains them. A question changes nothing.
 
     \b
     stepgauge fleet query fleet "SELECT machine, count(*) FROM recordings GROUP BY machine"

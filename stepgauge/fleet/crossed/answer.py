@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge import __version__
+from stepgauge.errors import InputError
+from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Summarized, as_lines
 from stepgauge.files.text import write_json, write_text
 from stepgauge.fleet.crossed.background import Background
@@ -74,7 +76,9 @@ class Number:
 @dataclass(frozen=True)
 class FleetInference(Summarized):
     """``causes``: named ones, the likeliest first; ``false_share``: expected share of false ones among them;
-    ``scatter``: standard deviations of what is nothing wrong, by name; ``alone``: single visits that are wrong."""
+    ``scatter``: standard deviations of what is nothing wrong, by name; ``alone``: single visits that are wrong;
+    ``left_out``: why some recordings are not in it, a line each; ``looked_for``: by kinds of owner and cause, in how
+    many owners."""
 
     causes: tuple[Found, ...]
     false_share: float
@@ -83,6 +87,8 @@ class FleetInference(Summarized):
     alone: tuple[Found, ...] = field(default=(), repr=False)
     slopes: Number | None = field(default=None, repr=False)
     sizes: Number | None = field(default=None, repr=False)
+    left_out: tuple[str, ...] = ()
+    looked_for: Mapping[tuple[str, str], int] = field(default_factory=dict, repr=False)
 
     def summary(self) -> str:
         """How many visits, and every cause in a line."""
@@ -91,17 +97,14 @@ class FleetInference(Summarized):
             f"{len(self.fleet)} visits of {len(names['gauge'])} gauges to {len(names['machine'])} machines: "
             f"{len(self.causes)} causes, of which {self.false_share * len(self.causes):.1f} are expected to be false"
         )
-        return as_lines(first, *map(cause_line, self.causes))
+        return as_lines(first, *(cause_line(cause_dict(one)) for one in self.causes))
 
     def to_frame(self) -> pd.DataFrame:
         """One row per cause."""
         import pandas as pd
 
-        rows = [
-            {name: value for name, value in cause_dict(one, self.fleet).items() if not isinstance(value, list | dict)}
-            for one in self.causes
-        ]
-        return pd.DataFrame(rows)
+        rows = map(cause_dict, self.causes)
+        return pd.DataFrame([{name: value for name, value in row.items() if name != "instead"} for row in rows])
 
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON types."""
@@ -109,18 +112,40 @@ class FleetInference(Summarized):
             "format": FORMAT,
             "stepgauge": __version__,
             "visits": len(self.fleet),
+            "owners": {kind: len(names) for kind, names in self.fleet.names.items()},
             "expected_false_share": self.false_share,
-            "causes": [cause_dict(one, self.fleet) for one in self.causes],
+            "causes": [cause_dict(one) | {"settled_by": settled_by(one, self.fleet)} for one in self.causes],
+            "looked_for": [_looked_for(*key, count, self.causes) for key, count in self.looked_for.items()],
             "alone": [_alone(one, self.fleet) for one in self.alone],
             "in_order": dict(self.scatter),
+            "left_out": list(self.left_out),
         }
 
     def write(self, path: str | Path) -> list[Path]:
-        """Write the JSON file and, beside it, the report as Markdown; returns their paths."""
-        paths = [Path(path), Path(path).with_suffix(".md")]
-        write_json(paths[0], self.as_dict())
-        write_text(paths[1], "\n".join(report_lines(self)) + "\n")
-        return paths
+        """Write the JSON file and, beside it, the report; returns their paths.
+
+        The suffix says which report: ``.html``, ``.pdf``, or Markdown for ``.json`` and ``.md``.
+        """
+        from stepgauge.reports.fleet import fleet_story
+        from stepgauge.reports.render import markdown, write_report
+
+        places, said = report_places(path), self.as_dict()
+        with open_set():
+            write_json(places[0], said)
+            if places[1].suffix.lower() == ".md":
+                write_text(places[1], markdown(fleet_story(said, drawn=False)))
+            else:
+                write_report(places[1], fleet_story(said))
+        return places
+
+
+def report_places(path: str | Path) -> list[Path]:
+    """Where the JSON file and the report go (:class:`InputError` for a suffix that says neither)."""
+    target = Path(path)
+    if target.suffix.lower() not in (".json", ".md", ".html", ".pdf"):
+        raise InputError(path, "not a kind of report", found=repr(target.suffix), expected=".json, .md, .html or .pdf")
+    as_report = target.with_suffix(".md") if target.suffix.lower() == ".json" else target
+    return [target.with_suffix(".json"), as_report]
 
 
 def unit_of(owner_kind: str, kind: str) -> str:
@@ -128,27 +153,33 @@ def unit_of(owner_kind: str, kind: str) -> str:
     return fleet_priors().kinds[owner_kind][kind].unit
 
 
-def words_of(kind: str, where: str) -> str:
-    """What is wrong, in words."""
-    return WORDS[kind].format(where=WORN.get(where, where))
+def words_of(said: Mapping[str, Any]) -> str:
+    """What is wrong, in words, from a cause or a rival in JSON types."""
+    where = " at ".join(str(said[name]) for name in ("where", "at") if name in said)
+    return WORDS[said["kind"]].format(where=WORN.get(where, where))
 
 
-def cause_line(one: Found) -> str:
-    """Owner, what is wrong, size with U (k = 2), since when, probability."""
-    size = f"{one.size:+.3g} {unit_of(one.owner_kind, one.kind)} (U = {2.0 * one.u:.2g})"
-    others = ", ".join(
-        f"{rival.owner_kind} {rival.owner} ({words_of(rival.kind, rival.where)})" for rival in one.instead
-    )
-    either = f"; or instead: {others}" if others else ""
-    head = f"{one.owner_kind} {one.owner}: {words_of(one.kind, one.where)} {size}{_when(one)}"
-    return f"{head}, probability {one.probability:.3f}{either}"
+def owner_of(said: Mapping[str, Any]) -> str:
+    """``machine M3``, likewise."""
+    return f"{said['owner_kind']} {said['owner']}"
 
 
-def _when(one: Found) -> str:
-    if one.begin is None:
+def began(said: Mapping[str, Any]) -> str:
+    """Since when, likewise; empty where it was there in the first visit."""
+    if said["from"] is None:
         return ""
-    first, last = map(date_text, one.begin)
-    return f", growing from {first} on" if one.course == "growing" else f", since {first} to {last}"
+    if said["course"] == "growing":
+        return f"grows from {said['from']} on"
+    return f"between {said['from']} and {said['to']}"
+
+
+def cause_line(said: Mapping[str, Any]) -> str:
+    """Owner, what is wrong, size with U (k = 2), since when, probability, of a cause in JSON types."""
+    size = f"{said['size']:+.3g} {said['unit']} (U = {2.0 * said['u']:.2g})"
+    others = ", ".join(f"{owner_of(rival)} ({words_of(rival)})" for rival in said.get("instead", ()))
+    either = f"; or instead: {others}" if others else ""
+    since = f", {'' if said['course'] == 'growing' else 'began '}{began(said)}" if began(said) else ""
+    return f"{owner_of(said)}: {words_of(said)} {size}{since}, probability {said['probability']:.3f}{either}"
 
 
 def date_text(day: float) -> str:
@@ -156,27 +187,35 @@ def date_text(day: float) -> str:
     return (DAY_0 + datetime.timedelta(days=int(day))).isoformat()
 
 
-def cause_dict(one: Found, fleet: Crossing) -> dict[str, Any]:
+def cause_dict(one: Found) -> dict[str, Any]:
     """A cause in JSON types; ``where`` and ``instead`` only where there is something to say."""
     first, last = (None, None) if one.begin is None else map(date_text, one.begin)
-    said: dict[str, Any] = {"owner_kind": one.owner_kind, "owner": one.owner, "kind": one.kind}
-    if one.where:
-        said["where"] = one.where.split()[0] if one.kind == "local_scale" else one.where
-        if one.kind == "local_scale":
-            said["at"] = one.where.partition(" ")[2]
+    said = _named(one)
     numbers = {"size": one.size, "u": one.u, "unit": unit_of(one.owner_kind, one.kind), "probability": one.probability}
     said |= {"course": one.course, "from": first, "to": last, **numbers}
     if one.instead:
         said["instead"] = [_rival(rival) for rival in one.instead]
         said["would_settle"] = would_settle(one)
-    said["settled_by"] = settled_by(one, fleet)
     return said
 
 
+def _named(one: Found | Rival) -> dict[str, Any]:
+    """Whose, what and where; of a place of a scale the axis is ``where`` and the coordinate ``at``."""
+    said: dict[str, Any] = {"owner_kind": one.owner_kind, "owner": one.owner, "kind": one.kind}
+    where, _, at = one.where.partition(" ") if one.kind == "local_scale" else (one.where, "", "")
+    return said | ({"where": where} if where else {}) | ({"at": at} if at else {})
+
+
 def _rival(rival: Rival) -> dict[str, Any]:
-    where = {"where": rival.where} if rival.where else {}
-    named = {"owner_kind": rival.owner_kind, "owner": rival.owner, "kind": rival.kind}
-    return {**named, **where, "probability": rival.probability}
+    return _named(rival) | {"probability": rival.probability}
+
+
+def _looked_for(owner_kind: str, kind: str, count: int, causes: Sequence[Found]) -> dict[str, Any]:
+    """In how many owners a kind of cause was looked for, its usual size, and in how many it was named."""
+    prior = fleet_priors().kinds[owner_kind][kind]
+    named = {one.owner for one in causes if (one.owner_kind, one.kind) == (owner_kind, kind)}
+    place = {"owner_kind": owner_kind, "kind": kind, "owners": count, "named": len(named)}
+    return {**place, "usual": prior.usual, "unit": prior.unit}
 
 
 def _alone(one: Found, fleet: Crossing) -> dict[str, Any]:
@@ -223,48 +262,3 @@ def would_settle(one: Found) -> str:
 
 def _others(kinds: Mapping[str, str], mine: str) -> str:
     return " and ".join(f"{kind} {owner}" for kind, owner in kinds.items() if kind != mine)
-
-
-def report_lines(found: FleetInference) -> Iterator[str]:
-    """The report as Markdown."""
-    names = found.fleet.names
-    count = ", ".join(f"{len(names[kind])} {kind}s" for kind in ("machine", "type", "hall", "gauge", "probe"))
-    yield "# What the fleet tells"
-    yield ""
-    yield f"{len(found.fleet)} visits; {count}. Of the {len(found.causes)} causes below, "
-    yield f"{found.false_share * len(found.causes):.1f} are expected to be false. U: expanded uncertainty, k = 2."
-    yield ""
-    yield "| owner | what is wrong | size | U | unit | began | probability |"
-    yield "|---|---|---|---|---|---|---|"
-    for one in found.causes:
-        began = _when(one).removeprefix(", ") or "before the first visit"
-        cells = (f"{one.size:+.3g}", f"{2.0 * one.u:.2g}", unit_of(one.owner_kind, one.kind), began)
-        wrong = words_of(one.kind, one.where)
-        yield f"| {one.owner_kind} {one.owner} | {wrong} | {' | '.join(cells)} | {one.probability:.3f} |"
-    yield from _open_lines([one for one in found.causes if one.instead])
-    yield from _settled_lines(found)
-    yield from _order_lines(found)
-
-
-def _open_lines(left: Sequence[Found]) -> Iterator[str]:
-    if left:
-        yield from ("", "## What the fleet cannot tell apart", "")
-    for one in left:
-        rivals = ", ".join(f"{rival.owner_kind} {rival.owner} ({rival.probability:.2f})" for rival in one.instead)
-        mine = f"{one.owner_kind} {one.owner}, {words_of(one.kind, one.where)}"
-        yield f"- {mine}, or {rivals}. To settle it, {would_settle(one)}."
-
-
-def _settled_lines(found: FleetInference) -> Iterator[str]:
-    yield from ("", "## By which recordings", "")
-    for one in found.causes:
-        both = settled_by(one, found.fleet)
-        seen, unseen = (", ".join(f"{v['recording']} ({v['machine']}, {v['gauge']})" for v in both[k]) for k in both)
-        without = f"; without it: {unseen}" if unseen else ""
-        yield f"- {one.owner_kind} {one.owner}, {words_of(one.kind, one.where)}: {seen}{without}"
-
-
-def _order_lines(found: FleetInference) -> Iterator[str]:
-    yield from ("", "## What is nothing wrong", "", "Standard deviations, estimated over the fleet.", "")
-    for name, sd in found.scatter.items():
-        yield f"- {name}: {sd:.2g}"

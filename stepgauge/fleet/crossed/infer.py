@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stepgauge.fleet.crossed import numbers
 from stepgauge.fleet.crossed.answer import FleetInference, Number
 from stepgauge.fleet.crossed.background import Background
-from stepgauge.fleet.crossed.causes import VisitCandidates
+from stepgauge.fleet.crossed.causes import Cause, VisitCandidates
 from stepgauge.fleet.crossed.periodic import Periodic, find_periodic
 from stepgauge.fleet.crossed.priors import FleetPriors, fleet_priors
 from stepgauge.fleet.crossed.profiles import ProfileCandidates
@@ -45,7 +45,7 @@ def infer(visits: Sequence[Visit], gauges: Mapping[str, Gauge], priors: FleetPri
     fleet = make_crossing(visits, gauges)
     ladders = _with_shape(fleet, priors)
     flat = np.concatenate([ladder.um.ravel() for ladder in ladders])
-    shapes, periods, explained = _profiles(fleet, ladders, flat, priors)
+    shapes, periods, explained, tried = _profiles(fleet, ladders, flat, priors)
     left = _by_ladder(ladders, flat - explained)
     slopes = _slopes(fleet, ladders, left, priors)
     sizes = _sizes(fleet, ladders, left, priors)
@@ -53,7 +53,20 @@ def infer(visits: Sequence[Visit], gauges: Mapping[str, Gauge], priors: FleetPri
     kept = named([one for one in found if one.owner_kind != "visit"], priors)
     false = float(np.mean([1.0 - one.probability for one in kept])) if kept else 0.0
     alone = tuple(one for one in found if one.owner_kind == "visit")
-    return FleetInference(tuple(kept), false, {**slopes.scatter, **sizes.scatter}, fleet, alone, slopes, sizes)
+    looked = _looked_for(fleet, [*tried, *slopes.candidates.causes, *sizes.candidates.causes])
+    scatter = {**slopes.scatter, **sizes.scatter}
+    return FleetInference(tuple(kept), false, scatter, fleet, alone, slopes, sizes, looked_for=looked)
+
+
+def _looked_for(fleet: Crossing, causes: Sequence[Cause]) -> dict[tuple[str, str], int]:
+    """In how many owners each kind of cause was a candidate; periods and halls' days are looked for in all of them."""
+    owners: dict[tuple[str, str], set[str]] = {}
+    for one in causes:
+        if one.owner_kind != "visit":
+            owners.setdefault((one.owner_kind, one.kind), set()).add(one.owner)
+    for owner_kind, kind in (("type", "periodic"), ("machine", "periodic"), ("hall", "temperature")):
+        owners[owner_kind, kind] = set(fleet.names[owner_kind])
+    return {key: len(owners[key]) for key in sorted(owners)}
 
 
 def _with_shape(fleet: Crossing, priors: FleetPriors) -> list[Ladder]:
@@ -83,8 +96,8 @@ def _by_ladder(ladders: Sequence[Ladder], flat: Array) -> list[Array]:
 
 def _profiles(
     fleet: Crossing, ladders: list[Ladder], flat: Array, priors: FleetPriors
-) -> tuple[list[Found], list[Periodic], Array]:
-    """Blocks, worn blocks, places of scales and periods, each with the others taken off."""
+) -> tuple[list[Found], list[Periodic], Array, Sequence[Cause]]:
+    """Blocks, worn blocks, places of scales and periods, each with the others taken off, and what was tried."""
     candidates = ProfileCandidates(fleet, ladders, priors)
     mixture, stated = priors.sizes.mixture(), priors.decision.named
     dated: list[tuple[str, str, float]] = []
@@ -100,7 +113,7 @@ def _profiles(
             break
         if dated != before:
             candidates = ProfileCandidates(fleet, ladders, priors, dated)
-    return found, periods, shapes + waves
+    return found, periods, shapes + waves, candidates.causes
 
 
 def _by_visit(fleet: Crossing, ladders: Sequence[Ladder], flat: Array) -> Array:

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, fields
+from collections.abc import Mapping
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from stepgauge.errors import InputError
-from stepgauge.fleet.batches import Batch, batches
+from stepgauge.fleet.batches import Batch, Kept, opened
 from stepgauge.fleet.crossed.answer import FleetInference
 from stepgauge.fleet.crossed.infer import infer
 from stepgauge.fleet.crossed.statistics import PlacementStatistics, placement_statistics
 from stepgauge.fleet.crossed.visits import Visit
-from stepgauge.fleet.evaluating import BATCH, PORTION, in_portions, left_over
 from stepgauge.fleet.results import Results
 from stepgauge.fleet.schema import arrow_library
 from stepgauge.fleet.store import Fleet
+from stepgauge.fleet.working import Progress, work_in_batches
 from stepgauge.gauge.certified import Gauge
-from stepgauge.work.run import run
 from stepgauge.work.task import Engine
 
 TABLE = "statistics"
@@ -29,31 +28,21 @@ UNKNOWN = "?"
 """Stands for an owner that was not stated, with the machine behind it: nobody is known to share it."""
 
 
-def work_out_statistics(fleet: Fleet, engine: Engine, progress: Callable[[int, int], None] | None = None) -> list[str]:
+def work_out_statistics(fleet: Fleet, engine: Engine, progress: Progress | None = None) -> list[str]:
     """The statistics of the recordings that have none; returns why some cannot be had, a line each."""
-    table = Results(fleet, TABLE)
-    keys, errors = left_over(fleet, table), list[str]()
-    told = None if progress is None else (lambda done: progress(min(done * BATCH, len(keys)), len(keys)))
-    outcomes = run(statistics_batch, batches(fleet, keys, BATCH), engine, progress=told)
-    for some in in_portions(outcomes, PORTION // BATCH):
-        done = [row for one in some if not one.error for row in one.value]
-        if done:
-            table.put(done)
-        errors += [row["error"] for row in done if row["error"]]
-        errors += [f"{BATCH} recordings from {one.key} on: {one.error}" for one in some if one.error]
-    return errors
+    return work_in_batches(Results(fleet, TABLE), engine, statistics_batch, progress)
 
 
-def statistics_batch(batch: Batch) -> list[dict[str, Any]]:
-    """Rows of a batch, one for each placement, or one with the error."""
-    rows: list[dict[str, Any]] = []
+def statistics_batch(given: Batch | Kept) -> Any:
+    """Rows of a batch as an Arrow table, one for each placement, or one with the error."""
+    batch, rows = opened(given), list[dict[str, Any]]()
     for one in batch.stored:
         try:
             found = placement_statistics(one.recording(), batch.gauge(one), batch.machine(one))
             rows += [{"recording": one.key, "error": "", **_plain(placed)} for placed in found]
         except InputError as error:
             rows.append({"recording": one.key, "error": error.as_typed(), **dict.fromkeys(NAMES)})
-    return rows
+    return arrow_library().Table.from_pylist(rows)
 
 
 def _plain(placed: PlacementStatistics) -> dict[str, Any]:
@@ -114,10 +103,8 @@ def _visit(row: Mapping[str, Any], names: Mapping[tuple[str, str], str]) -> Visi
     )
 
 
-def infer_store(
-    store: str | Path, engine: Engine, progress: Callable[[int, int], None] | None = None
-) -> tuple[FleetInference, list[str]]:
-    """The inference over a store, and why some recordings are not in it, a line each.
+def infer_store(store: str | Path, engine: Engine, progress: Progress | None = None) -> FleetInference:
+    """The inference over a store; its ``left_out`` says why some recordings are not in it, a line each.
 
     Raises
     ------
@@ -130,4 +117,4 @@ def infer_store(
     if not visits:
         reason = errors[0] if errors else "no recordings"
         raise InputError(store, reason, expected="recordings that were added with their machine file")
-    return infer(visits, gauges), errors
+    return replace(infer(visits, gauges), left_out=tuple(errors))

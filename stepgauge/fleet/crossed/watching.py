@@ -1,0 +1,78 @@
+"""What watching a fleet gives: what needs a look in lines, all of it as a table, the feed and its figure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stepgauge.files.outputs import open_set
+from stepgauge.files.shown import Summarized, as_lines, figures
+from stepgauge.fleet.crossed.answer import FleetInference, date_text
+from stepgauge.fleet.crossed.feed import make_feed, write_feed
+from stepgauge.fleet.crossed.watch import Watched, watch
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+LIMITS = ("scale", "squareness", "reversal", "certificate_scale", "wear")
+"""What a limit can be stated for, in um/m, urad, um, um/m and um."""
+DUE_SHOWN = 10
+
+
+@dataclass(frozen=True)
+class FleetWatch(Summarized):
+    """``watched``: every quantity of every machine and gauge; ``limits``: maximum permissible sizes by name; ``risk``:
+    accepted probability of being out of them; ``left_out``: why some recordings are not in it, a line each."""
+
+    watched: tuple[Watched, ...]
+    limits: Mapping[str, float]
+    risk: float
+    left_out: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, found: FleetInference, limits: Mapping[str, float], risk: float) -> FleetWatch:
+        """What an inference leaves of every visit, watched over the years."""
+        return cls(tuple(watch(found, limits, risk)), dict(limits), risk, found.left_out)
+
+    def summary(self) -> str:
+        """What changed, drifts, is beside its peers or out of limits, and the next that are due."""
+        said = [line for one in self.watched if (line := _line(one))] + list(self._due())
+        owners = len({(one.owner_kind, one.owner) for one in self.watched})
+        return as_lines(
+            *(said or ["nothing changed, nothing due"]),
+            f"{len(self.watched)} quantities of {owners} machines and gauges",
+        )
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per quantity: level on the last day with its standard uncertainty in ``unit``, rate in a year."""
+        import pandas as pd
+
+        rows = [
+            one.model_dump(exclude={"history", "changes"})
+            for one in make_feed(self.watched, self.limits, self.risk).quantities
+        ]
+        return pd.json_normalize(rows, sep="_").drop(columns=["peers", "limit"], errors="ignore")
+
+    def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
+        """Write ``watch.json``, its schema, ``watch.csv`` and the figure (png, svg, pdf); returns the paths."""
+        with open_set():
+            path = Path(folder) / f"watch.{figure}"
+            figures("fleet").draw_watch(path, self.watched)
+            return [*write_feed(folder, self.watched, self.limits, self.risk), path]
+
+    def _due(self) -> Iterator[str]:
+        due = [(one.due, one) for one in self.watched if one.due is not None]
+        for day, one in sorted(due, key=lambda pair: pair[0])[:DUE_SHOWN]:
+            yield f"due {date_text(day)}: {one.owner_kind} {one.owner} ({one.quantity})"
+
+
+def _line(one: Watched) -> str:
+    """What of a quantity needs a look, empty where nothing does."""
+    said = [f"changed between {date_text(first)} and {date_text(last)}" for first, last in one.changes]
+    said += [f"drifts by {one.rate:+.3g} {one.unit} a year (U = {2.0 * one.u_rate:.2g})"] if one.drifts else []
+    said += [f"beside its peers ({one.peers[0]:+.3g} {one.unit})"] if one.leaves_peers and one.peers else []
+    said += [one.outcome] if one.outcome is not None and one.outcome != "conforms" else []
+    size = f"{one.level[-1]:+.3g} {one.unit} (U = {2.0 * one.u[-1]:.2g})"
+    return f"{one.owner_kind} {one.owner} {one.quantity} {size}: {', '.join(said)}" if said else ""
