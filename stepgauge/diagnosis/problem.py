@@ -32,7 +32,7 @@ def make_problem(data: Residuals, priors: Priors, without: Collection[str] = ())
     scatters = Scatters(bare, priors)
     metric = Metric(bare, scatters.plain(), scatters, bare.within_um)
     laws = law_candidates(data, priors, metric, without)
-    candidates = (*laws, *form_candidates(data, priors, bare.scale_um))
+    candidates = (*laws, *form_candidates(data, priors, bare.scale_um * bare.typical))
     return replace(bare, candidates=candidates, in_part=laws_in_parts(data, priors))
 
 
@@ -57,7 +57,8 @@ def bare_problem(data: Residuals, independent: bool = False) -> Problem:
         candidates=(),
     )
     # a machine file may say that readings repeat perfectly, and means that it does not know
-    return problem if stated_um > 0.0 else replace(problem, scale_um=problem.within_um)
+    scale_um = stated_um if stated_um > 0.0 else problem.within_um
+    return replace(problem, scale_um=scale_um, stated=1.0 + (data.grown_um / scale_um) ** 2)
 
 
 def _growing(data: Residuals) -> dict[str, Array]:
