@@ -1,7 +1,7 @@
 """What is known after a run, and which run would tell most per minute: the rules by which an investigation goes on.
 
 It ends when the answer stands (its odds are at least those asked for, the gauge was laid in two directions, and no run
-within reach would probably show anything that is hidden so far), or when no run within reach tells enough.
+within reach would probably show anything that is hidden so far and matters), or when no run within reach tells enough.
 """
 
 from __future__ import annotations

@@ -74,7 +74,7 @@ def foresee(found: Searched, possible: Sequence[Hypothesis], priors: Priors, run
             continue
     h = len(possible)
     apart_um = np.max([one.apart_um for one in every], axis=0) if every else np.zeros((h + 1, h + 1))
-    least_um = min(SHARE * float(apart_um[0, -1]), _uncertain_um(found))
+    least_um = min(SHARE * float(apart_um[0, -1]), _uncertain_um(found)) if possible[0].parts else 0.0
     return Foresight(tuple(every), tuple(possible), least_um, answers(possible, apart_um, least_um))
 
 
