@@ -1,7 +1,7 @@
 """What is known after a run, and which run would tell most per minute: the rules by which an investigation goes on.
 
 It ends when the answer stands (its odds are at least those asked for, the gauge was laid in two directions, and no run
-within reach would probably show anything that is hidden so far and matters), or when no run within reach tells enough.
+within reach tells enough of what is hidden so far and matters), or when no run within reach tells enough.
 """
 
 from __future__ import annotations
@@ -186,8 +186,8 @@ def decide(case: Case, learnt: Learnt, placements: Sequence[Placement]) -> End |
     """The end, or the runs to propose, the best first."""
     stands = _stands(case, learnt) and directions(placements) > 1
     worth = [one for one in learnt.rated if one.nats >= LEAST_NATS]
-    hidden = max((one.hidden.chance for one in learnt.rated), default=0.0)
-    if stands and hidden <= 1.0 - case.sure and learnt.settled >= case.sure:
+    shown = any(one.hidden.nats >= LEAST_NATS for one in learnt.rated)
+    if stands and learnt.settled >= case.sure and not shown:
         return End(how(learnt.diagnosis), "the answer stands", True)
     if worth:
         return worth

@@ -1,21 +1,24 @@
-"""Which companions make another answer, and that a law whose size does not matter is not waited for."""
+"""Which companions make another answer, when an answer ends it, and that what does not matter is not waited for."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from stepgauge.diagnosis.laws import law_candidates
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
-from stepgauge.diagnosis.runs import lengthened
-from stepgauge.investigation.hidden import unseen
+from stepgauge.diagnosis.runs import ExtraRun, lengthened
+from stepgauge.investigation.deciding import NOTHING, End, Learnt, Rated, decide
+from stepgauge.investigation.hidden import Unseen, unseen
 from stepgauge.investigation.hypotheses import Hypothesis, Part
 from stepgauge.investigation.matters import Foresight, answers
 from tests.diagnosis.made import ALONG_Y, gauge, machine, record
+from tests.investigation.made import lies_along_y, small_case
 
 
 @dataclass(frozen=True)
@@ -69,6 +72,41 @@ def test_beside_nothing_everything_matters() -> None:
     found = told(0.0)
     assert len(set(found.answers)) == len(POSSIBLE)
     assert found.settled == 0.5
+
+
+def learnt(settled: float, own: float, share_um: float, hidden: Unseen) -> Any:
+    """After a run: one large cause at odds of 100 to 1, and a second finding."""
+    shares = ((0.99, 3.0), (own, share_um))
+    findings = [
+        SimpleNamespace(own=p, share_um=np.full(2, um), confounded_with=(), alternatives=()) for p, um in shares
+    ]
+    data = SimpleNamespace(without_origins=lambda um: um)
+    diagnosis: Any = SimpleNamespace(verdict="effects", findings=findings, data=data)
+    run = ExtraRun("the gauge as it lies, once more", lies_along_y(), stays=True)
+    return Learnt(diagnosis, (), (Rated(run, 2.0, 2.0, 0.02, (), hidden),), (), settled, 0.3)
+
+
+SHOWN = Unseen(("squareness",), np.array([1.0 / 60.0]), np.array([0.05]))
+"""What a run would show that a squareness needs."""
+
+
+@pytest.mark.parametrize(
+    ("settled", "own", "share_um", "hidden", "ends"),
+    [
+        (0.97, 0.6, 0.2, NOTHING, "the answer stands"),
+        (0.97, 0.6, 0.5, NOTHING, "no run within reach tells enough"),
+        (0.90, 0.99, 0.5, NOTHING, "no run within reach tells enough"),
+        (0.97, 0.99, 0.5, SHOWN, None),
+    ],
+)
+def test_an_answer_ends_it_at_its_odds_where_nothing_that_matters_is_hidden(
+    settled: float, own: float, share_um: float, hidden: Unseen, ends: str | None
+) -> None:
+    """A small second finding need not have the odds; a squareness that only another run shows is waited for."""
+    case, here = small_case(), lies_along_y()
+    across = replace(here, axis=np.array([1.0, 0.0, 0.0]))
+    found = decide(case, learnt(settled, own, share_um, hidden), [here, across])
+    assert (found.why if isinstance(found, End) else None) == ends
 
 
 def test_a_law_counts_as_hidden_as_far_as_it_may_still_matter() -> None:
