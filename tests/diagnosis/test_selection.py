@@ -130,16 +130,21 @@ def test_scatter_that_grows_with_time_is_named() -> None:
     assert found.findings[0].parameters["rate"].value == pytest.approx(1.5 / hours.max(), rel=0.3)
 
 
-@pytest.mark.parametrize(("stated", "named"), [(5.0, []), (1.0, ["noise_growth"])])
+@pytest.mark.parametrize(
+    ("stated", "noise_um", "named"), [(5.0, NOISE_UM, []), (5.0, 0.0, []), (1.0, NOISE_UM, ["noise_growth"])]
+)
 def test_scatter_that_grows_as_the_machine_file_states_is_not_named_and_what_is_beyond_is(
-    stated: float, named: list[str]
+    stated: float, noise_um: float, named: list[str]
 ) -> None:
-    """Grown by 5 um/m in truth; what is named adds to what is stated, in quadrature."""
+    """Grown by 5 um/m in truth; what is named adds to what is stated, in quadrature.
+
+    A repeatability of nothing means that it is not known.
+    """
     recording, _ = made("growth")
     known = {**GROWTH[0], "rate": stated}
-    found = diagnose(recording, gauge(), machine((known,)))
+    found = diagnose(recording, gauge(), machine((known,), noise_um))
     assert names(found) == named
-    scatter_um = np.hypot(0.3, 5e-3 * found.data.probings.certified_mm())
+    scatter_um = np.hypot(NOISE_UM, 5e-3 * found.data.probings.certified_mm())
     assert np.median(found.noise.by_row_um / scatter_um) == pytest.approx(1.0, abs=0.15)
     for one in found.findings:
         assert one.parameters["rate"].value == pytest.approx(np.sqrt(5.0**2 - stated**2), rel=0.15)
