@@ -21,7 +21,6 @@ from stepgauge.diagnosis.result import Check
 Array = NDArray[np.float64]
 ALLOWED = 4.0
 """Standard deviations up to which a part passes: four parts of a thousand recordings fail one by chance in four."""
-FEWEST_DOF = 8
 
 
 def predictive_checks(problem: Problem, state: State, metric: Metric) -> tuple[Check, ...]:
@@ -52,11 +51,9 @@ def _checks(problem: Problem, state: State, independent: Array) -> Iterator[Chec
     chance = float(np.log(2.0 * n) + special.log_ndtr(-largest))
     rows = 0.0 if chance > np.log(0.5) else -float(special.ndtri_exp(chance))
     yield _check("rows", rows, f"the largest residual is {largest:.1f} standard deviations")
-    count = np.bincount(problem.group)
-    dof = int((count - 1).sum())
-    if dof >= FEWEST_DOF and state.scatter.weight.min() > 0.5:
-        mean = np.bincount(problem.group, state.left_um) / np.maximum(count, 1)
-        within = float(np.sqrt(((state.left_um - mean[problem.group]) ** 2).sum() / dof))
+    within = problem.repeating_um(state.left_um)
+    if within is not None and state.scatter.weight.min() > 0.5:
+        dof = int((np.bincount(problem.group) - 1).sum())
         ratio = state.sigma_um / max(within, 1e-12)
         words = f"standard deviation {within:.3g} um of repeats, {state.sigma_um:.3g} um of all rows about the model"
         yield _check("repeats", float(np.log(ratio)) * np.sqrt(2.0 * dof), words)

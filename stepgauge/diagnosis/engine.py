@@ -241,12 +241,17 @@ def _noise(model: Model, searched: Residuals, data: Residuals) -> Noise:
     """The scatter of every row in the stated model."""
     state, scatter = model.state, model.state.scatter
     relative = np.sqrt(model.metric.rows.scale**-2.0 * scatter.weight)
-    by_row = state.sigma_um * relative
+    by_row, typical_um = state.sigma_um * relative, state.sigma_um * bare_problem(data).typical
     outliers = np.flatnonzero(scatter.outlying > SURE_OUTLIER) if scatter.outlying is not None else np.zeros(0, int)
     by_row[outliers] = np.inf
     if len(searched) < len(data):
-        by_row, outliers = np.full(len(data), state.sigma_um), np.zeros(0, int)
-    return Noise(state.sigma_um, by_row, max(_degrees(data), 1), outliers, _repeated(data))
+        by_row, outliers = _stated_um(data, state.sigma_um), np.zeros(0, int)
+    return Noise(typical_um, by_row, max(_degrees(data), 1), outliers, _repeated(data))
+
+
+def _stated_um(data: Residuals, sigma_um: float) -> Array:
+    """The scatter of every row where nothing but what the machine file states makes it grow."""
+    return sigma_um * np.sqrt(bare_problem(data).stated) * np.ones(len(data))
 
 
 def _of_scatter(
@@ -263,7 +268,7 @@ def _of_scatter(
         named.append(Finding("outliers", "outliers", None, {"rows": rows}, estimate, p, np.zeros(len(data)), own=p))
     p = answer.probability_of_scatter("growth")
     if p >= stated and scatter.growth is not None:
-        named.append(_growing(scatter, model.state.sigma_um, p, data))
+        named.append(_growing(scatter, noise.sigma_um, p, data))
     p = answer.probability_of_scatter("correlation")
     if p >= stated and scatter.correlation:
         words = f"the scatter is correlated, with {scatter.correlation:g} between consecutive probings"
@@ -301,7 +306,7 @@ def _span(per: str, data: Residuals) -> float:
 def _fit(data: Residuals, noise: Noise, told: Sequence[Finding]) -> Fit:
     """Agreement before and after; chi-square by the repeatability, which does not depend on a model."""
     problem = bare_problem(data)
-    sigma_um = problem.within_um if noise.repeats else noise.sigma_um
+    sigma_um = problem.within_um if noise.repeats else noise.sigma_um / problem.typical
     scatters = Scatters(problem, shipped_priors())
     metric = Metric(problem, scatters.plain(), scatters, sigma_um)
     used = np.isfinite(noise.by_row_um)
@@ -336,7 +341,8 @@ def _rms(values: Array) -> float:
 def _insufficient(data: Residuals) -> Diagnosis:
     problem = bare_problem(data)
     sigma = problem.within_um
-    noise = Noise(sigma, np.full(len(data), sigma), max(_degrees(data), 0), np.zeros(0, np.intp), _repeated(data))
+    by_row, none = _stated_um(data, sigma), np.zeros(0, np.intp)
+    noise = Noise(sigma * problem.typical, by_row, max(_degrees(data), 0), none, _repeated(data))
     fit = _fit(data, noise, [])
     return Diagnosis("insufficient", (), (), (), fit, noise, data, data.um, data.um, ())
 

@@ -22,6 +22,8 @@ from stepgauge.recording import POSITION
 Array = NDArray[np.float64]
 LEAST_GAP = 0.2
 """Least time between neighbours over the typical one: readings with equal times are not one reading."""
+LEFT = np.geomspace(0.03, 1.0, 36)
+"""Shares of the scatter of repeats that may be left beside its stated growth, where no repeatability is stated."""
 STEP_GRAIN_UM = 0.01
 """A resolution finer than this counts as none."""
 
@@ -32,7 +34,7 @@ def make_problem(data: Residuals, priors: Priors, without: Collection[str] = ())
     scatters = Scatters(bare, priors)
     metric = Metric(bare, scatters.plain(), scatters, bare.within_um)
     laws = law_candidates(data, priors, metric, without)
-    candidates = (*laws, *form_candidates(data, priors, bare.scale_um))
+    candidates = (*laws, *form_candidates(data, priors, bare.scale_um * bare.typical))
     return replace(bare, candidates=candidates, in_part=laws_in_parts(data, priors))
 
 
@@ -57,7 +59,20 @@ def bare_problem(data: Residuals, independent: bool = False) -> Problem:
         candidates=(),
     )
     # a machine file may say that readings repeat perfectly, and means that it does not know
-    return problem if stated_um > 0.0 else replace(problem, scale_um=problem.within_um)
+    scale_um = stated_um if stated_um > 0.0 else _left_um(problem, data.grown_um)
+    return replace(problem, scale_um=scale_um, stated=1.0 + (data.grown_um / scale_um) ** 2)
+
+
+def _left_um(problem: Problem, grown_um: Array | float) -> float:
+    """The most likely scatter of repeats beside its stated growth, um."""
+    if not np.any(grown_um):
+        return problem.within_um
+    count = np.bincount(problem.group)[problem.group]
+    mean = np.bincount(problem.group, problem.um)[problem.group] / count
+    square = (problem.um - mean) ** 2 * count / np.maximum(count - 1, 1)
+    left_um = problem.within_um * LEFT
+    variance = (left_um[:, None] ** 2 + np.square(grown_um))[:, count > 1]
+    return float(left_um[(np.log(variance) + square[count > 1] / variance).sum(axis=1).argmin()])
 
 
 def _growing(data: Residuals) -> dict[str, Array]:

@@ -10,6 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.effects import Probings, Setting, along_approach_um
+from stepgauge.effects.totals import scatter_um
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
@@ -34,7 +35,8 @@ class Residuals:
     that effects use, with the simulated coordinates, since a recorded coordinate contains the residual itself;
     ``frame``: the recording, rows as in the file. Of a recording without a gauge, ``unknown (p, n)``: nuisance columns
     of which nothing is known, in place of the origins; ``turn_mm``: a turn of a rotary axis;
-    ``shortest_mm``: the shortest period along an axis that is looked for.
+    ``shortest_mm``: the shortest period along an axis that is looked for; ``grown_um (n,)``: standard deviation that
+    effects in the machine file add to the repeatability.
     """
 
     um: Array
@@ -48,6 +50,7 @@ class Residuals:
     unknown: Array | None = None
     turn_mm: float | None = None
     shortest_mm: float = SHORTEST_MM
+    grown_um: Array | float = 0.0
 
     def __len__(self) -> int:
         return len(self.um)
@@ -109,6 +112,7 @@ class Residuals:
             probings=Probings(pd.DataFrame(columns), self.probings.setting),
             frame=frame,
             unknown=None if self.unknown is None else self.unknown[:, rows],
+            grown_um=np.broadcast_to(self.grown_um, rows.shape)[rows],
         )
 
     @property
@@ -153,12 +157,15 @@ def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) ->
     radius_mm = machine.probe.tip_radius_mm - machine.sensor.pretravel_um(approach) * 1e-3
     simulated_mm = certified_mm(recording, gauge, face) - along * radius_mm
     um = ((position * axis).sum(axis=1) - simulated_mm) * along * 1e3
-    for effect in machine_effects(machine):
+    effects = machine_effects(machine)
+    for effect in effects:
         um = um - along_approach_um(effect, probings)
     side = np.sign(along)
     um = um - side * _origin(um * side, placement)[placement]
     simulated = frame.assign(**dict(zip(POSITION, (position - um[:, None] * 1e-3 * approach).T, strict=True)))
-    return Residuals(um, side, placement, face, Probings(simulated, setting), frame, gauge, machine)
+    grown_um = scatter_um(effects, probings, 0.0)[-1]
+    seen = Probings(simulated, setting)
+    return Residuals(um, side, placement, face, seen, frame, gauge, machine, grown_um=grown_um)
 
 
 def _origin(along_um: Array, placement: NDArray[np.intp]) -> Array:

@@ -34,7 +34,7 @@ Verdict = Literal["adequate", "effects", "unknown", "insufficient"]
 class Noise:
     """Scatter of a single probing.
 
-    ``sigma_um``: standard deviation of an ordinary row; ``by_row_um (n,)``: of each row, infinite for outliers;
+    ``sigma_um``: standard deviation of a typical row; ``by_row_um (n,)``: of each row, infinite for outliers;
     ``dof``: its degrees of freedom; ``outliers``: indices of rows; ``repeats``: whether faces were repeated.
     """
 

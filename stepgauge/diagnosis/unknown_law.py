@@ -101,8 +101,8 @@ def model_unknown(diagnosis: Diagnosis) -> list[UnknownLaw]:
     told = [one for one in diagnosis.unexplained if one.form not in (*SCATTER, UNDETERMINED)]
     if not told:
         return []
-    data, sigma_um = diagnosis.data, diagnosis.noise.sigma_um
-    problem = bare_problem(data)
+    data, problem = diagnosis.data, bare_problem(diagnosis.data)
+    sigma_um = diagnosis.noise.sigma_um / problem.typical
     scatters = Scatters(problem, shipped_priors())
     metric, left, laws = Metric(problem, scatters.plain(), scatters, sigma_um), diagnosis.after_um, []
     used = np.isfinite(diagnosis.noise.by_row_um)

@@ -1,7 +1,7 @@
 """What is known after a run, and which run would tell most per minute: the rules by which an investigation goes on.
 
 It ends when the answer stands (its odds are at least those asked for, the gauge was laid in two directions, and no run
-within reach would probably show anything that is hidden so far), or when no run within reach tells enough.
+within reach tells enough of what is hidden so far and matters), or when no run within reach tells enough.
 """
 
 from __future__ import annotations
@@ -13,17 +13,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.engine import Searched, diagnose_with_search
+from stepgauge.diagnosis.engine import diagnose_with_search
 from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
-from stepgauge.diagnosis.residuals import Residuals, make_residuals
+from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Diagnosis
-from stepgauge.diagnosis.runs import ExtraRun, Lengthened, lengthened
+from stepgauge.diagnosis.runs import ExtraRun, lengthened
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
-from stepgauge.investigation.gain import distances, information
+from stepgauge.investigation.gain import information
 from stepgauge.investigation.hidden import Unseen, unseen
-from stepgauge.investigation.hypotheses import Hypothesis, Predicting, hypotheses
+from stepgauge.investigation.hypotheses import Hypothesis, hypotheses
+from stepgauge.investigation.matters import Foreseen, Foresight, foresee
 from stepgauge.investigation.reach import Costed, Reach, directions, possible_runs, run_json, with_minutes
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
@@ -96,13 +97,16 @@ class Rated:
 class Learnt:
     """The diagnosis of all runs so far, and the further runs, the one that tells most per minute first.
 
-    ``late``: runs that the time left is too short for, which are not rated.
+    ``late``: runs that the time left is too short for, which are not rated; ``settled``: probability of the most
+    probable answer; ``matters_um``: what displaces no reading by more makes no other answer of it.
     """
 
     diagnosis: Diagnosis
     possible: tuple[Hypothesis, ...]
     rated: tuple[Rated, ...]
     late: tuple[ExtraRun, ...] = ()
+    settled: float = 0.0
+    matters_um: float = 0.0
 
 
 def learn(
@@ -126,9 +130,10 @@ def learn(
     late = tuple(one.run for one in costed if one.minutes > left_minutes)
     if found is None:
         return Learnt(diagnosis, (), tuple(_unrated(in_time)), late)
-    possible = hypotheses(found)
-    rated = rate(case, found, possible, data, in_time)
-    return Learnt(diagnosis, tuple(possible), tuple(sorted(rated, key=lambda one: -one.nats / one.minutes)), late)
+    more = lengthened(data, found.model.state.sigma_um, [one.run for one in in_time])
+    foresight = foresee(found, hypotheses(found), case.priors, more)
+    rated = sorted(rate(case, foresight, len(data), in_time), key=lambda one: -one.nats / one.minutes)
+    return Learnt(diagnosis, foresight.possible, tuple(rated), late, foresight.settled, foresight.matters_um)
 
 
 def _unrated(runs: Sequence[Costed]) -> list[Rated]:
@@ -137,50 +142,35 @@ def _unrated(runs: Sequence[Costed]) -> list[Rated]:
     return sorted(rated, key=lambda one: one.minutes)
 
 
-def rate(
-    case: Case, found: Searched, possible: Sequence[Hypothesis], data: Residuals, runs: Sequence[Costed]
-) -> list[Rated]:
-    """What each run would tell; runs that cannot be computed are left out."""
+def rate(case: Case, foresight: Foresight, n_old: int, runs: Sequence[Costed]) -> list[Rated]:
+    """What each run would tell that follows ``n_old`` readings; runs that cannot be computed are left out."""
     costs = {one.run.words: one for one in runs}
-    predicting = Predicting(found, possible, case.priors)
-    named = {part.candidate.label for part in possible[0].parts}
+    named = {part.candidate.label for part in foresight.possible[0].parts}
     rated = []
-    for more in lengthened(data, found.model.state.sigma_um, [one.run for one in runs]):
+    for one in foresight.runs:
+        nats, told = _of_rivals(foresight, one)
         try:
-            nats, told = _of_rivals(possible, predicting, more, len(data))
-            hidden = unseen(more, len(data), case.priors, case.without, named) if _is_new(more.run) else NOTHING
+            hidden = _of_hidden(case, foresight, one, n_old, named)
         except InputError:
             continue
-        rated.append(Rated(*costs[more.run.words], nats, told, hidden))
+        rated.append(Rated(*costs[one.more.run.words], nats, told, hidden))
     return rated
 
 
-def _is_new(run: ExtraRun) -> bool:
-    """Whether a run may show what those before were blind to: elsewhere, or at another speed."""
-    return not run.stays or run.speed_mm_s is not None
+def _of_hidden(case: Case, foresight: Foresight, one: Foreseen, n_old: int, named: Collection[str]) -> Unseen:
+    """What a run may show that those before were blind to: elsewhere, or at another speed."""
+    run = one.more.run
+    if run.stays and run.speed_mm_s is None:
+        return NOTHING
+    return unseen(one.more, n_old, case.priors, case.without, named, foresight.matters_um)
 
 
-def _of_rivals(
-    possible: Sequence[Hypothesis], predicting: Predicting, more: Lengthened, n_old: int
-) -> tuple[float, tuple[str, ...]]:
-    """Expected information about the answer, nats, and the rivals that the run tells from the leading one.
-
-    Hypotheses with the same laws are one answer: which form an unknown rest has is not asked for.
-    """
-    p = np.array([one.probability for one in possible])
-    new = np.arange(len(more.data)) >= n_old
-    distance = distances(predicting(more), new, more.metric)
-    answer = [_answer(one) for one in possible]
-    same = np.array([[one == other for other in answer] for one in answer])
-    told = tuple(
-        one.words for one, d, alike in zip(possible, distance[0], same[0], strict=True) if d > TOLD_APART and not alike
-    )
-    return information(p, np.where(same, 0.0, distance)), told[:SHOWN]
-
-
-def _answer(one: Hypothesis) -> tuple[frozenset[str], bool]:
-    laws = frozenset(part.candidate.source.label for part in one.parts if part.candidate.named)
-    return laws, any(not part.candidate.named for part in one.parts)
+def _of_rivals(foresight: Foresight, one: Foreseen) -> tuple[float, tuple[str, ...]]:
+    """Expected information about the answer, nats, and the rivals that the run tells from the leading one."""
+    p = np.array([each.probability for each in foresight.possible])
+    distance = np.where(foresight.same, 0.0, one.distance)
+    told = tuple(rival.words for rival, d in zip(foresight.possible, distance[0], strict=True) if d > TOLD_APART)
+    return information(p, distance), told[:SHOWN]
 
 
 @dataclass(frozen=True)
@@ -194,10 +184,10 @@ class End:
 
 def decide(case: Case, learnt: Learnt, placements: Sequence[Placement]) -> End | list[Rated]:
     """The end, or the runs to propose, the best first."""
-    stands = _stands(case, learnt.diagnosis) and directions(placements) > 1
+    stands = _stands(case, learnt) and directions(placements) > 1
     worth = [one for one in learnt.rated if one.nats >= LEAST_NATS]
-    hidden = max((one.hidden.chance for one in learnt.rated), default=0.0)
-    if stands and hidden <= 1.0 - case.sure and not _unsettled(case, learnt):
+    shown = any(one.hidden.nats >= LEAST_NATS for one in learnt.rated)
+    if stands and learnt.settled >= case.sure and not shown:
         return End(how(learnt.diagnosis), "the answer stands", True)
     if worth:
         return worth
@@ -208,21 +198,16 @@ def decide(case: Case, learnt: Learnt, placements: Sequence[Placement]) -> End |
     return End(how(learnt.diagnosis), why, stands)
 
 
-def _stands(case: Case, diagnosis: Diagnosis) -> bool:
-    """Whether everything that is said has the odds that were asked for."""
+def _stands(case: Case, learnt: Learnt) -> bool:
+    """Whether everything that is said, and matters, has the odds that were asked for."""
+    diagnosis = learnt.diagnosis
     if diagnosis.verdict == "adequate":
         return bool(diagnosis.odds["adequate"] >= case.sure)
     if diagnosis.verdict != "effects":
         return False
-    return all(one.own >= case.sure for one in diagnosis.findings)
-
-
-def _unsettled(case: Case, learnt: Learnt) -> bool:
-    """Whether rivals of what is said hold more probability than the odds leave."""
-    answers: dict[Any, float] = {}
-    for one in learnt.possible:
-        answers[_answer(one)] = answers.get(_answer(one), 0.0) + one.probability
-    return max(answers.values(), default=0.0) < case.sure
+    largest_um = (np.abs(diagnosis.data.without_origins(one.share_um)).max() for one in diagnosis.findings)
+    told = zip(diagnosis.findings, largest_um, strict=True)
+    return all(one.own >= case.sure or 0.0 < um < learnt.matters_um for one, um in told)
 
 
 def how(diagnosis: Diagnosis) -> str:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from stepgauge.diagnosis.laws import law_candidates
 from stepgauge.diagnosis.posterior.metric import Metric
@@ -24,6 +25,7 @@ from stepgauge.diagnosis.posterior.problem import Law
 from stepgauge.diagnosis.runs import Lengthened, plain_metric
 
 Array = NDArray[np.float64]
+TINY = 1e-300
 SHAPES = 12
 """Shapes of a law that are looked at, spread over all: a mean over them is asked for, no more."""
 
@@ -62,22 +64,28 @@ class Unseen:
 
 
 def unseen(
-    more: Lengthened, n_old: int, priors: Priors, without: Collection[str] = (), named: Collection[str] = ()
+    more: Lengthened,
+    n_old: int,
+    priors: Priors,
+    without: Collection[str] = (),
+    named: Collection[str] = (),
+    least_um: float = 0.0,
 ) -> Unseen:
     """Laws that a run may show, where the recording so far is its first ``n_old`` rows.
 
-    ``without``: kinds that are known not to be there; ``named``: labels of laws that are there.
+    ``without``: kinds that are known not to be there; ``named``: labels of laws that are there; ``least_um``: laws that
+    displace no reading by more do not count.
     """
     old = np.arange(len(more.data)) < n_old
     before = plain_metric(more.data.at(old), more.metric.sigma_um)
     laws = [law for law in law_candidates(more.data, priors, more.metric, without) if law.label not in named]
-    told = [_told(law, more, before, old) for law in laws]
+    told = [_told(law, more, before, old, least_um) for law in laws]
     odds = [np.exp(law.log_odds) * one[0] for law, one in zip(laws, told, strict=True)]
     return Unseen(tuple(law.kind for law in laws), np.array(odds), np.array([one[1] for one in told]))
 
 
-def _told(law: Law, more: Lengthened, before: Metric, old: NDArray[np.bool_]) -> tuple[float, float]:
-    """By how much the old rows have lowered the odds of a law, and how far the new ones overlap with nothing."""
+def _told(law: Law, more: Lengthened, before: Metric, old: NDArray[np.bool_], least_um: float) -> tuple[float, float]:
+    """By how much the old rows have lowered the odds of a law that matters, and how far the new ones overlap."""
     shown = np.unique(np.linspace(0, law.atoms - 1, min(law.atoms, SHAPES)).astype(int))
     columns = np.stack([law.columns(int(atom)) for atom in shown])
     whole, first = (more.metric(columns) ** 2).sum(axis=2), (before(columns[:, :, old]) ** 2).sum(axis=2)
@@ -87,6 +95,8 @@ def _told(law: Law, more: Lengthened, before: Metric, old: NDArray[np.bool_]) ->
     # a law that would have shown and did not is less probable by its evidence, on average the square root of 1 + s
     kept = (1.0 + s_old).prod(axis=1) ** -0.5
     overlap = np.exp(-0.5 * np.log1p(s_new / 2.0) + 0.25 * np.log1p(s_new)).prod(axis=1)
-    share = kept * weight
+    largest_um = np.abs(more.data.without_origins(columns)).max(axis=2)[..., None] * law.sizes.sd / np.sqrt(1.0 + s_old)
+    matters = 1.0 - special.erf(least_um / np.maximum(np.sqrt(2.0) * largest_um, TINY)).prod(axis=1)
+    share = kept * weight * matters
     total = float(share.sum())
-    return total / len(shown), float((share * overlap).sum()) / max(total, 1e-300)
+    return total / len(shown), float((share * overlap).sum()) / max(total, TINY)

@@ -20,7 +20,7 @@ from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Candidate
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.runs import Lengthened
+from stepgauge.diagnosis.runs import Lengthened, plain_metric
 from stepgauge.diagnosis.solve import solve
 from stepgauge.effects import Effect, along_approach_um
 from stepgauge.investigation.gain import Prediction
@@ -158,11 +158,12 @@ class Predicting:
         """What origins and faces add to a mean, as the recording so far tells them."""
         count = len(self.found.data)
         columns, sd = nuisances(bare_problem(more.data), self.found.search.scatters.plain())
-        design = columns[:, :count] * (sd / more.metric.sigma_um)[:, None]
+        rows, sigma_um = plain_metric(self.found.data, more.metric.sigma_um).rows, more.metric.sigma_um
+        design = rows(columns[:, :count]) * (sd / sigma_um)[:, None]
         factor = cho_factor(design @ design.T + np.eye(len(sd)))
 
         def told(mean: Array) -> Array:
-            left = (self.found.data.um - mean[:count]) / more.metric.sigma_um
+            left = rows((self.found.data.um - mean[:count]) / sigma_um)
             return np.asarray(cho_solve(factor, design @ left) * sd @ columns)
 
         return told

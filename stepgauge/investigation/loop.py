@@ -137,6 +137,8 @@ def told_json(found: Learnt) -> dict[str, Any]:
         "unexplained": [one.where for one in diagnosis.unexplained],
         "hypotheses": [{"words": one.words, "probability": one.probability} for one in found.possible[:SHOWN]],
         "entropy_nats": entropy(p) if len(p) else None,
+        "settled": found.settled,
+        "matters_um": found.matters_um,
     }
 
 

@@ -78,6 +78,8 @@ def _answer(said: Said) -> Iterator[Block]:
             for one in last["found"]
         ]
         yield table(("effect", "values (k = 2)", "probability", "with its set"), rows, (0.0, 1.0, 0.0, 0.0))
+    if last.get("matters_um"):
+        yield words(f"Beside it, what displaces no reading by {significant(last['matters_um'])} um was not looked for.")
     if last["unexplained"]:
         yield bullets(last["unexplained"], "Without a known cause:")
     if said["needed"]:

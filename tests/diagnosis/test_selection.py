@@ -20,7 +20,7 @@ from stepgauge.diagnosis.unknown_law import model_unknown, rest_rms_um
 from stepgauge.effects import Probings, Setting
 from stepgauge.errors import InputError
 from stepgauge.recording import APPROACH, POSITION, Recording
-from tests.diagnosis.made import ALONG_X, ALONG_Y, gauge, machine, record
+from tests.diagnosis.made import ALONG_X, ALONG_Y, GROWTH, gauge, machine, made, record
 
 Array = NDArray[np.float64]
 NOISE_UM = 0.3
@@ -128,6 +128,26 @@ def test_scatter_that_grows_with_time_is_named() -> None:
     assert names(found) == ["noise_growth"]
     assert found.findings[0].choices["per"] == "time"
     assert found.findings[0].parameters["rate"].value == pytest.approx(1.5 / hours.max(), rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("stated", "noise_um", "named"), [(5.0, NOISE_UM, []), (5.0, 0.0, []), (1.0, NOISE_UM, ["noise_growth"])]
+)
+def test_scatter_that_grows_as_the_machine_file_states_is_not_named_and_what_is_beyond_is(
+    stated: float, noise_um: float, named: list[str]
+) -> None:
+    """Grown by 5 um/m in truth; what is named adds to what is stated, in quadrature.
+
+    A repeatability of nothing means that it is not known.
+    """
+    recording, _ = made("growth")
+    known = {**GROWTH[0], "rate": stated}
+    found = diagnose(recording, gauge(), machine((known,), noise_um))
+    assert names(found) == named
+    scatter_um = np.hypot(NOISE_UM, 5e-3 * found.data.probings.certified_mm())
+    assert np.median(found.noise.by_row_um / scatter_um) == pytest.approx(1.0, abs=0.15)
+    for one in found.findings:
+        assert one.parameters["rate"].value == pytest.approx(np.sqrt(5.0**2 - stated**2), rel=0.15)
 
 
 def test_scatter_that_grows_is_seen_beside_a_model_where_repeats_are_few() -> None:

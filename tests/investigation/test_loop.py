@@ -67,6 +67,8 @@ def test_the_cause_is_found_and_its_size(found: Path) -> None:
     value = one["parameters"]["um"]
     assert abs(value["value"] - REVERSAL["um"]) < 4.0 * value["u"]
     assert last["entropy_nats"] < said["runs"][0]["learnt"]["entropy_nats"] + 0.5
+    assert 0.0 < last["matters_um"] < REVERSAL["um"] / 2.0
+    assert said["runs"][0]["learnt"]["matters_um"] == 0.0
     assert said["minutes"] <= SHORT["minutes"]
 
 
@@ -88,7 +90,14 @@ def test_all_runs_are_one_recording_that_a_diagnosis_takes(found: Path) -> None:
 
 def test_the_story_is_told_in_every_kind_of_page(found: Path, tmp_path: Path) -> None:
     text = (found / "investigation.md").read_text()
-    for words in ("## The answer", "reversal error x", "### Run 2: the gauge", "Chosen because", "After it:"):
+    for words in (
+        "## The answer",
+        "reversal error x",
+        "### Run 2: the gauge",
+        "Chosen because",
+        "After it:",
+        "um was not looked for",
+    ):
         assert words in text
     for name in ("story.html", "story.pdf"):
         sg.report(found, tmp_path / name)

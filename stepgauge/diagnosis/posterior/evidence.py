@@ -187,11 +187,11 @@ class Evidence:
         base = self._base(state.scatter)
         columns = np.vstack([base.raw, *(term.columns for term in state.terms)])
         own = np.einsum("kn,kn->n", columns, state.covariance @ columns)
-        rows = base.rows
+        rows, variance = base.rows, self.scatters.ordinary(state.scatter) * state.sigma_um**2
         if not rows.correlated:
-            return cast(Array, (state.left_um**2 + own) / state.sigma_um**2)
+            return cast(Array, (state.left_um**2 + own) / variance)
         conditional = rows.adjoint(rows(state.left_um)[:, None])[:, 0] / rows.precision
-        return cast(Array, (conditional**2 + own) * rows.precision / rows.scale**2 / state.sigma_um**2)
+        return cast(Array, (conditional**2 + own) * rows.precision / rows.scale**2 / variance)
 
 
 class _Likelihood:

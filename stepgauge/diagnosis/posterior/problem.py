@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+FEWEST_REPEATS = 8
+"""Degrees of freedom of repeats from which their scatter is told."""
 
 
 @dataclass(frozen=True)
@@ -147,6 +149,7 @@ class Problem:
     group : set of repeats that a row belongs to
     candidates : laws and forms
     in_part : from a law and the number of a shape, the same law in parts of the record only; None for no such laws
+    stated : variance of every row ``(n,)`` over ``scale_um`` squared, as far as it is known beforehand to differ
     """
 
     um: Array
@@ -161,6 +164,7 @@ class Problem:
     group: NDArray[np.intp]
     candidates: Sequence[Candidate]
     in_part: Callable[[Law, int], Sequence[Law]] | None = None
+    stated: Array | float = 1.0
 
     def __len__(self) -> int:
         return len(self.um)
@@ -170,13 +174,26 @@ class Problem:
         """Columns ``(g, n)`` of the sets of repeats."""
         return (self.group == np.arange(self.group.max() + 1)[:, None]).astype(float)
 
+    @property
+    def typical(self) -> float:
+        """Standard deviation of a typical row, as it is stated, over ``scale_um``."""
+        return float(np.sqrt(np.median(self.stated)))
+
     @cached_property
     def within_um(self) -> float:
-        """Standard deviation within the sets of repeats; that of all rows if there are too few repeats."""
-        count = np.bincount(self.group)
-        mean = np.bincount(self.group, self.um) / np.maximum(count, 1)
-        dof = int((np.maximum(count, 1) - 1).sum())
-        centred = self.um - mean[self.group]
-        if dof < 8:
-            return max(float(self.um.std()), 1e-9)
-        return max(float(np.sqrt((centred**2).sum() / dof)), 1e-9)
+        """Standard deviation within the sets of repeats; that of all rows if there are too few repeats.
+
+        Of rows that are known to scatter more, as they would scatter if they did not.
+        """
+        found = self.repeating_um(self.um)
+        return max(float((self.um / np.sqrt(self.stated)).std()) if found is None else found, 1e-9)
+
+    def repeating_um(self, um: Array) -> float | None:
+        """Standard deviation of values ``(n,)`` within the sets of repeats, as :attr:`within_um`; None if too few."""
+        weight = 1.0 / np.broadcast_to(self.stated, um.shape)
+        dof = int((np.maximum(np.bincount(self.group), 1) - 1).sum())
+        if dof < FEWEST_REPEATS:
+            return None
+        every = np.maximum(np.bincount(self.group, weight), 1e-300)
+        mean = np.bincount(self.group, um * weight) / every
+        return float(np.sqrt(((um - mean[self.group]) ** 2 * weight).sum() / dof))

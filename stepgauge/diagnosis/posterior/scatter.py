@@ -27,9 +27,10 @@ class Scatter:
     """A model of the scatter.
 
     ``weight (n,)``: expected precision of a row over that of an ordinary one; ``growth``: covariate and rate of growing
-    scatter; ``correlation``: from one reading to the next; ``certificate``: factor on the stated uncertainties;
-    ``rounded``: whether the resolution shows in addition to the scatter; ``tails``: see the module; ``outlying (n,)``:
-    probability of a row being an outlier; ``log_prior``: logarithm of the prior with the constants of the bound.
+    scatter beyond the stated; ``correlation``: from one reading to the next; ``certificate``: factor on the stated
+    uncertainties; ``rounded``: whether the resolution shows in addition to the scatter; ``tails``: see the module;
+    ``outlying (n,)``: probability of a row being an outlier; ``log_prior``: logarithm of the prior with the constants
+    of the bound.
     """
 
     weight: Array
@@ -80,11 +81,15 @@ class Scatters:
 
     def variance(self, scatter: Scatter) -> Array:
         """Variance of every row over that of an ordinary one, ``(n,)``."""
-        grown = self.ones
-        if scatter.growth is not None:
-            name, rate = scatter.growth
-            grown = 1.0 + (rate * self.problem.growing[name]) ** 2
-        return grown / scatter.weight
+        return self.ordinary(scatter) / scatter.weight
+
+    def ordinary(self, scatter: Scatter) -> Array:
+        """The same without outliers and tails: as it is stated, and what grows beyond that in quadrature."""
+        stated = self.problem.stated * self.ones
+        if scatter.growth is None:
+            return stated
+        name, rate = scatter.growth
+        return stated + (rate * self.problem.typical * self.problem.growing[name]) ** 2
 
     def changed(self, scatter: Scatter, **facets: object) -> Scatter:
         """A model with some properties changed, and its new prior."""

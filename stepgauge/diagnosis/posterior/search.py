@@ -188,10 +188,10 @@ class Search:
     def _likeliest_growth(self, state: State) -> tuple[str, float]:
         """The covariate and rate with which the squared residuals grow, by their likelihood."""
         square = self.evidence.squares(state)
-        n = len(square)
+        n, stated = len(square), self.scatters.ordinary(state.scatter)
 
         def gain(name: str, rate: float) -> float:
-            grown = 1.0 + (rate * self.problem.growing[name]) ** 2
+            grown = self.scatters.ordinary(replace(state.scatter, growth=(name, rate))) / stated
             return -0.5 * float(np.log(grown).sum() + n * np.log((square / grown).mean()))
 
         every = [(name, rate) for name in self.problem.growing for rate in self.priors.scatter.growth_rates]

@@ -97,11 +97,11 @@ def dense_covariance(one: Problem, scatter: Scatter, terms: Sequence[Term], sigm
     after = np.concatenate([[0.0], np.cumsum(np.minimum(one.gap, 1e6))])[place]
     apart = np.abs(after[:, None] - after)
     correlation = np.where(apart == 0.0, 1.0, scatter.correlation**apart) if scatter.correlation else np.eye(n)
-    deviation = np.ones(n)
+    variance = np.broadcast_to(one.stated, n)
     if scatter.growth is not None:
         name, rate = scatter.growth
-        deviation = np.sqrt(1.0 + (rate * one.growing[name]) ** 2)
-    deviation = deviation / np.sqrt(scatter.weight)
+        variance = variance + np.median(variance) * (rate * one.growing[name]) ** 2
+    deviation = np.sqrt(variance / scatter.weight)
     found = sigma_um**2 * correlation * np.outer(deviation, deviation)
     for column, u in zip(one.certified, one.certified_u, strict=True):
         found += (u * scatter.certificate) ** 2 * np.outer(column, column)

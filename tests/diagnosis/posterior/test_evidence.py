@@ -51,7 +51,7 @@ TERMS: dict[str, tuple[Term, ...]] = {
 
 def made(facets: dict[str, object]) -> tuple[Problem, Evidence, Scatter]:
     um = noise() + 0.4 * np.sin(7.0 * turns()) + 0.3 * coordinate()
-    one = problem(um)
+    one = problem(um, stated=1.0 + 4.0 * turns() ** 2)
     evidence = Evidence(one, shipped_priors())
     return one, evidence, evidence.scatters.changed(evidence.scatters.plain(), **facets)
 
@@ -103,19 +103,20 @@ def test_what_is_left_is_what_the_scatter_alone_says(facets: dict[str, object]) 
     one, evidence, scatter = made(facets)
     state = evidence(TERMS["a slope"], scatter)
     whole = dense_covariance(one, scatter, TERMS["a slope"], state.sigma_um)
-    bare = problem(one.um, certified_u=np.zeros(len(one.certified)), free=one.free[:0], step_um=0.0)
+    bare = problem(one.um, certified_u=np.zeros(len(one.certified)), free=one.free[:0], step_um=0.0, stated=one.stated)
     own = dense_covariance(bare, scatter, (), state.sigma_um)
     np.testing.assert_allclose(state.left_um, own @ np.linalg.solve(whole, one.um), rtol=1e-5, atol=1e-5)
 
 
 def test_expected_squares_are_those_of_a_row_for_given_others() -> None:
-    """White scatter: what is left squared, and the variance of what the model says there."""
+    """Independent scatter: what is left squared, and the variance of what the model says there."""
     one, evidence, scatter = made({})
     state = evidence(TERMS["a slope"], scatter)
     whole = dense_covariance(one, scatter, TERMS["a slope"], state.sigma_um)
-    said = whole - state.sigma_um**2 * np.eye(ROWS)
+    variance = state.sigma_um**2 * one.stated
+    said = whole - np.diag(variance)
     spread = np.diag(said - said @ np.linalg.solve(whole, said))
-    wanted = (state.left_um**2 + spread) / state.sigma_um**2
+    wanted = (state.left_um**2 + spread) / variance
     np.testing.assert_allclose(evidence.squares(state), wanted, rtol=1e-4)
 
 
