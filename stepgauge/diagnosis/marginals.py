@@ -1,9 +1,10 @@
 """Shapes whose posterior is no single peak, integrated over all that are possible.
 
-A lag that the fit leaves at a bound: the best fit of a body that follows within the time between two touches is one
-that follows at once, and that of one slower than the recording is as slow as was tried. At a bound there is no
-curvature that gave an uncertainty. And the azimuth of a tripod: its force has corners, and from few directions an arm
-may pass for a gap between two.
+A lag: a slow body that follows a temperature much resembles a quick one that follows it less, and the curvature at the
+best of several peaks tells nothing of the others. At a bound there is none at all: the best fit of a body that follows
+within the time between two touches is one that follows at once, and that of one slower than the recording is as slow as
+was tried. And the azimuth of a tripod: its force has corners, and from few directions an arm may pass for a gap between
+two.
 """
 
 from __future__ import annotations
@@ -23,45 +24,78 @@ from stepgauge.diagnosis.solve import Estimate, Fitted, Solved
 
 Array = NDArray[np.float64]
 LAG, AZIMUTH = "lag_s", "arm_azimuth_deg"
-SHORTER = (0.125, 0.25, 0.5)
-"""Lags below the shortest of the grid, over it: frequent readings tell them from none."""
+LAGS, SHORTEST = 25, 0.125
+"""How many lags are integrated over, evenly by their logarithm; the shortest of them over that of the grid: frequent
+readings tell it from none."""
 
 
 def with_marginals(fitted: Fitted, data: Residuals, metric: Metric) -> Fitted:
-    """The fit, with mean and standard deviation of a lag at a bound and its sizes, and that of an azimuth."""
+    """The fit, with lags and azimuths as uncertain as all that are possible leave them, and the sizes beside a lag."""
     solved = []
     for place, one in enumerate(fitted.solved):
-        if _is_at_a_bound(one):
-            one = _with_mean_lag(one, beside(fitted, place, data, metric), data)
+        if _lags_s(one.family):
+            one = _with_all_lags(one, beside(fitted, place, data, metric), data)
         if AZIMUTH in one.family.atoms[0]:
             one = _with_all_azimuths(one, beside(fitted, place, data, metric))
         solved.append(one)
     return replace(fitted, solved=tuple(solved))
 
 
-def _is_at_a_bound(solved: Solved) -> bool:
-    told = solved.parameters.get(LAG)
-    return bool(_lags_s(solved.family)) and (told is None or told.u is None)
-
-
 def _lags_s(family: Family) -> list[float]:
     return sorted({float(atom[LAG]) for atom in family.atoms if atom.get(LAG) is not None})
 
 
-def _with_mean_lag(solved: Solved, beside: Beside, data: Residuals) -> Solved:
-    """The law with its lag averaged by marginal likelihood beside the other laws, lags spaced by their logarithm."""
+def _with_all_lags(solved: Solved, beside: Beside, data: Residuals) -> Solved:
+    """The law with what lags and sizes are by marginal likelihood beside the other laws.
+
+    A lag that the fit found stays, with the root mean square distance of all lags from it if it is the larger; one at a
+    bound becomes their mean.
+    """
     grid = _lags_s(solved.family)
-    lags = np.array([0.0, *(share * grid[0] for share in SHORTER), *grid])
+    lags = np.array([0.0, *np.geomspace(SHORTEST * grid[0], grid[-1], LAGS)])
     signatures = (family_signatures(solved.family, {**_shape(solved), LAG: float(lag)}, data) for lag in lags)
     found = [_sized(beside(one), beside.left, solved.family.prior) for one in signatures]
     weight = special.softmax([log for log, _, _ in found])
-    size = np.tensordot(weight, [one for _, one, _ in found], 1)
-    apart = np.array([one - size for _, one, _ in found])
-    within = np.array([covariance for _, _, covariance in found])
-    spread = np.tensordot(weight, within + apart[:, :, None] * apart[:, None, :], 1)
-    mean_s = float(weight @ lags)
-    lag_u = float(np.sqrt(weight @ (lags - mean_s) ** 2))
-    return _told(solved, Estimate(mean_s, lag_u, "s"), size, spread)
+    sizes, within = np.array([one for _, one, _ in found]), np.array([one for _, _, one in found])
+    known = solved.parameters.get(LAG)
+    if known is None or known.u is None:
+        mean_s = float(weight @ lags)
+        lag_u = float(np.sqrt(weight @ (lags - mean_s) ** 2))
+        return _told(solved, Estimate(mean_s, lag_u, "s"), *_mixed(weight, sizes, within, weight @ sizes))
+    lag_u = float(np.sqrt(weight @ (lags - known.value) ** 2))
+    return _at_least(solved, lag_u, *_mixed(weight, sizes, within, _components(solved)))
+
+
+def _mixed(weight: Array, sizes: Array, within: Array, about: Array) -> tuple[Array, Array]:
+    """Where the components of a size are told to be ``(k,)``, and their mean squares about that ``(k, k)``."""
+    apart = sizes - about
+    return about, np.asarray(np.tensordot(weight, within + apart[:, :, None] * apart[:, None, :], 1))
+
+
+def _components(solved: Solved) -> Array:
+    """Of the size that was fitted, along the directions of the family."""
+    value = solved.parameters[_size_name(solved)].value
+    if solved.family.directions is None:
+        return np.array([value])
+    along: Array = np.array(getattr(solved.effect, "direction"), float)  # noqa: B009  what has directions has one
+    return value * (solved.family.directions @ along)
+
+
+def _size_name(solved: Solved) -> str:
+    (name,) = (p.name for p in type(solved.effect).parameters() if p.role == "linear")
+    return name
+
+
+def _at_least(solved: Solved, lag_u: float, size: Array, covariance: Array) -> Solved:
+    """The law with these uncertainties of lag and size, where they are larger than its own."""
+    name = _size_name(solved)
+    unit = size / max(float(np.linalg.norm(size)), 1e-300)
+    wider = {name: float(np.sqrt(unit @ covariance @ unit)), LAG: lag_u}
+    told = {
+        one: replace(known, u=max(known.u, wider[one])) if one in wider and known.u is not None else known
+        for one, known in solved.parameters.items()
+    }
+    return replace(solved, parameters=told)
 
 
 def _with_all_azimuths(solved: Solved, beside: Beside) -> Solved:
@@ -92,7 +126,7 @@ def _sized(columns: Array, left: Array, prior: float) -> tuple[float, Array, Arr
 
 def _told(solved: Solved, lag: Estimate, size: Array, covariance: Array) -> Solved:
     """The law with this lag and these components of its size."""
-    (name,) = (p.name for p in type(solved.effect).parameters() if p.role == "linear")
+    name = _size_name(solved)
     length = float(np.linalg.norm(size))
     unit = size / max(length, 1e-300)
     changed: dict[str, Any] = {LAG: lag.value, name: float(size[0])}
