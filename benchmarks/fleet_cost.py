@@ -43,8 +43,8 @@ CYCLES = 10
 """Of the 42 faces: 420 rows."""
 MACHINES, MONTHS, HALLS = 200, 24, ("North", "South", "West")
 SIZES = (100, 1000, 10_000)
-SAMPLE = 16
-"""Recordings of which budgets and diagnoses are made."""
+SAMPLES = (16, 64)
+"""Recordings of which budgets and diagnoses are made: what the second number takes longer is without the start."""
 Work = Callable[[Fleet, Engine], object]
 WORKED = {"budget": "budgets", "diagnose": "diagnoses"}
 MANY_MONTHS = 2
@@ -185,21 +185,24 @@ def one_by_one(
     table: Table, folder: Path, name: str, work: Callable[[Fleet, Engine], object], most_min: float | None
 ) -> None:
     """A sample of budgets or diagnoses on two processes and on one and two workers, as it would be for 10 000."""
-    took = {}
-    for engine in ("processes", "1", "2"):
-        fleet = Fleet(folder / f"{name}-{engine}", create=True)
-        fill(fleet, SAMPLE)
-        if engine == "processes":
-            took[engine] = seconds(lambda fleet=fleet: work(fleet, Processes(2)))  # type: ignore[misc]
-            continue
-        with local_cluster(int(engine)) as cluster:
-            dask = Dask(cluster.scheduler_address)
-            took[engine] = seconds(lambda fleet=fleet, dask=dask: work(fleet, dask))  # type: ignore[misc]
-    minutes = took["processes"] / SAMPLE * 10_000 / 60.0
-    table.add(f"{name} 10000 recordings, two processes", minutes, "min", high=most_min)
-    table.add(f"{name}: Dask, one worker's time by two's", took["1"] / took["2"], "", low=1.7)
-    files = sum(path.stat().st_size for path in (fleet.folder / WORKED[name]).glob("*.parquet"))
-    print(f"{name}: {files / SAMPLE / 1e3:.1f} kB each ({load()})")
+    few, many = SAMPLES
+
+    def taken(count: int, engine: Engine, where: str) -> float:
+        fleet = Fleet(folder / f"{name}-{where}-{count}", create=True)
+        fill(fleet, count)
+        return seconds(lambda: work(fleet, engine))
+
+    took = [taken(count, Processes(2), "here") for count in SAMPLES]
+    each = (took[1] - took[0]) / (many - few)
+    print(f"{name}: {took[0]:.1f} s for {few}, {took[1]:.1f} s for {many}, so {each:.3f} s each ({load()})")
+    table.add(f"{name} 10000 recordings, two processes", each * 10_000 / 60.0, "min", high=most_min)
+    on_dask = []
+    for workers in (1, 2):
+        with local_cluster(workers) as cluster:
+            on_dask.append(taken(few, Dask(cluster.scheduler_address), f"dask-{workers}"))
+    table.add(f"{name}: Dask, one worker's time by two's", on_dask[0] / on_dask[1], "", low=1.7)
+    files = sum(path.stat().st_size for path in (folder / f"{name}-here-{few}" / WORKED[name]).glob("*.parquet"))
+    print(f"{name}: {files / few / 1e3:.1f} kB each ({load()})")
 
 
 def fill_many(fleet: Fleet, probings: float) -> int:

@@ -72,7 +72,7 @@ def _periods_mm(choices: dict[str, Any], data: Residuals) -> Array:
 
 
 def _duration_s(data: Residuals) -> float:
-    return max(float(np.ptp(data.frame["time_s"].to_numpy())), 1.0)
+    return max(float(np.ptp(data.probings.time_s)), 1.0)
 
 
 def _periods_s(_: dict[str, Any], data: Residuals) -> Array:

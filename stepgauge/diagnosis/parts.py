@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from stepgauge.diagnosis.library import SEEN_SHARE, Family, family_signatures, w
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Law
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.effects.empirical import holds
 from stepgauge.recording import POSITION
 
 Array = NDArray[np.float64]
@@ -29,21 +29,30 @@ DIGITS = 6
 
 @dataclass(frozen=True)
 class Condition:
-    """A covariate beyond some edge: ``name`` as ``x_mm >``; ``formulas`` that effects understand, one for each edge."""
+    """A covariate beyond some edge: ``name`` as ``x_mm >``; ``formulas`` that effects understand, one for each edge.
+
+    ``rows (edges, n)``: where each holds.
+    """
 
     name: str
     formulas: tuple[str, ...]
+    rows: NDArray[np.bool_]
 
 
 def conditions(data: Residuals) -> Iterator[Condition]:
     """The conditions by which this recording has two parts."""
+    for name, formulas in _formulas(data):
+        yield Condition(name, formulas, np.array([holds(one, data.probings) for one in formulas]))
+
+
+def _formulas(data: Residuals) -> Iterator[tuple[str, tuple[str, ...]]]:
     for name in (*POSITION, *(("time_s",) if data.has_time else ()), *temperatures(data)):
         edges = [edge for edge in _edges(data.probings.column(name)) if _parts_places(name, edge, data)]
         for sense in (">", "<"):
             if edges:
-                yield Condition(f"{name} {sense}", tuple(f"{name} {sense} {edge:.{DIGITS}g}" for edge in edges))
+                yield f"{name} {sense}", tuple(f"{name} {sense} {edge:.{DIGITS}g}" for edge in edges)
     if data.has_time and goes_both_ways(data):
-        yield from (Condition(f"way {sense}", (f"way {sense} 0",)) for sense in (">", "<"))
+        yield from ((f"way {sense}", (f"way {sense} 0",)) for sense in (">", "<"))
 
 
 def _edges(values: Array) -> list[float]:
@@ -77,15 +86,15 @@ def in_part(data: Residuals, priors: Priors, every: tuple[Condition, ...], law: 
     if "when" in family.atoms[atom]:
         return []
     odds = law.log_odds + float(law.log_weight[atom] + np.log(priors.laws.part / max(len(every), 1)))
-    tried = (_under(one, law, family, family.atoms[atom], odds, data) for one in every)
+    everywhere = family_signatures(family, family.atoms[atom], data)
+    tried = (_under(one, law, atom, everywhere, odds, data) for one in every)
     return [one for one in tried if one is not None]
 
 
-def _under(
-    condition: Condition, law: Law, family: Family, shape: dict[str, Any], odds: float, data: Residuals
-) -> Law | None:
-    atoms = [{**shape, "when": formula} for formula in condition.formulas]
-    pattern = np.array([family_signatures(family, atom, data) for atom in atoms])
+def _under(condition: Condition, law: Law, atom: int, everywhere: Array, odds: float, data: Residuals) -> Law | None:
+    family: Family = law.source
+    atoms = [{**family.atoms[atom], "when": formula} for formula in condition.formulas]
+    pattern = everywhere * condition.rows[:, None, :]
     told = [is_told(family, one, data) for one in pattern]
     if not any(told):
         return None

@@ -115,8 +115,9 @@ class Residuals:
             grown_um=np.broadcast_to(self.grown_um, rows.shape)[rows],
         )
 
-    @property
+    @cached_property
     def has_time(self) -> bool:
+        """Whether times were recorded that differ."""
         return "time_s" in self.frame and self.frame["time_s"].nunique() > 1
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import signal
 from collections import deque
@@ -143,6 +144,8 @@ def _serve(pipe: Connection, function: Function, memory_MB: float | None) -> Non
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one that gives the tasks
     _limit(memory_MB)
     with contextlib.suppress(EOFError, OSError):
+        pipe.send(perform(function, pipe.recv()))
+        gc.freeze()  # what the first task loaded stays, and need not be searched for garbage after every other
         while True:
             pipe.send(perform(function, pipe.recv()))
 
