@@ -91,12 +91,15 @@ def _values_of(parameter: Parameter, data: Residuals, law: type[Effect]) -> Sequ
 def choice_odds(kind: str, choices: Mapping[str, Any], priors: Priors) -> float:
     """How much likelier a law with these choices is than with another choice of its kind.
 
-    A part bends by a difference of temperature within itself; that between two parts, or one temperature alone, bends
-    it only as far as it stands for such a difference.
+    A thermometer tells of the part that it is on. A part bends by a difference of temperature within itself; that
+    between two parts, or one temperature alone, bends it only as far as it stands for such a difference. And a scale
+    grows by its own temperature, not by that of the gauge or of another scale, of which columns are documented.
     """
     if kind == "thermal_bending" and on_one_part(choices["column"], choices.get("minus", "")):
         return priors.laws.same_part
-    return 1.0
+    part = choices.get("of") if kind == "thermal_expansion_of" else choices.get("axis")
+    read = {_PART_OF.get(choices.get(name, ""), part) for name in ("column", "minus")}
+    return 1.0 if part is None or read == {part} else 1.0 / priors.laws.same_part
 
 
 def on_one_part(one: str, other: str) -> bool:
@@ -170,6 +173,8 @@ def goes_both_ways(data: Residuals) -> bool:
     return bool(min((way > 0).sum(), (way < 0).sum()) >= FEWEST_BACK * len(data))
 
 
+_PART_OF = {"gauge_temperature_C": "gauge"} | {f"scale_temperature_{axis}_C": axis for axis in "xyz"}
+"""The documented columns of temperatures, and the part that each is read on: an axis with its scale, or the gauge."""
 _ORDERS = {"scale_joint": (0, 1), "error_motion": (2, 3), "thermal_bending": (1, 2)}
 _SHOWN: dict[str, Callable[[Residuals], bool]] = {
     "lever_arm": _has_modelled_pretravel,

@@ -89,5 +89,22 @@ def test_effects_tells_what_is_usual_here(capsys: pytest.CaptureFixture[str]) ->
 def test_two_thermometers_on_one_part_are_there_for_its_bending(one: str, other: str, same: bool) -> None:
     """Scales have documented columns, one for each axis; names that begin with the quantity tell of no part."""
     choices = {"column": one} | ({"minus": other} if other else {})
-    assert choice_odds("thermal_bending", choices, PRIORS) == (PRIORS.laws.same_part if same else 1.0)
+    assert (choice_odds("thermal_bending", choices | {"axis": "y"}, PRIORS) > 1.0) == same
     assert choice_odds("thermal_shift", choices, PRIORS) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("part", "column", "other"),
+    [
+        ("x", "gauge_temperature_C", True),
+        ("x", "scale_temperature_y_C", True),
+        ("x", "scale_temperature_x_C", False),
+        ("x", "room_C", False),
+        ("gauge", "scale_temperature_x_C", True),
+        ("gauge", "gauge_temperature_C", False),
+    ],
+)
+def test_a_thermometer_on_another_part_is_less_likely_to_tell_of_a_length(part: str, column: str, other: bool) -> None:
+    odds = choice_odds("thermal_expansion_of", {"of": part, "column": column}, PRIORS)
+    assert odds == (1.0 / PRIORS.laws.same_part if other else 1.0)
+    assert choice_odds("scale_error", {"axis": "x"}, PRIORS) == 1.0

@@ -113,8 +113,9 @@ class ShapePrior(Table):
 class LawPriors(Table):
     """All kinds of laws.
 
-    ``part``: odds of one in a part of the record only, over one everywhere; ``same_part``: odds of a bending by the
-    difference of two thermometers on one part of the machine, over one by any other choice of columns.
+    ``part``: odds of one in a part of the record only, over one everywhere; ``same_part``: odds that a law follows
+    thermometers on the part that it moves, over others: a bending the difference of two on one part, an expansion no
+    thermometer that is documented to be on another part.
     """
 
     odds: float = Field(gt=0.0)
