@@ -8,13 +8,13 @@ rough.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.choices import goes_both_ways
+from stepgauge.diagnosis.choices import TEMPERATURES, goes_both_ways
 from stepgauge.diagnosis.covariates import (
     FEWEST_IN_CYCLE,
     REST,
@@ -83,8 +83,11 @@ class _Said:
     beside: str = ""
 
 
-def form_candidates(data: Residuals, priors: Priors, scale_um: float) -> list[Candidate]:
-    """All forms that a recording may show, each on all its possible sides; sizes in proportion to ``scale_um``."""
+def form_candidates(data: Residuals, priors: Priors, scale_um: float, laws: Collection[str] = ()) -> list[Candidate]:
+    """All forms that a recording may show, each on all its possible sides; sizes in proportion to ``scale_um``.
+
+    ``laws``: kinds of laws that are candidates, too; a form that is one of these is none.
+    """
     said = [one for one in _said(data, priors) if len(one.features) and one.sides]
     total = sum(one.share for one in said)
     sides = {side: mask(data, side) for one in said for side in one.sides}
@@ -92,7 +95,7 @@ def form_candidates(data: Residuals, priors: Priors, scale_um: float) -> list[Ca
     found: list[Candidate] = []
     for one in said:
         odds = float(np.log(priors.forms.odds * one.share / total / len(one.sides)))
-        for side in one.sides:
+        for side in (side for side in one.sides if not _is_law(one, side, laws)):
             form = Form(one.covariate, one.unit, one.shape, side, one.kernels, one.beside)
             label = f"{one.shape} {one.covariate} {one.beside} {side}"
             if isinstance(one.features, np.ndarray):
@@ -116,6 +119,12 @@ def form_candidates(data: Residuals, priors: Priors, scale_um: float) -> list[Ca
                 if all(len(columns) for columns in features):
                     found.append(Smooth(one.covariate, label, False, odds, sizes, form, features))
     return found
+
+
+def _is_law(one: _Said, side: str, laws: Collection[str]) -> bool:
+    """Whether a form says what a law does: that the origin follows a temperature along an axis of the machine."""
+    follows = one.shape == LAGGED and one.covariate.endswith(TEMPERATURES)
+    return follows and side in ("x", "y", "z") and "thermal_shift" in laws
 
 
 def _shown(columns: Array) -> Array:

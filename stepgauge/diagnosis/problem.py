@@ -34,7 +34,8 @@ def make_problem(data: Residuals, priors: Priors, without: Collection[str] = ())
     scatters = Scatters(bare, priors)
     metric = Metric(bare, scatters.plain(), scatters, bare.within_um)
     laws = law_candidates(data, priors, metric, without)
-    candidates = (*laws, *form_candidates(data, priors, bare.scale_um * bare.typical))
+    kinds = {law.kind for law in laws}
+    candidates = (*laws, *form_candidates(data, priors, bare.scale_um * bare.typical, kinds))
     return replace(bare, candidates=candidates, in_part=laws_in_parts(data, priors))
 
 

@@ -16,6 +16,7 @@ from stepgauge.diagnosis.library import effect_families
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.practice import in_practice
 from stepgauge.diagnosis.probe_file import PROBE_FILE, probe_file
+from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Diagnosis, Finding
 from stepgauge.effects import Probings, Setting, along_approach_um, make_effects
@@ -190,6 +191,13 @@ def test_only_recorded_temperatures_that_change_are_candidates() -> None:
     frame = recording.frame.assign(humidity=np.arange(len(recording)) % 7, hall_C=21.5)
     data = make_residuals(replace(recording, frame=frame), STEPS, machine())
     assert not [one for one in effect_families(data, shipped_priors()) if "column" in one.choices]
+
+
+def test_an_origin_that_follows_a_temperature_is_a_law_and_no_form_unless_the_law_is_known_to_be_absent() -> None:
+    data = make_residuals(warmed(measured((turned(0.0), turned(90.0)), 2), 2), STEPS, machine())
+    along = {"lagged air_C  x", "lagged air_C  y"}
+    assert not along & {one.label for one in make_problem(data, shipped_priors()).candidates}
+    assert along <= {one.label for one in make_problem(data, shipped_priors(), ["thermal_shift"]).candidates}
 
 
 def test_a_heater_that_goes_on_later_is_a_drift_from_that_event_on() -> None:
