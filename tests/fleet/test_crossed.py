@@ -30,6 +30,19 @@ from tests.fleet.crossed_made import crossed, fleet, gauge, visit
 from tests.fleet.made import make_recording
 
 
+def test_the_common_error_of_a_day_shrinks_to_zero_as_its_visits_are_few() -> None:
+    """The mean of n readings, times n s^2 / (n s^2 + e^2), in every visit of the day, and nothing elsewhere."""
+    counts, sd, error = np.array([1, 2, 7]), 0.8, 0.5
+    day = np.repeat(np.arange(3), counts)
+    rows = np.arange(len(day))
+    days = Term("days", sparse.csc_matrix((np.ones(len(day)), (rows, day)), (len(day) + 2, 3)), sd, known=True)
+    value = np.random.default_rng(4).normal(0.0, 1.0, len(day) + 2)
+    background = Background(np.full(len(value), error**2), [days], 0.0)
+    means = np.bincount(day, value[: len(day)]) / counts
+    expected = (means * counts * sd**2 / (counts * sd**2 + error**2))[day]
+    np.testing.assert_allclose(background.expected(days, value), [*expected, 0.0, 0.0], atol=1e-12)
+
+
 def test_balanced_two_way_design_gives_the_textbook_estimates() -> None:
     """Searle, Casella, McCulloch, Variance Components, 1992, section 7.4: contrasts shrink by g s^2 / (g s^2 + e^2)."""
     machines, gauges, sd, error = 7, 5, 1.3, 0.6

@@ -74,6 +74,12 @@ class Background:
         """V^-1 times a vector."""
         return np.asarray(self.weight * um - self.weighted @ (self.inverse @ (self.weighted.T @ um)))
 
+    def expected(self, term: Term, um: Array) -> Array:
+        """What a term is in every observation, given observations ``(n,)``: the mean of its posterior."""
+        place = next(i for i, one in enumerate(self.terms) if one is term)
+        own = slice(self._ends[place], self._ends[place + 1])
+        return np.asarray(term.columns @ (self.inverse[own] @ (self.weighted.T @ um)))
+
     def log_likelihood(self, um: Array) -> float:
         """Logarithm of the density of observations, without a constant."""
         return -0.5 * float(self.log_det + um @ self.solve(um))

@@ -238,7 +238,7 @@ def _halls(
         probability = 1.0 / (1.0 + float(np.exp(-np.clip(total, -700, 700))))
         days = np.unique(np.floor(fleet.day[fleet.owner["hall"] == fleet.names["hall"].index(hall)])).size
         size = float(np.sqrt(np.sum([estimated**2, *(one.size**2 for one in known if one.owner == hall)])))
-        found.append(
-            Found("hall", hall, "temperature", "", "days", None, size, size / np.sqrt(2.0 * days), probability)
-        )
+        u, shown = size / np.sqrt(2.0 * days), np.abs(background.expected(term, left))
+        visits = tuple(np.argsort(-shown, kind="stable")[: int((shown > 0.0).sum())].tolist())
+        found.append(Found("hall", hall, "temperature", "", "days", None, size, u, probability, (), visits))
     return found
