@@ -22,6 +22,7 @@ from stepgauge.errors import InputError
 from stepgauge.gauge.placement import STANDING_COS, Placement, make_placement
 from stepgauge.planning.plan import PlanOptions, faces_in_order
 from stepgauge.recording import APPROACH, POSITION, Recording
+from stepgauge.recording.columns import STYLUS
 
 Array = NDArray[np.float64]
 CYCLES = 2
@@ -40,8 +41,9 @@ BEYOND = 1.0
 class ExtraRun:
     """A further measurement: in words, the position of the gauge, and the speed (None: as before).
 
-    ``blocks``: those that are measured (None: all); ``wait_s``: time before it; ``stays``: the gauge is not touched, so
-    that its origin is the one it had.
+    ``blocks``: those that are measured (None: all); ``wait_s``: time before it; ``stays``: neither gauge nor stylus is
+    touched, so that the origin is the one it had; ``stylus``: the number of the machine's stylus; ``changed``: the
+    gauge is not touched, but that stylus is put in, so that it is located and has an origin of its own.
     """
 
     words: str
@@ -52,6 +54,8 @@ class ExtraRun:
     blocks: tuple[int, ...] | None = None
     wait_s: float = PAUSE_S
     stays: bool = False
+    stylus: int = 1
+    changed: bool = False
 
     def options(self, n_blocks: int) -> PlanOptions:
         """The run as a plan of a gauge with so many blocks."""
@@ -172,15 +176,19 @@ def with_run(run: ExtraRun, data: Residuals) -> Residuals:
     """The recording followed by the rows of an extra run, with ideal readings."""
     cycle, face = np.array(list(faces_in_order(run.options(data.gauge.n_blocks)))).T
     sign = np.where(face % 2 == 1, 1.0, -1.0)
-    axis, radius = run.placement.axis, data.machine.probe.tip_radius_mm
+    axis, radius = run.placement.axis, data.machine.with_stylus(run.stylus).probe.tip_radius_mm
     along = data.gauge.position_mm[face - 1] - sign * radius
     before = {str(name): values.to_numpy() for name, values in data.frame.items()}
+    if data.machine.styli:
+        before[STYLUS] = data.stylus
     more = {name: np.full(len(face), values[-1], values.dtype) for name, values in before.items()}
     if run.stays:
         more["cycle"] = cycle + int(before["cycle"].max())
     else:
         more["placement"], more["cycle"] = np.full(len(face), int(before["placement"].max()) + 1), cycle
     more["face"] = face
+    if STYLUS in more:
+        more[STYLUS] = np.full(len(face), run.stylus)
     more |= dict(zip(POSITION, (run.placement.origin_mm(data.gauge) + along[:, None] * axis).T, strict=True))
     more |= dict(zip(APPROACH, (sign[:, None] * axis).T, strict=True))
     if run.speed_mm_s is not None and "speed_mm_s" in more:

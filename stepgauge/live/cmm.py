@@ -131,6 +131,7 @@ class LiveCmm:
     faults : what the machine file does not say
     gauge_temperature_C : of the gauge, true and indicated
     seed : of the repeatability; None: another one each time
+    stylus : its number, which faults may ask for
     """
 
     def __init__(
@@ -142,8 +143,9 @@ class LiveCmm:
         faults: Faults | None = None,
         gauge_temperature_C: float | None = None,
         seed: int | None = None,
+        stylus: int = 1,
     ) -> None:
-        self.machine, self.clock = machine, clock
+        self.machine, self.clock, self.stylus = machine, clock, stylus
         self.faults = faults or Faults()
         self.gauge_temperature_C = gauge.temperature_C(gauge_temperature_C)
         self.effects: list[Effect] = [*machine_effects(machine), *self.faults.effects]
@@ -277,7 +279,7 @@ class LiveCmm:
         return total_displacement_um(self.effects, probings)[-1], float(np.ravel(sigma)[-1])
 
     def _row(self, touch: Touch) -> dict[str, float]:
-        row: dict[str, float] = {"placement": 1, "cycle": 1, "face": touch.face}
+        row: dict[str, float] = {"placement": 1, "cycle": 1, "face": touch.face, "stylus": self.stylus}
         row |= dict(zip(POSITION, touch.trigger_mm.tolist(), strict=True))
         row |= dict(zip(APPROACH, touch.approach.tolist(), strict=True))
         row |= {"time_s": touch.time_s, "speed_mm_s": touch.speed_mm_s, "gauge_temperature_C": self.gauge_temperature_C}

@@ -1,0 +1,60 @@
+"""Further styli of a machine, each described by a machine file that differs from its own in the stylus only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from stepgauge.errors import InputError
+from stepgauge.machine.file import Machine
+
+OF_THE_STYLUS = ("travel_mm", "chain.head_mm", "chain.stylus_mm")
+"""Keys of ``[machine]`` that may differ: where the tip is, and so the limits of the tip."""
+
+
+def with_styli(machine: Machine, others: Iterable[Machine]) -> Machine:
+    """The machine with further styli, numbered from 2 in their order; its own is stylus 1.
+
+    :class:`InputError` where a file is of another machine, or describes a stylus that is there already.
+    """
+    told = [machine]
+    for other in others:
+        _check_same_machine(machine, other)
+        for one in told:
+            if other.probe == one.probe and other.table == one.table:
+                found, expected = "the same probe and tip", "another [probe] or chain.stylus_mm"
+                raise InputError(other.path, f"no other stylus than that of {one.path}", found=found, expected=expected)
+        told.append(other)
+    return replace(machine, styli=tuple(told[1:]))
+
+
+def stylus_words(machine: Machine, number: int) -> str:
+    """A stylus in words: ``stylus 2 (long, tip radius 2 mm, 200 mm long)``."""
+    own = machine.with_stylus(number)
+    name = own.probe.tool or own.probe.name or Path(own.path).stem
+    told = [name] if name else []
+    told += [f"tip radius {own.probe.tip_radius_mm:g} mm", f"{own.probe.shank_length_mm:g} mm long"]
+    return f"stylus {number} ({', '.join(told)})"
+
+
+def _check_same_machine(machine: Machine, other: Machine) -> None:
+    """All but the stylus is the same: the table of the machine, and what it is known to do wrong."""
+    own, found = _flat(machine.table.model_dump()), _flat(other.table.model_dump())
+    for key in (key for key in {**own, **found} if not key.startswith(OF_THE_STYLUS)):
+        if own.get(key) != found.get(key):
+            what = f"a further stylus is of the same machine, but [machine] {key} differs"
+            raise InputError(other.path, what, found=found.get(key), expected=f"{own.get(key)}, as in {machine.path}")
+    if machine.effects != other.effects:
+        kinds = ", ".join(str(one.get("kind")) for one in other.effects) or "none"
+        what = "a further stylus is of the same machine, but its effects differ"
+        raise InputError(other.path, what, found=kinds, expected=f"the [[effect]] tables of {machine.path}")
+
+
+def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+    """Values by their keys, ``chain.stylus_mm``."""
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        flat |= _flat(value, f"{before}{key}.") if isinstance(value, Mapping) else {before + key: value}
+    return flat
