@@ -189,7 +189,7 @@ def stylus_of(frame: pd.DataFrame) -> NDArray[np.int64]:
     """Number of the stylus of every row, 1 where none is recorded."""
     if STYLUS not in frame:
         return np.ones(len(frame), np.int64)
-    return np.asarray(np.rint(frame[STYLUS].to_numpy(float)), np.int64)
+    return np.asarray(np.nan_to_num(np.rint(frame[STYLUS].to_numpy(float)), nan=1.0), np.int64)
 
 
 def _radius_mm(recording: Recording, machine: Machine) -> Array:

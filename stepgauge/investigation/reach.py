@@ -79,14 +79,12 @@ def possible_runs(data: Residuals, placements: Sequence[Placement], machine: Mac
             runs.append(replace(run, cycles=cycles))
             taken.append(run.placement)
     with_others = _with_other_styli(here, machine, cycles, list(zip(placements, stylus, strict=True)))
-    return [*(_with_stylus(run, machine, mounted) for run in runs), *with_others]
+    return [*(_with_stylus(run, mounted) for run in runs), *with_others]
 
 
-def _with_stylus(run: ExtraRun, machine: Machine, mounted: int) -> ExtraRun:
+def _with_stylus(run: ExtraRun, mounted: int) -> ExtraRun:
     """A run with the stylus that is in the machine, which is told where it is not that of the machine file."""
-    if mounted == 1:
-        return run
-    return replace(run, words=f"{run.words}, with {stylus_words(machine, mounted)}", stylus=mounted)
+    return run if mounted == 1 else replace(run, words=f"{run.words}, with stylus {mounted}", stylus=mounted)
 
 
 def _with_other_styli(

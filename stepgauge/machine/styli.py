@@ -27,7 +27,7 @@ def with_styli(machine: Machine, others: Iterable[Machine]) -> Machine:
                 found, expected = "the same probe and tip", "another [probe] or chain.stylus_mm"
                 raise InputError(other.path, f"no other stylus than that of {one.path}", found=found, expected=expected)
         told.append(other)
-    return replace(machine, styli=tuple(told[1:]))
+    return replace(machine, styli=tuple(told[1:])) if len(told) > 1 else machine
 
 
 def stylus_words(machine: Machine, number: int) -> str:

@@ -14,7 +14,7 @@ from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
-from stepgauge.public.inputs import File, as_gauge, as_machine, as_recordings, of_kind, several
+from stepgauge.public.inputs import File, as_gauge, as_machine_with, as_recordings, of_kind, several
 from stepgauge.recording import Recording, join_recordings
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ def diagnose(
     gauge: File | Gauge,
     machine: File | Machine,
     *,
+    styli: File | Machine | Iterable[File | Machine] = ...,
     without: str | Iterable[str] = ...,
     priors: File | None = ...,
 ) -> Diagnosis:
@@ -53,6 +54,7 @@ def diagnose(
     gauge: File | Gauge | None = None,
     machine: File | Machine | None = None,
     *,
+    styli: File | Machine | Iterable[File | Machine] = (),
     without: str | Iterable[str] = (),
     priors: File | None = None,
 ) -> Diagnosis | AxisDiagnosis:
@@ -64,6 +66,7 @@ def diagnose(
         spot or of distances, which need neither gauge nor machine: several are settings up of one axis
     gauge : the certified gauge, its file or shipped name
     machine : the machine that is to be judged, with the effects it already has
+    styli : machine files with further styli, 2, 3, ... in the column ``stylus``, as of ``investigate``
     without : kinds of effects that are known not to be there, as ``stepgauge effects`` lists them
     priors : file that replaces a part of the shipped priors
 
@@ -92,7 +95,7 @@ def diagnose(
         )
     tables = as_recordings(given)
     whole = tables[0] if len(tables) == 1 else join_recordings(tables)
-    found = diagnose_recording(whole, as_gauge(gauge), as_machine(machine), several(without), table)
+    found = diagnose_recording(whole, as_gauge(gauge), as_machine_with(machine, styli), several(without), table)
     return replace(found, recordings=tuple(tables))
 
 
