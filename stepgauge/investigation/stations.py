@@ -109,28 +109,22 @@ class Simulated:
         self.gauge_temperature_C, self.wishes = gauge_temperature_C, Wishes(home=True)
         self.clock, self.stylus = MachineClock(None), 1
         self._cmm: LiveCmm | None = None
-        self._lies: Placement | None = None
 
     def stand(self, number: int, lies: Placement) -> None:
         """The gauge is laid; the first placement is that of its file, the others are met as well as a person can."""
-        self._lies = lies if number == 1 else nearly(lies, np.random.default_rng([self.seed, number]))
-        self._stand_with([self.seed, number, round(self.clock.now_s * 1e3)])
+        random = np.random.default_rng([self.seed, number, round(self.clock.now_s * 1e3)])
+        true = lies if number == 1 else nearly(lies, np.random.default_rng([self.seed, number]))
+        seed, heat_C = int(random.integers(2**32)), self.gauge_temperature_C
+        before = self._cmm
+        self._cmm = LiveCmm(self.machine, self.gauge, true, self.clock, self.faults, heat_C, seed, self.stylus)
+        if before is not None:
+            self._cmm.position_mm = before.position_mm
 
     def mount(self, stylus: int) -> None:
-        """Another tip at the same machine."""
+        """Another tip at the machine, where it stands."""
         self.stylus = stylus
-        self._stand_with([self.seed, stylus, round(self.clock.now_s * 1e3), 1])
-
-    def _stand_with(self, seeds: list[int]) -> None:
-        """The machine with its stylus and the gauge as it lies, where it stood before."""
-        if self._lies is None:
-            return
-        seed = int(np.random.default_rng(seeds).integers(2**32))
-        own, gauge, heat_C = self.machine.with_stylus(self.stylus), self.gauge, self.gauge_temperature_C
-        before, limits = self._cmm, own.travel_mm
-        self._cmm = LiveCmm(own, gauge, self._lies, self.clock, self.faults, heat_C, seed, self.stylus)
-        if before is not None:
-            self._cmm.position_mm = np.clip(before.position_mm, limits[:, 0], limits[:, 1])
+        if self._cmm is not None:
+            self._cmm.mount(stylus)
 
     def go_on(self, time_s: float) -> None:
         """The clock shows this time at least."""
