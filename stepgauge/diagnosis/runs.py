@@ -42,8 +42,8 @@ class ExtraRun:
     """A further measurement: in words, the position of the gauge, and the speed (None: as before).
 
     ``blocks``: those that are measured (None: all); ``wait_s``: time before it; ``stays``: neither gauge nor stylus is
-    touched, so that the origin is the one it had; ``stylus``: the number of the machine's stylus; ``changed``: the
-    gauge is not touched, but that stylus is put in, so that it is located and has an origin of its own.
+    touched, so that the origin is the one it had; ``stylus``: the number of the machine's stylus; ``changed``: it is
+    put in for this run, so that the gauge is located and has a new origin even if it is ``kept`` as it lies.
     """
 
     words: str
@@ -56,6 +56,12 @@ class ExtraRun:
     stays: bool = False
     stylus: int = 1
     changed: bool = False
+    kept: bool = False
+
+    @property
+    def is_laid(self) -> bool:
+        """Whether the gauge is laid for this run."""
+        return not (self.stays or self.kept)
 
     def options(self, n_blocks: int) -> PlanOptions:
         """The run as a plan of a gauge with so many blocks."""

@@ -48,7 +48,8 @@ class Reach:
         """What a run takes besides the machine: a pause, or hands."""
         if run.stays:
             return run.wait_s / 60.0
-        return 0.0 if run.changed and run.stylus in self.racked else self.hands_minutes
+        by_hand = run.changed and run.stylus not in self.racked
+        return self.hands_minutes * (run.is_laid + by_hand)
 
     def allows(self, run: ExtraRun, first: Placement) -> bool:
         """Whether the gauge may lie so."""
@@ -78,7 +79,7 @@ def possible_runs(data: Residuals, placements: Sequence[Placement], machine: Mac
         if not any(_same(run.placement, one) for one in taken) and reach.allows(run, placements[0]):
             runs.append(replace(run, cycles=cycles))
             taken.append(run.placement)
-    with_others = _with_other_styli(here, machine, cycles, list(zip(placements, stylus, strict=True)))
+    with_others = _with_other_styli(machine, cycles, list(zip(placements, stylus, strict=True)))
     return [*(_with_stylus(run, mounted) for run in runs), *with_others]
 
 
@@ -87,14 +88,18 @@ def _with_stylus(run: ExtraRun, mounted: int) -> ExtraRun:
     return run if mounted == 1 else replace(run, words=f"{run.words}, with stylus {mounted}", stylus=mounted)
 
 
-def _with_other_styli(
-    here: Placement, machine: Machine, cycles: int, made: Sequence[tuple[Placement, int]]
-) -> Iterator[ExtraRun]:
-    """The gauge as it lies with every stylus with which it has not been measured so."""
-    for number in range(1, len(machine.styli) + 2):
-        if not any(stylus == number and _same(here, lies) for lies, stylus in made):
-            words = f"the gauge as it lies, with {stylus_words(machine, number)}"
-            yield ExtraRun(words, here, cycles=cycles, stylus=number, changed=True)
+def _with_other_styli(machine: Machine, cycles: int, made: Sequence[tuple[Placement, int]]) -> Iterator[ExtraRun]:
+    """The gauge as it lies, or laid again as it lay, with every other stylus with which it was not measured so."""
+    others = [number for number in range(1, len(machine.styli) + 2) if number != made[-1][1]]
+    for number in others:
+        taken = [lies for lies, stylus in made if stylus == number]
+        for place in range(len(made), 0, -1):
+            lies, kept = made[place - 1][0], place == len(made)
+            if not any(_same(lies, one) for one in taken):
+                where = "as it lies" if kept else f"again as in placement {place}"
+                words = f"the gauge {where}, with {stylus_words(machine, number)}"
+                yield ExtraRun(words, lies, cycles=cycles, stylus=number, changed=True, kept=kept)
+                taken.append(lies)
 
 
 def _as_it_lies(data: Residuals, here: Placement, machine: Machine, cycles: int) -> Iterator[ExtraRun]:
@@ -161,7 +166,7 @@ def with_minutes(runs: Sequence[ExtraRun], gauge: Gauge, machine: Machine, reach
 
 def run_json(run: ExtraRun) -> dict[str, Any]:
     """A run as JSON types, to be read by :func:`run_of`."""
-    names = ("words", "speed_mm_s", "cycles", "order", "wait_s", "stays", "stylus", "changed")
+    names = ("words", "speed_mm_s", "cycles", "order", "wait_s", "stays", "stylus", "changed", "kept")
     said = {name: getattr(run, name) for name in names}
     return {
         **said,

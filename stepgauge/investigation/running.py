@@ -133,7 +133,7 @@ class Runner:
         if not run.stays and not self.steps.once(f"laid {name}, {run.words}", lambda: self._prepared(run, said)):
             return None
         self.mounted = run.stylus
-        if self.laid is None or not (run.stays or run.changed):
+        if self.laid is None or run.is_laid:
             self.laid = (placement_number, run.placement)
         self._stand()
         if not run.stays:
@@ -150,9 +150,10 @@ class Runner:
 
     def _prepared(self, run: ExtraRun, said: str) -> bool:
         """Whether the gauge was laid or the stylus changed, by the machine where it can, else by the person."""
-        if run.changed and not said and run.stylus in self.case.reach.racked and self._changed(run.stylus):
-            return True
-        return self.ask(f"{said}{question(run, self.case.machine)}")
+        by_hand = run.changed
+        if by_hand and not said and run.stylus in self.case.reach.racked:
+            by_hand = not self._changed(run.stylus)
+        return not (by_hand or run.is_laid) or self.ask(f"{said}{question(run, self.case.machine, by_hand)}")
 
     def _changed(self, stylus: int) -> bool:
         """Whether the server knows the stylus and has changed to it."""
@@ -263,18 +264,20 @@ class Runner:
         return Made(run, path, lies, number, machine, machine + rest, own, began_s)
 
 
-def question(run: ExtraRun, machine: Machine) -> str:
-    """What the person is asked to do."""
-    if run.changed:
-        return (
-            f"Change to {stylus_words(machine, run.stylus)} and qualify it; leave the gauge as it lies. The machine"
-            " then moves by itself to find the gauge with it: keep the table clear"
-        )
+MOVES = "The machine then moves by itself to find it: keep the table clear"
+
+
+def question(run: ExtraRun, machine: Machine, change: bool = False) -> str:
+    """What the person is asked to do; ``change``: the stylus, too."""
+    first = f"Change to {stylus_words(machine, run.stylus)} and qualify it. " if change else ""
+    return f"{first}{_laying(run) if run.is_laid else 'Leave the gauge as it lies.'} {MOVES}"
+
+
+def _laying(run: ExtraRun) -> str:
     ends = [", ".join(f"{value:.0f}" for value in end) for end in (run.placement.c1_mm, run.placement.c2_mm)]
     return (
         f"Lay {run.words}: the middle of block {run.placement.first_block} at ({ends[0]}) mm, that of block"
-        f" {run.placement.last_block} at ({ends[1]}) mm, each to {LAID_MM:g} mm. The machine then moves by itself to"
-        " find it: keep the table clear"
+        f" {run.placement.last_block} at ({ends[1]}) mm, each to {LAID_MM:g} mm."
     )
 
 
