@@ -20,6 +20,7 @@ from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals, unchecked_residuals
 from stepgauge.errors import InputError
 from stepgauge.gauge.placement import STANDING_COS, Placement, make_placement
+from stepgauge.machine.styli import stylus_words
 from stepgauge.planning.plan import PlanOptions, faces_in_order
 from stepgauge.recording import APPROACH, POSITION, Recording
 from stepgauge.recording.columns import STYLUS
@@ -106,6 +107,9 @@ def extra_runs(data: Residuals) -> Iterator[ExtraRun]:
     if speed is not None:
         slower = max(speed / SPEED_FACTOR, 0.1)
         yield ExtraRun(f"the same placement at {slower:.3g} mm/s instead of {speed:.3g} mm/s", here, slower)
+    for number in range(2, len(data.machine.styli) + 2):
+        words = f"the same placement with {stylus_words(data.machine, number)}"
+        yield ExtraRun(words, here, stylus=number, changed=True, kept=True)
     yield from laid_elsewhere(data, here)
 
 

@@ -29,6 +29,7 @@ from stepgauge.machine.file import Machine
 from stepgauge.machine.styli import stylus_words
 from stepgauge.recording import Recording, read_recording, write_recording
 from stepgauge.recording.columns import STYLUS
+from stepgauge.recording.identity import radius_comment
 from stepgauge.work.steps import Steps
 
 Ask = Callable[[str], bool]
@@ -285,7 +286,9 @@ def with_stylus(recording: Recording, number: int, machine: Machine) -> Recordin
     """The recording with the number of its stylus, and in the comments which that is; nothing more if there is one."""
     if not machine.styli:
         return recording
-    comments = {**recording.comments, f"stylus_{number}": stylus_words(machine, number)}
+    comments = {key: value for key, value in recording.comments.items() if key != "tip_radius_mm"}
+    comments[radius_comment(number)] = f"{machine.with_stylus(number).probe.tip_radius_mm:g}"
+    comments[f"stylus_{number}"] = stylus_words(machine, number)
     return replace(recording, frame=recording.frame.assign(**{STYLUS: number}), comments=comments)
 
 

@@ -49,7 +49,7 @@ def arm_machine(length_mm: float = SHORT_MM, radius_mm: float = 2.0, name: str =
     chain = ChainTable(
         table=[], probe=["x", "z", "y"], reference_mm={"y": [0.0, 0.0, -100.0]}, stylus_mm=[0.0, 0.0, -length_mm]
     )
-    probe = {"stylus_length_mm": length_mm, "tip_radius_mm": radius_mm, "tool": name}
+    probe = {"stylus_length_mm": length_mm, "tip_radius_mm": radius_mm, "stylus_diameter_mm": radius_mm, "tool": name}
     return replace(
         base,
         table=base.table.model_copy(update={"chain": chain}),
@@ -59,7 +59,7 @@ def arm_machine(length_mm: float = SHORT_MM, radius_mm: float = 2.0, name: str =
 
 
 def both() -> Machine:
-    return with_styli(arm_machine(), [arm_machine(LONG_MM, 1.5, "Long")])
+    return with_styli(arm_machine(), [arm_machine(LONG_MM, 0.8, "Long")])
 
 
 def probed(n: int = 60) -> pd.DataFrame:
@@ -196,7 +196,7 @@ def test_only_another_stylus_tells_a_pitch_of_the_arm_from_a_long_scale(tmp_path
     assert one["label"] == "angular_error_y_x"
     value = one["parameters"]["urad_per_m"]
     assert abs(value["value"] - 300.0) < 4.0 * value["u"] < 150.0
-    changes = [run for run in said["runs"] if "with stylus 2 (Long, tip radius 1.5 mm, 120 mm long)" in run["words"]]
+    changes = [run for run in said["runs"] if "with stylus 2 (Long, tip radius 0.8 mm, 120 mm long)" in run["words"]]
     assert len(changes) == 1
     assert "angular_error_y_x" in changes[0]["why"]["tells_apart"]
     assert changes[0]["stylus"] == 2
@@ -205,6 +205,7 @@ def test_only_another_stylus_tells_a_pitch_of_the_arm_from_a_long_scale(tmp_path
     recording = found.recording
     assert set(recording.frame.groupby("placement")["stylus"].nunique()) == {1}
     assert recording.comments["stylus_2"].startswith("stylus 2 (Long")
+    assert [recording.comments[name] for name in ("tip_radius_mm", "stylus_2_tip_radius_mm")] == ["2", "0.8"]
 
 
 def test_a_stylus_that_is_not_there_is_declined_like_any_run(tmp_path: Path) -> None:
@@ -241,7 +242,7 @@ def test_the_command_line_takes_styli_and_refuses_another_machine(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     files = write_files(tmp_path, arm_machine(), small_gauge(), lies_along_y())
-    for name, own in (("long", arm_machine(LONG_MM, 1.5, "Long")), ("other", small_machine(repeatability_um=0.3))):
+    for name, own in (("long", arm_machine(LONG_MM, 0.8, "Long")), ("other", small_machine(repeatability_um=0.3))):
         (tmp_path / name).mkdir()
         write_files(tmp_path / name, own, small_gauge(), lies_along_y())
     recording = measured((), ())
