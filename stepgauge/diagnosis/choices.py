@@ -151,9 +151,11 @@ def _has_modelled_pretravel(data: Residuals) -> bool:
 def _may_show_a_tripod(data: Residuals) -> bool:
     """Of a probe that is modelled by its construction a part may be different; it is not another tripod.
 
-    Its compliance, lever and azimuth are three numbers: so many directions must be left beside the origins.
+    Its compliance, lever and azimuth are three numbers: so many directions must be left beside the origins. With
+    another stylus a direction is another one.
     """
-    directions = len(data.probings.approaches()[0]) - len(data.origins)
+    met = np.column_stack([data.probings.approaches()[1], data.stylus])
+    directions = len(np.unique(met, axis=0)) - len(data.origins)
     return directions >= 3 and not isinstance(data.machine.sensor, MechanicalProbe)
 
 

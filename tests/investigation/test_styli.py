@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from stepgauge.diagnosis.choices import choices_of
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.effects import Probings, Setting, effect_kinds, make_effects, total_displacement_um
+from stepgauge.gauge.placement import make_placement
 from stepgauge.investigation.deciding import Case
 from stepgauge.investigation.locating import locating_settings
 from stepgauge.investigation.reach import Reach, possible_runs
@@ -154,6 +156,43 @@ def test_the_radius_of_a_further_stylus_is_its_own_and_that_of_the_first_a_findi
         make_residuals(first, small_gauge(), arm_machine())
     words = [run.words for run in possible_runs(data, [lies_along_y()] * 3, machine, Reach())]
     assert not any("with stylus" in one for one in words)  # the gauge lay so with both
+
+
+def test_a_longer_stylus_tells_the_lever_of_a_tripod_from_its_compliance() -> None:
+    """Of level gauges with one stylus only the product is told: force is one over lever, compliance is length cubed."""
+    without = tuple(one for one in effect_kinds() if one not in {"effective_radius", "kinematic_pretravel", "outliers"})
+    machine, gauge, middle = with_styli(small_machine(0.1), [longer()]), small_gauge(), np.array([200.0, 200.0, 60.0])
+    tripod = {"kind": "kinematic_pretravel", "um_per_N": 20.0, "lever_mm": 65.0, "arm_azimuth_deg": 20.0}
+    by_stylus = [
+        tripod,
+        {**tripod, "um_per_N": 20.0 * (LONG_MM / SHORT_MM) ** 3, "lever_mm": 65.0 + LONG_MM - SHORT_MM},
+    ]
+    parts = list[Recording]()
+    for number, (stylus, yaw_deg) in enumerate(product((1, 2), (0.0, 35.0, 60.0, 100.0, 140.0)), 1):
+        own, axis = (
+            machine.with_stylus(stylus),
+            np.array([np.cos(np.radians(yaw_deg)), np.sin(np.radians(yaw_deg)), 0.0]),
+        )
+        lies = make_placement(middle - 30.0 * axis, middle + 30.0 * axis, 1, gauge.n_blocks)
+        faulty = replace(own, effects=({**by_stylus[stylus - 1], "part": "varying"},), styli=())
+        program, conditions = small_program(gauge, own, 3, lies), Conditions(20.0, number, 300.0 * number)
+        run = run_program(program, faulty, gauge, lies, 9300 + number, conditions)
+        parts.append(with_stylus(run.recording, stylus, machine))
+    u_mm = []
+    for recording in (join_recordings(parts[:5]), join_recordings(parts)):
+        (one,) = sg.diagnose(recording, gauge, machine, without=without).findings
+        assert one.kind == "kinematic_pretravel"
+        lever = one.parameters["lever_mm"]
+        assert lever.u is not None
+        assert abs(lever.value - 65.0) < 3.0 * lever.u
+        u_mm.append(lever.u)
+    assert u_mm[1] < u_mm[0] / 2.0
+
+
+def longer() -> Machine:
+    """The small machine with a longer stylus."""
+    base = small_machine(0.1)
+    return replace(base, probe=base.probe.model_copy(update={"stylus_length_mm": LONG_MM}))
 
 
 BOX = ((180.0, 220.0), (100.0, 260.0), (0.0, 200.0))
