@@ -102,6 +102,7 @@ def command(
     measurement that separates them.
 
     Rows with a number other than 1 in the column stylus were probed with a further --stylus: the first one stated is 2.
+    Without the column a comment '# stylus: NAME' says it; 'measure' and 'simulate' write it where [probe] has a name.
 
     Prior knowledge (how common a cause is, and how large) stands in one table with reasons: --priors prints it,
     --priors FILE replaces a part of it.

@@ -16,7 +16,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.outputs import one_set
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import Machine, read_machine
-from stepgauge.machine.styli import with_styli
+from stepgauge.machine.styli import numbered, with_styli
 from stepgauge.recording import Recording, join_recordings, read_recording
 from stepgauge.work.processes import InProcess, Processes
 from stepgauge.work.run import run
@@ -117,6 +117,7 @@ def _diagnose(
     without: Collection[str],
     priors: Priors | None,
 ) -> Outcome:
+    recordings = [numbered(one, machine) for one in recordings]
     whole = recordings[0] if len(recordings) == 1 else join_recordings(recordings)
     found = replace(diagnose(whole, gauge, machine, without, priors), recordings=tuple(recordings))
     files = tuple(found.write(folder, suffix))

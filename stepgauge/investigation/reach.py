@@ -96,7 +96,7 @@ def _with_other_styli(machine: Machine, cycles: int, made: Sequence[tuple[Placem
         for place in range(len(made), 0, -1):
             lies, kept = made[place - 1][0], place == len(made)
             if not any(_same(lies, one) for one in taken):
-                where = "as it lies" if kept else f"again as in placement {place}"
+                where = f"{'as it lies' if kept else 'again as'} in placement {place}"  # nothing is proposed twice
                 words = f"the gauge {where}, with {stylus_words(machine, number)}"
                 yield ExtraRun(words, lies, cycles=cycles, stylus=number, changed=True, kept=kept)
                 taken.append(lies)

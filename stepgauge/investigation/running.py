@@ -26,10 +26,8 @@ from stepgauge.live.journal import Journal, resume, start
 from stepgauge.live.measuring import MEANING, Progress, StoppedByPersonError, measure
 from stepgauge.live.ways import Ways
 from stepgauge.machine.file import Machine
-from stepgauge.machine.styli import stylus_words
+from stepgauge.machine.styli import stylus_words, with_stylus
 from stepgauge.recording import Recording, read_recording, write_recording
-from stepgauge.recording.columns import STYLUS
-from stepgauge.recording.identity import radius_comment
 from stepgauge.work.steps import Steps
 
 Ask = Callable[[str], bool]
@@ -280,16 +278,6 @@ def _laying(run: ExtraRun) -> str:
         f"Lay {run.words}: the middle of block {run.placement.first_block} at ({ends[0]}) mm, that of block"
         f" {run.placement.last_block} at ({ends[1]}) mm, each to {LAID_MM:g} mm."
     )
-
-
-def with_stylus(recording: Recording, number: int, machine: Machine) -> Recording:
-    """The recording with the number of its stylus, and in the comments which that is; nothing more if there is one."""
-    if not machine.styli:
-        return recording
-    comments = {key: value for key, value in recording.comments.items() if key != "tip_radius_mm"}
-    comments[radius_comment(number)] = f"{machine.with_stylus(number).probe.tip_radius_mm:g}"
-    comments[f"stylus_{number}"] = stylus_words(machine, number)
-    return replace(recording, frame=recording.frame.assign(**{STYLUS: number}), comments=comments)
 
 
 def joined(runs: list[Made]) -> Recording:

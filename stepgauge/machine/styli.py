@@ -8,7 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError
-from stepgauge.machine.file import Machine
+from stepgauge.files.numerals import number
+from stepgauge.machine.file import TIP_TOLERANCE_MM, Machine
+from stepgauge.recording import Recording
+from stepgauge.recording.columns import STYLUS
+from stepgauge.recording.identity import radius_comment
 
 OF_THE_STYLUS = ("travel_mm", "chain.head_mm", "chain.stylus_mm")
 """Keys of ``[machine]`` that may differ: where the tip is, and so the limits of the tip."""
@@ -30,10 +34,55 @@ def with_styli(machine: Machine, others: Iterable[Machine]) -> Machine:
     return replace(machine, styli=tuple(told[1:])) if len(told) > 1 else machine
 
 
+def stylus_name(machine: Machine) -> str:
+    """What the stylus of a machine file is called: its ``tool`` or its ``name``, else nothing."""
+    return machine.probe.tool or machine.probe.name
+
+
+def stylus_comment(machine: Machine) -> dict[str, str]:
+    """The comment of a recording that says which stylus it was made with, where that has a name."""
+    return {STYLUS: name} if (name := stylus_name(machine)) else {}
+
+
+def with_stylus(recording: Recording, stylus: int, machine: Machine) -> Recording:
+    """The recording with the number of its stylus, and in the comments which that is; nothing more if there is one."""
+    if not machine.styli:
+        return recording
+    comments = {key: value for key, value in recording.comments.items() if key not in ("tip_radius_mm", STYLUS)}
+    comments[radius_comment(stylus)] = f"{machine.with_stylus(stylus).probe.tip_radius_mm:g}"
+    comments[f"{STYLUS}_{stylus}"] = stylus_words(machine, stylus)
+    return replace(recording, frame=recording.frame.assign(**{STYLUS: stylus}), comments=comments)
+
+
+def numbered(recording: Recording, machine: Machine) -> Recording:
+    """The recording with the number of its stylus, by its comment ``stylus`` where it has no such column.
+
+    :class:`InputError` where it names none of the machine's styli, or where another tip than that of stylus 1 is all
+    that it says.
+    """
+    if not machine.styli or STYLUS in recording.frame:
+        return recording
+    if STYLUS not in recording.comments and not _is_of_another_tip(recording, machine):
+        return with_stylus(recording, 1, machine)
+    names = [stylus_name(one) for one in (machine, *machine.styli)]
+    name = recording.comments.get(STYLUS, "")
+    if not name or names.count(name) != 1:
+        found = name or f"tip_radius_mm {recording.comments['tip_radius_mm']}"
+        known = ", ".join(filter(None, names)) or "their names"
+        expected = f"a column {STYLUS}, or a comment '# {STYLUS}: ' with one of {known}"
+        raise InputError(recording.path, "it is not told which stylus this was", found=found, expected=expected)
+    return with_stylus(recording, names.index(name) + 1, machine)
+
+
+def _is_of_another_tip(recording: Recording, machine: Machine) -> bool:
+    stated_mm = number(recording.comments.get("tip_radius_mm", ""))
+    return abs(stated_mm - machine.probe.tip_radius_mm) > TIP_TOLERANCE_MM
+
+
 def stylus_words(machine: Machine, number: int) -> str:
     """A stylus in words: ``stylus 2 (long, tip radius 2 mm, 200 mm long)``."""
     own = machine.with_stylus(number)
-    name = own.probe.tool or own.probe.name or Path(own.path).stem
+    name = stylus_name(own) or Path(own.path).stem
     told = [name] if name else []
     told += [f"tip radius {own.probe.tip_radius_mm:g} mm", f"{own.probe.shank_length_mm:g} mm long"]
     return f"stylus {number} ({', '.join(told)})"

@@ -25,12 +25,11 @@ from stepgauge.gauge.placement import make_placement
 from stepgauge.investigation.deciding import Case
 from stepgauge.investigation.locating import locating_settings
 from stepgauge.investigation.reach import Reach, possible_runs
-from stepgauge.investigation.running import with_stylus
 from stepgauge.investigation.stations import Served, Simulated
 from stepgauge.investigation.story import story_of
 from stepgauge.live.controller import Controller, Link, Wishes
 from stepgauge.machine.file import ChainTable, Machine
-from stepgauge.machine.styli import with_styli
+from stepgauge.machine.styli import numbered, with_styli, with_stylus
 from stepgauge.machine.virtual import Conditions, run_program
 from stepgauge.motion.moves import ProbingSettings
 from stepgauge.recording import Recording, join_recordings
@@ -133,8 +132,21 @@ def measured(first: tuple[dict[str, Any], ...], second: tuple[dict[str, Any], ..
         faulty = replace(own, effects=(first, second)[stylus - 1], styli=())
         program, conditions = small_program(small_gauge(), own, 3, lies), Conditions(20.0, number, 300.0 * number)
         run = run_program(program, faulty, small_gauge(), lies, 9200 + number, conditions)
-        parts.append(with_stylus(run.recording, stylus, machine))
+        parts.append(numbered(run.recording, machine))
+        assert set(parts[-1].frame["stylus"]) == {stylus}
     return join_recordings(parts)
+
+
+def test_a_recording_without_numbers_is_known_by_the_name_of_its_stylus() -> None:
+    machine, frame = both(), probed(3).drop(columns="stylus")
+    for comments, number in (({"stylus": "Long"}, 2), ({"tip_radius_mm": "2"}, 1), ({}, 1)):
+        told = numbered(Recording(frame, comments, "r.csv"), machine)
+        assert set(told.frame["stylus"]) == {number}
+        assert f"stylus_{number}" in told.comments
+    for comments, found in (({"stylus": "Longer"}, "Longer"), ({"tip_radius_mm": "0.8"}, "tip_radius_mm 0.8")):
+        with pytest.raises(sg.InputError, match=f"which stylus this was; found {found}"):
+            numbered(Recording(frame, comments, "r.csv"), machine)
+    assert "stylus" not in numbered(Recording(frame, {"stylus": "Long"}), arm_machine()).frame
 
 
 def test_the_radius_of_a_further_stylus_is_its_own_and_that_of_the_first_a_finding() -> None:
@@ -252,29 +264,50 @@ def test_a_stylus_that_is_not_there_is_declined_like_any_run(tmp_path: Path) -> 
     with begun(tmp_path, Breaking(both(), Counter(), -1), person, case=case) as found:
         found.go_through()
         said = story_of(found)
-    assert any(words.startswith("the gauge as it lies, with stylus 2 (Long") for words in said["declined"])
+    assert any(
+        words.startswith("the gauge as it lies in placement 1, with stylus 2 (Long") for words in said["declined"]
+    )
     assert any("with stylus 2" in words for words in said["needed"])
     assert {run["stylus"] for run in said["runs"]} == {1}
 
 
 def test_a_server_changes_to_a_stylus_that_it_knows_by_name(tmp_path: Path) -> None:
     machine, settings = both(), locating_settings(both())
-    with serving(make_state(None, None, machine, lies_along_y())) as port:
+    with serving(state := make_state(None, None, machine, lies_along_y())) as port:
         place = Served(f"127.0.0.1:{port}", machine, Wishes(home=True))
         case = replace(case_with(machine), reach=Reach(BOX, level=True, racked=frozenset([1, 2])))
         run = ExtraRun("", lies_along_y(), stylus=2, changed=True, kept=True)
         with begun(tmp_path, place, person := Person(), case=case) as found:
             assert found.runner._prepared(run, "")
             assert person.asked == []
+            assert (state.cmm.stylus, state.cmm.tip_radius_mm) == (2, 0.8)
+            with place.linked(settings) as link:
+                link.prepare(found.runner.wishes)  # which names the first one
+                assert state.cmm.stylus == 1
+                link.end()
             found.runner.mounted = 2
             assert found.runner.wishes.tool == "Long"
             with place.linked(settings) as link:
                 link.prepare(found.runner.wishes)
                 assert isinstance(link, Controller)
+                assert state.cmm.stylus == 2
                 assert not link.change_tool("Longer")
                 link.end()
     assert case.reach.rest_minutes(run) == 0.0
     assert replace(case.reach, racked=frozenset()).rest_minutes(replace(run, kept=False)) == 10.0
+
+
+def test_a_diagnosis_proposes_the_stylus_that_separates(tmp_path: Path) -> None:
+    whole = measured((PITCH,), ())
+    first = replace(whole, frame=whole.frame[whole.frame["stylus"] == 1])
+    files = write_files(tmp_path, arm_machine(), small_gauge(), lies_along_y())
+    (tmp_path / "further").mkdir()
+    long = write_files(tmp_path / "further", arm_machine(LONG_MM, 0.8, "Long"), small_gauge(), lies_along_y())
+    further = long["--machine"]
+    (one,) = sg.diagnose(first, files["--gauge"], files["--machine"], styli=[further], without=WITHOUT).findings
+    assert {one.kind, *one.confounded_with} == {"angular_error", "scale_error"}
+    assert "the same placement with stylus 2 (Long, tip radius 0.8 mm, 120 mm long)" in one.separate_by
+    assert further in one.separate_by
 
 
 def test_the_command_line_takes_styli_and_refuses_another_machine(
