@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import STYLUS, SUFFIX, leaves, machine_option, output, say
+from stepgauge.cli.options import FURTHER_STYLUS, SUFFIX, leaves, machine_option, output, say
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.many import Outcome
@@ -38,7 +38,7 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
     "--gauge", "-g", envvar="STEPGAUGE_GAUGE", metavar="GAUGE", help="Gauge file (TOML), or the name of a shipped one."
 )
 @machine_option(False, "Machine file (TOML) that is to be judged, or the name of a shipped one.")
-@STYLUS
+@FURTHER_STYLUS
 @click.option("--probe", metavar="PROBE", help="Probe file that is to be judged against a MAP, instead of a machine.")
 @click.option(
     "--column",
@@ -101,7 +101,7 @@ def command(
     The exit code is 0 for all four. Effects that this recording cannot discriminate are given as a set, with the
     measurement that separates them.
 
-    Rows with a number other than 1 in the column stylus were probed with a further --stylus: the first one stated is 2.
+    Rows with a number other than 1 in the column stylus were probed with a --further-stylus: the first one is 2.
     Without the column a comment '# stylus: NAME' says it; 'measure' and 'simulate' write it where [probe] has a name.
 
     Prior knowledge (how common a cause is, and how large) stands in one table with reasons: --priors prints it,

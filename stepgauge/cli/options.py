@@ -131,8 +131,8 @@ def placement_option(text: str) -> Decorator:
     return click.option("--placement", "-p", "placement_files", multiple=True, metavar="P", help=text)
 
 
-STYLUS = click.option(
-    "--stylus",
+FURTHER_STYLUS = click.option(
+    "--further-stylus",
     "styli",
     multiple=True,
     metavar="FILE",

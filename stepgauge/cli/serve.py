@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stepgauge.cli.options import (
+    FURTHER_STYLUS,
     GAUGE,
     GAUGE_TEMPERATURE,
     NOT_NEGATIVE,
     POSITIVE,
-    STYLUS,
     FiniteRange,
     machine_option,
     say,
@@ -54,7 +54,7 @@ class _Speed(click.ParamType):
 )
 @click.option("--port", type=click.IntRange(0, 65535), default=PORT, show_default=True, help="TCP port; 0: a free one.")
 @click.option("--host", default="127.0.0.1", show_default=True, metavar="ADDRESS", help="Address to listen at.")
-@STYLUS
+@FURTHER_STYLUS
 @GAUGE_TEMPERATURE
 @click.option("--seed", type=click.IntRange(0), help="Seed of the repeatability. Default: another one each time.")
 @click.option(
@@ -74,8 +74,8 @@ def command(machine: str, gauge: str, placement: str, port: int, host: str, **op
     Any I++ DME client can drive it, 'stepgauge measure' or a metrology software: sessions, tools, properties, moves and
     touches, in real time or faster. It moves within the travel of the machine file, hits the gauge if it is sent there,
     and reads as the machine file and the faults say; the effects act by its clock, which starts with the first session.
-    With a --stylus whose file has a tool in [probe], clients change to it by that name (ChangeTool, SetTool). It serves
-    one client at a time, and ends cleanly on Ctrl-C.
+    With a --further-stylus whose file has a tool in [probe], clients change to it by that name (ChangeTool, SetTool).
+    It serves one client at a time, and ends cleanly on Ctrl-C.
 
     \b
     stepgauge serve -m bridge-cmm -g step-gauge-420 -p placement.toml --speed 10

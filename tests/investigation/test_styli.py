@@ -332,10 +332,12 @@ def test_the_command_line_takes_styli_and_refuses_another_machine(
         printed = capsys.readouterr()
         return f"{code} {printed.out}{printed.err}"
 
-    further = [part for name in ("other", "long") for part in ("--stylus", str(tmp_path / name / "machine.toml"))]
+    further = [
+        part for name in ("other", "long") for part in ("--further-stylus", str(tmp_path / name / "machine.toml"))
+    ]
     missing = told("-o", str(tmp_path / "no"))
     assert missing.startswith("2 ")
-    assert "stylus 2, which is not stated; expected --stylus" in missing
+    assert "stylus 2, which is not stated; expected --further-stylus" in missing
     wrong = told(*further[:2], "-o", str(tmp_path / "no"))
     assert wrong.startswith("2 ")
     assert "a further stylus is of the same machine, but" in wrong
