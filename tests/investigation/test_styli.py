@@ -17,7 +17,11 @@ from numpy.testing import assert_allclose
 
 import stepgauge as sg
 from stepgauge.cli import main
+from stepgauge.cli.serve import _state
 from stepgauge.diagnosis.choices import choices_of
+from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.posterior.problem import Law
+from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.effects import Probings, Setting, effect_kinds, make_effects, total_displacement_um
@@ -199,6 +203,13 @@ def test_a_longer_stylus_tells_the_lever_of_a_tripod_from_its_compliance() -> No
         assert abs(lever.value - 65.0) < 3.0 * lever.u
         u_mm.append(lever.u)
     assert u_mm[1] < u_mm[0] / 2.0
+    data = make_residuals(join_recordings(parts), gauge, machine)
+    problem = make_problem(data, shipped_priors(), without)
+    law = next(one for one in problem.candidates if isinstance(one, Law) and one.kind == "kinematic_pretravel")
+    assert problem.in_part is not None
+    alone = {one.label: one for one in problem.in_part(law, 0)}[f"{law.label} where stylus >"]
+    assert alone.log_odds == law.log_odds + law.log_weight[0]  # no rarer than that of all styli
+    assert (np.abs(alone.pattern).max(axis=(0, 1)) > 0.0).tolist() == (data.stylus == 2).tolist()
 
 
 def longer() -> Machine:
@@ -317,6 +328,10 @@ def test_the_command_line_takes_styli_and_refuses_another_machine(
     for name, own in (("long", arm_machine(LONG_MM, 0.8, "Long")), ("other", small_machine(repeatability_um=0.3))):
         (tmp_path / name).mkdir()
         write_files(tmp_path / name, own, small_gauge(), lies_along_y())
+    asked = {"tool": "StepGaugeProbe", "styli": [str(tmp_path / "long" / "machine.toml")], "start_time": 0.0, "seed": 1}
+    asked |= dict.fromkeys(("speed", "faults", "gauge_temperature"))
+    served = _state(files["--machine"], files["--gauge"], files["--placement"], asked)
+    assert served.tools == ("RefTool", "NoTool", "Long", "StepGaugeProbe")
     recording = measured((), ())
     recording.write(tmp_path / "recording.csv")
     common = ["diagnose", str(tmp_path / "recording.csv"), "-g", files["--gauge"], "-m", files["--machine"]]
