@@ -22,6 +22,7 @@ _UNIT = re.compile(r"_(mm|um|mm_s|s|C|K|deg|percent|MB)$")
 _CALLED = {
     "columns": "column",
     "placements": "placement",
+    "styli": "further-stylus",
     "tolerances": "tolerance",
     "constants": "set",
     "expansion_per_K": "expansion",

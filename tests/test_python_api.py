@@ -36,7 +36,7 @@ budget(sources, gauge, machine, *, placements=(), blocks=None, r_eff="first", u_
 budget_fleet(store, *, blocks=None, r_eff="first", u_gauge_temperature_K=None, certificate_correlation=None,
     repeats="pooled", coverage_percent=95.45, runs=10000, seed=0, jobs=1, scheduler=None, memory_MB=None,
     progress=None)
-diagnose(recordings, gauge=None, machine=None, *, without=(), priors=None)
+diagnose(recordings, gauge=None, machine=None, *, styli=(), without=(), priors=None)
 diagnose_fleet(store, *, without=(), priors=None, jobs=1, scheduler=None, memory_MB=None, progress=None)
 diagnose_probe_map(probe_map, probe, *, columns=None, priors=None)
 evaluate(recordings, gauge, *, placements=(), blocks=None, r_eff="first", measured_at=None, machine_name=None)
@@ -44,8 +44,8 @@ evaluate_fleet(store, *, blocks=None, r_eff="first", jobs=1, scheduler=None, mem
 export_fleet(store, folder, where="true")
 infer_fleet(store, *, jobs=1, scheduler=None, memory_MB=None, progress=None)
 investigate(placement, gauge, machine, folder, *, ask, server=None, faults=None, seed=0, minutes=60.0, odds=20.0,
-    within_mm=None, level=False, hands_minutes=5.0, cycles=2, without=(), priors=None, resume=False, homing=False,
-    tool="StepGaugeProbe", tell=None, progress=None, stop=None)
+    within_mm=None, level=False, hands_minutes=5.0, styli=(), cycles=2, without=(), priors=None, resume=False,
+    homing=False, tool="StepGaugeProbe", tell=None, progress=None, stop=None)
 locate(points, gauge, *, machine=None, blocks=None, tip_radius_mm=None, repeatability_um=None, turned=False)
 measure(program, machine, gauge, placement, *, server, journal, resume=False, homing=False,
     tool="StepGaugeProbe", gauge_temperature_C=None, placement_number=1, dialect=None, search_mm=2.0, spy=None,

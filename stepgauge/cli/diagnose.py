@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import SUFFIX, leaves, machine_option, output, say
+from stepgauge.cli.options import FURTHER_STYLUS, SUFFIX, leaves, machine_option, output, say
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.many import Outcome
@@ -38,6 +38,7 @@ def _left(options: dict[str, Any]) -> tuple[str, ...]:
     "--gauge", "-g", envvar="STEPGAUGE_GAUGE", metavar="GAUGE", help="Gauge file (TOML), or the name of a shipped one."
 )
 @machine_option(False, "Machine file (TOML) that is to be judged, or the name of a shipped one.")
+@FURTHER_STYLUS
 @click.option("--probe", metavar="PROBE", help="Probe file that is to be judged against a MAP, instead of a machine.")
 @click.option(
     "--column",
@@ -82,6 +83,7 @@ def command(
     recordings: tuple[str, ...],
     gauge: str | None,
     machine: str | None,
+    styli: tuple[str, ...],
     probe: str | None,
     columns: tuple[str, ...],
     output: str,
@@ -98,6 +100,9 @@ def command(
     (structure that no known effect explains, described by its form), insufficient (the recording cannot discriminate).
     The exit code is 0 for all four. Effects that this recording cannot discriminate are given as a set, with the
     measurement that separates them.
+
+    Rows with a number other than 1 in the column stylus were probed with a --further-stylus: the first one is 2.
+    Without the column a comment '# stylus: NAME' says it; 'measure' and 'simulate' write it where [probe] has a name.
 
     Prior knowledge (how common a cause is, and how large) stands in one table with reasons: --priors prints it,
     --priors FILE replaces a part of it.
@@ -135,10 +140,12 @@ def command(
 
     table = None if priors is None else read_priors(priors)
     if together:
-        _say_outcome(diagnose_together(recordings, gauge, machine, output, suffix, without, table), with_first=True)
+        _say_outcome(
+            diagnose_together(recordings, gauge, machine, output, suffix, without, table, styli), with_first=True
+        )
         return
     failed = 0
-    outcomes = diagnose_each(recordings, gauge, machine, output, jobs, suffix, without, table)
+    outcomes = diagnose_each(recordings, gauge, machine, output, jobs, suffix, without, table, styli)
     for number, outcome in enumerate(outcomes, 1):
         _say_outcome(outcome, f"[{number}/{len(recordings)}] {outcome.name}: ")
         failed += not outcome.files

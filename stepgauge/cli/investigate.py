@@ -8,7 +8,17 @@ from typing import Any
 import click
 
 from stepgauge.cli.interrupt import at_once, interruptible, progress_bar, stoppable
-from stepgauge.cli.options import GAUGE, NOT_NEGATIVE, POSITIVE, SUFFIX, FiniteRange, machine_option, output, say
+from stepgauge.cli.options import (
+    FURTHER_STYLUS,
+    GAUGE,
+    NOT_NEGATIVE,
+    POSITIVE,
+    SUFFIX,
+    FiniteRange,
+    machine_option,
+    output,
+    say,
+)
 
 
 class _Box(click.ParamType):
@@ -59,8 +69,9 @@ class _Box(click.ParamType):
     default=5.0,
     show_default=True,
     metavar="MIN",
-    help="What it takes you to lay the gauge elsewhere.",
+    help="What it takes you to lay the gauge elsewhere, or to change the stylus.",
 )
+@FURTHER_STYLUS
 @click.option(
     "--cycles", type=click.IntRange(2, 100), default=2, show_default=True, help="Repetitions of every face in a run."
 )
@@ -77,9 +88,10 @@ def command(gauge: str, machine: str, placement: str | None, output: str, suffix
     """Find out what is wrong with a machine while the gauge is still on its table.
 
     A first run is measured and diagnosed. Of the further runs within reach (the gauge elsewhere, in another direction,
-    end for end; another speed, another order, a pause, a few blocks often) the one is chosen that is expected to tell
-    most per minute about which answer is right. Where hands are needed you are asked; answer no, and something else is
-    chosen. A gauge that you have laid is found by seven probings from outside, and refused where they do not fit it.
+    end for end; another speed, another order, a pause, a few blocks often; a --further-stylus) the one is chosen that
+    is expected to tell most per minute about which answer is right. Where hands are needed you are asked; answer no,
+    and something else is chosen. A gauge that you have laid is found by seven probings from outside, and refused where
+    they do not fit it; with another stylus it is found again.
 
     It ends with one cause or a set at stated odds, with adequate, with unknown, or with what would be needed and is not
     to be had. Every step is in a journal; after a kill or an error --resume goes on, and asks nothing twice.
@@ -109,6 +121,7 @@ def command(gauge: str, machine: str, placement: str | None, output: str, suffix
             within_mm=options["within"],
             level=options["level"],
             hands_minutes=options["hands_minutes"],
+            styli=options["styli"],
             cycles=options["cycles"],
             without=options["without"],
             priors=options["priors"],

@@ -131,6 +131,14 @@ def placement_option(text: str) -> Decorator:
     return click.option("--placement", "-p", "placement_files", multiple=True, metavar="P", help=text)
 
 
+FURTHER_STYLUS = click.option(
+    "--further-stylus",
+    "styli",
+    multiple=True,
+    metavar="FILE",
+    help="Machine file with a further stylus, otherwise the same as --machine; once per stylus.",
+)
+
 PLACEMENT_NUMBER = click.option(
     "--placement-number",
     type=click.IntRange(1),

@@ -6,7 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import GAUGE, GAUGE_TEMPERATURE, NOT_NEGATIVE, POSITIVE, FiniteRange, machine_option, say
+from stepgauge.cli.options import (
+    FURTHER_STYLUS,
+    GAUGE,
+    GAUGE_TEMPERATURE,
+    NOT_NEGATIVE,
+    POSITIVE,
+    FiniteRange,
+    machine_option,
+    say,
+)
 
 if TYPE_CHECKING:
     from stepgauge.live.machine_state import MachineState
@@ -45,6 +54,7 @@ class _Speed(click.ParamType):
 )
 @click.option("--port", type=click.IntRange(0, 65535), default=PORT, show_default=True, help="TCP port; 0: a free one.")
 @click.option("--host", default="127.0.0.1", show_default=True, metavar="ADDRESS", help="Address to listen at.")
+@FURTHER_STYLUS
 @GAUGE_TEMPERATURE
 @click.option("--seed", type=click.IntRange(0), help="Seed of the repeatability. Default: another one each time.")
 @click.option(
@@ -64,6 +74,7 @@ def command(machine: str, gauge: str, placement: str, port: int, host: str, **op
     Any I++ DME client can drive it, 'stepgauge measure' or a metrology software: sessions, tools, properties, moves and
     touches, in real time or faster. It moves within the travel of the machine file, hits the gauge if it is sent there,
     and reads as the machine file and the faults say; the effects act by its clock, which starts with the first session.
+    With a --further-stylus whose file has a tool in [probe], clients change to it by that name (ChangeTool, SetTool).
     It serves one client at a time, and ends cleanly on Ctrl-C.
 
     \b
@@ -99,12 +110,13 @@ def _state(machine: str, gauge: str, placement: str, options: dict[str, Any]) ->
     from stepgauge.live.machine_state import MachineState
     from stepgauge.live.methods import NOT_HERE
     from stepgauge.machine.file import read_machine
+    from stepgauge.machine.styli import with_styli
     from stepgauge.planning.program import check_tool
 
     check_tool(options["tool"], "ippdme")
     steps = read_gauge(gauge)
     cmm = LiveCmm(
-        read_machine(machine),
+        with_styli(read_machine(machine), map(read_machine, options["styli"])),
         steps,
         read_placement(placement, steps),
         MachineClock(options["speed"], options["start_time"]),

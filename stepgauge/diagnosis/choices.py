@@ -80,12 +80,19 @@ def _values_of(parameter: Parameter, data: Residuals, law: type[Effect]) -> Sequ
     if parameter.name == "minus":
         return [None, *temperatures(data)] if law.kind == "thermal_bending" else [None]
     if parameter.name == "placement":
-        return [int(number) for number in np.unique(data.frame["placement"])]
+        return _beside_others(data)
     if parameter.name == "order":
         return _ORDERS[law.kind]
     if parameter.name == "arm":
         return ["first"]  # the azimuth says which one
     return parameter.choices or (parameter.default,)
+
+
+def _beside_others(data: Residuals) -> list[int]:
+    """Placements that are not the only one with their stylus, whose radius is its own anyway."""
+    numbers = data.frame["placement"].to_numpy()
+    with_each = [np.unique(numbers[data.stylus == one]).tolist() for one in np.unique(data.stylus)]
+    return sorted({one for with_one in with_each if len(with_each) == 1 or len(with_one) > 1 for one in with_one})
 
 
 def choice_odds(kind: str, choices: Mapping[str, Any], priors: Priors) -> float:
@@ -144,9 +151,11 @@ def _has_modelled_pretravel(data: Residuals) -> bool:
 def _may_show_a_tripod(data: Residuals) -> bool:
     """Of a probe that is modelled by its construction a part may be different; it is not another tripod.
 
-    Its compliance, lever and azimuth are three numbers: so many directions must be left beside the origins.
+    Its compliance, lever and azimuth are three numbers: so many directions must be left beside the origins. With
+    another stylus a direction is another one.
     """
-    directions = len(data.probings.approaches()[0]) - int(data.placement.max()) - 1
+    met = np.column_stack([data.probings.approaches()[1], data.stylus])
+    directions = len(np.unique(met, axis=0)) - len(data.origins)
     return directions >= 3 and not isinstance(data.machine.sensor, MechanicalProbe)
 
 
@@ -162,7 +171,7 @@ def _has_like_placements(data: Residuals) -> bool:
     large.
     """
     own = (data.placement == np.arange(data.placement.max() + 1)[:, None]).astype(float)
-    shared = np.vstack([np.ones(len(data)), np.abs([data.probings.approach(axis) for axis in "xyz"])])
+    shared = np.vstack([np.ones(len(data)), np.abs([data.probings.approach(axis) for axis in "xyz"]), data.radii])
     left = own - np.linalg.lstsq(shared.T, own.T, rcond=LIKE_DIRECTIONS)[0].T @ shared
     return bool(np.linalg.norm(left) > TOLD_APART * np.linalg.norm(own))
 

@@ -12,6 +12,7 @@ from stepgauge.diagnosis.choices import pauses_s
 from stepgauge.diagnosis.library import SEEN_SHARE
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.recording import COUNTS, OPTIONAL, REQUIRED
+from stepgauge.recording.columns import STYLUS
 
 Array = NDArray[np.float64]
 ROUNDING = 1e-9
@@ -70,8 +71,8 @@ def covariates(data: Residuals) -> list[Covariate]:
     found += list(_touches(data)) if data.has_time else []
     found += [Covariate(REST, "s", data.probings.rest_s())] if data.has_time else []
     for name in frame.columns:
-        if name.startswith("share_"):
-            continue  # the truth of a simulation is no covariate
+        if name.startswith("share_") or name == STYLUS:
+            continue  # the truth of a simulation is no covariate; a stylus has its radius and its laws
         if name in ("speed_mm_s", *OPTIONAL[3:]) or name not in (*REQUIRED, *OPTIONAL, *COUNTS):
             found.append(Covariate(_plain_name(name, found), "", frame[name].to_numpy(float), name != "speed_mm_s"))
     return [c for c in found if _is_usable(c)]

@@ -16,6 +16,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.outputs import one_set
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import Machine, read_machine
+from stepgauge.machine.styli import numbered, with_styli
 from stepgauge.recording import Recording, join_recordings, read_recording
 from stepgauge.work.processes import InProcess, Processes
 from stepgauge.work.run import run
@@ -40,9 +41,10 @@ def diagnose_together(
     suffix: str = "png",
     without: Collection[str] = (),
     priors: Priors | None = None,
+    styli: Sequence[str] = (),
 ) -> Outcome:
     """Diagnose several recordings as placements of one machine; parameters as :func:`diagnose_each`."""
-    steps, cmm = read_gauge(gauge), read_machine(machine)
+    steps, cmm = read_gauge(gauge), with_styli(read_machine(machine), map(read_machine, styli))
     return _diagnose([read_recording(path) for path in paths], steps, cmm, Path(folder), suffix, without, priors)
 
 
@@ -55,6 +57,7 @@ def diagnose_each(
     suffix: str = "png",
     without: Collection[str] = (),
     priors: Priors | None = None,
+    styli: Sequence[str] = (),
 ) -> Iterator[Outcome]:
     """Diagnose recordings one by one into folders named after their files, in the order given.
 
@@ -70,6 +73,7 @@ def diagnose_each(
     suffix : format of the figures
     without : kinds of effects that are no candidates
     priors : the table of priors, the shipped one by default
+    styli : machine files with further styli
 
     Raises
     ------
@@ -77,7 +81,7 @@ def diagnose_each(
         wrong files, equal names
     """
     _check_names(paths)
-    steps, cmm = read_gauge(gauge), read_machine(machine)
+    steps, cmm = read_gauge(gauge), with_styli(read_machine(machine), map(read_machine, styli))
     recordings = [read_recording(path) for path in paths]
     one = partial(_one, gauge=steps, machine=cmm, folder=Path(folder), suffix=suffix, without=without, priors=priors)
     count = min(jobs or os.cpu_count() or 1, len(recordings))
@@ -113,6 +117,7 @@ def _diagnose(
     without: Collection[str],
     priors: Priors | None,
 ) -> Outcome:
+    recordings = [numbered(one, machine) for one in recordings]
     whole = recordings[0] if len(recordings) == 1 else join_recordings(recordings)
     found = replace(diagnose(whole, gauge, machine, without, priors), recordings=tuple(recordings))
     files = tuple(found.write(folder, suffix))

@@ -20,11 +20,14 @@ from stepgauge.diagnosis.posterior.problem import Law
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects.empirical import holds
 from stepgauge.recording import POSITION
+from stepgauge.recording.columns import STYLUS
 
 Array = NDArray[np.float64]
 EDGES = 15
 """Edges that are tried over a covariate: a part is as large as a sixteenth of the record at least."""
 DIGITS = 6
+OF_THE_PROBE = {"kinematic_pretravel", "lever_arm", "pretravel_scale", "probe_lobing", "seat_defect"}
+"""Kinds that the stylus has a part in, besides its radius."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,15 @@ def _formulas(data: Residuals) -> Iterator[tuple[str, tuple[str, ...]]]:
                 yield f"{name} {sense}", tuple(f"{name} {sense} {edge:.{DIGITS}g}" for edge in edges)
     if data.has_time and goes_both_ways(data):
         yield from ((f"way {sense}", (f"way {sense} 0",)) for sense in (">", "<"))
+
+
+def stylus_conditions(data: Residuals) -> Iterator[Condition]:
+    """One stylus against the others, by an edge between their numbers."""
+    met = np.unique(data.stylus)
+    edges = (met[1:] + met[:-1]) / 2.0
+    for sense, beyond in ((">", np.greater), ("<", np.less)) if len(edges) else ():
+        formulas = tuple(f"{STYLUS} {sense} {edge:g}" for edge in edges)
+        yield Condition(f"{STYLUS} {sense}", formulas, beyond(data.stylus, edges[:, None]))
 
 
 def _edges(values: Array) -> list[float]:
@@ -85,9 +97,12 @@ def in_part(data: Residuals, priors: Priors, every: tuple[Condition, ...], law: 
     family: Family = law.source
     if "when" in family.atoms[atom]:
         return []
-    odds = law.log_odds + float(law.log_weight[atom] + np.log(priors.laws.part / max(len(every), 1)))
+    odds = law.log_odds + float(law.log_weight[atom])
+    rare = odds + float(np.log(priors.laws.part / max(len(every), 1)))
     everywhere = family_signatures(family, family.atoms[atom], data)
-    tried = (_under(one, law, atom, everywhere, odds, data) for one in every)
+    tried = [_under(one, law, atom, everywhere, rare, data) for one in every]
+    if law.kind in OF_THE_PROBE:  # what is wrong with one stylus need not be with another
+        tried += [_under(one, law, atom, everywhere, odds, data) for one in stylus_conditions(data)]
     return [one for one in tried if one is not None]
 
 

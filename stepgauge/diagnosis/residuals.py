@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.effects.totals import scatter_um
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.machine.readout import machine_effects
 from stepgauge.recording import POSITION, Recording
+from stepgauge.recording.columns import STYLUS
 from stepgauge.recording.identity import axis_from_approaches, certified_mm, check_recording
 
 Array = NDArray[np.float64]
@@ -86,17 +87,27 @@ class Residuals:
 
     @cached_property
     def origins(self) -> Array:
-        """Columns ``(p, n)`` of which nothing is known: the origin of every placement along the gauge, or others."""
+        """Columns ``(p, n)`` of which nothing is known: the origin of every placement along the gauge, or others.
+
+        And the effective radius of every stylus but the machine file's: a new one has not been qualified here.
+        """
         if self.unknown is not None:
             return self.unknown
-        return (self.placement == np.arange(self.placement.max() + 1)[:, None]) * self.side
+        places = (self.placement == np.arange(self.placement.max() + 1)[:, None]) * self.side
+        return np.vstack([places, self.radii]) if len(self.radii) else places
+
+    @cached_property
+    def radii(self) -> Array:
+        """Columns ``(s, n)``: a larger effective radius of each further stylus."""
+        further = np.unique(self.stylus[self.stylus > 1])
+        return (self.stylus == further[:, None]).astype(float)
 
     @cached_property
     def _spanned(self) -> Array:
         """Orthonormal rows that span the origins."""
-        if self.unknown is None:
+        if self.unknown is None and not len(self.radii):
             return self.origins / np.sqrt(np.abs(self.origins).sum(axis=1, keepdims=True))
-        _, size, rows = np.linalg.svd(self.unknown, full_matrices=False)
+        _, size, rows = np.linalg.svd(self.origins, full_matrices=False)
         return np.asarray(rows[size > 1e-9 * size[0]])
 
     def at(self, rows: NDArray[np.bool_]) -> Residuals:
@@ -116,6 +127,11 @@ class Residuals:
         )
 
     @cached_property
+    def stylus(self) -> NDArray[np.int64]:
+        """Number of the stylus of a row, 1 for that of the machine file."""
+        return stylus_of(self.frame)
+
+    @cached_property
     def has_time(self) -> bool:
         """Whether times were recorded that differ."""
         return "time_s" in self.frame and self.frame["time_s"].nunique() > 1
@@ -125,7 +141,8 @@ def make_residuals(recording: Recording, gauge: Gauge, machine: Machine) -> Resi
     """Recorded minus simulated positions along the approach.
 
     The simulation uses the machine file: certified faces at the recorded gauge temperature, tip radius minus
-    pre-travel, and the effects in the file. The position of the gauge is not known and is fitted.
+    pre-travel, and the effects in the file, each row with its stylus. The position of the gauge is not known and is
+    fitted.
 
     :class:`InputError` for recordings too small for a diagnosis.
     """
@@ -155,8 +172,7 @@ def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) ->
     along = (approach * axis).sum(axis=1)
     setting = Setting.of(machine, gauge, axes)
     probings = Probings(frame, setting)
-    radius_mm = machine.probe.tip_radius_mm - machine.sensor.pretravel_um(approach) * 1e-3
-    simulated_mm = certified_mm(recording, gauge, face) - along * radius_mm
+    simulated_mm = certified_mm(recording, gauge, face) - along * _radius_mm(recording, machine)
     um = ((position * axis).sum(axis=1) - simulated_mm) * along * 1e3
     effects = machine_effects(machine)
     for effect in effects:
@@ -167,6 +183,27 @@ def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) ->
     grown_um = scatter_um(effects, probings, 0.0)[-1]
     seen = Probings(simulated, setting)
     return Residuals(um, side, placement, face, seen, frame, gauge, machine, grown_um=grown_um)
+
+
+def stylus_of(frame: pd.DataFrame) -> NDArray[np.int64]:
+    """Number of the stylus of every row, 1 where none is recorded."""
+    if STYLUS not in frame:
+        return np.ones(len(frame), np.int64)
+    return np.asarray(np.nan_to_num(np.rint(frame[STYLUS].to_numpy(float)), nan=1.0), np.int64)
+
+
+def _radius_mm(recording: Recording, machine: Machine) -> Array:
+    """Tip radius minus pre-travel of every row ``(n,)``; :class:`InputError` for a stylus that is not stated."""
+    number, approach, radius_mm = stylus_of(recording.frame), recording.approach, np.empty(len(recording))
+    for one in np.unique(number).tolist():
+        try:
+            own, rows = machine.with_stylus(one), number == one
+        except InputError:
+            what = f"the recording was made with stylus {one}, which is not stated"
+            expected = naming("styli", words="{} with a machine file of each further stylus")
+            raise InputError(recording.path, what, expected=expected) from None
+        radius_mm[rows] = own.probe.tip_radius_mm - own.sensor.pretravel_um(approach[rows]) * 1e-3
+    return radius_mm
 
 
 def _origin(along_um: Array, placement: NDArray[np.intp]) -> Array:

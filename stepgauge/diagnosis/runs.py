@@ -20,8 +20,10 @@ from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals, unchecked_residuals
 from stepgauge.errors import InputError
 from stepgauge.gauge.placement import STANDING_COS, Placement, make_placement
+from stepgauge.machine.styli import stylus_words
 from stepgauge.planning.plan import PlanOptions, faces_in_order
 from stepgauge.recording import APPROACH, POSITION, Recording
+from stepgauge.recording.columns import STYLUS
 
 Array = NDArray[np.float64]
 CYCLES = 2
@@ -40,8 +42,9 @@ BEYOND = 1.0
 class ExtraRun:
     """A further measurement: in words, the position of the gauge, and the speed (None: as before).
 
-    ``blocks``: those that are measured (None: all); ``wait_s``: time before it; ``stays``: the gauge is not touched, so
-    that its origin is the one it had.
+    ``blocks``: those that are measured (None: all); ``wait_s``: time before it; ``stays``: neither gauge nor stylus is
+    touched, so that the origin is the one it had; ``stylus``: the number of the machine's stylus; ``changed``: it is
+    put in for this run, so that the gauge is located and has a new origin even if it is ``kept`` as it lies.
     """
 
     words: str
@@ -52,6 +55,14 @@ class ExtraRun:
     blocks: tuple[int, ...] | None = None
     wait_s: float = PAUSE_S
     stays: bool = False
+    stylus: int = 1
+    changed: bool = False
+    kept: bool = False
+
+    @property
+    def is_laid(self) -> bool:
+        """Whether the gauge is laid for this run."""
+        return not (self.stays or self.kept)
 
     def options(self, n_blocks: int) -> PlanOptions:
         """The run as a plan of a gauge with so many blocks."""
@@ -96,6 +107,9 @@ def extra_runs(data: Residuals) -> Iterator[ExtraRun]:
     if speed is not None:
         slower = max(speed / SPEED_FACTOR, 0.1)
         yield ExtraRun(f"the same placement at {slower:.3g} mm/s instead of {speed:.3g} mm/s", here, slower)
+    for number in range(2, len(data.machine.styli) + 2):
+        words = f"the same placement with {stylus_words(data.machine, number)}"
+        yield ExtraRun(words, here, stylus=number, changed=True, kept=True)
     yield from laid_elsewhere(data, here)
 
 
@@ -172,15 +186,19 @@ def with_run(run: ExtraRun, data: Residuals) -> Residuals:
     """The recording followed by the rows of an extra run, with ideal readings."""
     cycle, face = np.array(list(faces_in_order(run.options(data.gauge.n_blocks)))).T
     sign = np.where(face % 2 == 1, 1.0, -1.0)
-    axis, radius = run.placement.axis, data.machine.probe.tip_radius_mm
+    axis, radius = run.placement.axis, data.machine.with_stylus(run.stylus).probe.tip_radius_mm
     along = data.gauge.position_mm[face - 1] - sign * radius
     before = {str(name): values.to_numpy() for name, values in data.frame.items()}
+    if data.machine.styli:
+        before[STYLUS] = data.stylus
     more = {name: np.full(len(face), values[-1], values.dtype) for name, values in before.items()}
     if run.stays:
         more["cycle"] = cycle + int(before["cycle"].max())
     else:
         more["placement"], more["cycle"] = np.full(len(face), int(before["placement"].max()) + 1), cycle
     more["face"] = face
+    if STYLUS in more:
+        more[STYLUS] = np.full(len(face), run.stylus)
     more |= dict(zip(POSITION, (run.placement.origin_mm(data.gauge) + along[:, None] * axis).T, strict=True))
     more |= dict(zip(APPROACH, (sign[:, None] * axis).T, strict=True))
     if run.speed_mm_s is not None and "speed_mm_s" in more:

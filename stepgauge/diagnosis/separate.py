@@ -76,7 +76,8 @@ def with_separations(
         name, by = f"separate-{len(placements) + 1}", NO_SEPARATION
         if best is not None:
             placements[f"{name}.toml"] = best.placement_text()
-            command = best.command(name, called(data.gauge.path), called(data.machine.path))
+            machine = data.machine.with_stylus(best.run.stylus).path
+            command = best.command(name, called(data.gauge.path), called(machine))
             rest = f"; {', '.join(best.untold)}: {NO_SEPARATION}" if best.untold else ""
             by = f"{best.run.words}, which separates it from {', '.join(best.told)}: {command}{rest}"
         told.append(replace(finding, reason=_reason(finding, data), separate_by=by))

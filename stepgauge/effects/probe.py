@@ -32,7 +32,10 @@ class EffectiveRadius(Effect):
 
 
 class ProbeLobing(Effect):
-    """Three lobes of a tripod probe: d = A cos(3 (azimuth - phase)) along the approach, azimuth about the stylus."""
+    """Three lobes of a tripod probe: d = A cos(3 (azimuth - phase)) along the approach, azimuth about the stylus.
+
+    With a further stylus in proportion to its pre-travel by the same trigger moment.
+    """
 
     kind: ClassVar[str] = "probe_lobing"
     equation: ClassVar[str] = "d = amplitude_um cos(3 (azimuth - phase_deg)) along the approach"
@@ -53,7 +56,7 @@ class ProbeLobing(Effect):
         c, s = c * inverse, s * inverse
         phase = np.radians(3.0 * self.phase_deg)
         lobes = c * (4.0 * c * c - 3.0) * np.cos(phase) + s * (3.0 - 4.0 * s * s) * np.sin(phase)
-        return {"approach": self.amplitude_um * (lobes * (size > ON_AXIS))}
+        return {"approach": self.amplitude_um * (lobes * (size > ON_AXIS)) * probings.setting.pretravel}
 
 
 class TriggerDelay(Effect):

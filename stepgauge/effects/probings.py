@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from copy import copy
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from stepgauge.probes.schema import ProbeTable
 
 Array = NDArray[np.float64]
+CARRIER_MM = 14.5
+"""From the root of a stylus to the contacts of its probe (Rodrigues 2021, OMP40-2)."""
 FACE_COS = 0.5
 """Cosine of approach and gauge axis, at least, where a face is probed."""
 Rows = NDArray[np.int64]
@@ -39,7 +42,8 @@ class Setting:
 
     ``travel_mm (3, 2)``: lowest and highest x, y, z; ``gauge``: the certificate; ``axis``: the true gauge axis by
     placement number (without it front faces are assumed to be probed along the axis and back faces against it);
-    ``chain``: of the machine's axes, where it is known.
+    ``chain``: of the machine's axes, where it is known; ``styli``: the setting with each further stylus by its number
+    in the column ``stylus``; ``longer_mm``: by how much such a stylus is longer than that of the machine file.
     """
 
     travel_mm: Array
@@ -49,12 +53,43 @@ class Setting:
     axis: Mapping[int, Array] = field(default_factory=dict)
     scale_expansion_per_K: float | Array = 11.5e-6
     chain: Chain | None = None
+    styli: Mapping[int, Setting] = field(default_factory=dict)
+    longer_mm: float = 0.0
 
     @classmethod
     def of(cls, machine: Machine, gauge: Gauge | None = None, axis: Mapping[int, Array] | None = None) -> Setting:
         """The setting from a machine file and a gauge."""
         expansion = machine.table.scale_expansion_per_K
-        return cls(machine.travel_mm, gauge, machine.probe, machine.sensor, axis or {}, expansion, machine.chain)
+        own = cls(machine.travel_mm, gauge, machine.probe, machine.sensor, axis or {}, expansion, machine.chain)
+        styli = {number: own._with_stylus(other) for number, other in enumerate(machine.styli, 2)}
+        return replace(own, styli=styli) if styli else own
+
+    def _with_stylus(self, other: Machine) -> Setting:
+        """The carriages travel as before: the limits of the tip are shifted by as much as the tip is elsewhere."""
+        assert self.probe is not None
+        own, its = self.chain, other.chain
+        shift = np.zeros(3) if own is None or its is None else np.subtract(its.tip_mm, own.tip_mm)
+        longer_mm = other.probe.shank_length_mm - self.probe.shank_length_mm
+        travel_mm = self.travel_mm + shift[:, None]
+        return replace(
+            self, travel_mm=travel_mm, probe=other.probe, sensor=other.sensor, chain=its, longer_mm=longer_mm
+        )
+
+    @property
+    def compliance(self) -> float:
+        """Compliance of this stylus over that of the machine file's: a beam's grows with the third power of length."""
+        if not self.longer_mm or self.probe is None:
+            return 1.0
+        length_mm = self.probe.shank_length_mm
+        return (length_mm / (length_mm - self.longer_mm)) ** 3
+
+    @property
+    def pretravel(self) -> float:
+        """Pre-travel by the same trigger moment: compliance over lever; the contacts are CARRIER_MM beyond the root."""
+        if not self.longer_mm or self.probe is None:
+            return 1.0
+        lever_mm = self.probe.shank_length_mm + CARRIER_MM
+        return self.compliance * (lever_mm - self.longer_mm) / lever_mm
 
 
 class Columns(Protocol):
@@ -73,8 +108,7 @@ class Probings:
 
     def __init__(self, columns: Columns, setting: Setting) -> None:
         self.columns, self.setting = columns, setting
-        self._made: dict[object, Array] = {}
-        self._which: Rows = np.empty(0, np.int64)
+        self._made: dict[object, Any] = {}
 
     def __len__(self) -> int:
         return self.column("face").shape[-1]
@@ -83,6 +117,17 @@ class Probings:
     def first_row(self) -> int:
         """Index of the first of these rows in the recording."""
         return 0
+
+    def with_styli(self) -> Iterator[tuple[Array, Probings]]:
+        """For every further stylus: the rows that were probed with it ``(n,)``, and all rows as if they had been."""
+        if not self.setting.styli or "stylus" not in self.columns:
+            return
+        number = self.column("stylus")
+        for one, setting in self.setting.styli.items():
+            if (rows := number == one).any():
+                other = copy(self)  # what was computed of columns holds for both
+                other.setting = setting
+                yield rows, other
 
     def column(self, name: str) -> Array:
         """A recorded column; :class:`InputError` where the recording has none of that name."""
@@ -102,7 +147,7 @@ class Probings:
         offset = 0.0 if chain is None else chain.tip_mm["xyz".index(axis)]
         if not offset:
             return self.coordinate_mm(axis)
-        key = ("axis", axis)
+        key = ("axis", axis, offset)
         if key not in self._made:
             self._made[key] = self.coordinate_mm(axis) - offset
         return self._made[key]
@@ -118,9 +163,9 @@ class Probings:
         """
         if "approaches" not in self._made:
             every = np.stack([self.approach(axis) for axis in "xyz"])
-            first, self._which = _told_apart(every)
+            first, self._made["which"] = _told_apart(every)
             self._made["approaches"] = every[:, first].T
-        return self._made["approaches"], self._which
+        return self._made["approaches"], self._made["which"]
 
     @property
     def time_s(self) -> Array:

@@ -41,15 +41,26 @@ def added_up(effects: Sequence[Effect], probings: Probings) -> tuple[Array, Arra
 
 
 def displacement_um(effect: Effect, probings: Probings) -> Displacement:
-    """Displacement of one effect, um; :class:`InputError` names the effect as in the machine file."""
+    """Displacement of one effect, um, in each row with the stylus that it was probed with.
+
+    :class:`InputError` names the effect as in the machine file.
+    """
     try:
-        found = effect.displacement_um(probings)
-        if effect.when is None:
-            return found
-        there = holds(effect.when, probings)
-        return {component: um * there for component, um in found.items()}
+        found = _where_it_acts(effect, probings)
+        for rows, others in probings.with_styli():
+            other = _where_it_acts(effect, others)
+            found = {one: np.where(rows, other.get(one, 0.0), found.get(one, 0.0)) for one in {**found, **other}}
+        return found
     except InputError as error:
         raise error.at(f'[[effect]] kind = "{effect.kind}"') from None
+
+
+def _where_it_acts(effect: Effect, probings: Probings) -> Displacement:
+    found = effect.displacement_um(probings)
+    if effect.when is None:
+        return found
+    there = holds(effect.when, probings)
+    return {component: um * there for component, um in found.items()}
 
 
 def along_approach_um(effect: Effect, probings: Probings) -> Array:

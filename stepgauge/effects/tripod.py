@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import model_validator
 
 from stepgauge.effects.base import Array, Displacement, Effect, parameter
-from stepgauge.effects.probings import Probings
+from stepgauge.effects.probings import Probings, Setting
 from stepgauge.errors import InputError
 from stepgauge.physics import friction, trigger
 from stepgauge.physics.directions import iso_10360_5_points
@@ -22,7 +22,8 @@ QUALIFIED = iso_10360_5_points()
 class Seated(Effect):
     """A probe that triggers when the first of its six contacts opens: seat, lever and compliance.
 
-    If the probe of the machine file is a constant or has no pre-travel, these parameters describe the probe.
+    If the probe of the machine file is a constant or has no pre-travel, these parameters describe the probe. With a
+    further stylus the lever is longer by as much as the stylus, and the compliance grows with its length cubed.
     """
 
     um_per_N: float = parameter(
@@ -78,21 +79,23 @@ class Seated(Effect):
         sensor = probings.setting.sensor
         approach, which = probings.approaches()
         normal = -approach @ (head_frame() if sensor is None else sensor.frame).T
-        force = np.stack([one.force_N(normal) for one in self._runs()])
+        force = np.stack([one.force_N(normal) for one in self._runs(probings.setting)])
         if not np.isfinite(force).all():
             lost = approach[~np.isfinite(force).all(axis=0)][0]
             found = "approach " + ", ".join(f"{share:.3f}" for share in lost)
             raise InputError("effects", "a tripod never triggers: the face pulls the stylus out of it", found=found)
         by_row = (force[0] if len(force) == 1 else force)[..., which]
-        return {"approach": self.um_per_N * by_row}
+        return {"approach": self.um_per_N * probings.setting.compliance * by_row}
 
     def force_N(self, normal: Array) -> Array:
         """Force times the share of the compliance, N, (n,), for contact normals (n, 3) in the probe's frame."""
         raise NotImplementedError
 
-    def _runs(self) -> Iterator[Seated]:
-        """This effect for every run, where parameters differ by run."""
+    def _runs(self, setting: Setting) -> Iterator[Seated]:
+        """This effect for every run, where parameters differ by run; a further stylus has a lever of its own."""
         values = {p.name: getattr(self, p.name) for p in self.parameters() if p.role == "nonlinear"}
+        if setting.longer_mm and setting.probe is not None:
+            values["lever_mm"] = np.maximum(self.lever_mm + setting.longer_mm, setting.probe.shank_length_mm)
         runs = max(np.size(value) for value in values.values())
         for run in range(runs):
             yield self.with_values(**{name: float(np.ravel(v)[min(run, np.size(v) - 1)]) for name, v in values.items()})

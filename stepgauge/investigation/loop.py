@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from stepgauge.diagnosis.parts import OF_THE_PROBE
 from stepgauge.diagnosis.result import Diagnosis, Finding
 from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.errors import InputError, naming
@@ -20,8 +21,10 @@ from stepgauge.investigation.running import Made, Runner, joined
 from stepgauge.recording import Recording
 
 Tell = Callable[[str], None]
-STYLUS_KINDS = {"effective_radius", "kinematic_pretravel", "lever_arm", "probe_lobing", "seat_defect", "tip_change"}
+OF_THE_STYLUS = {"effective_radius", "tip_change", *OF_THE_PROBE}
 """Kinds whose size changes with the stylus: another one would tell them from the rest."""
+ROTATIONS = {"angular_error", "roll"}
+"""Kinds that act through an arm, at whose end the stylus is where the machine's chain is stated."""
 
 
 @dataclass
@@ -164,8 +167,9 @@ def needed(case: Case, found: Learnt, end: End) -> list[str]:
         return []
     wanted = [_wanted(one.as_json()) for one in found.rated if one.nats >= LEAST_NATS]
     wanted += [f"{run.words}, for which the time was too short" for run in found.late]
+    with_stylus = set() if case.machine.styli else OF_THE_STYLUS | (ROTATIONS if case.machine.chain else set())
     for one in found.diagnosis.findings:
-        if one.own < case.sure and {one.kind, *one.confounded_with} & STYLUS_KINDS:
+        if one.own < case.sure and {one.kind, *one.confounded_with} & with_stylus:
             wanted.append(f"the same runs with a stylus of another length and tip, for {one.label} and its rivals")
     return wanted[:SHOWN]
 

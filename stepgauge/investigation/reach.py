@@ -15,6 +15,7 @@ from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, make_placement
 from stepgauge.machine.file import Machine
+from stepgauge.machine.styli import stylus_words
 from stepgauge.planning.program import ProbingChoice, checked_program, duration_s, fastest_mm_s, make_settings
 
 Array = NDArray[np.float64]
@@ -33,13 +34,22 @@ class Reach:
 
     ``region_mm (3, 2)``: lowest and highest coordinates that the ends of the gauge may have, None for the travel;
     ``level``: the gauge lies on the table, at the height at which it is, and is neither lifted nor inclined;
-    ``hands_minutes``: to lay it elsewhere; ``cycles``: of a whole run.
+    ``hands_minutes``: to lay it elsewhere, or to change the stylus; ``cycles``: of a whole run; ``racked``: numbers of
+    the styli that the machine changes to by itself.
     """
 
     region_mm: tuple[tuple[float, float], ...] | None = None
     level: bool = False
     hands_minutes: float = 5.0
     cycles: int = 2
+    racked: frozenset[int] = frozenset()
+
+    def rest_minutes(self, run: ExtraRun) -> float:
+        """What a run takes besides the machine: a pause, or hands."""
+        if run.stays:
+            return run.wait_s / 60.0
+        by_hand = run.changed and run.stylus not in self.racked
+        return self.hands_minutes * (run.is_laid + by_hand)
 
     def allows(self, run: ExtraRun, first: Placement) -> bool:
         """Whether the gauge may lie so."""
@@ -56,18 +66,40 @@ class Reach:
 
 
 def possible_runs(data: Residuals, placements: Sequence[Placement], machine: Machine, reach: Reach) -> list[ExtraRun]:
-    """Runs that have not been made yet: with the gauge as it lies now, and laid elsewhere.
+    """Runs that have not been made yet: with the gauge as it lies now, laid elsewhere, and with another stylus.
 
     ``placements``: how the gauge was laid, the last one being how it lies.
     """
     here, cycles = placements[-1], reach.cycles
+    stylus = [int(data.stylus[data.placement == place][0]) for place in range(len(placements))]
+    mounted = stylus[-1]
     runs = list(_as_it_lies(data, here, machine, cycles))
-    taken = list(placements)
+    taken = [one for one, own in zip(placements, stylus, strict=True) if own == mounted]
     for run in (one for base in (placements[0], here) for one in laid_elsewhere(data, base)):
         if not any(_same(run.placement, one) for one in taken) and reach.allows(run, placements[0]):
             runs.append(replace(run, cycles=cycles))
             taken.append(run.placement)
-    return runs
+    with_others = _with_other_styli(machine, cycles, list(zip(placements, stylus, strict=True)))
+    return [*(_with_stylus(run, mounted) for run in runs), *with_others]
+
+
+def _with_stylus(run: ExtraRun, mounted: int) -> ExtraRun:
+    """A run with the stylus that is in the machine, which is told where it is not that of the machine file."""
+    return run if mounted == 1 else replace(run, words=f"{run.words}, with stylus {mounted}", stylus=mounted)
+
+
+def _with_other_styli(machine: Machine, cycles: int, made: Sequence[tuple[Placement, int]]) -> Iterator[ExtraRun]:
+    """The gauge as it lies, or laid again as it lay, with every other stylus with which it was not measured so."""
+    others = [number for number in range(1, len(machine.styli) + 2) if number != made[-1][1]]
+    for number in others:
+        taken = [lies for lies, stylus in made if stylus == number]
+        for place in range(len(made), 0, -1):
+            lies, kept = made[place - 1][0], place == len(made)
+            if not any(_same(lies, one) for one in taken):
+                where = f"{'as it lies' if kept else 'again as'} in placement {place}"  # nothing is proposed twice
+                words = f"the gauge {where}, with {stylus_words(machine, number)}"
+                yield ExtraRun(words, lies, cycles=cycles, stylus=number, changed=True, kept=kept)
+                taken.append(lies)
 
 
 def _as_it_lies(data: Residuals, here: Placement, machine: Machine, cycles: int) -> Iterator[ExtraRun]:
@@ -102,14 +134,14 @@ def directions(placements: Sequence[Placement]) -> int:
 
 
 def settings_of(gauge: Gauge, machine: Machine, run: ExtraRun) -> Any:
-    """How a run is probed: with the machine's speeds, but for the one that it states."""
+    """How a run is probed: with the machine's speeds and stylus, but for the speed that it states."""
     choice = ProbingChoice(measuring_speed_mm_s=run.speed_mm_s)
     return make_settings(gauge, machine, machine.probe.tip_radius_mm, choice)
 
 
 def program_of(run: ExtraRun, gauge: Gauge, machine: Machine, placement: Placement | None = None) -> Any:
     """The checked program of a run, with the gauge where it is found to lie (:class:`InputError` if it fails)."""
-    lies = placement or run.placement
+    lies, machine = placement or run.placement, machine.with_stylus(run.stylus)
     return checked_program(lies, gauge, machine, run.options(gauge.n_blocks), settings_of(gauge, machine, run))
 
 
@@ -129,13 +161,13 @@ def with_minutes(runs: Sequence[ExtraRun], gauge: Gauge, machine: Machine, reach
         except InputError:
             continue
         own = machine_s / 60.0 + (0.0 if run.stays else LOCATING_MINUTES)
-        pause = run.wait_s / 60.0 if run.stays else reach.hands_minutes
-        yield Costed(run, own, own + pause)
+        yield Costed(run, own, own + reach.rest_minutes(run))
 
 
 def run_json(run: ExtraRun) -> dict[str, Any]:
     """A run as JSON types, to be read by :func:`run_of`."""
-    said = {name: getattr(run, name) for name in ("words", "speed_mm_s", "cycles", "order", "wait_s", "stays")}
+    names = ("words", "speed_mm_s", "cycles", "order", "wait_s", "stays", "stylus", "changed", "kept")
+    said = {name: getattr(run, name) for name in names}
     return {
         **said,
         "blocks": None if run.blocks is None else list(run.blocks),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +20,13 @@ from stepgauge.investigation.reach import placement_json, placement_of_json, pro
 from stepgauge.investigation.stations import Station
 from stepgauge.live.codes import DmeError
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
-from stepgauge.live.controller import Controller, Link
+from stepgauge.live.controller import Controller, Link, Wishes
 from stepgauge.live.job import Job, make_job
 from stepgauge.live.journal import Journal, resume, start
 from stepgauge.live.measuring import MEANING, Progress, StoppedByPersonError, measure
 from stepgauge.live.ways import Ways
+from stepgauge.machine.file import Machine
+from stepgauge.machine.styli import stylus_words, with_stylus
 from stepgauge.recording import Recording, read_recording, write_recording
 from stepgauge.work.steps import Steps
 
@@ -54,7 +56,8 @@ class Made:
 class Runner:
     """Makes runs on a station.
 
-    ``last``: the run before; ``standing``: the number of the placement that the gauge has in this process.
+    ``last``: the run before; ``laid``: number and place of the last laying; ``standing``: that of the station in this
+    process; ``mounted``: the number of the stylus; ``fitted``: that of the station in this process.
     """
 
     case: Case
@@ -63,11 +66,25 @@ class Runner:
     ask: Ask
     progress: Progress | None = None
     last: Made | None = field(default=None, init=False)
+    laid: tuple[int, Placement] | None = field(default=None, init=False)
     standing: int = field(default=0, init=False)
+    mounted: int = field(default=1, init=False)
+    fitted: int = field(default=1, init=False)
 
     @property
     def folder(self) -> Path:
         return self.steps.path.parent
+
+    @property
+    def machine(self) -> Machine:
+        """The machine with the stylus that it has now."""
+        return self.case.machine.with_stylus(self.mounted)
+
+    @property
+    def wishes(self) -> Wishes:
+        """What is asked of the server, with its name of the stylus where that has one."""
+        own = self.station.wishes
+        return own if self.mounted == 1 else replace(own, tool=self.machine.probe.tool or own.tool)
 
     def placed_by_hand(self, tell: Callable[[str], None]) -> Placement:
         """How the gauge lies, from 16 points that a person measures by hand and the server sends; asked for once."""
@@ -112,10 +129,12 @@ class Runner:
     ) -> Made | str | None:
         """The run; why it has to be laid again, where it does not lie as asked; None where it cannot be laid so."""
         located: dict[str, Any] = {"lies": placement_json(lies), "minutes": 0.0}
-        asked = f"laid {name}, {run.words}"
-        if not run.stays and not self.steps.once(asked, lambda: self.ask(f"{said}{question(run)}")):
+        if not run.stays and not self.steps.once(f"laid {name}, {run.words}", lambda: self._prepared(run, said)):
             return None
-        self._stand(placement_number, run.placement)
+        self.mounted = run.stylus
+        if self.laid is None or run.is_laid:
+            self.laid = (placement_number, run.placement)
+        self._stand()
         if not run.stays:
             located = self.steps.once(f"located {name}", lambda: self._located(run.placement))
         elif run.wait_s > 0.0:
@@ -128,29 +147,49 @@ class Runner:
             return str(measured["refused"])
         return self._made(run, found, placement_number, located, measured)
 
+    def _prepared(self, run: ExtraRun, said: str) -> bool:
+        """Whether the gauge was laid or the stylus changed, by the machine where it can, else by the person."""
+        by_hand = run.changed
+        if by_hand and not said and run.stylus in self.case.reach.racked:
+            by_hand = not self._changed(run.stylus)
+        return not (by_hand or run.is_laid) or self.ask(f"{said}{question(run, self.case.machine, by_hand)}")
+
+    def _changed(self, stylus: int) -> bool:
+        """Whether the server knows the stylus and has changed to it."""
+        tool = self.case.machine.with_stylus(stylus).probe.tool if stylus > 1 else self.station.wishes.tool
+        with self._session("changing the stylus") as link:
+            done = isinstance(link, Controller) and link.change_tool(tool)
+            link.end()
+        return done
+
     def _park(self) -> None:
         """The machine out of the way before the gauge is laid elsewhere."""
         assert self.last is not None
-        self._stand(self.last.placement_number, self.last.run.placement)
-        ways = Ways(self.case.machine, self.case.gauge, self.last.lies)
+        self._stand()
+        ways = Ways(self.machine, self.case.gauge, self.last.lies)
         with self._session("going out of the way") as link:
             here = link.position_mm()
             for place in ways.out(here, [here]):
                 link.go(place)
             link.end()
 
-    def _stand(self, number: int, asked: Placement) -> None:
+    def _stand(self) -> None:
+        """The station has the gauge and the stylus as they are now."""
+        assert self.laid is not None
         if self.standing == 0 and self.last is not None:
             self.station.go_on(float(read_recording(self.last.path).frame["time_s"].max()))
-        if self.standing != number:
-            self.station.stand(number, asked)
-            self.standing = number
+        if self.standing != self.laid[0]:
+            self.station.stand(*self.laid)
+            self.standing = self.laid[0]
+        if self.fitted != self.mounted:
+            self.station.mount(self.mounted)
+            self.fitted = self.mounted
 
     def _located(self, asked: Placement) -> dict[str, Any]:
         case = self.case
         with self._session("locating the gauge") as link:
             try:
-                found, minutes = locate(link, asked, case.gauge, case.machine)
+                found, minutes = locate(link, asked, case.gauge, self.machine)
             except NotAsAskedError as error:
                 return {"refused": str(error)}
             return {"lies": placement_json(found), "minutes": minutes}
@@ -158,7 +197,7 @@ class Runner:
     def _measured(self, name: str, run: ExtraRun, lies: Placement, placement_number: int) -> dict[str, Any]:
         case = self.case
         program = program_of(run, case.gauge, case.machine, lies)
-        job = make_job(program, case.machine, case.gauge, lies, placement_number=placement_number)
+        job = make_job(program, self.machine, case.gauge, lies, placement_number=placement_number)
         own_clock = self.steps.once("clock", self._has_clock)
         recording, began_s = self._points(job, self.folder / f"run-{name}.journal")
         if not run.stays:
@@ -167,16 +206,16 @@ class Runner:
             except NotAsAskedError as error:
                 return {"refused": str(error)}
         path = self.folder / f"run-{name}.csv"
-        write_recording(path, recording, at_once=True)
+        write_recording(path, with_stylus(recording, run.stylus, case.machine), at_once=True)
         minutes = float(np.ptp(recording.frame["time_s"])) / 60.0
         return {"path": path.name, "minutes": minutes, "own_clock": own_clock, "began_s": began_s}
 
     @contextmanager
     def _session(self, what: str) -> Iterator[Link]:
         """A session in which no program is measured; what stops it is told as :func:`measure` tells it."""
-        with self.station.linked(locating_settings(self.case.machine)) as link:
+        with self.station.linked(locating_settings(self.machine)) as link:
             try:
-                link.prepare(self.station.wishes)
+                link.prepare(self.wishes)
                 yield link
             except (StopAskedError, KeyboardInterrupt):
                 link.clear()
@@ -206,7 +245,7 @@ class Runner:
             if len(book.rows) == len(job):
                 return job.recording(book, {}), book.began_s
             with self.station.linked(job.program.settings) as link:
-                return measure(job, link, book, wishes=self.station.wishes, progress=self.progress), book.began_s
+                return measure(job, link, book, wishes=self.wishes, progress=self.progress), book.began_s
         finally:
             book.close()
 
@@ -218,19 +257,26 @@ class Runner:
         self, run: ExtraRun, lies: Placement, number: int, located: dict[str, Any], measured: dict[str, Any]
     ) -> Made:
         machine = located["minutes"] + measured["minutes"]
-        rest = run.wait_s / 60.0 if run.stays else self.case.reach.hands_minutes
+        rest = self.case.reach.rest_minutes(run)
         path = self.folder / measured["path"]
         own, began_s = measured["own_clock"], measured["began_s"]
         return Made(run, path, lies, number, machine, machine + rest, own, began_s)
 
 
-def question(run: ExtraRun) -> str:
-    """What the person is asked to do."""
+MOVES = "The machine then moves by itself to find it: keep the table clear"
+
+
+def question(run: ExtraRun, machine: Machine, change: bool = False) -> str:
+    """What the person is asked to do; ``change``: the stylus, too."""
+    first = f"Change to {stylus_words(machine, run.stylus)} and qualify it. " if change else ""
+    return f"{first}{_laying(run) if run.is_laid else 'Leave the gauge as it lies.'} {MOVES}"
+
+
+def _laying(run: ExtraRun) -> str:
     ends = [", ".join(f"{value:.0f}" for value in end) for end in (run.placement.c1_mm, run.placement.c2_mm)]
     return (
         f"Lay {run.words}: the middle of block {run.placement.first_block} at ({ends[0]}) mm, that of block"
-        f" {run.placement.last_block} at ({ends[1]}) mm, each to {LAID_MM:g} mm. The machine then moves by itself to"
-        " find it: keep the table clear"
+        f" {run.placement.last_block} at ({ends[1]}) mm, each to {LAID_MM:g} mm."
     )
 
 

@@ -39,6 +39,9 @@ class Station(Protocol):
     def stand(self, number: int, lies: Placement) -> None:
         """From now on the gauge lies nearly so; ``number``: of the placement, from 1."""
 
+    def mount(self, stylus: int) -> None:
+        """From now on the machine has the stylus of this number; the gauge lies as it did."""
+
     def go_on(self, time_s: float) -> None:
         """An investigation goes on that was broken off after this time of the machine's clock."""
 
@@ -60,6 +63,9 @@ class Served:
 
     def stand(self, number: int, lies: Placement) -> None:
         """The person has laid it."""
+
+    def mount(self, stylus: int) -> None:
+        """The person or the machine has changed it."""
 
     def go_on(self, time_s: float) -> None:
         """Its clock has gone on by itself."""
@@ -101,18 +107,24 @@ class Simulated:
     ) -> None:
         self.machine, self.gauge, self.faults, self.seed, self.stop = machine, gauge, faults or Faults(), seed, stop
         self.gauge_temperature_C, self.wishes = gauge_temperature_C, Wishes(home=True)
-        self.clock = MachineClock(None)
+        self.clock, self.stylus = MachineClock(None), 1
         self._cmm: LiveCmm | None = None
 
     def stand(self, number: int, lies: Placement) -> None:
         """The gauge is laid; the first placement is that of its file, the others are met as well as a person can."""
         random = np.random.default_rng([self.seed, number, round(self.clock.now_s * 1e3)])
         true = lies if number == 1 else nearly(lies, np.random.default_rng([self.seed, number]))
-        seed = int(random.integers(2**32))
+        seed, heat_C = int(random.integers(2**32)), self.gauge_temperature_C
         before = self._cmm
-        self._cmm = LiveCmm(self.machine, self.gauge, true, self.clock, self.faults, self.gauge_temperature_C, seed)
+        self._cmm = LiveCmm(self.machine, self.gauge, true, self.clock, self.faults, heat_C, seed, self.stylus)
         if before is not None:
             self._cmm.position_mm = before.position_mm
+
+    def mount(self, stylus: int) -> None:
+        """Another tip at the machine, where it stands."""
+        self.stylus = stylus
+        if self._cmm is not None:
+            self._cmm.mount(stylus)
 
     def go_on(self, time_s: float) -> None:
         """The clock shows this time at least."""

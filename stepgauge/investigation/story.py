@@ -9,6 +9,7 @@ from stepgauge import __version__
 from stepgauge.files.text import write_json, write_text
 from stepgauge.investigation.loop import Investigation
 from stepgauge.investigation.reach import placement_json
+from stepgauge.machine.styli import stylus_words
 
 FORMAT = "stepgauge investigation 1"
 OF_THE_JOURNAL = ("proposed", "chosen", "end", "needed", "minutes_allowed")
@@ -27,6 +28,7 @@ def story_of(found: Investigation) -> dict[str, Any]:
             "example": case.gauge.certificate.example,
         },
         "machine": case.machine.table.name,
+        "styli": [stylus_words(case.machine, number + 1) for number in range(len(case.machine.styli) + 1)],
         "asked": {"odds": case.odds, "minutes": case.minutes, "without": list(case.without)},
         "runs": [_run(found, number) for number in range(len(found.runs))],
         "end": last["end"],
@@ -45,6 +47,7 @@ def _run(found: Investigation, number: int) -> dict[str, Any]:
         "words": made.run.words,
         "why": chosen and {key: value for key, value in chosen.items() if key != "run"},
         "placement": made.placement_number,
+        "stylus": made.run.stylus,
         "lies": placement_json(made.lies),
         "recording": made.path.name,
         "machine_minutes": made.machine_minutes,

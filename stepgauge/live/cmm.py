@@ -126,11 +126,12 @@ class LiveCmm:
 
     Parameters
     ----------
-    machine, gauge, placement : the machine file, the certified gauge, and how it truly lies
+    machine, gauge, placement : the machine file with its styli, the certified gauge, and how it truly lies
     clock : time of the machine
     faults : what the machine file does not say
     gauge_temperature_C : of the gauge, true and indicated
     seed : of the repeatability; None: another one each time
+    stylus : the number of the one that is in, which faults may ask for
     """
 
     def __init__(
@@ -142,24 +143,44 @@ class LiveCmm:
         faults: Faults | None = None,
         gauge_temperature_C: float | None = None,
         seed: int | None = None,
+        stylus: int = 1,
     ) -> None:
-        self.machine, self.clock = machine, clock
+        self._with_first, self.machine, self.clock = machine, machine, clock
         self.faults = faults or Faults()
         self.gauge_temperature_C = gauge.temperature_C(gauge_temperature_C)
         self.effects: list[Effect] = [*machine_effects(machine), *self.faults.effects]
-        self.limits_mm = machine.travel_mm
-        self._limits = self.limits_mm.tolist()
-        self.position_mm = self.home_mm
         self.homed = False
         self.points = self.completed = 0
         self._obstacles = make_obstacles(gauge, placement, self.gauge_temperature_C)
-        self._around = Surroundings(self._obstacles, make_tool(machine.probe))
+        self._put_in(stylus)
+        self.position_mm = self.home_mm
         self._setting = Setting.of(machine, gauge, {1: placement.axis})
         self._random = np.random.default_rng(seed)
         self._rows: deque[dict[str, float]] = deque(maxlen=MEMORY)
         self._remembers = False
         self._contact_mm: Array | None = None
+
+    def mount(self, stylus: int) -> None:
+        """A stylus is put in by its number, where the machine stands: its tip is where the chain has it."""
+        own = self.machine.chain
+        self._put_in(stylus)
+        its = self.machine.chain
+        shift_mm = np.zeros(3) if own is None or its is None else np.subtract(its.tip_mm, own.tip_mm)
+        low_mm, high_mm = self.limits_mm.T
+        self.position_mm, self._contact_mm = np.clip(self.position_mm + shift_mm, low_mm, high_mm), None
+
+    def _put_in(self, stylus: int) -> None:
+        """The probe of its file, and the travel of its tip."""
+        self.stylus, self.machine = stylus, self._with_first.with_stylus(stylus)
+        self.limits_mm = self.machine.travel_mm
+        self._limits = self.limits_mm.tolist()
+        self._around = Surroundings(self._obstacles, make_tool(self.machine.probe))
         self._pretravel_um: dict[bytes, float] = {}
+
+    @property
+    def styli(self) -> tuple[Machine, ...]:
+        """The machine with each further stylus."""
+        return self._with_first.styli
 
     @property
     def home_mm(self) -> Array:
@@ -277,7 +298,7 @@ class LiveCmm:
         return total_displacement_um(self.effects, probings)[-1], float(np.ravel(sigma)[-1])
 
     def _row(self, touch: Touch) -> dict[str, float]:
-        row: dict[str, float] = {"placement": 1, "cycle": 1, "face": touch.face}
+        row: dict[str, float] = {"placement": 1, "cycle": 1, "face": touch.face, "stylus": self.stylus}
         row |= dict(zip(POSITION, touch.trigger_mm.tolist(), strict=True))
         row |= dict(zip(APPROACH, touch.approach.tolist(), strict=True))
         row |= {"time_s": touch.time_s, "speed_mm_s": touch.speed_mm_s, "gauge_temperature_C": self.gauge_temperature_C}

@@ -132,6 +132,13 @@ class Controller:
         """The address of the server."""
         return str(self.connection.address)
 
+    def change_tool(self, name: str) -> bool:
+        """The machine changes to a tool by itself; False where the server knows none of that name, or cannot."""
+        if self.connection.ask_if_known(f'FindTool("{name}")') is None:
+            return False
+        self.connection.ask(f'ChangeTool("{name}")', takes_s=HOMING_S)
+        return True
+
     def _check_class(self) -> None:
         said = ", ".join(self.connection.ask("GetMachineClass()"))
         if "CartCMM" not in said:

@@ -16,6 +16,7 @@ from stepgauge.gauge.placement import Placement
 from stepgauge.importing.expected import expected_by_program
 from stepgauge.live.journal import Journal, Row, fingerprint
 from stepgauge.machine.file import TIP_TOLERANCE_MM, Machine
+from stepgauge.machine.styli import stylus_comment
 from stepgauge.motion.collision import make_tool
 from stepgauge.motion.moves import Move, Program, trace
 from stepgauge.planning.check import check_program, check_travel
@@ -94,6 +95,7 @@ class Job:
             "gauge": self.gauge.table.name,
             "gauge_serial": self.gauge.table.serial,
             "tip_radius_mm": f"{self.machine.probe.tip_radius_mm:g}",
+            **stylus_comment(self.machine),
         }
 
 

@@ -44,7 +44,19 @@ class MachineState:
     @property
     def tools(self) -> tuple[str, ...]:
         """Names of the tools that can be listed."""
-        return ("RefTool", NO_TOOL, self.probe_name)
+        return ("RefTool", NO_TOOL, *self.styli)
+
+    @property
+    def styli(self) -> dict[str, int]:
+        """The styli of the machine by their names, the first one by that of the probe."""
+        further = {one.probe.tool: number for number, one in enumerate(self.cmm.styli, 2) if one.probe.tool}
+        return {**further, self.probe_name: 1}
+
+    def change_to(self, name: str) -> None:
+        """A tool becomes the one in use; a stylus is put in."""
+        self.tool = name
+        if self.styli.get(name, self.cmm.stylus) != self.cmm.stylus:
+            self.cmm.mount(self.styli[name])
 
     @property
     def active(self) -> ToolParameters:

@@ -35,13 +35,13 @@ def _find_tool(session: Session, call: Call) -> Data:
 
 
 def _change_tool(session: Session, call: Call) -> Data:
-    """There is one probe, which stays on the machine: a change is one of names and parameters."""
+    """The stylus of that name is in the machine from now on, by whose hands is not asked."""
     name = _name(call)
     if name == UNDEFINED:
         raise DmeError(1503, call.name)
     if name not in session.state.tools:
         raise DmeError(1502, call.name)
-    session.state.tool = name
+    session.state.change_to(name)
     return None
 
 

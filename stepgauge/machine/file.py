@@ -145,7 +145,7 @@ class Machine(Summarized):
 
     ``probe`` is the checked table of the probe and ``probe_path`` its file; ``effects`` are the raw ``[[effect]]``
     tables; ``uncertain`` the values with a standard uncertainty (the tables have their best estimates); ``stated`` is
-    the ``[uncertainty]`` table.
+    the ``[uncertainty]`` table; ``styli``: the machine with each further stylus (:mod:`stepgauge.machine.styli`).
     """
 
     table: MachineTable
@@ -155,6 +155,14 @@ class Machine(Summarized):
     uncertain: tuple[Uncertain, ...] = ()
     probe_path: str = ""
     stated: UncertaintyTable = field(default_factory=UncertaintyTable)
+    styli: tuple[Machine, ...] = ()
+
+    def with_stylus(self, number: int) -> Machine:
+        """The machine with one of its styli: 1 is its own; :class:`InputError` for one that nobody stated."""
+        if not 1 <= number <= len(self.styli) + 1:
+            stated = "stylus 1, that of the file" if not self.styli else f"1 to {len(self.styli) + 1}"
+            raise InputError(self.path, "a stylus is not stated", found=f"stylus {number}", expected=stated)
+        return self if number == 1 else self.styli[number - 2]
 
     def summary(self) -> str:
         """Name, travel, probe and speeds, and which effects and uncertainties the file states."""

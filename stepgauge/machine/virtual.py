@@ -23,6 +23,7 @@ from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.machine.readout import read_out, rows_beyond
 from stepgauge.machine.stops import NO_TRIGGER, Stop, first_stop
+from stepgauge.machine.styli import stylus_comment
 from stepgauge.motion.collision import Obstacles, ball_contacts, make_obstacles, make_tool
 from stepgauge.motion.moves import Path, ProbingSettings, Program, trace
 from stepgauge.recording import APPROACH, POSITION, Recording, write_recording
@@ -140,6 +141,7 @@ def run_program(
         "gauge_serial": gauge.table.serial,
         "tip_radius_mm": f"{machine.probe.tip_radius_mm:g}",
         "seed": str(seed),
+        **stylus_comment(machine),
     }
     if executed.stop is not None:
         comments["stopped"] = str(executed.stop)

@@ -24,6 +24,7 @@ class ProbeTable(Table):
 
     model: str = Field(description="constant, lobed, table, kinematic or piezo")
     name: str = Field("", description="name of the probe, for reports")
+    tool: str = Field("", description="what an I++ DME server calls it, which can change to it by itself")
     tip_radius_mm: float = Field(gt=0, le=20, description="true radius of the tip ball, mm")
     stylus_direction: Vector3 = Field((0.0, 0.0, -1.0), description="from the probe body to the tip, machine axes")
     roll_deg: float = Field(0.0, ge=-360, le=360, description="turn of the probe about its stylus, deg")

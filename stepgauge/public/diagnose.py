@@ -14,7 +14,8 @@ from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
-from stepgauge.public.inputs import File, as_gauge, as_machine, as_recordings, of_kind, several
+from stepgauge.machine.styli import numbered
+from stepgauge.public.inputs import File, as_gauge, as_machine_with, as_recordings, of_kind, several
 from stepgauge.recording import Recording, join_recordings
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ def diagnose(
     gauge: File | Gauge,
     machine: File | Machine,
     *,
+    styli: File | Machine | Iterable[File | Machine] = ...,
     without: str | Iterable[str] = ...,
     priors: File | None = ...,
 ) -> Diagnosis:
@@ -53,6 +55,7 @@ def diagnose(
     gauge: File | Gauge | None = None,
     machine: File | Machine | None = None,
     *,
+    styli: File | Machine | Iterable[File | Machine] = (),
     without: str | Iterable[str] = (),
     priors: File | None = None,
 ) -> Diagnosis | AxisDiagnosis:
@@ -64,6 +67,8 @@ def diagnose(
         spot or of distances, which need neither gauge nor machine: several are settings up of one axis
     gauge : the certified gauge, its file or shipped name
     machine : the machine that is to be judged, with the effects it already has
+    styli : machine files with further styli, as of ``investigate``: 2, 3, ... in the column ``stylus``, or by their
+        ``tool`` or ``name`` in the comment ``stylus`` of a recording
     without : kinds of effects that are known not to be there, as ``stepgauge effects`` lists them
     priors : file that replaces a part of the shipped priors
 
@@ -90,9 +95,10 @@ def diagnose(
         raise InputError(
             naming(missing), "a recording of a gauge needs it", expected=naming("gauge", "machine", words="{} and {}")
         )
-    tables = as_recordings(given)
+    cmm = as_machine_with(machine, styli)
+    tables = [numbered(one, cmm) for one in as_recordings(given)]
     whole = tables[0] if len(tables) == 1 else join_recordings(tables)
-    found = diagnose_recording(whole, as_gauge(gauge), as_machine(machine), several(without), table)
+    found = diagnose_recording(whole, as_gauge(gauge), cmm, several(without), table)
     return replace(found, recordings=tuple(tables))
 
 

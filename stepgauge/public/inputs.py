@@ -34,6 +34,13 @@ def as_machine(machine: File | Machine) -> Machine:
     return read_machine(machine) if isinstance(machine, File) else of_kind(machine, Machine, "machine")
 
 
+def as_machine_with(machine: File | Machine, styli: File | Machine | Iterable[File | Machine]) -> Machine:
+    """A machine with its further styli, each by a machine file that differs in the stylus only."""
+    from stepgauge.machine.styli import with_styli
+
+    return with_styli(as_machine(machine), map(as_machine, several(styli)))
+
+
 def as_placement(placement: File | Placement, gauge: Gauge) -> Placement:
     """A placement, or the one of a file, checked against its gauge."""
     if isinstance(placement, File):

@@ -12,7 +12,7 @@ from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.programs import DIALECTS
-from stepgauge.public.inputs import File, as_gauge, as_machine, as_placement, at_least, several
+from stepgauge.public.inputs import File, as_gauge, as_machine_with, as_placement, at_least, several
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.result import Diagnosis
@@ -37,6 +37,7 @@ def investigate(
     within_mm: Box | None = None,
     level: bool = False,
     hands_minutes: float = 5.0,
+    styli: File | Machine | Iterable[File | Machine] = (),
     cycles: int = 2,
     without: str | Iterable[str] = (),
     priors: File | None = None,
@@ -67,7 +68,9 @@ def investigate(
     odds : at which an answer stands
     within_mm : lowest and highest x, y and z at which the ends of the gauge may lie; default: the travel
     level : the gauge is neither lifted nor inclined
-    hands_minutes : what it takes a person to lay the gauge elsewhere
+    hands_minutes : what it takes a person to lay the gauge elsewhere, or to change the stylus
+    styli : further styli that are at hand: machine files that differ from ``machine`` in ``[probe]``, in ``stylus_mm``
+        and ``head_mm`` of the chain, and in the travel of the tip only
     cycles : of a whole run
     without : kinds of effects that are known not to be there
     priors : file that replaces a part of the shipped priors
@@ -93,9 +96,9 @@ def investigate(
     from stepgauge.investigation.reach import Reach
 
     _check(minutes, odds, hands_minutes, cycles)
-    steps, cmm = as_gauge(gauge), as_machine(machine)
+    steps, cmm = as_gauge(gauge), as_machine_with(machine, styli)
     lies = None if placement is None else as_placement(placement, steps)
-    reach = Reach(within_mm, level, hands_minutes, cycles)
+    reach = Reach(within_mm, level, hands_minutes, cycles, _racked(cmm, server))
     table = {} if priors is None else {"priors": _priors(priors)}
     case = Case(steps, cmm, reach, odds, minutes, tuple(several(without)), **table)
     if lies is None and server is None:
@@ -113,6 +116,14 @@ def _check(minutes: float, odds: float, hands_minutes: float, cycles: int) -> No
     at_least("hands_minutes", hands_minutes, 0.0, "min")
     if not (isinstance(cycles, int) and 2 <= cycles <= 100):
         raise InputError(naming("cycles"), "out of range", found=cycles, expected="a whole number from 2 to 100")
+
+
+def _racked(machine: Machine, server: str | None) -> frozenset[int]:
+    """Numbers of the styli that a server may change to by itself: they have a name there, the first one always."""
+    from stepgauge.live.linking import LINUXCNC
+
+    named = [number for number, one in enumerate(machine.styli, 2) if one.probe.tool]
+    return frozenset([1, *named] if named and server not in (None, LINUXCNC) else [])
 
 
 def _priors(path: File) -> Any:
@@ -150,6 +161,7 @@ def _head(case: Case, lies: Placement | None, server: str | None, faults: File |
         "gauge": case.gauge.table.serial,
         "machine": case.machine.table.name,
         "machine_file": _known(case.machine.table, case.machine.probe, case.machine.effects),
+        "styli": [_known(one.table, one.probe) for one in case.machine.styli] or None,
         "certificate": _known(case.gauge.table, case.gauge.certificate, case.gauge.position_mm.tolist()),
         "placement": "by hand" if lies is None else placement_json(lies),
         "server": server,

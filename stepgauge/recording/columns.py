@@ -22,6 +22,8 @@ OPTIONAL = [
     "scale_temperature_z_C",
 ]
 COUNTS = ["placement", "cycle", "face"]
+STYLUS = "stylus"
+"""Number of the stylus of a probing: 1 is that of the machine file, also where the column is missing."""
 KNOWN = (*REQUIRED, *OPTIONAL)
 LARGEST_SLIP = 2
 """Letters typed wrong, left out or too many in a name of six letters or more; one in a shorter one."""

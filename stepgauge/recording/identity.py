@@ -17,7 +17,7 @@ from stepgauge.files.numerals import number
 from stepgauge.files.units import unit_hint
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording.by_face import ByFace
-from stepgauge.recording.columns import APPROACH, POSITION
+from stepgauge.recording.columns import APPROACH, POSITION, STYLUS
 from stepgauge.recording.rows import check_beside, check_copies, check_rows, dot
 from stepgauge.recording.table import Recording
 
@@ -194,9 +194,18 @@ def _refuse_reversed(along: Array, certified: Array, face: NDArray[np.int64], sl
     )
 
 
+def radius_comment(stylus: int) -> str:
+    """The comment that states the tip radius of a stylus."""
+    return "tip_radius_mm" if stylus == 1 else f"stylus_{stylus}_tip_radius_mm"
+
+
 def check_tip(readings: ByFace, recording: Recording) -> None:
-    """The effective radius against the tip radius that the recording states, if it does (comment ``tip_radius_mm``)."""
-    stated = number(recording.comments.get("tip_radius_mm", ""))
+    """The effective radius against the tip radius that the recording states, if it does (comment ``tip_radius_mm``).
+
+    That of a further stylus is in a comment of its own, as :func:`radius_comment` says.
+    """
+    styli = np.unique(recording.columns.get(STYLUS, np.ones(1)))
+    stated = number(recording.comments.get(radius_comment(int(styli[0])), "")) if len(styli) == 1 else np.nan
     if not np.isfinite(stated):
         return
     sides = [readings.off_mm[readings.face % 2 == side] for side in (1, 0)]

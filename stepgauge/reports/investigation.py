@@ -98,6 +98,9 @@ def _asked(said: Said) -> Iterator[Block]:
     columns = ("run", "minutes", "verdict", "most probable after it", "open")
     note = "open: what is not known about which hypothesis holds (their entropy)"
     yield table(columns, rows, (1.0, 0.0, 0.0, 1.0, 0.0), note=note)
+    if len(said.get("styli", ())) > 1:
+        own = "Nothing was taken to be known of the effective radius of a stylus but the first"
+        yield bullets(said["styli"], f"The styli that were at hand. {own}:")
     for run in said["runs"]:
         yield heading(f"Run {run['number']}: {run['words']}")
         yield words(_why(run["why"]) if run["why"] else "The first run: how the gauge lay.")
