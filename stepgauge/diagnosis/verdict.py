@@ -173,11 +173,17 @@ def choices_of(solved: Solved) -> dict[str, object]:
     return {**solved.family.choices, "direction": getattr(solved.effect, "direction", None)}
 
 
-def _vague(said: Said, answer: Answer) -> Located:
+def _vague(said: Said, answer: Answer, data: Residuals) -> Located:
     """A place in which a law fits with a size that is not determined: structure without a name."""
-    where = sorted(_lives_in(said.source))[0]
+    where = covariate_of(said.source, data)
     words = f"similar to {said.source.label}, whose size this recording does not determine"
     return Located(where, "both", UNDETERMINED, words, 1.0, answer.probability([said.lead.candidate.label]))
+
+
+def covariate_of(family: Family, data: Residuals) -> str:
+    """What a law depends on, of what this recording varies; the position where it varies nothing of that."""
+    varied = {one.name for one in covariates(data)} | {"azimuth"}
+    return min(_lives_in(family) & varied, default="position")
 
 
 def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Iterator[Located]:
@@ -185,7 +191,7 @@ def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, w
     for said in model.forms:
         if said.named:
             if not sure(said, model.state, answer, priors.decision, wider):
-                yield _vague(said, answer)
+                yield _vague(said, answer, data)
             continue
         for one in islice(one_of_each_kind(said.place, False), MOST_FORMS):
             labels = [r.candidate.label for r in said.place.rivals if r.candidate.kind == one.candidate.kind]

@@ -12,9 +12,13 @@ from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from stepgauge.diagnosis.engine import diagnose
+from stepgauge.diagnosis.library import effect_families
+from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Diagnosis, Located
 from stepgauge.diagnosis.summary import summary_line
 from stepgauge.diagnosis.unknown_law import model_unknown, rest_rms_um
+from stepgauge.diagnosis.verdict import covariate_of
 from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.errors import InputError
 from stepgauge.figures.diagnosis import (
@@ -26,6 +30,7 @@ from stepgauge.figures.diagnosis import (
 )
 from stepgauge.figures.effect_panels import covariate_values, label_of, panels
 from tests.diagnosis.made import gauge, machine, made, made_insufficient, made_unknown, record, rms
+from tests.diagnosis.test_further_laws import STEPS, measured, turned
 
 Array = NDArray[np.float64]
 
@@ -306,3 +311,15 @@ def test_a_law_that_shows_in_no_placement_is_still_drawn(share: float) -> None:
     assert all(
         len(axes.lines) + len(axes.collections) > 0 for axes in figure.axes if axes.get_visible() and axes.axison
     )
+
+
+@pytest.mark.parametrize("clock", [True, False])
+def test_what_every_law_depends_on_can_be_drawn_of_recordings_that_vary_little(clock: bool) -> None:
+    """A law whose size is not determined is drawn against its covariate, as a delay that one speed does not show."""
+    recording = measured((turned(4.0), turned(80.0, 20.0)), 3)
+    kept = recording.frame if clock else recording.frame.drop(columns="time_s")
+    data = make_residuals(replace(recording, frame=kept), STEPS, machine())
+    families = list(effect_families(data, shipped_priors()))
+    assert {"trigger_delay", "effective_radius", "scale_error"} <= {one.kind for one in families}
+    for family in families:
+        assert len(covariate_values(covariate_of(family, data), data)) == len(data), family.label
