@@ -54,12 +54,11 @@ ATTEMPTS = 5
 
 
 def machine_file() -> Machine:
-    """The machine as its user knows it: the scatter is that of a contact read 0 to v T late, v being the speed."""
+    """The machine as its user knows it: a contact is read 0 to v T late, v being the speed and T the servo period."""
     machine = read_machine(EXAMPLES / "linuxcnc-concealed" / "machine.toml")
     table = machine.table.model_copy(update={"measuring_speed_mm_s": SPEED_MM_S, "repeatability_um": 0.02})
-    late_um = SERVO_PERIOD_NS * 1e-6 / 12.0**0.5
-    grows = {"kind": "noise_growth", "per": "speed", "rate": late_um}
-    return replace(machine, table=table, effects=(*machine.effects, grows))
+    latch = {"kind": "interpolation_step", "cycle_ms": SERVO_PERIOD_NS * 1e-6}
+    return replace(machine, table=table, effects=(latch,))
 
 
 def first_placement(gauge: Gauge) -> Placement:

@@ -358,5 +358,7 @@ def _remarks(found: Searched, data: Residuals, start_s: float) -> Iterator[str]:
         yield f"faces deviate from the certificate by {scatter.certificate:g} times its stated uncertainty"
     if scatter.tails == "heavy":
         yield "single readings scatter with heavier tails than a normal distribution: they were weighted accordingly"
-    if scatter.rounded:
+    if scatter.rounded and np.any(found.data.latched_um):
+        yield "the controller latches all repeats of a face with the same delay: repeats do not show its error"
+    elif scatter.rounded:
         yield f"readings have a resolution of {found.search.problem.step_um:g} um, which is visible beside the scatter"

@@ -45,7 +45,7 @@ def bare_problem(data: Residuals, independent: bool = False) -> Problem:
     certified = (face == np.arange(face.max() + 1)[:, None]) * data.side
     shown = certified.any(axis=1)
     u_um = np.asarray(data.gauge.u_um)[data.face.min() - 1 :][: len(certified)]
-    stated_um = float(data.machine.table.repeatability_um)
+    stated_um, grown_um = float(data.machine.table.repeatability_um), np.hypot(data.grown_um, data.latched_um)
     problem = Problem(
         um=data.um,
         scale_um=stated_um,
@@ -58,10 +58,11 @@ def bare_problem(data: Residuals, independent: bool = False) -> Problem:
         step_um=0.0 if independent else display_step_um(data),
         group=data.group,
         candidates=(),
+        latched_um=data.latched_um,
     )
     # a machine file may say that readings repeat perfectly, and means that it does not know
-    scale_um = stated_um if stated_um > 0.0 else _left_um(problem, data.grown_um)
-    return replace(problem, scale_um=scale_um, stated=1.0 + (data.grown_um / scale_um) ** 2)
+    scale_um = stated_um if stated_um > 0.0 else _left_um(problem, grown_um)
+    return replace(problem, scale_um=scale_um, stated=1.0 + (grown_um / scale_um) ** 2)
 
 
 def _left_um(problem: Problem, grown_um: Array | float) -> float:

@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.effects import Probings, Setting, along_approach_um
-from stepgauge.effects.totals import scatter_um
+from stepgauge.effects.totals import latched_um, scatter_um
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
@@ -37,7 +37,8 @@ class Residuals:
     ``frame``: the recording, rows as in the file. Of a recording without a gauge, ``unknown (p, n)``: nuisance columns
     of which nothing is known, in place of the origins; ``turn_mm``: a turn of a rotary axis;
     ``shortest_mm``: the shortest period along an axis that is looked for; ``grown_um (n,)``: standard deviation that
-    effects in the machine file add to the repeatability.
+    effects in the machine file add to the repeatability; ``latched_um (n,)``: that of a latch, which all repeats may
+    have in common.
     """
 
     um: Array
@@ -52,6 +53,7 @@ class Residuals:
     turn_mm: float | None = None
     shortest_mm: float = SHORTEST_MM
     grown_um: Array | float = 0.0
+    latched_um: Array | float = 0.0
 
     def __len__(self) -> int:
         return len(self.um)
@@ -124,6 +126,7 @@ class Residuals:
             frame=frame,
             unknown=None if self.unknown is None else self.unknown[:, rows],
             grown_um=np.broadcast_to(self.grown_um, rows.shape)[rows],
+            latched_um=np.broadcast_to(self.latched_um, rows.shape)[rows],
         )
 
     @cached_property
@@ -176,13 +179,13 @@ def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) ->
     um = ((position * axis).sum(axis=1) - simulated_mm) * along * 1e3
     effects = machine_effects(machine)
     for effect in effects:
-        um = um - along_approach_um(effect, probings)
+        um = um - along_approach_um(effect.expected(), probings)
     side = np.sign(along)
     um = um - side * _origin(um * side, placement)[placement]
     simulated = frame.assign(**dict(zip(POSITION, (position - um[:, None] * 1e-3 * approach).T, strict=True)))
-    grown_um = scatter_um(effects, probings, 0.0)[-1]
+    grown_um, late_um = scatter_um(effects, probings, 0.0)[-1], latched_um(effects, probings)
     seen = Probings(simulated, setting)
-    return Residuals(um, side, placement, face, seen, frame, gauge, machine, grown_um=grown_um)
+    return Residuals(um, side, placement, face, seen, frame, gauge, machine, grown_um=grown_um, latched_um=late_um)
 
 
 def stylus_of(frame: pd.DataFrame) -> NDArray[np.int64]:

@@ -129,6 +129,17 @@ class Effect(Table):
         """Standard deviation that this effect adds to the repeatability (in quadrature), um, shape ``(n,)``."""
         return None
 
+    def expected(self) -> Effect:
+        """The effect as far as it can be predicted: without what depends on a phase that no recording contains."""
+        return self
+
+    def latched_um(self, probings: Probings) -> Array | None:
+        """Standard deviation of the part that :meth:`expected` leaves out, um, shape ``(n,)``; None for no such part.
+
+        It may be the same in all repeats, or another one in each: that depends on the phase.
+        """
+        return None
+
     def prepared(self, where: str | Path) -> Self:
         """The effect ready for use; ``where`` is its machine file, to find other files that it names."""
         return self

@@ -112,6 +112,14 @@ class InterpolationStep(Effect):
         """ms times mm/s are um."""
         return {"approach": probings.speed_mm_s * np.mod(probings.time_s * -1e3, self.cycle_ms)}
 
+    def expected(self) -> Effect:
+        """Half a cycle late."""
+        return TriggerDelay(ms=0.5 * self.cycle_ms, when=self.when)
+
+    def latched_um(self, probings: Probings) -> Array:
+        """That of a uniform distribution over the travel in one cycle."""
+        return np.asarray(probings.speed_mm_s * self.cycle_ms / np.sqrt(12.0))
+
 
 class TipChange(Effect):
     """One placement was probed with another tip, or after a change of the stylus: d = um along every approach there."""

@@ -71,6 +71,16 @@ def along_approach_um(effect: Effect, probings: Probings) -> Array:
     return total
 
 
+def latched_um(effects: Sequence[Effect], probings: Probings) -> Array:
+    """Standard deviation of what depends on a phase that nobody recorded, um, shape ``(n,)``."""
+    total = np.zeros(len(probings))
+    for effect in effects:
+        um = effect.latched_um(probings)
+        if um is not None:
+            total = np.hypot(total, um if effect.when is None else um * holds(effect.when, probings))
+    return total
+
+
 def scatter_um(effects: Sequence[Effect], probings: Probings, repeatability_um: float | Array) -> list[Array]:
     """Standard deviation along the approach with the first 0, 1, 2, ... effects, um; the last one is the total."""
     steps: list[Array] = [np.asarray(repeatability_um, float)]

@@ -150,6 +150,26 @@ def test_scatter_that_grows_as_the_machine_file_states_is_not_named_and_what_is_
         assert one.parameters["rate"].value == pytest.approx(np.sqrt(5.0**2 - stated**2), rel=0.15)
 
 
+@pytest.mark.parametrize("alike", [True, False])
+@pytest.mark.parametrize("um", [0.0, 2.0])
+def test_a_latch_is_no_cause_whether_repeats_have_its_delay_in_common_or_not(um: float, alike: bool) -> None:
+    """A controller that reads its counters every 0.2 ms, at 3 mm/s: uniform between 0 and 0.6 um late."""
+    on = machine(({"kind": "reversal_error", "axis": "x", "um": um},), noise_um=0.02)
+    recording = record(on, cycles=2)
+    face, placement = recording.frame[["face", "placement"]].to_numpy().T
+    late_um = np.random.default_rng(8).uniform(0.0, 0.6, (3, 50) if alike else len(face))
+    late_um = late_um[placement, face] if alike else late_um
+    stated = machine(({"kind": "interpolation_step", "cycle_ms": 0.2},), noise_um=0.02)
+    found = diagnose(bent(lambda rows: late_um, recording), gauge(), stated)
+    assert found.verdict == ("effects" if um else "adequate")
+    for one in found.findings:
+        size = one.parameters["um"]
+        assert (one.kind, one.choices) == ("reversal_error", {"axis": "x"})
+        assert abs(size.value - um) < 2.0 * size.u
+        assert (size.u > 0.1) is alike  # 0.6 um / sqrt(12) of the reference's faces, however often they are probed
+    assert any("same delay" in one for one in found.remarks) is alike
+
+
 def test_scatter_that_grows_is_seen_beside_a_model_where_repeats_are_few() -> None:
     """Two cycles: every second number goes into the means of the repeats, and what is left tells nothing for sure."""
     recording = record(machine(noise_um=0.2), (ALONG_X, ALONG_Y), seed=11, cycles=2)

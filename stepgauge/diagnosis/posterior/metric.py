@@ -71,7 +71,7 @@ def nuisances(problem: Problem, scatter: Scatter) -> tuple[Array, Array]:
     sd = [problem.certified_u * scatter.certificate, np.full(len(problem.free), FREE_UM)]
     if scatter.rounded:
         columns.append(problem.grouped)
-        sd.append(np.full(len(problem.grouped), problem.step_um / np.sqrt(12.0)))
+        sd.append(problem.rounded_um)
     return np.vstack(columns), np.concatenate(sd)
 
 

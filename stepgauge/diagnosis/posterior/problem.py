@@ -149,6 +149,7 @@ class Problem:
     group : set of repeats that a row belongs to
     candidates : laws and forms
     in_part : from a law and the number of a shape, the same law in parts of the record only; None for no such laws
+    latched_um : standard deviation of every row ``(n,)`` by the latch of its controller, which its repeats may share
     stated : variance of every row ``(n,)`` over ``scale_um`` squared, as far as it is known beforehand to differ
     """
 
@@ -164,6 +165,7 @@ class Problem:
     group: NDArray[np.intp]
     candidates: Sequence[Candidate]
     in_part: Callable[[Law, int], Sequence[Law]] | None = None
+    latched_um: Array | float = 0.0
     stated: Array | float = 1.0
 
     def __len__(self) -> int:
@@ -173,6 +175,15 @@ class Problem:
     def grouped(self) -> Array:
         """Columns ``(g, n)`` of the sets of repeats."""
         return (self.group == np.arange(self.group.max() + 1)[:, None]).astype(float)
+
+    @cached_property
+    def rounded_um(self) -> Array:
+        """Standard deviation of what the rows of a set of repeats have in common if they are rounded alike, ``(g,)``.
+
+        That of a step of the display and of a latch. Zero where neither is known.
+        """
+        latched = np.bincount(self.group, np.broadcast_to(np.square(self.latched_um), self.group.shape))
+        return np.sqrt(self.step_um**2 / 12.0 + latched / np.maximum(np.bincount(self.group), 1))
 
     @property
     def typical(self) -> float:

@@ -28,9 +28,9 @@ class Scatter:
 
     ``weight (n,)``: expected precision of a row over that of an ordinary one; ``growth``: covariate and rate of growing
     scatter beyond the stated; ``correlation``: from one reading to the next; ``certificate``: factor on the stated
-    uncertainties; ``rounded``: whether the resolution shows in addition to the scatter; ``tails``: see the module;
-    ``outlying (n,)``: probability of a row being an outlier; ``log_prior``: logarithm of the prior with the constants
-    of the bound.
+    uncertainties; ``rounded``: whether the errors of display and latch are the same in all repeats; ``tails``: see the
+    module; ``outlying (n,)``: probability of a row being an outlier; ``log_prior``: logarithm of the prior with the
+    constants of the bound.
     """
 
     weight: Array
@@ -86,6 +86,8 @@ class Scatters:
     def ordinary(self, scatter: Scatter) -> Array:
         """The same without outliers and tails: as it is stated, and what grows beyond that in quadrature."""
         stated = self.problem.stated * self.ones
+        if scatter.rounded:
+            stated = stated - (self.problem.latched_um / self.problem.scale_um) ** 2
         if scatter.growth is None:
             return stated
         name, rate = scatter.growth

@@ -181,7 +181,7 @@ class Search:
             yield tried(change(scatter, growth=self._likeliest_growth(state)))
         yield from self._correlated(state, tried)
         yield from (tried(change(scatter, certificate=f)) for f in (1.0, *prior.certificate_factors))
-        if self.problem.step_um > 0.0:
+        if self.problem.rounded_um.any():
             yield tried(change(scatter, rounded=not scatter.rounded))
         yield from self._tails(state, tried)
 

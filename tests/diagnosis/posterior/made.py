@@ -89,26 +89,33 @@ def term(candidate: Candidate, atom: int = 0, sd: float = 0.5, log_prior: float 
     return Term(candidate, atom, candidate.columns(atom), sd, log_prior)
 
 
-def dense_covariance(one: Problem, scatter: Scatter, terms: Sequence[Term], sigma_um: float) -> Array:
-    """Covariance of the rows ``(n, n)``, written out element by element from what each part of a hypothesis says."""
+def dense_covariance(
+    one: Problem, scatter: Scatter, terms: Sequence[Term], sigma_um: float, alike: bool = True
+) -> Array:
+    """Covariance of the rows ``(n, n)``, written out element by element from what each part of a hypothesis says.
+
+    ``alike``: with what rounded repeats have in common.
+    """
     n = len(one)
     place = np.empty(n, int)
     place[one.order] = np.arange(n)
     after = np.concatenate([[0.0], np.cumsum(np.minimum(one.gap, 1e6))])[place]
     apart = np.abs(after[:, None] - after)
     correlation = np.where(apart == 0.0, 1.0, scatter.correlation**apart) if scatter.correlation else np.eye(n)
-    variance = np.broadcast_to(one.stated, n)
+    variance, latched_um = np.broadcast_to(one.stated, n), np.broadcast_to(one.latched_um, n)
+    if scatter.rounded:
+        variance = variance - (latched_um / one.scale_um) ** 2
     if scatter.growth is not None:
         name, rate = scatter.growth
-        variance = variance + np.median(variance) * (rate * one.growing[name]) ** 2
+        variance = variance + np.median(one.stated) * (rate * one.growing[name]) ** 2
     deviation = np.sqrt(variance / scatter.weight)
     found = sigma_um**2 * correlation * np.outer(deviation, deviation)
     for column, u in zip(one.certified, one.certified_u, strict=True):
         found += (u * scatter.certificate) ** 2 * np.outer(column, column)
     for column in one.free:
         found += FREE_UM**2 * np.outer(column, column)
-    if scatter.rounded:
-        found += one.step_um**2 / 12.0 * (one.group[:, None] == one.group)
+    if scatter.rounded and alike:
+        found += (one.step_um**2 / 12.0 + latched_um**2) * (one.group[:, None] == one.group)
     for own in terms:
         found += own.sd**2 * own.columns.T @ own.columns
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -51,7 +52,8 @@ TERMS: dict[str, tuple[Term, ...]] = {
 
 def made(facets: dict[str, object]) -> tuple[Problem, Evidence, Scatter]:
     um = noise() + 0.4 * np.sin(7.0 * turns()) + 0.3 * coordinate()
-    one = problem(um, stated=1.0 + 4.0 * turns() ** 2)
+    latched_um = np.where(coordinate() > 0.0, 0.4, 0.2)
+    one = problem(um, stated=1.0 + 4.0 * turns() ** 2 + (latched_um / NOISE_UM) ** 2, latched_um=latched_um)
     evidence = Evidence(one, shipped_priors())
     return one, evidence, evidence.scatters.changed(evidence.scatters.plain(), **facets)
 
@@ -103,8 +105,8 @@ def test_what_is_left_is_what_the_scatter_alone_says(facets: dict[str, object]) 
     one, evidence, scatter = made(facets)
     state = evidence(TERMS["a slope"], scatter)
     whole = dense_covariance(one, scatter, TERMS["a slope"], state.sigma_um)
-    bare = problem(one.um, certified_u=np.zeros(len(one.certified)), free=one.free[:0], step_um=0.0, stated=one.stated)
-    own = dense_covariance(bare, scatter, (), state.sigma_um)
+    bare = replace(one, certified_u=np.zeros(len(one.certified)), free=one.free[:0])
+    own = dense_covariance(bare, scatter, (), state.sigma_um, alike=False)
     np.testing.assert_allclose(state.left_um, own @ np.linalg.solve(whole, one.um), rtol=1e-5, atol=1e-5)
 
 
