@@ -95,8 +95,8 @@ class ServoLag(Effect):
 class InterpolationStep(Effect):
     """Positions are latched once per cycle of the controller: d = speed times the rest of the cycle at the trigger.
 
-    It is between zero and the travel in one cycle, depending on the time. If times are not known to a fraction of the
-    cycle, it appears as scatter.
+    It is between zero and the travel in one cycle, depending on the time. Times are seldom known to a fraction of the
+    cycle: the diagnosis subtracts half of it, and the rest is scatter, or an error that repeats have in common.
     """
 
     kind: ClassVar[str] = "interpolation_step"
