@@ -117,7 +117,7 @@ def form_candidates(data: Residuals, priors: Priors, scale_um: float, laws: Coll
             else:
                 features = tuple(_shown(columns * sides[side]) for columns in one.features)
                 if all(len(columns) for columns in features):
-                    found.append(Smooth(one.covariate, label, False, odds, sizes, form, features))
+                    found.append(Smooth(one.covariate, label, False, odds, sizes, form, features=features))
     return found
 
 

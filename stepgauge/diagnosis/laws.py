@@ -21,6 +21,8 @@ from stepgauge.diagnosis.usual import odds_of, shape_range, usual_shape, usual_s
 
 Array = NDArray[np.float64]
 LATE = ("lag_s", "start_s")
+OF_THE_PROBE = ("kinematic_pretravel", "seat_defect")
+"""Laws of which a recording has one, since it was made with one probe."""
 BEYOND = 1.1
 """Factor by which a fitted shape may lie beyond the grid."""
 
@@ -47,6 +49,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
                 shares=family.share_rows,
                 log_weight=shape_weights(family, priors, data),
                 positive=family.positive,
+                once=family.kind in OF_THE_PROBE,
                 refine=partial(_refined, family, data, metric) if _has_shape(family) else None,
             )
         )

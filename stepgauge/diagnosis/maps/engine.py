@@ -155,10 +155,10 @@ def _findings(found: Searched, by_row: Sequence[Array]) -> Iterator[MapFinding]:
     several = found.answer.alternatives(LEAST_ODDS)
     known = estimates(found.rows.model.table, found.fitted)
     for place, parameters in enumerate(known):
-        label, least = found.laws[place].lead.candidate.label, found.priors.decision.in_set
-        spread = spread_factor(found.answer, found.state, label, least)
+        candidate, least = found.laws[place].lead.candidate, found.priors.decision.in_set
+        spread = spread_factor(found.answer, found.state, candidate.label, least)
         factor = max(spread, float(found.moved_by_slight[place])) * found.wider
-        others = together(several, label, least)
+        others = together(several, candidate.label, candidate.kind, least)
         yield _finding(found, place, widened(parameters, factor), others, by_row)
 
 

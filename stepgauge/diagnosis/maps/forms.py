@@ -81,7 +81,7 @@ def _candidate(
     rows[:, :, quantity] = values
     pattern = rows.reshape(*values.shape[:2], -1)
     if form.weight:
-        return Smooth(kind, label, False, odds, sizes, own, tuple(pattern))
+        return Smooth(kind, label, False, odds, sizes, own, features=tuple(pattern))
     flat = np.full(len(pattern), -np.log(len(pattern)))
     return Law(kind, label, False, odds, sizes, own, pattern=pattern, shares=ones, log_weight=flat)
 

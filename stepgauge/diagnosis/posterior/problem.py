@@ -49,7 +49,7 @@ class Candidate:
 
     ``kind``: a law's name, or the covariate of a form; ``label``: its unique name; ``named``: whether it
     is a law; ``log_odds``: log of its prior odds; ``sizes``: prior of its amplitudes; ``source``: the object that
-    the candidate was made from.
+    the candidate was made from; ``once``: whether a hypothesis has one candidate of its kind only.
     """
 
     kind: str
@@ -58,6 +58,7 @@ class Candidate:
     log_odds: float
     sizes: Sizes
     source: Any = None
+    once: bool = False
 
     @property
     def atoms(self) -> int:

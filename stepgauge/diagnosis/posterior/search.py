@@ -80,8 +80,10 @@ class Search:
         return other
 
     def beside(self, state: State) -> list[Look]:
-        """Looks of all candidates that are not in a hypothesis, the best first."""
-        return [look for look in self.looks(state, self.scatters) if look.candidate.label not in state.labels]
+        """Looks of all candidates that a hypothesis may have in addition, the best first."""
+        kinds = {term.candidate.kind for term in state.terms}
+        looks = (look for look in self.looks(state, self.scatters) if look.candidate.label not in state.labels)
+        return [look for look in looks if not (look.candidate.once and look.candidate.kind in kinds)]
 
     def added(self, state: State, look: Look) -> State:
         """The hypothesis with one term more; with a shape on the grid or near it, whichever is more probable."""

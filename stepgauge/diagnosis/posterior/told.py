@@ -114,11 +114,14 @@ def rival_laws(said: Said, least: float) -> list[Rival]:
     return [said.lead, *others]
 
 
-def together(several: Sequence[Alternative], label: str, least: float) -> tuple[str, ...]:
-    """Combinations of laws that may replace one law, as their kinds: ``scale_error + squareness``."""
+def together(several: Sequence[Alternative], label: str, kind: str, least: float) -> tuple[str, ...]:
+    """Combinations of laws that may replace one law, as their kinds: ``scale_error + squareness``.
+
+    Those with its own kind are left out: in them it is a cause as well, with another one beside it.
+    """
     near = [one for one in several if one.gone == (label,) and one.odds >= least]
-    instead = [one.come for one in near if all(c.named for c in one.come)]
-    return tuple(dict.fromkeys(" + ".join(sorted(c.kind for c in come)) for come in instead))
+    instead = [sorted(c.kind for c in one.come) for one in near if all(c.named for c in one.come)]
+    return tuple(dict.fromkeys(" + ".join(kinds) for kinds in instead if kind not in kinds))
 
 
 def spread_factor(answer: Answer, state: State, label: str, least: float) -> float:
