@@ -79,11 +79,23 @@ def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], d
 
 def with_doubts(model: Model, search: Search, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Model:
     """The model without laws that are not determined (rule 3) with uncertainties times ``wider``."""
-    vague = [one for one in model.laws if not sure(one, model.state, answer, priors.decision, wider)]
+    pairs = zip(model.laws, model.fitted.solved, strict=True)
+    vague = [said for said, solved in pairs if not _is_sure(said, solved, model.state, answer, priors, wider)]
     if not vague:
         return model
     kept = [one for one in model.laws if one not in vague]
     return _fitted(search, model.state, kept, [*model.forms, *vague], data)
+
+
+def _is_sure(said: Said, solved: Solved, state: State, answer: Answer, priors: Priors, wider: float) -> bool:
+    """Whether a law is determined, also beside all shapes of the others where its size is its only parameter."""
+    known = [(one.value, one.u) for one in solved.parameters.values() if one.u is not None]
+    if len(known) == 1:
+        (value, u), label = known[0], said.lead.candidate.label
+        least = priors.decision.determined * spread_factor(answer, state, label, priors.decision.in_set) * wider
+        if abs(value) < least * u:
+            return False
+    return sure(said, state, answer, priors.decision, wider)
 
 
 def _within_forms(laws: list[Said], forms: list[Said]) -> list[Said]:
