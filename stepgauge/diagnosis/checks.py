@@ -26,7 +26,7 @@ ALLOWED = 4.0
 def predictive_checks(problem: Problem, state: State, metric: Metric) -> tuple[Check, ...]:
     """All parts of the check; ``metric``: that of the scatter of the state at its sigma."""
     independent = metric.rows(state.left_um) / state.sigma_um
-    return tuple(_checks(problem, state, independent))
+    return tuple(_checks(problem, state, independent, _ordinary(state, metric)))
 
 
 def widening(checks: tuple[Check, ...], problem: Problem, state: State, metric: Metric) -> float:
@@ -41,17 +41,23 @@ def widening(checks: tuple[Check, ...], problem: Problem, state: State, metric: 
         r = min(_neighbours(problem, metric.rows(state.left_um)), 0.98)
         factor *= float(np.sqrt((1.0 + r) / (1.0 - r))) if r > 0.0 else 1.0
     if "repeats" in failed:
-        factor *= max(state.sigma_um / problem.within_um, 1.0)
+        within = problem.repeating_um(problem.um, _ordinary(state, metric)) or problem.within_um
+        factor *= max(state.sigma_um / within, 1.0)
     return factor
 
 
-def _checks(problem: Problem, state: State, independent: Array) -> Iterator[Check]:
+def _ordinary(state: State, metric: Metric) -> Array:
+    """Variance of every row over that of an ordinary one, without outliers and tails, ``(n,)``."""
+    return np.asarray(state.scatter.weight / metric.rows.scale**2)
+
+
+def _checks(problem: Problem, state: State, independent: Array, ordinary: Array) -> Iterator[Check]:
     n = len(independent)
     largest = float(np.abs(independent).max())
     chance = float(np.log(2.0 * n) + special.log_ndtr(-largest))
     rows = 0.0 if chance > np.log(0.5) else -float(special.ndtri_exp(chance))
     yield _check("rows", rows, f"the largest residual is {largest:.1f} standard deviations")
-    within = problem.repeating_um(state.left_um)
+    within = problem.repeating_um(state.left_um, ordinary)
     if within is not None and state.scatter.weight.min() > 0.5:
         dof = int((np.bincount(problem.group) - 1).sum())
         ratio = state.sigma_um / max(within, 1e-12)

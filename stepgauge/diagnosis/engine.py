@@ -240,13 +240,15 @@ def _confirmed(solved: Solved) -> bool:
 def _noise(model: Model, searched: Residuals, data: Residuals) -> Noise:
     """The scatter of every row in the stated model."""
     state, scatter = model.state, model.state.scatter
-    relative = np.sqrt(model.metric.rows.scale**-2.0 * scatter.weight)
-    by_row, typical_um = state.sigma_um * relative, state.sigma_um * bare_problem(data).typical
+    latched_um = np.broadcast_to(searched.latched_um, (len(searched),)) * scatter.rounded
+    by_row = np.hypot(state.sigma_um * np.sqrt(model.metric.rows.scale**-2.0 * scatter.weight), latched_um)
+    typical_um = state.sigma_um * bare_problem(data).typical
     outliers = np.flatnonzero(scatter.outlying > SURE_OUTLIER) if scatter.outlying is not None else np.zeros(0, int)
     by_row[outliers] = np.inf
     if len(searched) < len(data):
         by_row, outliers = _stated_um(data, state.sigma_um), np.zeros(0, int)
-    return Noise(typical_um, by_row, max(_degrees(data), 1), outliers, _repeated(data))
+    told_by_repeats = _repeated(data) and not latched_um.any()
+    return Noise(typical_um, by_row, max(_degrees(data), 1), outliers, told_by_repeats)
 
 
 def _stated_um(data: Residuals, sigma_um: float) -> Array:

@@ -35,7 +35,8 @@ class Noise:
     """Scatter of a single probing.
 
     ``sigma_um``: standard deviation of a typical row; ``by_row_um (n,)``: of each row, infinite for outliers;
-    ``dof``: its degrees of freedom; ``outliers``: indices of rows; ``repeats``: whether faces were repeated.
+    ``dof``: its degrees of freedom; ``outliers``: indices of rows; ``repeats``: whether faces were
+    repeated, and repeats show it.
     """
 
     sigma_um: float

@@ -200,9 +200,12 @@ class Problem:
         found = self.repeating_um(self.um)
         return max(float((self.um / np.sqrt(self.stated)).std()) if found is None else found, 1e-9)
 
-    def repeating_um(self, um: Array) -> float | None:
-        """Standard deviation of values ``(n,)`` within the sets of repeats, as :attr:`within_um`; None if too few."""
-        weight = 1.0 / np.broadcast_to(self.stated, um.shape)
+    def repeating_um(self, um: Array, variance: Array | None = None) -> float | None:
+        """Standard deviation of values ``(n,)`` within the sets of repeats, as :attr:`within_um`; None if too few.
+
+        ``variance``: of every row, over that of an ordinary one; without it as it is stated.
+        """
+        weight = 1.0 / np.broadcast_to(self.stated if variance is None else variance, um.shape)
         dof = int((np.maximum(np.bincount(self.group), 1) - 1).sum())
         if dof < FEWEST_REPEATS:
             return None
