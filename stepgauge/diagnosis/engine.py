@@ -272,8 +272,9 @@ def _of_scatter(
     if p >= stated and scatter.growth is not None:
         named.append(_growing(scatter, noise.sigma_um, p, data))
     p = answer.probability_of_scatter("correlation")
-    if p >= stated and scatter.correlation:
-        words = f"the scatter is correlated, with {scatter.correlation:g} between consecutive probings"
+    if p >= stated and scatter.correlated:
+        how = f"correlated, with {scatter.correlation:g} between consecutive probings"
+        words = f"the scatter is {'1/f noise, correlated over all times' if scatter.flicker else how}"
         name = "time" if data.has_time else "order"
         left.append(Located(name, "both", CORRELATED, words, 0.0, p))
     for one in [one for one in named if one.kind in without]:

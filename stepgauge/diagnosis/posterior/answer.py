@@ -223,7 +223,7 @@ class Answer:
 def _has(scatter: Scatter, has: str) -> bool:
     return {
         "growth": scatter.growth is not None,
-        "correlation": scatter.correlation > 0.0,
+        "correlation": scatter.correlated,
         "certificate": scatter.certificate > 1.0,
         "outlying": scatter.tails == "outlying",
         "heavy": scatter.tails == "heavy",

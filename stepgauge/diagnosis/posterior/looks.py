@@ -432,7 +432,7 @@ class Looks:
         return self._looker(state, scatters).pairs(state, most, without)
 
     def _looker(self, state: State, scatters: Scatters) -> Looker:
-        sigma_um = state.sigma_um if state.scatter.correlation else min(state.sigma_um, self.problem.within_um)
+        sigma_um = state.sigma_um if state.scatter.correlated else min(state.sigma_um, self.problem.within_um)
         key = (*state.scatter.alike, round(float(np.log(sigma_um)) / LIKE_SIGMA))
         if key not in self._lookers:
             metric = Metric(self.problem, state.scatter, scatters, sigma_um)

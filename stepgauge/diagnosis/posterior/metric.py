@@ -20,11 +20,12 @@ FREE_UM = 1e3
 
 
 class Rows:
-    """Rows made independent: scaled and, where they are correlated, minus the prediction from the previous row."""
+    """Rows made independent: scaled and, where they are correlated, minus the prediction from the previous rows."""
 
     def __init__(self, problem: Problem, scatter: Scatter, scatters: Scatters) -> None:
         self.scale = 1.0 / np.sqrt(scatters.variance(scatter))
-        self.order, self.correlated = problem.order, scatter.correlation > 0.0
+        self.order, self.correlated = problem.order, scatter.correlated
+        self.flicker = problem.flicker if scatter.flicker else None
         if self.correlated:
             self.told = np.r_[0.0, scatter.correlation**problem.gap]
             self.left = np.sqrt(1.0 - self.told**2)
@@ -36,8 +37,10 @@ class Rows:
         scaled = columns * self.scale.astype(columns.dtype)
         if not self.correlated:
             return cast(Columns, scaled)
-        told, left = self.told.astype(columns.dtype), self.left.astype(columns.dtype)
         turn = scaled[..., self.order] if self.turned else scaled
+        if self.flicker is not None:
+            return cast(Columns, turn @ self.flicker.T.astype(columns.dtype))
+        told, left = self.told.astype(columns.dtype), self.left.astype(columns.dtype)
         turn[..., 1:] -= told[1:] * turn[..., :-1]
         turn /= left
         return cast(Columns, turn)
@@ -46,22 +49,29 @@ class Rows:
         """The transposed map of columns ``(n, q)``."""
         if not self.correlated:
             return columns * self.scale[:, None]
-        turn = columns / self.left[:, None]
-        turn[:-1] -= self.told[1:, None] * turn[1:]
+        if self.flicker is not None:
+            turn = self.flicker.T @ columns
+        else:
+            turn = columns / self.left[:, None]
+            turn[:-1] -= self.told[1:, None] * turn[1:]
         return (turn[self.back] if self.turned else turn) * self.scale[:, None]
 
     @cached_property
     def log_determinant(self) -> float:
         """Logarithm of the map's determinant."""
-        return float(np.log(self.scale).sum() - (np.log(self.left).sum() if self.correlated else 0.0))
+        root = np.log(np.diag(self.flicker)).sum() if self.flicker is not None else 0.0
+        return float(np.log(self.scale).sum() + root - (np.log(self.left).sum() if self.correlated else 0.0))
 
     @cached_property
     def precision(self) -> Array:
         """Precision of each row given the others, ``(n,)``, in units of that of all rows."""
         if not self.correlated:
             return self.scale**2
-        square = 1.0 / self.left**2
-        square[:-1] += (self.told[1:] / self.left[1:]) ** 2
+        if self.flicker is not None:
+            square = (self.flicker**2).sum(axis=0)
+        else:
+            square = 1.0 / self.left**2
+            square[:-1] += (self.told[1:] / self.left[1:]) ** 2
         return np.asarray(square[self.back] * self.scale**2)
 
 

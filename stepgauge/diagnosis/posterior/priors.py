@@ -59,6 +59,7 @@ class ScatterPriors(Table):
     growth_rates: list[float] = Field(min_length=1)
     correlation: float = Field(gt=0.0)
     correlations: list[float] = Field(min_length=1)
+    flicker: float = Field(gt=0.0)
     certificate: float = Field(gt=0.0)
     certificate_factors: list[float] = Field(min_length=1)
     rounded: float = Field(gt=0.0)

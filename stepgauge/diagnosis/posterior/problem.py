@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 Array = NDArray[np.float64]
 FEWEST_REPEATS = 8
@@ -176,6 +177,21 @@ class Problem:
     def grouped(self) -> Array:
         """Columns ``(g, n)`` of the sets of repeats."""
         return (self.group == np.arange(self.group.max() + 1)[:, None]).astype(float)
+
+    @cached_property
+    def flicker(self) -> Array:
+        """What makes rows with 1/f noise independent ``(n, n)``: inverse of the root of their correlation matrix.
+
+        In the order of reading. The noise is the sum of relaxations whose time constants are evenly spaced on a
+        logarithmic scale (McWhorter, Semiconductor Surface Physics 1957: 207), from half a touch to the whole record.
+        """
+        n = len(self)
+        after = np.r_[0.0, np.cumsum(np.where(np.isfinite(self.gap), self.gap, 0.0))]
+        part = np.r_[0, np.cumsum(np.isinf(self.gap))]
+        apart = np.abs(after[:, None] - after)
+        times = 0.5 * 2.0 ** np.arange(2 + int(np.ceil(np.log2(max(apart.max(), 1.0)))))
+        correlation = np.mean([np.exp(-apart / time) for time in times], axis=0) * (part[:, None] == part)
+        return np.asarray(solve_triangular(np.linalg.cholesky(correlation), np.eye(n), lower=True))
 
     @cached_property
     def rounded_um(self) -> Array:

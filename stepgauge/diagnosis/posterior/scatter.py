@@ -27,16 +27,17 @@ class Scatter:
     """A model of the scatter.
 
     ``weight (n,)``: expected precision of a row over that of an ordinary one; ``growth``: covariate and rate of growing
-    scatter beyond the stated; ``correlation``: from one reading to the next; ``certificate``: factor on the stated
-    uncertainties; ``rounded``: whether the errors of display and latch are the same in all repeats; ``tails``: see the
-    module; ``outlying (n,)``: probability of a row being an outlier; ``log_prior``: logarithm of the prior with the
-    constants of the bound.
+    scatter beyond the stated; ``correlation``: from one reading to the next; ``flicker``: whether it is 1/f noise;
+    ``certificate``: factor on the stated uncertainties; ``rounded``: whether the errors of display and latch are the
+    same in all repeats; ``tails``: see the module; ``outlying (n,)``: probability of a row being an outlier;
+    ``log_prior``: logarithm of the prior with the constants of the bound.
     """
 
     weight: Array
     log_prior: float
     growth: tuple[str, float] | None = None
     correlation: float = 0.0
+    flicker: bool = False
     certificate: float = 1.0
     rounded: bool = False
     tails: str = NORMAL
@@ -48,24 +49,30 @@ class Scatter:
     def key(self) -> tuple[object, ...]:
         """Identity of a model."""
         tails = (self.tails, self.freedom, round(self.bound, 6), round(float(self.weight.sum()), 6))
-        return self.growth, self.correlation, self.certificate, self.rounded, tails
+        return self.growth, self.correlation, self.flicker, self.certificate, self.rounded, tails
 
     @cached_property
     def alike(self) -> tuple[object, ...]:
         """Approximate identity of a model: the weights of the rows by their mean."""
         mean = round(float(self.weight.mean()) * 50.0)
-        return self.growth, self.correlation, self.certificate, self.rounded, self.tails, self.freedom, mean
+        tails = (self.tails, self.freedom, mean)
+        return self.growth, self.correlation, self.flicker, self.certificate, self.rounded, tails
 
     @property
     def kind(self) -> tuple[object, ...]:
         """Kind of the model, without its numbers."""
         growth = None if self.growth is None else self.growth[0]
-        return growth, self.correlation > 0.0, self.certificate > 1.0, self.rounded, self.tails
+        return growth, self.correlated, self.certificate > 1.0, self.rounded, self.tails
+
+    @property
+    def correlated(self) -> bool:
+        """Whether a reading tells of the next one."""
+        return self.correlation > 0.0 or self.flicker
 
     @property
     def plain(self) -> bool:
         """Whether it is the simplest model: the same for all rows, independent, no outliers."""
-        return self.growth is None and not self.correlation and self.tails != OUTLYING
+        return self.growth is None and not self.correlated and self.tails != OUTLYING
 
 
 class Scatters:
@@ -136,6 +143,8 @@ class Scatters:
             log_prior += np.log(prior.growth / len(self.problem.growing) / len(prior.growth_rates))
         if scatter.correlation:
             log_prior += np.log(prior.correlation / len(prior.correlations))
+        if scatter.flicker:
+            log_prior += np.log(prior.flicker)
         if scatter.certificate > 1.0:
             log_prior += np.log(prior.certificate / len(prior.certificate_factors))
         if scatter.rounded:

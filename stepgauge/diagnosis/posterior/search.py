@@ -200,19 +200,22 @@ class Search:
         return max(every, key=lambda one: gain(*one))
 
     def _correlated(self, state: State, tried: Callable[[Scatter], State]) -> Iterator[State]:
-        """Correlations about the present one, farther as long as they are more probable."""
+        """Correlations about the present one, farther as long as they are more probable; 1/f noise if one is near."""
         every = [0.0, *self.priors.scatter.correlations]
-        here = every.index(state.scatter.correlation)
+        here, near = every.index(state.scatter.correlation), state.scatter.correlated
         for step in (1, -1):
             last, place = state, here + step
             while 0 <= place < len(every):
-                found = tried(self.scatters.changed(state.scatter, correlation=every[place]))
+                found = tried(self.scatters.changed(state.scatter, correlation=every[place], flicker=False))
+                near = near or found.log_posterior > state.log_posterior - FARTHER
                 yield found
                 if found.log_posterior < last.log_posterior - (FARTHER if last is state else 0.0):
                     break
                 last, place = found, place + step
-        if here > 1:
-            yield tried(self.scatters.changed(state.scatter, correlation=0.0))
+        if here > 1 or state.scatter.flicker:
+            yield tried(self.scatters.changed(state.scatter, correlation=0.0, flicker=False))
+        if near and not state.scatter.flicker:
+            yield tried(self.scatters.changed(state.scatter, correlation=0.0, flicker=True))
 
     def _tails(self, state: State, tried: Callable[[Scatter], State]) -> Iterator[State]:
         """Outliers and heavy tails, weighted by the residuals of the state; normal tails if these are more probable."""
