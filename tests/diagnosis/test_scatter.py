@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
@@ -62,3 +63,15 @@ def test_a_law_keeps_its_name_beside_correlated_scatter_which_is_told_as_unexpla
     assert found.verdict == "unknown"
     assert names(found) == ["scale_error"]
     assert [one.form for one in found.unexplained] == ["correlated scatter"]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_noise_with_as_much_power_in_every_octave_is_no_radius_and_no_drift(seed: int) -> None:
+    """1/f noise from one swing in two recordings to half the rhythm of the touches, by its spectrum."""
+    rows = len(clean().frame)
+    bins = np.random.default_rng(seed).normal(size=(2, rows)) / np.sqrt(np.arange(1, rows + 1))
+    swings = np.fft.irfft(np.r_[0.0, bins[0] + 1j * bins[1]])[:rows]
+    found = told(bent(lambda r: 0.5 * swings / swings.std()))
+    assert (found.verdict, names(found)) == ("unknown", [])
+    assert [one.form for one in found.unexplained] == ["correlated scatter"]
+    assert "1/f" in found.unexplained[0].where

@@ -25,7 +25,7 @@ class Rows:
     def __init__(self, problem: Problem, scatter: Scatter, scatters: Scatters) -> None:
         self.scale = 1.0 / np.sqrt(scatters.variance(scatter))
         self.order, self.correlated = problem.order, scatter.correlated
-        self.flicker = problem.flicker if scatter.flicker else None
+        self.flicker = problem.flicker(scatter.flicker) if scatter.flicker else None
         if self.correlated:
             self.told = np.r_[0.0, scatter.correlation**problem.gap]
             self.left = np.sqrt(1.0 - self.told**2)

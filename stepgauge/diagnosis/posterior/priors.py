@@ -60,6 +60,7 @@ class ScatterPriors(Table):
     correlation: float = Field(gt=0.0)
     correlations: list[float] = Field(min_length=1)
     flicker: float = Field(gt=0.0)
+    flicker_shares: list[float] = Field(min_length=1)
     certificate: float = Field(gt=0.0)
     certificate_factors: list[float] = Field(min_length=1)
     rounded: float = Field(gt=0.0)

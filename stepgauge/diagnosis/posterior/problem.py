@@ -178,20 +178,34 @@ class Problem:
         """Columns ``(g, n)`` of the sets of repeats."""
         return (self.group == np.arange(self.group.max() + 1)[:, None]).astype(float)
 
-    @cached_property
-    def flicker(self) -> Array:
-        """What makes rows with 1/f noise independent ``(n, n)``: inverse of the root of their correlation matrix.
+    def flicker(self, share: float) -> Array:
+        """What makes rows with this share of 1/f noise independent ``(n, n)``, in the order of reading.
 
-        In the order of reading. The noise is the sum of relaxations whose time constants are evenly spaced on a
-        logarithmic scale (McWhorter, Semiconductor Surface Physics 1957: 207), from half a touch to the whole record.
+        It is the inverse of the root of their correlation matrix.
         """
-        n = len(self)
+        if share not in self._flickers:
+            correlation = share * self._relaxing + (1.0 - share) * np.eye(len(self))
+            root = np.linalg.cholesky(correlation)
+            self._flickers[share] = np.asarray(solve_triangular(root, np.eye(len(self)), lower=True))
+        return self._flickers[share]
+
+    @cached_property
+    def _flickers(self) -> dict[float, Array]:
+        return {}
+
+    @cached_property
+    def _relaxing(self) -> Array:
+        """Correlation of 1/f noise between any two rows in the order of reading, none across a break.
+
+        A sum of relaxations whose time constants are evenly spaced on a logarithmic scale (McWhorter, Semiconductor
+        Surface Physics 1957: 207), from half a touch to the whole record.
+        """
         after = np.r_[0.0, np.cumsum(np.where(np.isfinite(self.gap), self.gap, 0.0))]
         part = np.r_[0, np.cumsum(np.isinf(self.gap))]
         apart = np.abs(after[:, None] - after)
         times = 0.5 * 2.0 ** np.arange(2 + int(np.ceil(np.log2(max(apart.max(), 1.0)))))
-        correlation = np.mean([np.exp(-apart / time) for time in times], axis=0) * (part[:, None] == part)
-        return np.asarray(solve_triangular(np.linalg.cholesky(correlation), np.eye(n), lower=True))
+        alike = np.mean([np.exp(-apart / time) for time in times], axis=0)
+        return np.asarray(alike * (part[:, None] == part))
 
     @cached_property
     def rounded_um(self) -> Array:

@@ -27,7 +27,7 @@ class Scatter:
     """A model of the scatter.
 
     ``weight (n,)``: expected precision of a row over that of an ordinary one; ``growth``: covariate and rate of growing
-    scatter beyond the stated; ``correlation``: from one reading to the next; ``flicker``: whether it is 1/f noise;
+    scatter beyond the stated; ``correlation``: from one reading to the next; ``flicker``: share of 1/f noise;
     ``certificate``: factor on the stated uncertainties; ``rounded``: whether the errors of display and latch are the
     same in all repeats; ``tails``: see the module; ``outlying (n,)``: probability of a row being an outlier;
     ``log_prior``: logarithm of the prior with the constants of the bound.
@@ -37,7 +37,7 @@ class Scatter:
     log_prior: float
     growth: tuple[str, float] | None = None
     correlation: float = 0.0
-    flicker: bool = False
+    flicker: float = 0.0
     certificate: float = 1.0
     rounded: bool = False
     tails: str = NORMAL
@@ -67,7 +67,7 @@ class Scatter:
     @property
     def correlated(self) -> bool:
         """Whether a reading tells of the next one."""
-        return self.correlation > 0.0 or self.flicker
+        return self.correlation > 0.0 or self.flicker > 0.0
 
     @property
     def plain(self) -> bool:
@@ -144,7 +144,7 @@ class Scatters:
         if scatter.correlation:
             log_prior += np.log(prior.correlation / len(prior.correlations))
         if scatter.flicker:
-            log_prior += np.log(prior.flicker)
+            log_prior += np.log(prior.flicker / len(prior.flicker_shares))
         if scatter.certificate > 1.0:
             log_prior += np.log(prior.certificate / len(prior.certificate_factors))
         if scatter.rounded:

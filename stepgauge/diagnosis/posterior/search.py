@@ -206,16 +206,16 @@ class Search:
         for step in (1, -1):
             last, place = state, here + step
             while 0 <= place < len(every):
-                found = tried(self.scatters.changed(state.scatter, correlation=every[place], flicker=False))
+                found = tried(self.scatters.changed(state.scatter, correlation=every[place], flicker=0.0))
                 near = near or found.log_posterior > state.log_posterior - FARTHER
                 yield found
                 if found.log_posterior < last.log_posterior - (FARTHER if last is state else 0.0):
                     break
                 last, place = found, place + step
         if here > 1 or state.scatter.flicker:
-            yield tried(self.scatters.changed(state.scatter, correlation=0.0, flicker=False))
-        if near and not state.scatter.flicker:
-            yield tried(self.scatters.changed(state.scatter, correlation=0.0, flicker=True))
+            yield tried(self.scatters.changed(state.scatter, correlation=0.0, flicker=0.0))
+        shares = [one for one in self.priors.scatter.flicker_shares if near and one != state.scatter.flicker]
+        yield from (tried(self.scatters.changed(state.scatter, correlation=0.0, flicker=one)) for one in shares)
 
     def _tails(self, state: State, tried: Callable[[Scatter], State]) -> Iterator[State]:
         """Outliers and heavy tails, weighted by the residuals of the state; normal tails if these are more probable."""

@@ -104,7 +104,8 @@ def dense_covariance(
     correlation = np.where(apart == 0.0, 1.0, scatter.correlation**apart) if scatter.correlation else np.eye(n)
     if scatter.flicker:
         times = 0.5 * 2.0 ** np.arange(2 + np.ceil(np.log2(one.gap[np.isfinite(one.gap)].sum())))
-        correlation = np.mean([np.exp(-apart / time) for time in times], axis=0)
+        alike = np.mean([np.exp(-apart / time) for time in times], axis=0)
+        correlation = scatter.flicker * alike + (1.0 - scatter.flicker) * np.eye(n)
     variance, latched_um = np.broadcast_to(one.stated, n), np.broadcast_to(one.latched_um, n)
     if scatter.rounded:
         variance = variance - (latched_um / one.scale_um) ** 2

@@ -119,6 +119,9 @@ def test_each_facet_has_its_price_and_no_other() -> None:
     assert scatters.changed(plain, correlation=0.5).log_prior == pytest.approx(
         np.log(prior.correlation / len(prior.correlations))
     )
+    assert scatters.changed(plain, flicker=1.0).log_prior == pytest.approx(
+        np.log(prior.flicker / len(prior.flicker_shares))
+    )
     assert scatters.changed(plain, certificate=2.0).log_prior == pytest.approx(
         np.log(prior.certificate / len(prior.certificate_factors))
     )
