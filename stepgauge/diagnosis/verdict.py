@@ -47,13 +47,17 @@ MOST_FORMS = 3
 
 @dataclass(frozen=True)
 class Model:
-    """The hypothesis that is stated: laws, forms, and the fit of the laws beside the forms."""
+    """The hypothesis that is stated: laws, forms, and the fit of the laws beside the forms.
+
+    ``vague``: those of the forms that are laws whose size is not determined.
+    """
 
     state: State
     laws: tuple[Said, ...]
     forms: tuple[Said, ...]
     fitted: Fitted
     metric: Metric
+    vague: tuple[Said, ...] = ()
 
 
 def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) -> Model:
@@ -62,11 +66,11 @@ def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) 
     laws, forms = ([one for one in every if one.named is named] for named in (True, False))
     model = _fitted(search, state, laws, forms, data)
     vague = [one for one in laws if not determined(state, one.term, priors.decision.determined)]
-    vague += _within_forms(laws, forms)
-    if vague:
-        kept = [one for one in laws if one not in vague]
-        model = _fitted(search, state, kept, [*forms, *vague], data)
-    return model
+    apart = [*vague, *_within_forms(laws, forms)]
+    if apart:
+        kept = [one for one in laws if one not in apart]
+        model = _fitted(search, state, kept, [*forms, *apart], data)
+    return replace(model, vague=tuple(vague))
 
 
 def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], data: Residuals) -> Model:
@@ -84,13 +88,13 @@ def with_doubts(model: Model, search: Search, answer: Answer, data: Residuals, p
     if not vague:
         return model
     kept = [one for one in model.laws if one not in vague]
-    return _fitted(search, model.state, kept, [*model.forms, *vague], data)
+    return replace(_fitted(search, model.state, kept, [*model.forms, *vague], data), vague=(*model.vague, *vague))
 
 
 def _is_sure(said: Said, solved: Solved, state: State, answer: Answer, priors: Priors, wider: float) -> bool:
     """Whether a law is determined, also beside all shapes of the others where its size is its only parameter."""
     known = [(one.value, one.u) for one in solved.parameters.values() if one.u is not None]
-    if len(known) == 1:
+    if len(known) == 1 and solved.family.directions is None:
         (value, u), label = known[0], said.lead.candidate.label
         least = priors.decision.determined * spread_factor(answer, state, label, priors.decision.in_set) * wider
         if abs(value) < least * u:
@@ -202,7 +206,7 @@ def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, w
     """The forms that are stated, one to a covariate, the most probable first; ``wider``: see :func:`findings`."""
     for said in model.forms:
         if said.named:
-            if not sure(said, model.state, answer, priors.decision, wider):
+            if said in model.vague or not sure(said, model.state, answer, priors.decision, wider):
                 yield _vague(said, answer, data)
             continue
         for one in islice(one_of_each_kind(said.place, False), MOST_FORMS):
