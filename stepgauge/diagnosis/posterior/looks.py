@@ -149,14 +149,21 @@ class Looker:
             return {place: self.patterns[place].dots(vectors) for place in places}
         left = self.metric.adjoint(beside.left[:, None])
         dots = {place: self.patterns[place].dots(left) for place in places}
+        if beside.turn is None:
+            return dots
         for span in beside.spans:
-            new = [place for place in places if place not in span.dots]
-            vectors = self.metric.adjoint(span.rows.T) if new else span.rows
-            span.dots |= {place: self.patterns[place].dots(vectors).astype(np.float32) for place in new}
-        for place in places if beside.turn is not None else ():
-            lost = np.concatenate([span.dots[place] for span in beside.spans], axis=3) @ beside.turn.astype(np.float32)
+            self._fill(span, [place for place in places if place not in span.dots])
+        turn = beside.turn.astype(np.float32)
+        for place in places:
+            lost = np.concatenate([span.dots[place] for span in beside.spans], axis=3) @ turn
             dots[place] = np.concatenate([dots[place], lost], axis=3)
         return dots
+
+    def _fill(self, span: _Span, places: Sequence[int]) -> None:
+        """Products of a span with patterns that it has not met."""
+        if places:
+            vectors = self.metric.adjoint(span.rows.T)
+            span.dots |= {place: self.patterns[place].dots(vectors).astype(np.float32) for place in places}
 
     def _span(self, term: Term) -> _Span:
         """The span of a term; those used last are kept."""
