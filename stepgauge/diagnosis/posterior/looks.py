@@ -34,8 +34,8 @@ MOST_FEATURES, SEEN_FEATURES = 90, 0.99
 FULL = 0.9999
 MOST_TURNED = 10.0
 """Length of a mixture of products from which they are computed anew: single precision would show."""
-MOST_SPANS, MOST_KEPT = 400, 8
-"""Largest number of rows of terms whose products are kept, and terms that are kept whatever they have."""
+MOST_SPANS = 400
+"""Largest number of rows of terms whose products are kept."""
 MOST_EXACT = 16
 """Kernels that are rated with the terms of the hypothesis; the others are taken to be independent of these."""
 LIKE_SIGMA = 0.5
@@ -170,7 +170,7 @@ class Looker:
         key = (*term.key[:2], term.key[-1])
         span = self.spans.pop(key, None) or _Span(self.metric(term.columns), term.sd)
         self.spans[key] = span
-        while sum(len(one.rows) for one in self.spans.values()) > MOST_SPANS and len(self.spans) > MOST_KEPT:
+        while sum(len(one.rows) for one in self.spans.values()) > MOST_SPANS and len(self.spans) > 1:
             del self.spans[next(iter(self.spans))]
         return span
 
