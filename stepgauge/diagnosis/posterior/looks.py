@@ -359,8 +359,8 @@ def _solve(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
 
 def _cholesky(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
     """The same by one factorisation of all rows: there are thousands of small matrices."""
-    a = np.ascontiguousarray(gram.transpose(1, 2, 0))
-    x = np.ascontiguousarray(dot.T)
+    a = np.array(gram.transpose(1, 2, 0), order="C")
+    x = np.array(dot.T, order="C")
     log_det = np.zeros(len(gram))
     for j in range(len(a)):
         square = np.maximum(a[j, j] + ridge, ridge)

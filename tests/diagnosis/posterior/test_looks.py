@@ -19,6 +19,7 @@ CANDIDATES: dict[str, Candidate] = {
     "two": law("wave", waves(turns(), [1.0, 1.4, 1.8])),
     "three": law("ripple", np.concatenate([waves(turns(), [1.3, 2.6]), np.ones((2, 1, ROWS))], axis=1)),
     "four": law("moving wave", waves(turns(), [1.5, 2.5]), SHARES),
+    "five, of one shape": law("bell", np.concatenate([*waves(turns(), [1.2, 2.3]), np.ones((1, ROWS))])[None]),
     "a random function": random_function(coordinate()),
 }
 TRUTH = {"scatter": 0.0, "something": 0.25, "much": 1.0}
