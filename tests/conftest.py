@@ -7,12 +7,14 @@ import os
 import shutil
 import sys
 import tempfile
+from functools import wraps
 from pathlib import Path
 from typing import Any
 
 import matplotlib.figure
 import pytest
 from hypothesis import HealthCheck, Phase, settings
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import Machine, read_machine
@@ -55,13 +57,20 @@ def plain_figures(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatc
     """
     if any(word in request.node.nodeid.lower() for word in ON_FIGURES):
         return
-    save = matplotlib.figure.Figure.savefig
+    save, draw_png = matplotlib.figure.Figure.savefig, FigureCanvasAgg.print_png
 
     def plainly(figure: matplotlib.figure.Figure, *arguments: Any, **more: Any) -> None:
         figure.set_layout_engine("none")
         save(figure, *arguments, **{"dpi": 150, **more})
 
+    @wraps(draw_png)
+    def plain_png(canvas: FigureCanvasAgg, *arguments: Any, **more: Any) -> None:
+        canvas.figure.set_layout_engine("none")
+        canvas.figure.dpi = 150
+        draw_png(canvas, *arguments, **more)
+
     monkeypatch.setattr(matplotlib.figure.Figure, "savefig", plainly)
+    monkeypatch.setattr(FigureCanvasAgg, "print_png", plain_png)
 
 
 @pytest.fixture

@@ -31,11 +31,18 @@ def test_a_failed_save_leaves_the_old_figure(tmp_path, monkeypatch):
     path = tmp_path / "a.png"
     path.write_bytes(b"old")
     figure = drawn()
-    monkeypatch.setattr(figure, "savefig", lambda *_, **__: 1 / 0)
+    monkeypatch.setattr(figure, "draw", lambda *_, **__: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         style.save_figure(figure, path)
     assert path.read_bytes() == b"old"
     assert [p.name for p in tmp_path.iterdir()] == ["a.png"]
+
+
+def test_a_figure_that_is_drawn_once_is_that_of_matplotlib(tmp_path):
+    style.save_figure(drawn(), tmp_path / "a.png")
+    with style.figure_style():
+        drawn().savefig(tmp_path / "b.png", metadata={})
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
 def test_size_is_the_printed_size():

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -193,12 +194,21 @@ def matern(x: Array, length: float, rough: bool = False) -> Array:
     u = (x - x.min()) / np.ptp(x)
     levels, most = np.unique(u), ROUGH_KNOTS if rough else KNOTS
     knots = levels if len(levels) <= most else np.linspace(0.0, 1.0, most)
-    r = np.abs(knots[:, None] - knots) / length
+    return np.asarray((_between(u, knots) @ _root(knots.tobytes(), length, rough)).T[::-1])
+
+
+@lru_cache(maxsize=64)
+def _root(knots: bytes, length: float, rough: bool) -> Array:
+    """Root of the covariance at knots, which recur from covariate to covariate; do not write to the array."""
+    at = np.frombuffer(knots)
+    r = np.abs(at[:, None] - at) / length
     root5 = np.sqrt(5.0)
     covariance = np.exp(-r) if rough else (1.0 + root5 * r + 5.0 * r**2 / 3.0) * np.exp(-root5 * r)
     value, vector = np.linalg.eigh(covariance)
     seen = value > 1e-9 * value[-1]
-    return np.asarray((_between(u, knots) @ (vector[:, seen] * np.sqrt(value[seen]))).T[::-1])
+    found = vector[:, seen] * np.sqrt(value[seen])
+    found.flags.writeable = False
+    return found
 
 
 def _between(u: Array, knots: Array) -> Array:

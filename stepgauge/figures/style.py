@@ -125,4 +125,21 @@ def save_figure(fig: Figure, path: str | Path) -> None:
     """
     kind = figure_format(path)
     with figure_style(), replacing(path) as beside:
-        fig.savefig(beside, format=kind, metadata=_UNDATED[kind])
+        if kind == "png":
+            _draw_once(fig, beside)
+        else:
+            fig.savefig(beside, format=kind, metadata=_UNDATED[kind])
+
+
+def _draw_once(fig: Figure, path: Path) -> None:
+    """The same file as by ``savefig``, which draws twice: the first time for nothing but the layout."""
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    dpi, canvas = fig.dpi, fig.canvas
+    try:
+        fig.dpi = matplotlib.rcParams["savefig.dpi"]
+        FigureCanvasAgg(fig).print_png(path, metadata=_UNDATED["png"])
+    finally:
+        fig.dpi = dpi
+        fig.set_canvas(canvas)

@@ -6,7 +6,6 @@ Laplace's approximation in its logarithm (MacKay, Neural Computation 4, 1992: 41
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -27,6 +26,7 @@ POTRF, POTRI, POTRS = get_lapack_funcs(("potrf", "potri", "potrs"), dtype=np.flo
 ROUNDS = 12
 FIRST_STEP = 0.05
 """Half the width of the parabolas that find the most probable log sigma."""
+BESIDE = np.array([-1.0, 0.0, 1.0])
 LOG_2 = float(np.log(2.0))
 
 
@@ -37,7 +37,8 @@ class State:
     ``log_posterior``: up to a constant of the problem; ``sigma_um``: standard deviation of an ordinary row; ``left_um
     (n,)``: residuals after terms and nuisance parameters; ``mean (k,)``: posterior mean of the amplitudes of ``count``
     nuisance parameters and of the terms, ``prior_sd`` their prior standard deviations, ``factor`` that of their
-    precision in units of these.
+    precision in units of these; ``square``: sum of squares at the most probable sigma, over its variance, with that of
+    the amplitudes over theirs.
     """
 
     terms: tuple[Term, ...]
@@ -49,6 +50,7 @@ class State:
     prior_sd: Array
     mean: Array
     count: int
+    square: float
 
     @cached_property
     def covariance(self) -> Array:
@@ -70,11 +72,6 @@ class State:
         first = self.count + sum(len(term.columns) for term in self.terms[:place])
         own = slice(first, first + len(self.terms[place].columns))
         return self.mean[own], self.covariance[own, own]
-
-
-def _parts(values: Array, columns: Sequence[Array]) -> Iterator[tuple[Array, Array]]:
-    """Values part by part, as many as there are columns in each of some sets."""
-    yield from zip(np.split(values, np.cumsum([len(one) for one in columns])[:-1]), columns, strict=True)
 
 
 @dataclass(frozen=True)
@@ -160,12 +157,14 @@ class Evidence:
         likelihood = _Likelihood(gram, sd, base, len(self.problem), self.log_scale, self.log_spread)
         log_evidence, log_sigma = likelihood.integrated(near_um)
         factor, amplitudes = likelihood.solved(log_sigma)
-        mean, left_um = sd * amplitudes, self.problem.um.copy()
-        for part, columns in _parts(mean, [base.raw, *(term.columns for term in terms)]):
-            left_um -= part @ columns
+        mean, first = sd * amplitudes, len(base.sd)
+        left_um = self.problem.um - mean[:first] @ base.raw
+        for term in terms:
+            left_um -= mean[first : (first := first + len(term.columns))] @ term.columns
         log_posterior = log_evidence + base.rows.log_determinant + scatter.log_prior
         log_posterior += sum(term.log_prior for term in terms)
-        state = State(terms, scatter, log_posterior, float(np.exp(log_sigma)), left_um, factor, sd, mean, len(base.sd))
+        sigma_um, square = float(np.exp(log_sigma)), likelihood.square(amplitudes, log_sigma)
+        state = State(terms, scatter, log_posterior, sigma_um, left_um, factor, sd, mean, len(base.sd), square)
         return self._with_signs(state)
 
     def _with_signs(self, state: State) -> State:
@@ -176,6 +175,25 @@ class Evidence:
                 mean, covariance = state.amplitudes(place)
                 gain += LOG_2 + float(special.log_ndtr(mean[0] / np.sqrt(covariance[0, 0])))
         return replace(state, log_posterior=state.log_posterior + gain) if gain else state
+
+    def most_without(self, state: State, place: int) -> float:
+        """What the log posterior of a hypothesis cannot exceed without one of its terms that it needs.
+
+        For the same sigma the quotient of the likelihoods is that of the densities of the amplitudes at zero, after and
+        before (Dickey, Annals of Mathematical Statistics 42, 1971: 204). For a larger sigma the sum of squares falls at
+        most with its square, and the determinant rises at least with as many powers as there are rows beyond columns.
+        """
+        term, dof = state.terms[place], len(self.problem) - len(state.mean)
+        if dof <= 0 or any(isinstance(one.candidate, Law) and one.candidate.positive for one in state.terms):
+            return np.inf
+        mean, covariance = state.amplitudes(place)
+        more = state.square + float(mean @ np.linalg.solve(covariance, mean))
+        if more <= dof:
+            return np.inf
+        occam = 0.5 * float(np.linalg.slogdet(covariance / term.sd**2)[1])
+        best = 0.5 * (state.square - dof) - 0.5 * dof * float(np.log(more / dof))
+        stated = 0.5 * ((float(np.log(state.sigma_um)) - self.log_scale) / self.log_spread) ** 2
+        return state.log_posterior - term.log_prior - occam + best + stated
 
     def squares(self, state: State) -> Array:
         """Expected squared residual of each row over its variance, given the other rows, ``(n,)``; computed once."""
@@ -209,19 +227,21 @@ class _Likelihood:
         self.own, self.own_b = self.g[count:, count:], self.b[count:]
         self.beside, self.turned_b = base.turn.T @ self.g[:count, count:], base.turn.T @ self.b[:count]
 
-    def __call__(self, log_sigma: float) -> float:
-        """Logarithm of the likelihood times the prior of sigma, amplitudes integrated."""
-        s2 = float(np.exp(2.0 * log_sigma))
-        share = 1.0 / (s2 + self.value)
-        explained, log_det = s2 * float(share @ self.turned_b**2), float(np.log1p(self.value / s2).sum())
+    def __call__(self, log_sigma: Array) -> Array:
+        """Logarithm of the likelihood times the prior of sigma, amplitudes integrated, for some sigmas ``(s,)``."""
+        s2 = np.exp(2.0 * log_sigma)
+        share = 1.0 / (s2[:, None] + self.value)
+        explained, log_det = s2 * (share @ self.turned_b**2), np.log1p(self.value / s2[:, None]).sum(axis=1)
         if len(self.own_b):
-            left = self.own_b - self.beside.T @ (share * self.turned_b)
-            factor = _factor((self.own - self.beside.T @ (share[:, None] * self.beside)) / s2)
-            explained += float(left @ POTRS(factor, left, lower=1)[0])
-            log_det += 2.0 * float(np.log(np.diag(factor)).sum())
-        quad = max((self.yy - explained / s2) / s2, 0.0)
+            left = self.own_b - (share * self.turned_b) @ self.beside
+            schur = self.own - self.beside.T @ (share[:, :, None] * self.beside)
+            for i, (dot, matrix) in enumerate(zip(left, schur, strict=True)):
+                factor = _factor(matrix / s2[i])
+                explained[i] += dot @ POTRS(factor, dot, lower=1)[0]
+                log_det[i] += 2.0 * np.log(np.diag(factor)).sum()
+        quad = np.maximum((self.yy - explained / s2) / s2, 0.0)
         prior = -0.5 * ((log_sigma - self.log_scale) / self.log_spread) ** 2
-        return -self.n * log_sigma - 0.5 * log_det - 0.5 * quad + prior
+        return np.asarray(-self.n * log_sigma - 0.5 * log_det - 0.5 * quad + prior)
 
     def solved(self, log_sigma: float) -> tuple[Array, Array]:
         """Cholesky factor of A, and amplitudes in units of their prior sd."""
@@ -229,17 +249,21 @@ class _Likelihood:
         factor = _factor(self.g / s2)
         return factor, POTRS(factor, self.b / s2, lower=1)[0]
 
+    def square(self, amplitudes: Array, log_sigma: float) -> float:
+        """Least sum of squares over the variance, with that of the amplitudes in units of their prior sd."""
+        return (self.yy - float(self.b @ amplitudes)) * float(np.exp(-2.0 * log_sigma))
+
     def integrated(self, near_um: float) -> tuple[float, float]:
         """Logarithm of the integral over log sigma, and the most probable value, by repeated parabolas."""
         at, step = float(np.log(near_um)), FIRST_STEP
         for _ in range(ROUNDS):
-            low, here, high = self(at - step), self(at), self(at + step)
+            low, here, high = map(float, self(at + step * BESIDE))
             bend = low - 2.0 * here + high
             move = 0.5 * step * (low - high) / bend if bend < 0.0 else float(np.sign(high - low))
             curvature = max(-bend / step**2, 1.0)
             if bend < 0.0 and abs(move) < step:
                 at += move
-                return self(at) - 0.5 * float(np.log(curvature)), at
+                return float(self(np.array([at]))[0]) - 0.5 * float(np.log(curvature)), at
             at += float(np.clip(move, -2.0, 2.0))
         return here - 0.5 * float(np.log(curvature)), at
 

@@ -6,7 +6,7 @@ their grids and sizes over their mixtures. A look proposes candidates; :mod:`evi
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import block_diag, cholesky, solve_triangular
 
 from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.metric import Metric
@@ -32,6 +32,10 @@ WORTH_A_SIZE = 15.0
 MOST_FEATURES, SEEN_FEATURES = 90, 0.99
 """Largest number of features of a random function in a look, and the share of its variance that is sufficient."""
 FULL = 0.9999
+MOST_TURNED = 10.0
+"""Length of a mixture of products from which they are computed anew: single precision would show."""
+MOST_SPANS = 400
+"""Largest number of rows of terms whose products are kept."""
 MOST_EXACT = 16
 """Kernels that are rated with the terms of the hypothesis; the others are taken to be independent of these."""
 LIKE_SIGMA = 0.5
@@ -75,14 +79,35 @@ class Look:
         return self.volume + float(weight[atom] - weight[self.atom])
 
 
+class _Span:
+    """The mapped columns of a term as ``mix (d, k)`` of orthonormal rows ``(k, n)``, with products computed once.
+
+    Most hypotheses that are looked at have all terms but one in common. ``dots``: products of the rows with patterns,
+    by their place; ``features``: with the features of random functions.
+    """
+
+    def __init__(self, white: Array, sd: float) -> None:
+        value, vector = np.linalg.eigh(white @ white.T)
+        keep = value * sd**2 > UNLOST * UNSEEN
+        self.mix = vector[:, keep] * np.sqrt(value[keep])
+        self.rows = (vector[:, keep] / np.sqrt(value[keep])).T @ white
+        self.dots: dict[int, NDArray[np.float32]] = {}
+        self.features: Array | None = None
+
+
 @dataclass(frozen=True)
 class _Beside:
-    """Residual of a hypothesis: mapped, with the columns of its terms as a low-rank loss, and their products."""
+    """Residual of a hypothesis: mapped, with the columns of its terms as a low-rank loss, and their products.
+
+    ``spans``: those of the terms, of which the loss is a mixture ``turn``; None where rounding would show in it.
+    """
 
     left: Array
     lost: Array
     total: float
     dof: float
+    spans: tuple[_Span, ...] = ()
+    turn: Array | None = None
 
     @property
     def scatter(self) -> float:
@@ -101,6 +126,7 @@ class Looker:
         self.white = metric(problem.um)
         self.tables: list[_Table] = []
         self.smooth = _Features(kernels, metric)
+        self.spans: dict[tuple[object, ...], _Span] = {}
 
     def admit(self, patterns: Sequence[Patterns]) -> None:
         """All of ``patterns`` that are not known yet; tables are added, none is changed."""
@@ -111,12 +137,42 @@ class Looker:
 
     def looks(self, state: State, known: int = 0) -> list[Look]:
         """All candidates for addition to a hypothesis, but for the first ``known`` tables."""
-        beside = self._beside(state)
-        vectors = self.metric.adjoint(np.column_stack([beside.left, beside.lost]))
-        tables = self.tables[known:]
-        dots = {place: self.patterns[place].dots(vectors) for table in tables for place, _ in table.sets}
+        beside, tables = self._beside(state), self.tables[known:]
+        dots = self._dots(beside, dict.fromkeys(place for table in tables for place, _ in table.sets))
         found = [look for table in tables for look in table.looks(dots, beside)]
         return found if known else [*found, *self.smooth.looks(beside)]
+
+    def _dots(self, beside: _Beside, places: Collection[int]) -> dict[int, Array]:
+        """Products of patterns with residual and loss, ``(r, atoms, depth, 1 + q)``, by their place."""
+        if beside.spans and beside.turn is None:
+            vectors = self.metric.adjoint(np.column_stack([beside.left, beside.lost]))
+            return {place: self.patterns[place].dots(vectors) for place in places}
+        left = self.metric.adjoint(beside.left[:, None])
+        dots = {place: self.patterns[place].dots(left) for place in places}
+        if beside.turn is None:
+            return dots
+        for span in beside.spans:
+            self._fill(span, [place for place in places if place not in span.dots])
+        turn = beside.turn.astype(np.float32)
+        for place in places:
+            lost = np.concatenate([span.dots[place] for span in beside.spans], axis=3) @ turn
+            dots[place] = np.concatenate([dots[place], lost], axis=3)
+        return dots
+
+    def _fill(self, span: _Span, places: Sequence[int]) -> None:
+        """Products of a span with patterns that it has not met."""
+        if places:
+            vectors = self.metric.adjoint(span.rows.T)
+            span.dots |= {place: self.patterns[place].dots(vectors).astype(np.float32) for place in places}
+
+    def _span(self, term: Term) -> _Span:
+        """The span of a term; those used last are kept."""
+        key = (*term.key[:2], term.key[-1])
+        span = self.spans.pop(key, None) or _Span(self.metric(term.columns), term.sd)
+        self.spans[key] = span
+        while sum(len(one.rows) for one in self.spans.values()) > MOST_SPANS and len(self.spans) > 1:
+            del self.spans[next(iter(self.spans))]
+        return span
 
     def pairs(self, state: State, most: int, without: frozenset[str]) -> list[tuple[Look, Look]]:
         """The most probable pairs of laws of one shape and one amplitude each.
@@ -156,16 +212,20 @@ class Looker:
         return laws, self.metric(columns)
 
     def _beside(self, state: State) -> _Beside:
-        left, lost = self.white, np.zeros((len(self.white), 0))
-        if state.terms:
-            white = self.metric(np.vstack([term.columns for term in state.terms]))
-            sd = np.concatenate([np.full(len(term.columns), term.sd) for term in state.terms])
-            factor = cholesky(white @ white.T + np.diag(sd**-2.0), lower=True)
-            lost = solve_triangular(factor, white, lower=True).T
-            left = left - lost @ (lost.T @ left)
-            share, turn = np.linalg.eigh(lost.T @ lost)
-            lost = lost @ turn[:, share > UNLOST]
-        return _Beside(left, lost, float(self.white @ left), float(self.metric.dof))
+        if not state.terms:
+            return _Beside(self.white, np.zeros((len(self.white), 0)), float(self.white @ self.white), self.metric.dof)
+        spans = tuple(self._span(term) for term in state.terms)
+        rows, mix = np.vstack([one.rows for one in spans]), block_diag(*(one.mix for one in spans))
+        sd = np.concatenate([np.full(len(term.columns), term.sd) for term in state.terms])
+        factor = cholesky(mix @ (rows @ rows.T) @ mix.T + np.diag(sd**-2.0), lower=True)
+        turn = solve_triangular(factor, mix, lower=True).T
+        lost = rows.T @ turn
+        left = self.white - lost @ (lost.T @ self.white)
+        share, vector = np.linalg.eigh(lost.T @ lost)
+        turn, lost = turn @ vector[:, share > UNLOST], lost @ vector[:, share > UNLOST]
+        sharp = (np.linalg.norm(turn, axis=0) <= MOST_TURNED * np.linalg.norm(lost, axis=0)).all()
+        total = float(self.white @ left)
+        return _Beside(left, lost, total, self.metric.dof, spans, turn if sharp else None)
 
 
 def _alone(law: Law, size: int, gain: float) -> Look:
@@ -198,16 +258,16 @@ class _Table:
         products = [_mixed_dots(dots[place], mix, d) for place, mix in self.sets]
         product = np.concatenate(products)
         dot, lost = product[..., 0], product[..., 1:]
-        own = self.gram - lost @ np.swapaxes(lost, 1, 2) if lost.shape[2] else self.gram.copy()
+        own = self.gram - np.einsum("rdq,req->rde", lost, lost) if lost.shape[2] else self.gram.copy()
         diagonal = np.arange(d)
         own[:, diagonal, diagonal] = np.maximum(own[:, diagonal, diagonal], 0.0) + self.unseen
         found = np.full(self.sizes.shape, -np.inf)
-        keep = np.arange(len(own))
-        for k in range(len(self.sizes) - 1, -1, -1):
-            found[k, keep], most = _sized(own[keep], dot[keep], self.sizes[k, keep], self.positive[keep], beside)
-            if len(keep) == len(own):
-                best = np.maximum.reduceat(most, self.first)
-                keep = np.flatnonzero(most > best[self.owner] - WORTH_A_SIZE)
+        found[-1], most = _sized(own, dot, self.sizes[-1], self.positive, beside)
+        if len(found) > 1:
+            keep = np.flatnonzero(most > np.maximum.reduceat(most, self.first)[self.owner] - WORTH_A_SIZE)
+            every, smaller = np.tile(keep, len(found) - 1), self.sizes[:-1, keep].ravel()
+            sized, _ = _sized(own[every], dot[every], smaller, self.positive[every], beside)
+            found[:-1, keep] = sized.reshape(-1, len(keep))
         yield from self._summed(found + self.weight)
 
     def _summed(self, evidence: Array) -> Iterator[Look]:
@@ -299,8 +359,8 @@ def _solve(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
 
 def _cholesky(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
     """The same by one factorisation of all rows: there are thousands of small matrices."""
-    a = np.ascontiguousarray(gram.transpose(1, 2, 0))
-    x = np.ascontiguousarray(dot.T)
+    a = np.array(gram.transpose(1, 2, 0), order="C")
+    x = np.array(dot.T, order="C")
     log_det = np.zeros(len(gram))
     for j in range(len(a)):
         square = np.maximum(a[j, j] + ridge, ridge)
@@ -359,7 +419,7 @@ class _Features:
             return
         sizes, weight = self.smooth[0].sizes.sd, self.smooth[0].sizes.log_weight
         variance = sizes[:, None] ** 2 / beside.scatter
-        dot, lost = self.white @ beside.left, self.white @ beside.lost
+        dot, lost = self.white @ beside.left, self._lost(beside)
         shrunk = variance / (1.0 + variance * self.value)
         price = 0.5 * np.add.reduceat(np.log1p(variance * self.value), self.first, axis=1)
         gain = np.add.reduceat(shrunk * dot**2, self.first, axis=1)
@@ -370,6 +430,14 @@ class _Features:
                 more, dearer = _beside_terms(shrunk[:, own], dot[own], lost[own])
                 evidence[:, kernel] = beside.student(gain[:, kernel] + more) - price[:, kernel] - dearer
         yield from self._summed(evidence.T + weight, sizes)
+
+    def _lost(self, beside: _Beside) -> Array:
+        """Products ``(m, q)`` of the features with the loss."""
+        if beside.turn is None:
+            return self.white @ beside.lost
+        for span in beside.spans:
+            span.features = self.white @ span.rows.T if span.features is None else span.features
+        return np.hstack([span.features for span in beside.spans if span.features is not None]) @ beside.turn
 
     def _summed(self, evidence: Array, sizes: Array) -> Iterator[Look]:
         first = 0

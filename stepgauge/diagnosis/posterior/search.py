@@ -40,6 +40,8 @@ HOPELESS = -6.0
 """Gain of a look below which a candidate is not tried, nats."""
 FARTHER = 4.0
 """Difference to the best hypothesis up to which a hypothesis stays in the beam, nats."""
+NEEDED = 25.0
+"""Loss of the log posterior by dropping a term from which that hypothesis is not computed, nats."""
 ROUNDS = 4
 SETTLED = 0.5
 WEIGHING = 3
@@ -150,6 +152,8 @@ class Search:
     def _weeded(self, state: State) -> State:
         """The hypothesis without terms whose removal makes it more probable; the newest stays."""
         for place in range(len(state.terms) - 1):
+            if self.evidence.most_without(state, place) < state.log_posterior - NEEDED:
+                continue
             fewer = self.without(state, place)
             if fewer.log_posterior > state.log_posterior:
                 return self._weeded(fewer)

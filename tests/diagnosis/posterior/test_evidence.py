@@ -173,3 +173,21 @@ def test_the_adjoint_is_the_transposed_map(facets: dict[str, object]) -> None:
     random = np.random.default_rng(4)
     x, y = random.normal(size=(3, ROWS)), random.normal(size=(ROWS, 2))
     np.testing.assert_allclose(metric(x) @ y, x @ metric.adjoint(y), rtol=1e-9)
+
+
+@pytest.mark.parametrize("facets", FACETS.values(), ids=FACETS)
+@pytest.mark.parametrize("um", [0.0, 0.1, 0.4, 3.0])
+def test_what_is_not_computed_without_a_term_could_not_exceed_its_bound(facets: dict[str, object], um: float) -> None:
+    """The bound is above the exact number for every term, and near it for one that is needed much."""
+    values = noise() + um * (coordinate() + np.sin(2.0 * np.pi * 3.5 * turns()))
+    evidence = Evidence(problem(values), shipped_priors())
+    scatter = evidence.scatters.changed(evidence.scatters.plain(), **facets)
+    terms = (*TERMS["a slope"], *TERMS["a wave and a function"])
+    state = evidence(terms, scatter)
+    for place in range(len(terms)):
+        exact = evidence(tuple(one for one in terms if one is not terms[place]), scatter).log_posterior
+        bound = evidence.most_without(state, place)
+        assert bound > exact - 1.0
+        # a function may stand for the slope, and levels of faces for much; nothing else for the wave
+        if um == 3.0 and place == 1 and not scatter.rounded:
+            assert bound < state.log_posterior - 10.0

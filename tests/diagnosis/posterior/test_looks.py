@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
+from stepgauge.diagnosis.posterior import looks as looking
 from stepgauge.diagnosis.posterior.evidence import Evidence, State
 from stepgauge.diagnosis.posterior.looks import Look, Looks
 from stepgauge.diagnosis.posterior.priors import shipped_priors
@@ -18,6 +19,7 @@ CANDIDATES: dict[str, Candidate] = {
     "two": law("wave", waves(turns(), [1.0, 1.4, 1.8])),
     "three": law("ripple", np.concatenate([waves(turns(), [1.3, 2.6]), np.ones((2, 1, ROWS))], axis=1)),
     "four": law("moving wave", waves(turns(), [1.5, 2.5]), SHARES),
+    "five, of one shape": law("bell", np.concatenate([*waves(turns(), [1.2, 2.3]), np.ones((1, ROWS))])[None]),
     "a random function": random_function(coordinate()),
 }
 TRUTH = {"scatter": 0.0, "something": 0.25, "much": 1.0}
@@ -89,3 +91,25 @@ def test_a_law_of_one_sign_is_looked_at_with_half_a_normal_prior() -> None:
             right = np.log(2.0) + stats.norm.logsf(0.0, mean[0], np.sqrt(covariance[0, 0]))
             total.append(added.log_posterior - state.log_posterior + right)
         assert gains["slope"] == pytest.approx(float(special.logsumexp(total)), abs=0.3)
+
+
+@pytest.mark.parametrize("facets", [{}, {"correlation": 0.7}], ids=["white", "correlated"])
+def test_products_that_are_mixed_give_the_looks_of_products_computed_anew(
+    monkeypatch: pytest.MonkeyPatch, facets: dict[str, object]
+) -> None:
+    """Beside hypotheses that share terms, with directions that are nearly those of another term."""
+    wave, function = CANDIDATES["two"], CANDIDATES["a random function"]
+    like = law("like the wave", waves(turns(), [1.01]))
+    one = problem(noise() + np.sin(9.0 * turns()) + coordinate(), tuple(CANDIDATES.values()))
+    evidence = Evidence(one, shipped_priors())
+    scatter = evidence.scatters.changed(evidence.scatters.plain(), **facets)
+    first, more = (term(wave), term(function, sd=0.2)), (term(like),)
+    states = [evidence(terms, scatter) for terms in (first[:1], first, (*first, *more), (*first[1:], *more))]
+    mixed = Looks(one)
+    found = [mixed(state, evidence.scatters) for state in states]
+    monkeypatch.setattr(looking, "MOST_TURNED", 0.0)
+    anew = Looks(one)
+    for state, some in zip(states, found, strict=True):
+        wanted = {look.candidate.label: look.gain for look in anew(state, evidence.scatters)}
+        for look in some:
+            assert look.gain == pytest.approx(wanted[look.candidate.label], abs=2e-4)
