@@ -68,7 +68,17 @@ class Search:
             if not heads or heads[0].log_posterior < best.log_posterior - (FARTHER if depth < 2 else 0.0):
                 break
             best = self._better(best, heads[0])
-        return self._in_parts(self._exchanged(best))
+        found = self._in_parts(self._exchanged(best))
+        return self._independent(found) if found.scatter.correlated else found
+
+    def _independent(self, best: State) -> State:
+        """The best from the best terms with independent scatter, for which correlated scatter may stand."""
+        every = (one for one in self.evidence.visited.values() if one.terms and not one.scatter.correlated)
+        first, trail = max(every, key=_worth, default=None), list(self.trail)
+        other = best if first is None else self._in_parts(self._exchanged(first))
+        if other.log_posterior <= best.log_posterior:
+            self.trail = trail
+        return max(best, other, key=_worth)
 
     def _better(self, best: State, other: State) -> State:
         """The more probable one; the change is recorded."""
