@@ -123,9 +123,9 @@ def form_candidates(data: Residuals, priors: Priors, scale_um: float, laws: Coll
 
 
 def _is_law(one: _Said, side: str, laws: Collection[str]) -> bool:
-    """Whether a form says what a law does: that the origin follows a temperature along an axis of the machine."""
+    """Whether a form says what a law does: that the origin follows a temperature, along the machine or the gauge."""
     follows = one.shape == LAGGED and one.covariate.endswith(TEMPERATURES)
-    return follows and side in ("x", "y", "z") and "thermal_shift" in laws
+    return follows and side in ("x", "y", "z", "gauge") and "thermal_shift" in laws
 
 
 def _shown(columns: Array) -> Array:
