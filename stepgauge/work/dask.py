@@ -6,7 +6,7 @@ import re
 import time
 import uuid
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -15,6 +15,7 @@ from stepgauge.errors import InputError
 from stepgauge.work.task import Function, Reply, perform
 
 CONNECT_S = 20.0
+CLOSE_S = 20.0
 LOOPBACK = ("tcp://127.0.0.1:", "tcp://localhost:", "tcp://[::1]:")
 """A scheduler that only workers of this computer can reach."""
 LOOK_S = 2.0
@@ -125,8 +126,11 @@ def local_cluster(workers: int, port: int = 0, memory_MB: float | None = None) -
         )
     except OSError as error:
         raise InputError(f"port {port}", f"the cluster cannot be started: {error}") from None
-    with cluster:
+    try:
         yield cluster
+    finally:
+        with suppress(TimeoutError):  # a worker that is just being restarted keeps it waiting
+            cluster.close(timeout=CLOSE_S)
 
 
 def wait_until_idle(cluster: Any, idle_s: float | None, sleep: Callable[[float], None] = time.sleep) -> None:

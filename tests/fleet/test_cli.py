@@ -158,7 +158,7 @@ def test_the_documented_cluster_gives_what_this_process_gives_though_a_worker_is
             if len(found) == 1:
                 os.kill(one.value[0], signal.SIGKILL)
         cluster.send_signal(signal.SIGINT)
-        assert cluster.wait(60) == 130
+        assert cluster.wait(120) == 130  # a busy computer takes its time to start the worker again that was killed
     assert here[0].count("r_eff_mm") == 2 * 6  # with u_r_eff_mm
     assert here[1].count("'quantity': 'r_eff'") == 6
     assert answers() == here
