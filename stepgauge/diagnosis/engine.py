@@ -62,6 +62,7 @@ def diagnose(
     machine: Machine,
     without: Collection[str] = (),
     priors: Priors | None = None,
+    separations: bool = True,
 ) -> Diagnosis:
     """Find where recording and simulation disagree, and the effects that explain it.
 
@@ -72,6 +73,7 @@ def diagnose(
     machine : the model to be tested, with its effects
     without : kinds of effects that are no candidates, because they are known to be absent
     priors : the table of priors, the shipped one by default
+    separations : whether to look for the further run that discriminates most of each set
 
     Raises
     ------
@@ -79,7 +81,7 @@ def diagnose(
         recordings of another gauge, or too small for a diagnosis; kinds that do not exist
     """
     absent = {*without, *without_probe(recording.comments.get("sensor"))}
-    return diagnose_residuals(make_residuals(recording, gauge, machine), absent, priors)
+    return diagnose_with_search(make_residuals(recording, gauge, machine), absent, priors, separations)[0]
 
 
 def diagnose_residuals(recorded: Residuals, without: Collection[str] = (), priors: Priors | None = None) -> Diagnosis:
@@ -89,7 +91,7 @@ def diagnose_residuals(recorded: Residuals, without: Collection[str] = (), prior
 
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def diagnose_with_search(
-    recorded: Residuals, without: Collection[str] = (), priors: Priors | None = None
+    recorded: Residuals, without: Collection[str] = (), priors: Priors | None = None, separations: bool = True
 ) -> tuple[Diagnosis, Searched | None]:
     """The diagnosis and the search that it is made from; None where the residuals are too few for a search.
 
@@ -103,7 +105,7 @@ def diagnose_with_search(
         return _insufficient(searched), None
     found = _search(some, priors or shipped_priors(), without)
     data = some if len(some) == len(recorded) else counted_from(recorded, start_s)
-    return _told(found, data, recorded, start_s, priors or shipped_priors(), without), found
+    return _told(found, data, recorded, start_s, priors or shipped_priors(), without, separations), found
 
 
 def _check_kinds(without: Collection[str]) -> None:
@@ -154,6 +156,7 @@ def _told(
     start_s: float,
     priors: Priors,
     without: Collection[str],
+    separations: bool,
 ) -> Diagnosis:
     search, answer, model = found.search, found.answer, found.model
     plain = Metric(search.problem, model.state.scatter, search.scatters, model.state.sigma_um)
@@ -164,7 +167,7 @@ def _told(
     left = list(unexplained(model, answer, found.data, priors, wider))
     if len(found.data) < len(data):
         told = _on_all_rows(told, model, data)
-    told, placements = with_separations(told, model, found.data)
+    told, placements = with_separations(told, model, found.data, separations)
     noise = _noise(model, found.data, data)
     named, nameless = _of_scatter(answer, model, noise, data, priors, without)
     told += named

@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 TELLING = 9.0
 """Increase of chi-square from which an extra run is proposed."""
 NO_SEPARATION = "the same in every placement and at every speed within this travel; log the temperatures"
+UNSOUGHT = "not looked for among many recordings; 'stepgauge diagnose' of this one does"
 
 
 @dataclass(frozen=True)
@@ -53,9 +54,14 @@ class Separation:
 
 
 def with_separations(
-    findings: Sequence[Finding], model: Model, data: Residuals
+    findings: Sequence[Finding], model: Model, data: Residuals, wanted: bool = True
 ) -> tuple[list[Finding], dict[str, str]]:
-    """The findings with the reasons of their sets and the measurements that separate them; placements by file."""
+    """The findings with the reasons of their sets and the measurements that separate them; placements by file.
+
+    ``wanted``: whether to look for these measurements.
+    """
+    if not wanted:
+        return [_unsought(one, data) for one in findings], {}
     told: list[Finding] = []
     placements: dict[str, str] = {}
     sets = bool(data.gauge.path) and any(one.confounded_with or one.alternatives for one in findings)
@@ -82,6 +88,12 @@ def with_separations(
             by = f"{best.run.words}, which separates it from {', '.join(best.told)}: {command}{rest}"
         told.append(replace(finding, reason=_reason(finding, data), separate_by=by))
     return told, placements
+
+
+def _unsought(finding: Finding, data: Residuals) -> Finding:
+    if not finding.confounded_with and not finding.alternatives:
+        return finding
+    return replace(finding, reason=_reason(finding, data), separate_by=UNSOUGHT)
 
 
 def _reason(finding: Finding, data: Residuals) -> str:

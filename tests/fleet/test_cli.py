@@ -172,7 +172,7 @@ def test_a_diagnosis_of_the_fleet_is_that_of_the_recording_alone(logs: Path, tmp
     fleet = Fleet(tmp_path / "fleet")
     row, answer = fleet.recordings().iloc[0], query(fleet, "SELECT * FROM diagnoses").to_pylist()[0]
     recording = read_recording(path)
-    found = diagnose(recording, fleet.gauge(row["certificate"]), fleet.machine(row["machine_file"]))
+    found = diagnose(recording, fleet.gauge(row["certificate"]), fleet.machine(row["machine_file"]), separations=False)
     alone = told_to_dict(found, Inputs((recording,)), model_unknown(found))
     assert json.loads(answer["document"]) == json.loads(json.dumps(alone))
     assert (answer["verdict"], answer["machine"], answer["summary"]) == (found.verdict, "M0", found.summary())
