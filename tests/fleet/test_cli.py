@@ -27,6 +27,7 @@ from stepgauge.recording import join_recordings, read_recording, write_recording
 from stepgauge.work.dask import Dask
 from stepgauge.work.processes import InProcess
 from stepgauge.work.run import run
+from tests.build import heed_interrupts
 from tests.fleet.made import GAUGE, make_recording
 from tests.fleet.test_work import TASKS, solved
 
@@ -144,7 +145,7 @@ def test_the_documented_cluster_gives_what_this_process_gives_though_a_worker_is
     verb("fleet", "budget", fleet, "--runs", 20, "--jobs", 1)
     here = answers()
     start = [sys.executable, "-m", "stepgauge", "fleet", "cluster", "--workers", "2", "--port", "0", "--idle", "90"]
-    with subprocess.Popen(start, stdout=subprocess.PIPE, text=True) as cluster:
+    with subprocess.Popen(start, stdout=subprocess.PIPE, text=True, preexec_fn=heed_interrupts) as cluster:
         assert cluster.stdout is not None
         address = cluster.stdout.readline().strip()
         assert address.startswith("tcp://127.0.0.1:")
