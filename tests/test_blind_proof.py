@@ -144,7 +144,13 @@ def test_the_heater_is_off_for_five_minutes(tmp_path: Path) -> None:
     assert moved[cold].max() == 0.0
     assert (np.diff(moved[~cold]) >= 0.0).all()
     truth = make_case(Case("way-outside:hour:late_heater", 1.0, 2), tmp_path)
-    assert truth["causes"][0]["own_form_chi2"] is None
+    assert truth["causes"][0]["kind"] == "thermal_drift"
+    told = {"kind": "thermal_drift", "probability": 0.999, "parameters": {"start_s": {"value": 300.0}}}
+    diagnosis = {"verdict": "effects", "effects": [told]}
+    assert score_case(truth, diagnosis)["right"]
+    assert [one["true"] for one in statements(truth, diagnosis)] == [True]
+    wrong = {"verdict": "effects", "effects": [told | {"kind": "step_change"}]}
+    assert not score_case(truth, wrong)["right"]
     assert truth["causes"][0]["size"] == pytest.approx(1.0, rel=2e-3)
 
 
@@ -414,8 +420,8 @@ def test_one_name_for_two_causes_is_right_only_with_both_in_its_set() -> None:
     ],
 )
 def test_a_mechanism_without_a_name_is_unknown_or_what_fits_it(diagnosis: Any, right: bool) -> None:
-    heater = cause_of("late_heater", thermal_drift=20.0, step_change=80.0)
-    assert score_case(truth_of("way-outside", heater), diagnosis)["right"] is right
+    other = cause_of("ageing_scale", thermal_drift=20.0, step_change=80.0) | {"lives_in": ["time"]}
+    assert score_case(truth_of("way-outside", other), diagnosis)["right"] is right
 
 
 def test_good_readings_that_are_condemned_are_counted() -> None:

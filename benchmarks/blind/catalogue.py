@@ -199,7 +199,7 @@ _IN_WAY: dict[str, tuple[Named, ...]] = {
     "far": (_SCALE_X, _SQUARE),
 }
 _BEYOND = {"hour": outsiders.late_heater, "rhythm": outsiders.humidity_lag, "years": outsiders.ageing_scale}
-"""Mechanisms that no vocabulary had; the heater is a drift with a late beginning now, and judged by what fits it."""
+"""Mechanisms that no vocabulary had; the heater has a name since drifts may begin late."""
 IN_WAYS = (
     *(_way("way-null", way) for way in WAYS),
     *(_way("way-single", way, cause) for way, causes in _IN_WAY.items() for cause in causes),

@@ -22,7 +22,6 @@ _COVARIATES = {
     "corner_cubic": "machine gauge",
     "compensation_staircase": "machine gauge",
     "cycle_offsets": "cycle time order",
-    "late_heater": "time order cycle",
     "humidity_lag": "humidity_pct time order cycle",
     "ageing_scale": "time order cycle machine gauge",
     "scale_error": "machine gauge",
@@ -164,10 +163,13 @@ def cycle_offsets(scene: Scene, random: Random) -> Cause:
 
 
 def late_heater(scene: Scene, random: Random) -> Cause:
-    """A heater is switched on five minutes after the start; the fixture warms to a new level from then on."""
+    """A heater is switched on five minutes after the start; the fixture warms to a new level from then on.
+
+    It has one time constant, so that a drift with a late beginning is exactly what it is.
+    """
     rise_s = float(np.exp(random.uniform(np.log(60.0), np.log(900.0))))
     since_s = np.clip(scene.time_s - scene.time_s[0] - 300.0, 0.0, None)
-    return Cause("late_heater", lambda um: _along_gauge(scene, -um * np.expm1(-since_s / rise_s)), start=2.0)
+    return Cause("thermal_drift", lambda um: _along_gauge(scene, -um * np.expm1(-since_s / rise_s)), "late", start=2.0)
 
 
 def humidity_lag(scene: Scene, random: Random) -> Cause:

@@ -77,8 +77,9 @@ def _usual(effect: type[Effect], gauge: Gauge | None, machine: Machine | None) -
     priors = shipped_priors()
     if effect.kind not in priors.laws.kinds:
         return []
-    prior, usual, spread = priors.laws.of(effect.kind), usual_size(effect, priors, gauge, machine), priors.sizes.spread
-    middle, low, high = (f"{value:.2g}" for value in (usual.size, usual.size / spread, usual.size * spread))
+    prior, usual = priors.laws.of(effect.kind), usual_size(effect, priors, gauge, machine)
+    sizes = (usual.size, usual.size / priors.sizes.below, usual.size * priors.sizes.above)
+    middle, low, high = (f"{value:.2g}" for value in sizes)
     unit = f" {prior.unit}" if prior.unit else ""
     lines = ["", f"  usual size: {middle}{unit}, two thirds of what occurs from {low} to {high}{unit}"]
     lines += [f"    {prior.usual:g}{unit}: {prior.why or 'what is usual on coordinate measuring machines'}"]

@@ -79,7 +79,16 @@ def covariates(data: Residuals) -> list[Covariate]:
 
 
 def _places(data: Residuals) -> list[Covariate]:
-    machine = [Covariate(f"machine {axis}", "mm", _place_mm(data, axis)) for axis in AXES]
+    """The position on the gauge, and the coordinates of the axes along which a gauge reaches.
+
+    Another coordinate tells the placements apart, and their faces by how the gauge happens to lie.
+    """
+    reach = np.abs(list(data.probings.setting.axis.values())).max(axis=0)
+    machine = [
+        Covariate(f"machine {a}", "mm", _place_mm(data, a))
+        for a, far in zip(AXES, reach, strict=True)
+        if far > SEEN_SHARE
+    ]
     return [Covariate("position", "mm", data.probings.certified_mm()), *machine]
 
 

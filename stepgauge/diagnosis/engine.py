@@ -310,9 +310,12 @@ def _span(per: str, data: Residuals) -> float:
 
 
 def _fit(data: Residuals, noise: Noise, told: Sequence[Finding]) -> Fit:
-    """Agreement before and after; chi-square by the repeatability, which does not depend on a model."""
+    """Agreement before and after; chi-square by the repeatability, which what is named does not make larger."""
     problem = bare_problem(data)
-    sigma_um = problem.within_um if noise.repeats else noise.sigma_um / problem.typical
+    named_um = np.sum([one.share_um for one in told], axis=0) if told else np.zeros(len(data))
+    repeating_um = problem.repeating_um(data.um - named_um) if noise.repeats else None
+    # what moves a face from repeat to repeat is no repeatability: not more than the scatter of the stated model
+    sigma_um = max(min(noise.sigma_um / problem.typical, repeating_um or np.inf), SMALLEST_SIGMA_UM)
     scatters = Scatters(problem, shipped_priors())
     metric = Metric(problem, scatters.plain(), scatters, sigma_um)
     used = np.isfinite(noise.by_row_um)

@@ -305,7 +305,7 @@ def _of_ways(position: Covariate, data: Residuals, priors: Priors) -> Iterator[_
     way = data.probings.way()
     loops = [way[None], *(way * matern(position.values, length) for length in priors.forms.lengths)]
     kernels = (TREND, *[SMOOTH] * len(priors.forms.lengths))
-    yield _Said(WAY, "", LOOP, loops, kernels, ("approach", "gauge"))
+    yield _Said(WAY, "", LOOP, loops, kernels, ("approach", "gauge", *axes_shown(data)))
 
 
 def _levels(data: Residuals, priors: Priors) -> Iterator[_Said]:

@@ -102,7 +102,7 @@ def _times_s(_: dict[str, Any], data: Residuals) -> Array:
 
 def _time_constants_h(_: dict[str, Any], data: Residuals) -> list[float | None]:
     hours = _duration_s(data) / 3600.0
-    return [None, *np.geomspace(hours / 15.0, hours * 1.5, 9)]
+    return [None, *np.geomspace(hours / 60.0, hours * 1.5, 12)]
 
 
 def _lags_s(_: dict[str, Any], data: Residuals) -> list[float | None]:
@@ -110,9 +110,9 @@ def _lags_s(_: dict[str, Any], data: Residuals) -> list[float | None]:
 
 
 def _starts_s(_: dict[str, Any], data: Residuals) -> list[float | None]:
-    """Events during the measurement; with the first and last touches alone nothing is told from a jump or a drift."""
+    """Events during the measurement; with the last touches alone nothing is told from a jump."""
     first = float(data.frame["time_s"].min())
-    return [None, *(first + _duration_s(data) * np.linspace(0.1, 0.85, 11))]
+    return [None, *(first + _duration_s(data) * np.linspace(0.03, 0.9, 12))]
 
 
 def _places_mm(choices: dict[str, Any], data: Residuals) -> Array:

@@ -137,17 +137,19 @@ def effect_families(data: Residuals, priors: Priors, without: Collection[str] = 
 
 
 def _is_shown(law: type[Effect], choices: dict[str, Any], atom: dict[str, Any], data: Residuals) -> bool:
-    """Whether a motion along one machine axis shows along some gauge.
+    """Whether a motion along one machine axis shows along some gauge, and of two axes that lean both do.
 
     Where it does not, a step of some millimetres along that axis would stand for one of some micrometres along the
-    gauge.
+    gauge, and how the gauge happens to lie for an axis that leans.
     """
+    reach = np.abs(list(data.probings.setting.axis.values())).max(axis=0)
+    if any(reach["xyz".index(axis)] <= SEEN_SHARE for axis in choices.get("plane", "")):
+        return False
     linear = [p.name for p in law.parameters() if p.role == "linear"]
     moved = _made(law, fixed_values(law) | choices | atom | dict.fromkeys(linear, 1.0)).displacement_um(data.probings)
     if len(moved) != 1 or not set(moved) <= set("xyz"):
         return True
-    place = "xyz".index(next(iter(moved)))
-    return max(abs(axis[place]) for axis in data.probings.setting.axis.values()) > SEEN_SHARE
+    return bool(reach["xyz".index(next(iter(moved)))] > SEEN_SHARE)
 
 
 def _beside_origins(columns: Array, data: Residuals) -> Array:

@@ -23,9 +23,15 @@ from stepgauge.recording import POSITION
 from stepgauge.recording.columns import STYLUS
 
 Array = NDArray[np.float64]
-EDGES = 15
-"""Edges that are tried over a covariate: a part is as large as a sixteenth of the record at least."""
+EDGES = 60
+"""Most edges that are tried over a covariate."""
+SMALLEST = 1.0 / 16.0
+"""Smallest part of the record."""
+FEWEST_VALUES = 16
+"""Values of a covariate from which on edges are tried: with fewer its values tell levels apart, not a place."""
 DIGITS = 6
+OWN_EDGES = {"at_mm", "start_s", "time_s"}
+"""Parameters of laws that have a place or a beginning."""
 OF_THE_PROBE = {"kinematic_pretravel", "lever_arm", "pretravel_scale", "probe_lobing", "seat_defect"}
 """Kinds that the stylus has a part in, besides its radius."""
 
@@ -70,9 +76,9 @@ def stylus_conditions(data: Residuals) -> Iterator[Condition]:
 def _edges(values: Array) -> list[float]:
     """Places between neighbouring values, evenly over the readings; none where a covariate has a few values only."""
     met = np.unique(values)
-    if len(met) <= EDGES or np.ptp(met) < 1e-6 * max(float(np.abs(met).max()), 1.0):
+    if len(met) < FEWEST_VALUES or np.ptp(met) < 1e-6 * max(float(np.abs(met).max()), 1.0):
         return []
-    share = np.arange(1, EDGES + 1) / (EDGES + 1.0)
+    share = np.linspace(SMALLEST, 1.0 - SMALLEST, EDGES)
     place = np.clip(np.searchsorted(met, np.quantile(values, share)), 1, len(met) - 1)
     return sorted({float((met[i - 1] + met[i]) / 2.0) for i in place})
 
@@ -98,12 +104,26 @@ def in_part(data: Residuals, priors: Priors, every: tuple[Condition, ...], law: 
     if "when" in family.atoms[atom]:
         return []
     odds = law.log_odds + float(law.log_weight[atom])
+    every = tuple(one for one in every if may_have(family, one.name))
     rare = odds + float(np.log(priors.laws.part / max(len(every), 1)))
     everywhere = family_signatures(family, family.atoms[atom], data)
     tried = [_under(one, law, atom, everywhere, rare, data) for one in every]
     if law.kind in OF_THE_PROBE:  # what is wrong with one stylus need not be with another
         tried += [_under(one, law, atom, everywhere, odds, data) for one in stylus_conditions(data)]
     return [one for one in tried if one is not None]
+
+
+def may_have(family: Family, condition: str) -> bool:
+    """Whether a law can hold in such a part only.
+
+    What has a place or a beginning of its own has no further edge, and an error of a scale or a guideway may change
+    along the axis that it belongs to, not along another: how axes act on each other is stated by the chain.
+    """
+    assert family.law is not None
+    if OWN_EDGES & family.law.model_fields.keys():
+        return False
+    of_axis = family.law.covariates[0] == "coordinate" and condition.split()[0] in POSITION
+    return not of_axis or condition[0] in "".join(str(value) for value in family.choices.values())
 
 
 def _under(condition: Condition, law: Law, atom: int, everywhere: Array, odds: float, data: Residuals) -> Law | None:

@@ -70,13 +70,11 @@ def with_separations(
         if not finding.confounded_with and not finding.alternatives:
             told.append(finding)
             continue
-        rivals = [(one.candidate, one.look.atom) for one in model.laws[place].place.rivals if one.candidate.named]
-        lead = model.laws[place].lead.candidate
-        listed = {finding.label, *finding.alternatives}
+        others = {one.label for one in finding.members} - {finding.label}
         rivals = [
-            (c, atom)
-            for c, atom in rivals
-            if c is not lead and (c.kind in finding.confounded_with or c.source.label in listed)
+            (one.candidate, one.look.atom)
+            for one in model.laws[place].place.rivals
+            if one.candidate.named and one.candidate.source.label in others
         ]
         best = separate(place, model.fitted.solved, rivals, possible)
         name, by = f"separate-{len(placements) + 1}", NO_SEPARATION

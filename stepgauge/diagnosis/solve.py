@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 from scipy.linalg import block_diag
 from scipy.optimize import least_squares
 
@@ -334,17 +335,30 @@ def _solved(law: _Law, parameters: Array, covariance: Array) -> Solved:
     if "arm_azimuth_deg" in values:
         turn = 360.0 if "arm" in values else 120.0  # which of three arms alike is not told
         values["arm_azimuth_deg"] = (values["arm_azimuth_deg"] + turn / 2.0) % turn - turn / 2.0
+    spreads = _spreads(law, parameters, covariance)
     if law.law.kind == "misalignment":
         values["mrad"] = abs(values["mrad"])
+    elif law.family.positive:
+        for name in law.linear:
+            values[name], spreads[name] = _above_zero(float(values[name]), float(spreads[name]))
     estimates = {
         name: Estimate(float(values[name]), None if np.isnan(spread) else float(spread), law.units[name])
-        for name, spread in _spreads(law, parameters, covariance).items()
+        for name, spread in spreads.items()
         if name in law.units
     }
     for name in (FROZEN | law.family.taken) & set(law.atom):
         if isinstance(law.atom[name], float):
             estimates[name] = Estimate(float(law.atom[name]), None, law.units[name])
     return Solved(law.family, law.law.model_construct(**values), estimates)
+
+
+def _above_zero(value: float, u: float) -> tuple[float, float]:
+    """Mean and standard deviation of a normal distribution of what cannot be negative, cut off at zero."""
+    if not u > 0.0:
+        return max(value, 0.0), u
+    at = value / u
+    ratio = float(np.exp(-0.5 * at**2 - special.log_ndtr(at)) / np.sqrt(2.0 * np.pi))
+    return max(value + u * ratio, 0.0), u * float(np.sqrt(max(1.0 - ratio * (at + ratio), 0.0)))
 
 
 def _point_forward(values: dict[str, Any], law: _Law) -> None:

@@ -95,9 +95,8 @@ def _is_sure(said: Said, solved: Solved, state: State, answer: Answer, priors: P
     """Whether a law is determined, also beside all shapes of the others where its size is its only parameter."""
     known = [(one.value, one.u) for one in solved.parameters.values() if one.u is not None]
     if len(known) == 1 and solved.family.directions is None:
-        (value, u), label = known[0], said.lead.candidate.label
-        least = priors.decision.determined * spread_factor(answer, state, label, priors.decision.in_set) * wider
-        if abs(value) < least * u:
+        (value, u) = known[0]
+        if abs(value) < priors.decision.determined * u * wider:
             return False
     return sure(said, state, answer, priors.decision, wider)
 
@@ -128,7 +127,7 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
     """The laws that are stated; ``wider``: factor on uncertainties from the predictive check."""
     several = answer.alternatives(LEAST_ODDS)
     for said, solved in zip(model.laws, model.fitted.solved, strict=True):
-        rivals = rival_laws(said, priors.decision.in_set)
+        rivals = rival_laws(said, priors.decision)
         label = said.lead.candidate.label
         kinds = tuple(dict.fromkeys(one.candidate.kind for one in rivals if one.candidate.kind != solved.family.kind))
         same = tuple(

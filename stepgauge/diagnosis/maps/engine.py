@@ -166,7 +166,7 @@ def _finding(
     found: Searched, place: int, parameters: dict[str, Estimate], others: Sequence[str], by_row: Sequence[Array]
 ) -> MapFinding:
     said, term = found.laws[place], found.fitted.terms[place]
-    candidate, rivals = term.candidate, rival_laws(said, found.priors.decision.in_set)
+    candidate, rivals = term.candidate, rival_laws(said, found.priors.decision)
     same = [one for one in rivals if one.candidate.kind == candidate.kind]
     fitted = {one.candidate.kind: found.instead(place, one) for one in rivals[::-1] if one not in same}
     kinds = [kind for kind in dict.fromkeys(one.candidate.kind for one in rivals) if kind in fitted]

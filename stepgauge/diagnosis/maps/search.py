@@ -26,7 +26,7 @@ from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.looks import Look
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Law, Problem, Sizes
+from stepgauge.diagnosis.posterior.problem import Law, Problem
 from stepgauge.diagnosis.posterior.problem import Term as Chosen
 from stepgauge.diagnosis.posterior.search import Search
 from stepgauge.diagnosis.posterior.told import Said, told
@@ -85,12 +85,7 @@ class Searched:
 
 
 class SizedSearch(Search):
-    """A search that also begins with the result of an earlier one, and computes every law at its actual size.
-
-    Sizes are summed again after the exact computation. A look sums them with the scatter of the present residuals,
-    which is much too large while the law is not yet a term: two laws with the same signature would then differ by the
-    size at which they were rated.
-    """
+    """A search that also begins with the result of an earlier one, and computes every law at its actual size."""
 
     def __init__(self, problem: Problem, priors: Priors, rows: MapRows, seed: Sequence[str] = ()) -> None:
         super().__init__(problem, priors)
@@ -140,21 +135,11 @@ class SizedSearch(Search):
         return term
 
     def _sized(self, found: State, term: Chosen, look: Look) -> State:
-        """The hypothesis with another term of the same law, its sizes summed."""
+        """The hypothesis with another term of the same law; the shapes of a line are its sizes, which are summed."""
         law = look.candidate
-        assert isinstance(law, Law)
-        assert look.by_atom is not None
-        place = next(i for i, one in enumerate(found.terms) if one.candidate is law)
+        line = law.named and _point(term).candidate.shape == "line"
+        sized = replace(term, log_prior=law.log_odds + (0.0 if line else look.volume))
         others = tuple(one for one in found.terms if one.candidate is not law)
-        evidence = _by_size(*found.amplitudes(place), found.terms[place].sd, law.sizes) + law.sizes.log_weight
-        best = int(evidence.argmax())
-        summed = float(np.logaddexp.reduce(evidence) - evidence[best] + law.sizes.log_weight[best])
-        log_prior = law.log_odds + summed
-        if not law.named or _point(term).candidate.shape != "line":
-            log_prior += look.gain - law.log_odds - float(look.by_atom[look.atom] - law.log_weight[look.atom])
-        sized = replace(term, sd=float(law.sizes.sd[best]), log_prior=log_prior)
-        if sized.key == found.terms[place].key:
-            return found
         return self.evidence((*others, sized), found.scatter, found.sigma_um)
 
 
@@ -164,17 +149,6 @@ def _exact(look: Look) -> Look:
     if not isinstance(law, Law) or not law.named or law.source[-1].candidate.shape not in ("plane", "lobes"):
         return look
     return replace(look, atom=law.atoms - 1, volume=look.volume_of(law.atoms - 1))
-
-
-def _by_size(mean: Array, covariance: Array, sd: float, sizes: Sizes) -> Array:
-    """Log evidence of prior standard deviations of amplitudes, from the posterior under one of them, up to a constant.
-
-    The likelihood is normal with precision P and product b; the evidence follows with a normal prior.
-    """
-    precision, s2 = np.linalg.inv(covariance), sizes.sd[:, None] ** 2
-    value, turn = np.linalg.eigh(precision - np.eye(len(mean)) / sd**2)
-    value, product = np.maximum(value, 0.0), turn.T @ precision @ mean
-    return 0.5 * np.asarray((product**2 / (value + 1.0 / s2) - np.log1p(value * s2)).sum(axis=1))
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")

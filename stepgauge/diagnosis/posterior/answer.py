@@ -7,7 +7,7 @@ were only rated (:mod:`looks`), not computed, count with this rating on the scal
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -196,28 +196,50 @@ class Answer:
     def spread(self, label: str, least: float) -> tuple[Array, Array] | None:
         """Posterior mean ``(d,)`` and covariance of the amplitudes of a term over the hypotheses that contain it.
 
-        Only those with odds of at least ``least`` against the best one count, since less probable ones do not change
-        the coverage interval. None if the best hypothesis does not contain the term, or if the signatures differ in
-        dimension.
+        None if the best hypothesis does not contain the term.
         """
-        held = []
-        near = self.best.log_posterior + float(np.log(least))
-        for state in (one for one in self.search.evidence.visited.values() if one.log_posterior >= near):
-            for place, term in enumerate(state.terms):
-                if term.candidate.label == label:
-                    held.append((state, place))
-        own = next((t for t in self.best.terms if t.candidate.label == label), None)
-        held = [(s, i) for s, i in held if own is not None and s.terms[i].key[:2] == own.key[:2]]
-        if not held or own is None:
+        held = self._held(label, least)
+        if held is None:
             return None
-        weight = special.softmax([state.log_posterior for state, _ in held])
-        # a shape fitted between the grid's may be so much larger that the amplitude is that much smaller
-        as_own = np.array([self._shown(state.terms[place]) for state, place in held]) / self._shown(own)
-        means, covariances = zip(*(state.amplitudes(place) for state, place in held), strict=True)
-        means, covariances = as_own[:, None] * means, as_own[:, None, None] ** 2 * covariances
+        weight, means, covariances = held
         mean = np.einsum("h,hd->d", weight, means)
         off = means - mean
         return mean, np.einsum("h,hde->de", weight, covariances) + np.einsum("h,hd,he->de", weight, off, off)
+
+    def signed(self, label: str, least: float, wider: float, without: Collection[str]) -> float | None:
+        """Probability that the amplitudes of a term are not of the opposite sign, over the hypotheses that contain it.
+
+        ``wider``: factor on their standard deviations; ``without``: labels that none of these contains. None as of
+        :meth:`spread`.
+        """
+        held = self._held(label, least, without)
+        if held is None:
+            return None
+        weight, means, covariances = held
+        far = np.sqrt([mean @ np.linalg.pinv(own) @ mean for mean, own in zip(means, covariances, strict=True)])
+        along = np.sign(means @ (weight @ means))
+        return float(weight @ special.ndtr(along * far / wider))
+
+    def _held(self, label: str, least: float, without: Collection[str] = ()) -> tuple[Array, Array, Array] | None:
+        """Weights, means ``(h, d)`` and covariances of a term's amplitudes in the hypotheses that contain it.
+
+        Only those with odds of at least ``least`` against the best one count, since less probable ones do not change
+        the coverage interval, and only those with the same shape of the grid.
+        """
+        own = next((t for t in self.best.terms if t.candidate.label == label), None)
+        if own is None:
+            return None
+        near = self.best.log_posterior + float(np.log(least))
+        every = (one for one in self.search.evidence.visited.values() if one.log_posterior >= near)
+        every = (one for one in every if not one.labels & set(without))
+        held = [(one, i) for one in every for i, term in enumerate(one.terms) if term.key[:2] == own.key[:2]]
+        if not held:
+            return None
+        # a shape fitted between the grid's may be so much larger that the amplitude is that much smaller
+        as_own = np.array([self._shown(state.terms[place]) for state, place in held]) / self._shown(own)
+        means, covariances = zip(*(state.amplitudes(place) for state, place in held), strict=True)
+        weight = np.asarray(special.softmax([state.log_posterior for state, _ in held]))
+        return weight, as_own[:, None] * means, as_own[:, None, None] ** 2 * covariances
 
 
 def _has(scatter: Scatter, has: str) -> bool:

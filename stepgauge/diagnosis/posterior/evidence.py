@@ -1,11 +1,13 @@
 """The log posterior of one hypothesis: log prior plus log marginal likelihood.
 
 Amplitudes and nuisance parameters are integrated exactly (they are linear with normal priors), the scatter sigma by
-Laplace's approximation in its logarithm (MacKay, Neural Computation 4, 1992: 415).
+Laplace's approximation in its logarithm (MacKay, Neural Computation 4, 1992: 415). The sizes of each term are summed at
+the most probable sizes of the others.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -27,6 +29,8 @@ ROUNDS = 12
 FIRST_STEP = 0.05
 """Half the width of the parabolas that find the most probable log sigma."""
 BESIDE = np.array([-1.0, 0.0, 1.0])
+RESIZED = 8
+"""Most changes of a size on the way to the most probable ones."""
 LOG_2 = float(np.log(2.0))
 
 
@@ -38,7 +42,7 @@ class State:
     (n,)``: residuals after terms and nuisance parameters; ``mean (k,)``: posterior mean of the amplitudes of ``count``
     nuisance parameters and of the terms, ``prior_sd`` their prior standard deviations, ``factor`` that of their
     precision in units of these; ``square``: sum of squares at the most probable sigma, over its variance, with that of
-    the amplitudes over theirs.
+    the amplitudes over theirs; ``by_size``: of each term, log evidence of its sizes over that of its present one.
     """
 
     terms: tuple[Term, ...]
@@ -51,6 +55,7 @@ class State:
     mean: Array
     count: int
     square: float
+    by_size: tuple[Array, ...] = ()
 
     @cached_property
     def covariance(self) -> Array:
@@ -151,6 +156,22 @@ class Evidence:
         return self._products[key]
 
     def _state(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
+        """The hypothesis with the most probable size of every term, and all sizes summed.
+
+        One size is changed at a time: of two laws alike that are large together one is enough.
+        """
+        state = self._of_sizes(terms, scatter, near_um)
+        for _ in range(RESIZED):
+            term = _resized(state)
+            if term is None:
+                break
+            terms = tuple(term if one.candidate is term.candidate else one for one in state.terms)
+            state = self._of_sizes(terms, scatter, state.sigma_um)
+        summed = sum(float(np.logaddexp.reduce(one)) for one in state.by_size)
+        return self._with_signs(replace(state, log_posterior=state.log_posterior + summed))
+
+    def _of_sizes(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
+        """The hypothesis with the sizes that its terms have; their prior is that of their sizes summed."""
         base = self._base(scatter)
         gram = self._gram(terms, scatter, base)
         sd = np.concatenate([base.sd, *(np.full(len(term.columns), term.sd) for term in terms)])
@@ -165,7 +186,7 @@ class Evidence:
         log_posterior += sum(term.log_prior for term in terms)
         sigma_um, square = float(np.exp(log_sigma)), likelihood.square(amplitudes, log_sigma)
         state = State(terms, scatter, log_posterior, sigma_um, left_um, factor, sd, mean, len(base.sd), square)
-        return self._with_signs(state)
+        return replace(state, by_size=tuple(_by_size(state)))
 
     def _with_signs(self, state: State) -> State:
         """The state with half-normal priors of amplitudes that cannot be negative: twice the part above zero."""
@@ -179,21 +200,23 @@ class Evidence:
     def most_without(self, state: State, place: int) -> float:
         """What the log posterior of a hypothesis cannot exceed without one of its terms that it needs.
 
-        For the same sigma the quotient of the likelihoods is that of the densities of the amplitudes at zero, after and
-        before (Dickey, Annals of Mathematical Statistics 42, 1971: 204). For a larger sigma the sum of squares falls at
-        most with its square, and the determinant rises at least with as many powers as there are rows beyond columns.
+        The others may have any of their sizes: they explain most with the largest ones, and their Occam factors are at
+        most one. For the same sigma the sum of squares rises as the density of the amplitudes falls to zero (Dickey,
+        Annals of Mathematical Statistics 42, 1971: 204). For a larger sigma the sum of squares falls at most with its
+        square, and the determinant rises at least with as many powers as there are rows beyond columns.
         """
         term, dof = state.terms[place], len(self.problem) - len(state.mean)
         if dof <= 0 or any(isinstance(one.candidate, Law) and one.candidate.positive for one in state.terms):
             return np.inf
-        mean, covariance = state.amplitudes(place)
-        more = state.square + float(mean @ np.linalg.solve(covariance, mean))
+        more = _square_without(state, place)
         if more <= dof:
             return np.inf
-        occam = 0.5 * float(np.linalg.slogdet(covariance / term.sd**2)[1])
+        sd = state.prior_sd[state.count :]
+        occam = 0.5 * float(np.linalg.slogdet(_amplitudes(state)[1] / np.outer(sd, sd))[1])
         best = 0.5 * (state.square - dof) - 0.5 * dof * float(np.log(more / dof))
         stated = 0.5 * ((float(np.log(state.sigma_um)) - self.log_scale) / self.log_spread) ** 2
-        return state.log_posterior - term.log_prior - occam + best + stated
+        prior = term.log_prior + sum(float(np.logaddexp.reduce(one)) for one in state.by_size)
+        return state.log_posterior - prior - occam + best + stated
 
     def squares(self, state: State) -> Array:
         """Expected squared residual of each row over its variance, given the other rows, ``(n,)``; computed once."""
@@ -266,6 +289,65 @@ class _Likelihood:
                 return float(self(np.array([at]))[0]) - 0.5 * float(np.log(curvature)), at
             at += float(np.clip(move, -2.0, 2.0))
         return here - 0.5 * float(np.log(curvature)), at
+
+
+def _slices(terms: tuple[Term, ...]) -> list[slice]:
+    ends = np.cumsum([0, *(len(term.columns) for term in terms)]).tolist()
+    return [slice(a, b) for a, b in pairwise(ends)]
+
+
+def _amplitudes(state: State) -> tuple[Array, Array]:
+    """Posterior mean and covariance of the amplitudes of all terms: the last corner of the precision's factor."""
+    count, sd = state.count, state.prior_sd[state.count :]
+    return state.mean[count:], sd[:, None] * _inverse(state.factor[count:, count:].copy()) * sd
+
+
+def _square_without(state: State, place: int) -> float:
+    """Least sum of squares over the variance without a term, if all other terms have their largest sizes."""
+    mean, covariance = _amplitudes(state)
+    own = _slices(state.terms)[place]
+    widest = [t.sd if i == place else float(t.candidate.sizes.sd.max()) for i, t in enumerate(state.terms)]
+    sd = np.repeat(widest, [len(term.columns) for term in state.terms])
+    precision = np.linalg.inv(covariance)
+    product = precision @ mean
+    wide = np.linalg.inv(precision + np.diag(sd**-2.0 - state.prior_sd[state.count :] ** -2.0))
+    amplitudes = (wide @ product)[own]
+    square = state.square + float(product @ (mean - wide @ product))
+    return square + float(amplitudes @ np.linalg.solve(wide[own, own], amplitudes))
+
+
+def _by_size(state: State) -> Iterator[Array]:
+    """Log evidence of each size of each term, its weight included, over that of the size that the term has.
+
+    Of its amplitudes the likelihood is normal: their posterior without their prior.
+    """
+    if not state.terms:
+        return
+    every, covariance = _amplitudes(state)
+    for term, own in zip(state.terms, _slices(state.terms), strict=True):
+        mean, sizes = every[own], term.candidate.sizes
+        if len(sizes.sd) == 1 and sizes.sd[0] == term.sd:
+            yield sizes.log_weight
+            continue
+        value, turn = np.linalg.eigh(covariance[own, own])
+        precision = np.maximum(1.0 / np.maximum(value, 1e-300) - term.sd**-2.0, 0.0)
+        product = turn.T @ mean / np.maximum(value, 1e-300)
+        s2 = np.r_[sizes.sd, term.sd][:, None] ** 2
+        evidence = 0.5 * (product**2 / (precision + 1.0 / s2) - np.log1p(precision * s2)).sum(axis=1)
+        yield evidence[:-1] - evidence[-1] + sizes.log_weight
+
+
+def _resized(state: State) -> Term | None:
+    """The term that gains most by another size, with that size; None if all have their most probable ones."""
+    found, most = None, 0.0
+    for term, evidence in zip(state.terms, state.by_size, strict=True):
+        sd = term.candidate.sizes.sd
+        best = int(evidence.argmax())
+        present = np.flatnonzero(sd == term.sd)
+        gain = float(evidence[best] - evidence[present[0]]) if present.size else np.inf
+        if gain > most:
+            found, most = replace(term, sd=float(sd[best])), gain
+    return found
 
 
 def _factor(matrix: Array) -> Array:

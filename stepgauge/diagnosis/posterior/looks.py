@@ -46,8 +46,8 @@ LIKE_SIGMA = 0.5
 class Look:
     """A candidate rated for addition to a hypothesis.
 
-    ``gain``: increase of the log posterior, prior included; ``volume``: log evidence of all shapes and sizes together
-    minus that of the best one, their prior included (negative as a rule); ``atom``, ``sd``: that shape and size;
+    ``gain``: increase of the log posterior, prior included; ``volume``: log evidence of all shapes together
+    minus that of the best one, their prior included (negative as a rule); ``atom``, ``sd``: that shape and its size;
     ``by_atom``: log evidence of each shape, of laws.
     """
 
@@ -89,6 +89,7 @@ class _Span:
     def __init__(self, white: Array, sd: float) -> None:
         value, vector = np.linalg.eigh(white @ white.T)
         keep = value * sd**2 > UNLOST * UNSEEN
+        keep[-1] = True
         self.mix = vector[:, keep] * np.sqrt(value[keep])
         self.rows = (vector[:, keep] / np.sqrt(value[keep])).T @ white
         self.dots: dict[int, NDArray[np.float32]] = {}
@@ -168,7 +169,7 @@ class Looker:
     def _span(self, term: Term) -> _Span:
         """The span of a term; those used last are kept."""
         key = (*term.key[:2], term.key[-1])
-        span = self.spans.pop(key, None) or _Span(self.metric(term.columns), term.sd)
+        span = self.spans.pop(key, None) or _Span(self.metric(term.columns), float(term.candidate.sizes.sd.max()))
         self.spans[key] = span
         while sum(len(one.rows) for one in self.spans.values()) > MOST_SPANS and len(self.spans) > 1:
             del self.spans[next(iter(self.spans))]
@@ -230,7 +231,7 @@ class Looker:
 
 def _alone(law: Law, size: int, gain: float) -> Look:
     """The look of a law of one shape with one of its sizes."""
-    return Look(law, gain, float(law.sizes.log_weight[size]), 0, float(law.sizes.sd[size]))
+    return Look(law, gain, float(law.log_weight[0]), 0, float(law.sizes.sd[size]))
 
 
 @dataclass(frozen=True)
@@ -277,11 +278,11 @@ class _Table:
         total = highest + np.log(np.add.reduceat(np.exp(by_row - highest[self.owner]), self.first))
         ends = np.r_[self.first[1:], len(by_row)]
         for law, first, end, sum_ in zip(self.laws, self.first, ends, total, strict=True):
-            k, atom = np.unravel_index(evidence[:, first:end].argmax(), (len(evidence), end - first))
-            row = first + atom
-            volume = float(sum_ - evidence[k, row] + self.weight[k, row])
-            sd, own = float(self.sizes[k, row]), by_row[first:end]
-            yield Look(law, float(sum_) + law.log_odds, volume, int(atom), sd, own)
+            own = by_row[first:end]
+            atom = int(own.argmax())
+            volume = float(sum_ - own[atom] + law.log_weight[atom])
+            sd = float(self.sizes[evidence[:, first + atom].argmax(), first + atom])
+            yield Look(law, float(sum_) + law.log_odds, volume, atom, sd, own)
 
 
 def _tables(patterns: Sequence[Patterns], metric: Metric, first: int) -> list[_Table]:
@@ -444,9 +445,10 @@ class _Features:
         for one in self.smooth:
             own = evidence[first : first + one.atoms] - np.log(one.atoms)
             total = float(np.logaddexp.reduce(own, axis=None))
-            atom, k = np.unravel_index(own.argmax(), own.shape)
-            volume = total - float(own[atom, k]) + float(one.sizes.log_weight[k]) - float(np.log(one.atoms))
-            yield Look(one, total + one.log_odds, volume, int(atom), float(sizes[k]))
+            by_atom = np.logaddexp.reduce(own, axis=1)
+            atom = int(by_atom.argmax())
+            volume = total - float(by_atom[atom]) - float(np.log(one.atoms))
+            yield Look(one, total + one.log_odds, volume, atom, float(sizes[own[atom].argmax()]))
             first += one.atoms
 
 

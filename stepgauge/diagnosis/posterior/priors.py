@@ -27,13 +27,15 @@ class Decision(Table):
 
     stated: float = Field(ge=0.5, lt=1.0)
     in_set: float = Field(gt=0.0, lt=0.5)
+    excluded: float = Field(gt=1.0)
     determined: float = Field(gt=0.0)
 
 
 class SizePriors(Table):
-    """Distribution of amplitudes about the usual size."""
+    """Distribution of amplitudes: ``below``, ``above`` are factors from the usual size that make one e times rarer."""
 
-    spread: float = Field(gt=1.0)
+    below: float = Field(gt=1.0)
+    above: float = Field(gt=1.0)
     shortest_mm: float = Field(ge=0.0)
     repeatability_um: float = Field(gt=0.0)
     certificate_um: float = Field(gt=0.0)
@@ -42,7 +44,7 @@ class SizePriors(Table):
     def about(self, usual: float) -> Sizes:
         """The mixture about a usual size."""
         steps = np.array(self.steps)
-        weight = -0.5 * (np.log(steps) / np.log(self.spread)) ** 2
+        weight = -np.abs(np.log(steps)) / np.log(np.where(steps > 1.0, self.above, self.below))
         return Sizes(usual * steps, weight - np.logaddexp.reduce(weight))
 
 

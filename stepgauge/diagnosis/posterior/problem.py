@@ -115,7 +115,7 @@ class Smooth(Candidate):
 
 @dataclass(frozen=True, eq=False)
 class Term:
-    """A candidate with its shape and size chosen; ``log_prior``: log odds, and the volume of shapes and sizes.
+    """A candidate with its shape and size chosen; ``log_prior``: log odds, and the volume of its shapes.
 
     ``columns (d, n)``: um for a unit of each amplitude; ``sd``: prior standard deviation of the amplitudes.
     """
@@ -128,10 +128,10 @@ class Term:
     shape: Any = None
 
     @cached_property
-    def key(self) -> tuple[str, int, float, float, float]:
-        """Identity of a term."""
-        size = float(np.abs(self.columns).sum())
-        return self.candidate.label, self.atom, self.sd, round(self.log_prior, 6), size
+    def key(self) -> tuple[str, int, float, float]:
+        """Identity of a term, whatever its size: all sizes are summed."""
+        length = float(np.abs(self.columns).sum())
+        return self.candidate.label, self.atom, round(self.log_prior, 6), length
 
 
 @dataclass(frozen=True, eq=False)

@@ -61,13 +61,17 @@ class Search:
 
     def run(self) -> State:
         """The best hypothesis found."""
-        best = beam = self.reshaped(self.start)
+        best = beam = laws = self.reshaped(self.start)
         heads = [self.start] if beam is self.start else [self.start, beam]
         for depth in range(MOST_TERMS):
             heads = self._forward(heads)
             if not heads or heads[0].log_posterior < best.log_posterior - (FARTHER if depth < 2 else 0.0):
+                # a form may stand for several laws that are more probable together, each of them less
+                heads = [one for one in heads if one.named and one.log_posterior > laws.log_posterior + FARTHER]
+            if not heads:
                 break
             best = self._better(best, heads[0])
+            laws = max((one for one in heads if one.named), key=_worth, default=laws)
         found = self._in_parts(self._exchanged(best))
         return self._independent(found) if found.scatter.correlated else found
 
@@ -282,11 +286,12 @@ class Search:
         """
         for _ in range(ROUNDS):
             every = sorted(self._with_parts(best), key=_worth, reverse=True)
-            if not every or every[0].log_posterior <= best.log_posterior + SETTLED:
+            first = self.reshaped(every[0]) if every else best
+            if first.log_posterior <= best.log_posterior + SETTLED:
                 break
             near = (one for one in every if one.log_posterior > every[0].log_posterior - FARTHER)
             self._admit(term.candidate for one in near for term in one.terms)
-            best = self._exchanged(self._better(best, every[0]))
+            best = self._exchanged(self._better(best, first))
         return best
 
     def _with_parts(self, best: State) -> Iterator[State]:
@@ -331,11 +336,12 @@ class Search:
         base, *ones = self._ones(state, place)
         others = sorted((one for one in ones if one.labels != state.labels), key=_worth, reverse=True)
         # what is nearly as likely stands there by itself; beside what is not, something else may be missing
-        rivals = [one for one in others if one.log_posterior > state.log_posterior - FARTHER]
+        near = (one for one in others if one.log_posterior > state.log_posterior - FARTHER)
+        rivals = [one for one in near if len(one.terms) == len(state.terms)]
         alone = state.labels.union(*(one.labels for one in rivals)) - base.labels
         lesser = [one for one in others if not one.labels & alone]
-        near = {id(one): one for one in (*others[:1], *lesser[:1])}.values()
-        twos = [self.added(one, look) for one in near for look in self._proposed(one, 1, alone)]
+        firsts = {id(one): one for one in (*others[:1], *lesser[:1])}.values()
+        twos = [self.added(one, look) for one in firsts for look in self._proposed(one, 1, alone)]
         return max((base, *ones, *map(self._weeded, [*others, *twos])), key=_worth)
 
     def polished(self, state: State) -> State:

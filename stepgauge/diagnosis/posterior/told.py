@@ -4,11 +4,12 @@ Each term of the best hypothesis is a place: it explains one structure of the re
 rivals.
 
 1. In a place nothing is stated if the probability that there is no structure is larger than ``1 - stated``.
-2. A law is stated if the laws of the place together are more probable than its forms: the most probable kind, with all
-   other laws that have more than ``in_set`` of the probability of the place as its set. Otherwise the most probable
-   form is stated.
-3. A law whose size is less than ``determined`` standard uncertainties is not named, however likely. Nor is a law beside
-   a form over the covariate that the law depends on, for the form may contain the law.
+2. A law is stated if the laws of the place together are more probable than its forms: the most probable kind, and as
+   its set the laws that have more than ``in_set`` of the probability of the place and are not excluded by the readings:
+   a Bayes factor of ``excluded`` against them. Otherwise the most probable form is stated.
+3. A law is not named, however likely, if its size may be of either sign: if that is less sure than at ``determined``
+   standard uncertainties from zero. Nor is a law beside a form over the covariate that the law depends on, for the
+   form may contain the law.
 4. Outliers, growing and correlated scatter are stated if their probability is at least ``stated``. Correlated scatter
    makes the verdict ``unknown``, as forms do: laws that are named beside it stay.
 
@@ -24,6 +25,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy import special
 
 from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Place, Rival
 from stepgauge.diagnosis.posterior.evidence import State
@@ -103,15 +105,28 @@ def determined(state: State, term: Term, least: float) -> bool:
 
 
 def sure(said: Said, state: State, answer: Answer, decision: Decision, wider: float) -> bool:
-    """Whether a law is determined with its uncertainty over all hypotheses, times ``wider``."""
-    factor = spread_factor(answer, state, said.lead.candidate.label, decision.in_set) * wider
-    return determined(state, said.term, decision.determined * factor)
+    """Whether the sign of a law's size is as probable as beyond ``determined`` standard uncertainties (rule 3).
+
+    Over all hypotheses that contain the law and no other of its set, which would leave open what share each has;
+    ``wider``: factor on their uncertainties.
+    """
+    others = [one.candidate.label for one in rival_laws(said, decision)[1:]]
+    signed = answer.signed(said.lead.candidate.label, decision.in_set, wider, others)
+    if signed is None:
+        return determined(state, said.term, decision.determined * wider)
+    return signed >= float(special.ndtr(decision.determined))
 
 
-def rival_laws(said: Said, least: float) -> list[Rival]:
-    """The laws among the rivals of a place, the one that is stated first."""
-    others = [one for one in said.place.rivals if one.candidate.named and one.share > least and one is not said.lead]
-    return [said.lead, *others]
+def rival_laws(said: Said, decision: Decision) -> list[Rival]:
+    """The laws of a place that are told together, the stated one first."""
+    least = _by_readings(said.lead) - float(np.log(decision.excluded))
+    others = (one for one in said.place.rivals if one.candidate.named and one is not said.lead)
+    return [said.lead, *(one for one in others if one.share > decision.in_set and _by_readings(one) > least)]
+
+
+def _by_readings(rival: Rival) -> float:
+    """Log marginal likelihood of a rival, up to a constant of its place: its share without its prior odds."""
+    return float(np.log(max(rival.share, 1e-300))) - rival.candidate.log_odds
 
 
 def together(several: Sequence[Alternative], label: str, kind: str, least: float) -> tuple[str, ...]:

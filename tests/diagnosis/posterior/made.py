@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -85,7 +86,8 @@ def random_function(values: Array, lengths: Sequence[float] = (0.3, 1.0)) -> Smo
 
 
 def term(candidate: Candidate, atom: int = 0, sd: float = 0.5, log_prior: float = -3.0) -> Term:
-    """A candidate with one of its shapes and sizes."""
+    """A candidate with one of its shapes, and with one size only."""
+    candidate = replace(candidate, sizes=Sizes(np.array([sd]), np.zeros(1)))
     return Term(candidate, atom, candidate.columns(atom), sd, log_prior)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -11,10 +12,12 @@ import pytest
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis import posterior
-from stepgauge.diagnosis.posterior.answer import Answer
+from stepgauge.diagnosis.posterior.answer import Answer, Place, Rival
+from stepgauge.diagnosis.posterior.looks import Look
 from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.problem import Candidate
+from stepgauge.diagnosis.posterior.problem import Candidate, Term
 from stepgauge.diagnosis.posterior.search import Search
+from stepgauge.diagnosis.posterior.told import Said, rival_laws
 from tests.diagnosis.posterior.made import (
     NOISE_UM,
     ROWS,
@@ -149,3 +152,16 @@ def test_the_decision_knows_nothing_of_gauges_probes_and_recordings() -> None:
             names = [one.name for one in node.names] if isinstance(node, ast.Import) else names
             for name in names:
                 assert not name.startswith("stepgauge") or name.startswith(allowed), (path.name, name)
+
+
+def rival(label: str, share: float, odds: float, named: bool = True) -> Rival:
+    candidate = replace(law(label, SLOPE[None, None]), kind=label, named=named, log_odds=float(np.log(odds)))
+    return Rival(candidate, share, Look(candidate, 0.0, 0.0, 0, 1.0))
+
+
+def test_what_stands_in_a_set_is_what_the_readings_do_not_exclude() -> None:
+    """A rare law that fits as well is listed, a common one that fits twenty times worse is not; nor is a form."""
+    lead, rare = rival("lead", 0.8, 0.05), rival("rare", 0.03, 0.002)
+    worse, form, faint = rival("worse", 0.1, 0.2), rival("form", 0.05, 0.05, named=False), rival("faint", 0.01, 0.001)
+    said = Said(Place(0, (rare, lead, worse, form, faint), 0.01), lead, Term(lead.candidate, 0, SLOPE[None], 1.0, 0.0))
+    assert [one.candidate.label for one in rival_laws(said, shipped_priors().decision)] == ["lead", "rare"]
