@@ -81,7 +81,7 @@ def _usual(effect: type[Effect], gauge: Gauge | None, machine: Machine | None) -
     sizes = (usual.size, usual.size / priors.sizes.below, usual.size * priors.sizes.above)
     middle, low, high = (f"{value:.2g}" for value in sizes)
     unit = f" {prior.unit}" if prior.unit else ""
-    lines = ["", f"  usual size: {middle}{unit}, two thirds of what occurs from {low} to {high}{unit}"]
+    lines = ["", f"  usual size: {middle}{unit}, nearly two thirds of what occurs from {low} to {high}{unit}"]
     lines += [f"    {prior.usual:g}{unit}: {prior.why or 'what is usual on coordinate measuring machines'}"]
     lines += [f"    times {factor:.3g}: {reason}" for reason, factor in usual.factors.items()]
     lines += [f"    {_MISSING[prior.basis]}"] if prior.basis and not usual.factors and prior.basis in _MISSING else []

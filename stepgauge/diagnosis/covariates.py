@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,7 +62,7 @@ def covariates(data: Residuals) -> list[Covariate]:
     frame = data.frame
     order = np.empty(len(data))
     order[data.order] = np.arange(len(data))
-    found = _places(data)
+    found = _places(data, _reached(data))
     runs = len(frame[["placement", "cycle"]].drop_duplicates())
     found += [Covariate("cycle", "", frame["cycle"].to_numpy(float))] if runs * FEWEST_IN_CYCLE <= len(data) else []
     found += _times(data)
@@ -78,18 +78,19 @@ def covariates(data: Residuals) -> list[Covariate]:
     return [c for c in found if _is_usable(c)]
 
 
-def _places(data: Residuals) -> list[Covariate]:
-    """The position on the gauge, and the coordinates of the axes along which a gauge reaches.
+def _places(data: Residuals, axes: Iterable[str] = AXES) -> list[Covariate]:
+    machine = [Covariate(f"machine {axis}", "mm", _place_mm(data, axis)) for axis in axes]
+    return [Covariate("position", "mm", data.probings.certified_mm()), *machine]
 
-    Another coordinate tells the placements apart, and their faces by how the gauge happens to lie.
+
+def _reached(data: Residuals) -> list[str]:
+    """The machine axes along which a gauge reaches.
+
+    Another coordinate tells placements apart, and their faces by how the gauge happens to lie: the scatter may depend
+    on it, a displacement is the origin's.
     """
     reach = np.abs(list(data.probings.setting.axis.values())).max(axis=0)
-    machine = [
-        Covariate(f"machine {a}", "mm", _place_mm(data, a))
-        for a, far in zip(AXES, reach, strict=True)
-        if far > SEEN_SHARE
-    ]
-    return [Covariate("position", "mm", data.probings.certified_mm()), *machine]
+    return [axis for axis, far in zip(AXES, reach, strict=True) if far > SEEN_SHARE]
 
 
 def _times(data: Residuals) -> list[Covariate]:

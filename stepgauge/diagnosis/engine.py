@@ -314,11 +314,12 @@ def _fit(data: Residuals, noise: Noise, told: Sequence[Finding]) -> Fit:
     problem = bare_problem(data)
     named_um = np.sum([one.share_um for one in told], axis=0) if told else np.zeros(len(data))
     repeating_um = problem.repeating_um(data.um - named_um) if noise.repeats else None
+    used = np.isfinite(noise.by_row_um)
     # what moves a face from repeat to repeat is no repeatability: not more than the scatter of the stated model
-    sigma_um = max(min(noise.sigma_um / problem.typical, repeating_um or np.inf), SMALLEST_SIGMA_UM)
+    stated_um = _rms(noise.by_row_um[used]) / problem.typical
+    sigma_um = max(min(stated_um, repeating_um or np.inf), SMALLEST_SIGMA_UM)
     scatters = Scatters(problem, shipped_priors())
     metric = Metric(problem, scatters.plain(), scatters, sigma_um)
-    used = np.isfinite(noise.by_row_um)
     columns = [one.share_um for one in told if one.share_um.any()]
     design = np.array(columns).T if columns else np.zeros((len(data), 0))
     none = np.zeros((len(data), 0))

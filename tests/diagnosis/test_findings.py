@@ -228,6 +228,10 @@ def test_a_warm_gauge_and_a_long_scale_are_no_other_scale_and_squareness_for_cer
     else:  # its size hangs on the partner's
         assert ("machine y", "undetermined") in [(one.covariate, one.form) for one in found.unexplained]
     pairs = {frozenset(laws) for one in found.findings for laws, _ in one.several}
+    # or one of the two is named, and the other one is in the set of what is beside it
+    pairs |= {
+        frozenset({a.label, m.label}) for a in found.findings for b in found.findings if a is not b for m in b.members
+    }
     assert frozenset({"scale_error_x", "squareness_xy"}) in pairs
 
 

@@ -30,7 +30,7 @@ def test_where_no_uncertainty_is_known_a_negative_size_is_zero() -> None:
 def test_repeats_that_drift_are_no_repeatability() -> None:
     """The scatter of repeats holds the whole drift before it is named: chi-square is by what is left of them."""
     recording = clean(pause_s=600.0)
-    found = told(bent(along(BETWEEN, lambda t: 4.0 * t / t.max()), recording))
+    found = told(bent(along(BETWEEN, lambda t: -4.0 * np.expm1(-t / 900.0)), recording))
     assert names(found) == ["thermal_drift"]
     assert 0.8 < found.fit.chi2_dof_after < 1.25
-    assert found.fit.chi2_dof_before > 5.0
+    assert found.fit.chi2_dof_before > 2.0
