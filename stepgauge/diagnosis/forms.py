@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,7 @@ DECAY = "power law"
 EXPONENTS = np.geomspace(0.15, 3.0, 10)
 """Of a decay with the number of touches that is no exponential."""
 ROUGH_LENGTHS = (0.015, 0.1)
+VOLUME_LENGTHS = (0.25, 0.6)
 KNOTS, ROUGH_KNOTS = 40, 120
 OVERTONES = 5
 """Of a wave that is no sine; the k-th has the k-th part of the first's standard deviation."""
@@ -147,6 +149,7 @@ def _said(data: Residuals, priors: Priors) -> Iterator[_Said]:
     yield from _lagged(told, position, data, priors)
     if position is not None and slow is not None:
         yield from _products(position, slow, priors)
+    yield from _volumes([one for one in told if one.name.startswith("machine ")], data, priors)
     if position is not None and goes_both_ways(data):
         yield from _of_ways(position, data, priors)
     yield from _levels(data, priors)
@@ -280,6 +283,14 @@ def _products(position: Covariate, slow: Covariate, priors: Priors) -> Iterator[
     spans = float(np.ptp(position.values)), float(np.ptp(slow.values))
     periods = tuple((spans[0] / f, spans[1] / g) for f in of_x.tolist() for g in of_y.tolist())
     yield _Said(slow.name, slow.unit, BEAT, beats, periods, both, share, "position")
+
+
+def _volumes(places: Sequence[Covariate], data: Residuals, priors: Priors) -> Iterator[_Said]:
+    """Errors of the volume: smooth functions of two coordinates together, as of a spoilt corner."""
+    sides, share = ("gauge", *axes_shown(data)), priors.forms.product
+    for one, other in combinations(places, 2):
+        surface = [_product(matern(one.values, length), matern(other.values, length)) for length in VOLUME_LENGTHS]
+        yield _Said(one.name, one.unit, SMOOTH, surface, (SMOOTH,) * len(surface), sides, share, other.name)
 
 
 def _product(one: Array, other: Array, most: int = 200) -> Array:

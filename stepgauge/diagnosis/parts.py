@@ -32,6 +32,8 @@ FEWEST_VALUES = 16
 DIGITS = 6
 OWN_EDGES = {"at_mm", "start_s", "time_s"}
 """Parameters of laws that have a place or a beginning."""
+OF_A_TRAVEL = {"error_motion", "scale_curvature", "straightness"}
+"""Polynomials over a whole travel: one that begins somewhere in it is a form."""
 OF_THE_PROBE = {"kinematic_pretravel", "lever_arm", "pretravel_scale", "probe_lobing", "seat_defect"}
 """Kinds that the stylus has a part in, besides its radius."""
 
@@ -123,6 +125,8 @@ def may_have(family: Family, condition: str) -> bool:
     if OWN_EDGES & family.law.model_fields.keys():
         return False
     of_axis = family.law.covariates[0] == "coordinate" and condition.split()[0] in POSITION
+    if of_axis and family.kind in OF_A_TRAVEL:
+        return False
     return not of_axis or condition[0] in "".join(str(value) for value in family.choices.values())
 
 

@@ -241,7 +241,8 @@ def _of_covariate(located: Located, side: str, one: Covariate, name: str, data: 
         yield [f"({late} - {middle:.12g}) * {length}"]
         yield from ([_times(ramp, length) for ramp in _ramps(name, x, k)] for k in KNOTS)
     elif located.beside:
-        place = _ramps("position_mm", data.probings.certified_mm(), FEW_KNOTS)
+        other = next(c for c in covariates(data) if c.name == located.beside)
+        place = _ramps(NAMES[other.name], other.values, FEW_KNOTS)
         yield [_times(a, b) for a in place for b in _ramps(name, x, FEW_KNOTS)]
     else:
         yield from (_ramps(name, x, k) for k in KNOTS)
