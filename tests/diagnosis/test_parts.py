@@ -15,7 +15,7 @@ from stepgauge.diagnosis.clock import told_by_clock
 from stepgauge.diagnosis.laws import law_candidates
 from stepgauge.diagnosis.library import effect_families, signatures
 from stepgauge.diagnosis.machine_text import effect_table
-from stepgauge.diagnosis.parts import EDGES, FEWEST_VALUES, conditions, in_part, is_told, laws_in_parts
+from stepgauge.diagnosis.parts import EDGES, FEWEST_VALUES, conditions, in_part, is_told, laws_in_parts, may_have
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.scatter import Scatters
@@ -95,6 +95,27 @@ def test_all_parts_together_have_the_odds_of_the_law_times_those_of_a_part() -> 
     assert np.exp([one.log_odds for one in parts]).sum() == pytest.approx(priors.laws.part * np.exp(law.log_odds))
     assert all(np.exp(one.log_weight).sum() == pytest.approx(1.0) for one in parts)
     assert not [one for part in parts[:2] for one in in_part(data, priors, tuple(conditions(data)), part, 0)]
+
+
+@pytest.mark.parametrize(
+    ("kind", "condition", "may"),
+    [
+        ("squareness", "y_mm >", True),
+        ("squareness", "time_s >", True),
+        ("scale_error", "y_mm >", False),  # how one axis acts on another is stated by the chain
+        ("scale_curvature", "x_mm >", False),  # a polynomial over a whole travel
+        ("step_change", "time_s >", False),  # it has a beginning of its own
+        ("effective_radius", "x_mm >", True),
+    ],
+)
+def test_which_laws_may_hold_in_which_parts(kind: str, condition: str, may: bool) -> None:
+    data = make_residuals(measured((turned(0.0), turned(45.0)), 3), STEPS, machine())
+    family = next(
+        one
+        for one in effect_families(data, shipped_priors())
+        if one.kind == kind and one.choices.get("axis", "x") == "x"
+    )
+    assert may_have(family, condition) is may
 
 
 def test_a_condition_in_time_is_told_by_the_clock_of_the_recording() -> None:

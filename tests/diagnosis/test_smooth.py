@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.unknown_law import model_unknown
+from stepgauge.diagnosis.unknown_law import model_unknown, rest_rms_um
 from stepgauge.effects import Probings, Setting
 from stepgauge.recording import Recording
 from tests.diagnosis.made import ALONG_X, gauge, machine
@@ -66,6 +66,22 @@ def test_structure_of_no_formula_is_told_where_it_lives_and_imitated(name: str) 
     assert any(word in one.where for one in (*found.located, *found.unexplained))
     left = found.after_um - sum(law.share_um for law in model_unknown(found))
     assert left.std() < 0.75 * found.before_um.std()
+
+
+def spoilt_corner(recording: Recording) -> Array:
+    """What the x axis does where x and y are large, and nowhere else."""
+    x, y = (recording.frame[name].to_numpy() for name in ("x_mm", "y_mm"))
+    far = np.clip((x - 345.0) / 90.0, 0.0, None) * np.clip((y - 595.0) / 90.0, 0.0, None)
+    return 5.0 * far**1.5 * recording.frame["approach_i"].to_numpy()
+
+
+def test_a_spoilt_corner_of_the_volume_is_a_form_of_two_coordinates_and_no_law_of_one() -> None:
+    found = told(bent(spoilt_corner, clean((ALONG_X, (0.0, 1.0, 0.0), (0.7, 0.7, 0.0), (0.7, -0.7, 0.0)))))
+    assert (found.verdict, names(found)) == ("unknown", [])
+    (one,) = found.unexplained
+    assert {one.covariate, one.beside} == {"machine x", "machine y"}
+    assert one.where == "a smooth function of machine x and machine y, along machine x"
+    assert rest_rms_um(found, model_unknown(found)) < 1.1 * NOISE_UM
 
 
 def test_what_follows_a_column_along_one_axis_only_is_told_so() -> None:

@@ -23,7 +23,7 @@ from stepgauge.diagnosis.maps.problem import LOBES, MapRows, Point, make_problem
 from stepgauge.diagnosis.maps.scatter import MapScatter
 from stepgauge.diagnosis.posterior.answer import Answer, Rival
 from stepgauge.diagnosis.posterior.evidence import State
-from stepgauge.diagnosis.posterior.looks import Look
+from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Law, Problem

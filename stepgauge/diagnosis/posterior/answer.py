@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from stepgauge.diagnosis.posterior.evidence import State
-from stepgauge.diagnosis.posterior.looks import Look
+from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.problem import Candidate, Term
 from stepgauge.diagnosis.posterior.scatter import Scatter
 from stepgauge.diagnosis.posterior.search import Search

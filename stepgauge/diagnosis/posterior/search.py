@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.posterior.evidence import Evidence, State
-from stepgauge.diagnosis.posterior.looks import Look, Looks
+from stepgauge.diagnosis.posterior.look import Look
+from stepgauge.diagnosis.posterior.looks import Looks
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Term
 from stepgauge.diagnosis.posterior.scatter import HEAVY, NORMAL, OUTLYING, Scatter

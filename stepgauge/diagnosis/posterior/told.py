@@ -29,7 +29,7 @@ from scipy import special
 
 from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Place, Rival
 from stepgauge.diagnosis.posterior.evidence import State
-from stepgauge.diagnosis.posterior.looks import Look
+from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.priors import Decision
 from stepgauge.diagnosis.posterior.problem import Term
 from stepgauge.diagnosis.posterior.search import Search

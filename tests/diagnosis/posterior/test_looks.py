@@ -8,7 +8,8 @@ from scipy import special, stats
 
 from stepgauge.diagnosis.posterior import looks as looking
 from stepgauge.diagnosis.posterior.evidence import Evidence, State
-from stepgauge.diagnosis.posterior.looks import Look, Looks
+from stepgauge.diagnosis.posterior.look import Look
+from stepgauge.diagnosis.posterior.looks import Looks
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Law, Term
 from tests.diagnosis.posterior.made import ROWS, coordinate, law, noise, problem, random_function, term, turns, waves

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis import posterior
 from stepgauge.diagnosis.posterior.answer import Answer, Place, Rival
-from stepgauge.diagnosis.posterior.looks import Look
+from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Term
 from stepgauge.diagnosis.posterior.search import Search

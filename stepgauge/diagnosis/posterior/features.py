@@ -1,0 +1,114 @@
+"""Random functions, rated by the features of all their kernels at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.posterior.look import Beside, Look
+from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.problem import Smooth
+
+Array = NDArray[np.float64]
+MOST_FEATURES, SEEN_FEATURES = 90, 0.99
+"""Largest number of features of a random function in a look, and the share of its variance that is sufficient."""
+MOST_EXACT = 16
+"""Kernels that are rated with the terms of the hypothesis; the others are taken to be independent of these."""
+
+
+class Kernels:
+    """The features ``(m, n)`` of all random functions that matter, kernel after kernel in ``slices``."""
+
+    def __init__(self, smooth: Sequence[Smooth]) -> None:
+        self.smooth = smooth
+        chosen = [_chosen(features) for one in smooth for features in one.features]
+        self.slices = _slices([len(one) for one in chosen])
+        self.features = np.concatenate(chosen) if chosen else np.zeros((0, 0))
+
+
+def _chosen(features: Array) -> Array:
+    """The largest features ``(m, n)`` of a kernel, as many as hold nearly all of its variance."""
+    size = (features**2).sum(axis=1)
+    most = np.argsort(-size)
+    seen = np.searchsorted(np.cumsum(size[most]) / size.sum(), SEEN_FEATURES)
+    if size.min() < 0.1 * size.max():
+        most = most[: min(MOST_FEATURES, 1 + int(seen))]
+    return features[most]
+
+
+class Features:
+    """All random functions' features with one metric, those of a kernel rotated to be orthogonal.
+
+    ``value``, ``white (m, n)``: squared lengths and mapped features, kernel after kernel; ``first``: where each kernel
+    begins.
+    """
+
+    def __init__(self, kernels: Kernels, metric: Metric) -> None:
+        self.smooth = kernels.smooth
+        mapped = metric(kernels.features) if len(kernels.features) else np.zeros((0, 0))
+        turned = [_turned(mapped[own]) for own in kernels.slices]
+        self.value = np.concatenate([value for value, _ in turned]) if turned else np.zeros(0)
+        self.white = np.concatenate([white for _, white in turned]) if turned else np.zeros((0, 0))
+        self.slices = _slices([len(value) for value, _ in turned])
+        self.first = np.array([own.start for own in self.slices], np.intp)
+
+    def looks(self, beside: Beside) -> Iterator[Look]:
+        """Looks of the random functions, over all kernels and sizes."""
+        if not self.smooth:
+            return
+        sizes, weight = self.smooth[0].sizes.sd, self.smooth[0].sizes.log_weight
+        variance = sizes[:, None] ** 2 / beside.scatter
+        dot, lost = self.white @ beside.left, self._lost(beside)
+        shrunk = variance / (1.0 + variance * self.value)
+        price = 0.5 * np.add.reduceat(np.log1p(variance * self.value), self.first, axis=1)
+        gain = np.add.reduceat(shrunk * dot**2, self.first, axis=1)
+        evidence = beside.student(gain) - price
+        if lost.shape[1]:
+            for kernel in np.argsort(-evidence.max(axis=0))[:MOST_EXACT]:
+                own = self.slices[kernel]
+                more, dearer = _beside_terms(shrunk[:, own], dot[own], lost[own])
+                evidence[:, kernel] = beside.student(gain[:, kernel] + more) - price[:, kernel] - dearer
+        yield from self._summed(evidence.T + weight, sizes)
+
+    def _lost(self, beside: Beside) -> Array:
+        """Products ``(m, q)`` of the features with the loss."""
+        if beside.turn is None:
+            return self.white @ beside.lost
+        for span in beside.spans:
+            span.features = self.white @ span.rows.T if span.features is None else span.features
+        return np.hstack([span.features for span in beside.spans if span.features is not None]) @ beside.turn
+
+    def _summed(self, evidence: Array, sizes: Array) -> Iterator[Look]:
+        first = 0
+        for one in self.smooth:
+            own = evidence[first : first + one.atoms] - np.log(one.atoms)
+            total = float(np.logaddexp.reduce(own, axis=None))
+            by_atom = np.logaddexp.reduce(own, axis=1)
+            atom = int(by_atom.argmax())
+            volume = total - float(by_atom[atom]) - float(np.log(one.atoms))
+            yield Look(one, total + one.log_odds, volume, atom, float(sizes[own[atom].argmax()]))
+            first += one.atoms
+
+
+def _slices(counts: Sequence[int]) -> list[slice]:
+    ends = np.cumsum([0, *counts]).tolist()
+    return [slice(a, b) for a, b in pairwise(ends)]
+
+
+def _turned(white: Array) -> tuple[Array, Array]:
+    """Squared lengths ``(m,)`` and mapped features ``(m, n)`` of a kernel rotated to be orthogonal."""
+    value, vector = np.linalg.eigh(white @ white.T)
+    keep = value > max(1e-4 * value[-1], 1e-12)
+    keep[-1] = True
+    return np.maximum(value[keep], 0.0), vector[:, keep].T @ white
+
+
+def _beside_terms(shrunk: Array, dot: Array, lost: Array) -> tuple[Array, Array]:
+    """Change of gain and Occam factor of a kernel by the terms of a hypothesis, ``(t,)`` each."""
+    together = shrunk @ (lost * dot[:, None])
+    middle = np.eye(lost.shape[1]) - (shrunk[:, None, :] * lost.T) @ lost
+    more = (together * np.linalg.solve(middle, together[:, :, None])[:, :, 0]).sum(axis=1)
+    return more, 0.5 * np.linalg.slogdet(middle)[1]

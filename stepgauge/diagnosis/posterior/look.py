@@ -1,0 +1,94 @@
+"""A rated candidate, and what a hypothesis leaves for it to explain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.posterior.problem import Candidate, Law, Term
+
+Array = NDArray[np.float64]
+UNSEEN = 3e-6
+"""Share of a signature that single precision cannot distinguish from zero."""
+UNLOST = 1e-4
+"""Share of a direction below which a hypothesis explains nothing of it: most features of a function are small."""
+FULL = 0.9999
+
+
+@dataclass(frozen=True)
+class Look:
+    """A candidate rated for addition to a hypothesis.
+
+    ``gain``: increase of the log posterior, prior included; ``volume``: log evidence of all shapes together
+    minus that of the best one, their prior included (negative as a rule); ``atom``, ``sd``: that shape and its size;
+    ``by_atom``: log evidence of each shape, of laws.
+    """
+
+    candidate: Candidate
+    gain: float
+    volume: float
+    atom: int
+    sd: float
+    by_atom: Array | None = None
+
+    def term(self) -> Term:
+        """The candidate with its best shape and size."""
+        columns = self.candidate.columns(self.atom)
+        return Term(self.candidate, self.atom, columns, self.sd, self.candidate.log_odds + self.volume)
+
+    def peaks(self, most: int) -> list[int]:
+        """Other local maxima on the grid of shapes, the best first: aliases of a period."""
+        if self.by_atom is None or not isinstance(self.candidate, Law) or len(self.by_atom) < 3:
+            return []
+        inside = self.by_atom[1:-1]
+        tops = 1 + np.flatnonzero((inside > self.by_atom[:-2]) & (inside > self.by_atom[2:]))
+        ranked = tops[np.argsort(-self.by_atom[tops])]
+        return [int(atom) for atom in ranked if atom != self.atom][:most]
+
+    def volume_of(self, atom: int) -> float:
+        """The volume with another shape in place of the best one."""
+        assert isinstance(self.candidate, Law)
+        weight = self.candidate.log_weight
+        return self.volume + float(weight[atom] - weight[self.atom])
+
+
+class Span:
+    """The mapped columns of a term as ``mix (d, k)`` of orthonormal rows ``(k, n)``, with products computed once.
+
+    Most hypotheses that are looked at have all terms but one in common. ``dots``: products of the rows with patterns,
+    by their place; ``features``: with the features of random functions.
+    """
+
+    def __init__(self, white: Array, sd: float) -> None:
+        value, vector = np.linalg.eigh(white @ white.T)
+        keep = value * sd**2 > UNLOST * UNSEEN
+        keep[-1] = True
+        self.mix = vector[:, keep] * np.sqrt(value[keep])
+        self.rows = (vector[:, keep] / np.sqrt(value[keep])).T @ white
+        self.dots: dict[int, NDArray[np.float32]] = {}
+        self.features: Array | None = None
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Residual of a hypothesis: mapped, with the columns of its terms as a low-rank loss, and their products.
+
+    ``spans``: those of the terms, of which the loss is a mixture ``turn``; None where rounding would show in it.
+    """
+
+    left: Array
+    lost: Array
+    total: float
+    dof: float
+    spans: tuple[Span, ...] = ()
+    turn: Array | None = None
+
+    @property
+    def scatter(self) -> float:
+        return self.total / self.dof
+
+    def student(self, gain: Array) -> Array:
+        """Log evidence of reductions of the sum of squares, the scatter integrated."""
+        return np.asarray(-0.5 * self.dof * np.log1p(-np.clip(gain, 0.0, FULL * self.total) / self.total))

@@ -1,0 +1,163 @@
+"""Laws with the same number of amplitudes, all shapes of all of them rated at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from stepgauge.diagnosis.posterior.look import UNSEEN, Beside, Look
+from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.patterns import Patterns, mixed
+from stepgauge.diagnosis.posterior.problem import Law
+
+Array = NDArray[np.float64]
+WORTH_A_SIZE = 15.0
+"""Shapes whose evidence is lower than the best by more than this are not tried with further sizes, nats."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Laws with the same number of amplitudes, all shapes of all of them in one row after the other.
+
+    ``sets``: which pattern and which mixture of shares the rows come from; ``gram (rows, d, d)``; ``unseen (rows, d)``:
+    limits of rounding; ``sizes (t, rows)`` and ``weight (t, rows)``: priors of size and shape together;
+    ``first``: where each law begins; ``owner``: the law of each row.
+    """
+
+    sets: list[tuple[int, Array]]
+    laws: list[Law]
+    gram: Array
+    unseen: Array
+    sizes: Array
+    weight: Array
+    positive: NDArray[np.bool_]
+    first: NDArray[np.intp]
+    owner: NDArray[np.intp]
+
+    def looks(self, dots: Mapping[int, Array], beside: Beside) -> Iterator[Look]:
+        """Evidence of every shape and size; a shape rejected with the largest size is not tried with smaller ones."""
+        d = self.gram.shape[1]
+        products = [_mixed_dots(dots[place], mix, d) for place, mix in self.sets]
+        product = np.concatenate(products)
+        dot, lost = product[..., 0], product[..., 1:]
+        own = self.gram - np.einsum("rdq,req->rde", lost, lost) if lost.shape[2] else self.gram.copy()
+        diagonal = np.arange(d)
+        own[:, diagonal, diagonal] = np.maximum(own[:, diagonal, diagonal], 0.0) + self.unseen
+        found = np.full(self.sizes.shape, -np.inf)
+        found[-1], most = _sized(own, dot, self.sizes[-1], self.positive, beside)
+        if len(found) > 1:
+            keep = np.flatnonzero(most > np.maximum.reduceat(most, self.first)[self.owner] - WORTH_A_SIZE)
+            every, smaller = np.tile(keep, len(found) - 1), self.sizes[:-1, keep].ravel()
+            sized, _ = _sized(own[every], dot[every], smaller, self.positive[every], beside)
+            found[:-1, keep] = sized.reshape(-1, len(keep))
+        yield from self._summed(found + self.weight)
+
+    def _summed(self, evidence: Array) -> Iterator[Look]:
+        """The looks of all laws from log evidences ``(t, rows)``, priors included."""
+        by_row = np.logaddexp.reduce(evidence, axis=0)
+        highest = np.maximum.reduceat(by_row, self.first)
+        total = highest + np.log(np.add.reduceat(np.exp(by_row - highest[self.owner]), self.first))
+        ends = np.r_[self.first[1:], len(by_row)]
+        for law, first, end, sum_ in zip(self.laws, self.first, ends, total, strict=True):
+            own = by_row[first:end]
+            atom = int(own.argmax())
+            volume = float(sum_ - own[atom] + law.log_weight[atom])
+            sd = float(self.sizes[evidence[:, first + atom].argmax(), first + atom])
+            yield Look(law, float(sum_) + law.log_odds, volume, atom, sd, own)
+
+
+def tables(patterns: Sequence[Patterns], metric: Metric, first: int) -> list[Table]:
+    """Tables of some patterns, of which the first one has the place ``first``."""
+    rows: dict[int, list[tuple[int, Array, list[Law], Array, Array]]] = {}
+    for place, one in enumerate(patterns, first):
+        raw, white = one.grams(metric)
+        for laws, mix in one.sets:
+            gram = mixed(white, mix)
+            unseen = UNSEEN * np.maximum(np.einsum("aii->ai", mixed(raw, mix)), 0.0)
+            rows.setdefault(gram.shape[1], []).append((place, mix, laws, gram, unseen))
+    return [_table(parts) for parts in rows.values()]
+
+
+def _table(parts: Sequence[tuple[int, Array, list[Law], Array, Array]]) -> Table:
+    laws = [law for _, _, own, _, _ in parts for law in own]
+    most = max(len(law.sizes.sd) for law in laws)
+    count = np.array([law.atoms for law in laws])
+    sizes = np.concatenate([np.tile(_padded(law.sizes.sd, most)[:, None], law.atoms) for law in laws], axis=1)
+    weight = np.concatenate(
+        [_padded(law.sizes.log_weight, most, -np.inf)[:, None] + law.log_weight for law in laws], axis=1
+    )
+    return Table(
+        [(place, mix) for place, mix, _, _, _ in parts],
+        laws,
+        np.concatenate([gram for _, _, _, gram, _ in parts]),
+        np.concatenate([unseen for _, _, _, _, unseen in parts]),
+        sizes,
+        weight,
+        np.repeat([law.positive for law in laws], count),
+        np.r_[0, np.cumsum(count)[:-1]],
+        np.repeat(np.arange(len(laws)), count),
+    )
+
+
+def _padded(values: Array, most: int, filler: float | None = None) -> Array:
+    """Values padded at the front, so that the largest sizes stay last."""
+    before = np.full(most - len(values), values[0] if filler is None else filler)
+    return np.concatenate([before, values])
+
+
+def _mixed_dots(dots: Array, mix: Array, d: int) -> Array:
+    """Products ``(rows, d, q)`` of signatures from those of basis rows ``(r, rows, depth, q)``."""
+    if len(mix) == 1 and mix.shape[1] == 1 and mix[0, 0] == 1.0:
+        return dots[0]
+    products = np.tensordot(mix, dots, 1).transpose(1, 0, 2, 3)
+    return np.asarray(products.reshape(products.shape[0], d, -1))
+
+
+def _sized(gram: Array, dot: Array, sd: Array, positive: NDArray[np.bool_], beside: Beside) -> tuple[Array, Array]:
+    """Log evidence ``(rows,)`` for one size of each, with and without its Occam factor."""
+    d, s2 = gram.shape[1], beside.scatter
+    ridge = s2 / sd**2
+    solved, log_det = _solve(gram, ridge, dot)
+    most = beside.student((dot * solved).sum(axis=1))
+    price = 0.5 * (np.maximum(log_det, d * np.log(ridge)) - d * np.log(ridge))
+    if positive.any():
+        z = dot[:, 0] / np.sqrt((gram[:, 0, 0] + ridge) * s2)
+        most = np.where(positive, most + special.log_ndtr(z) + np.log(2.0), most)
+    return most - price, most
+
+
+def _solve(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
+    """Solutions ``(rows, d)`` and log determinants with a ridge; written out for one and two amplitudes."""
+    if gram.shape[1] == 1:
+        a = gram[:, 0, 0] + ridge
+        return dot / a[:, None], np.log(a)
+    if gram.shape[1] == 2:
+        a, b, c = gram[:, 0, 0] + ridge, gram[:, 0, 1], gram[:, 1, 1] + ridge
+        det = np.maximum(a * c - b**2, ridge**2)
+        x, y = (c * dot[:, 0] - b * dot[:, 1]) / det, (a * dot[:, 1] - b * dot[:, 0]) / det
+        return np.stack([x, y], axis=1), np.log(det)
+    return _cholesky(gram, ridge, dot)
+
+
+def _cholesky(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
+    """The same by one factorisation of all rows: there are thousands of small matrices."""
+    a = np.array(gram.transpose(1, 2, 0), order="C")
+    x = np.array(dot.T, order="C")
+    log_det = np.zeros(len(gram))
+    for j in range(len(a)):
+        square = np.maximum(a[j, j] + ridge, ridge)
+        log_det += np.log(square)
+        a[j, j] = np.sqrt(square)
+        a[j + 1 :, j] /= a[j, j]
+        x[j] /= a[j, j]
+        below = a[j + 1 :, j]
+        a[j + 1 :, j + 1 :] -= below[:, None] * below
+        x[j + 1 :] -= below * x[j]
+    for j in range(len(a) - 1, -1, -1):
+        x[j] /= a[j, j]
+        x[:j] -= a[j, :j] * x[j]
+    return x.T, log_det
