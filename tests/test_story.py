@@ -21,7 +21,7 @@ from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.files.text import write_json
 from stepgauge.reports.diagnosis import diagnosis_story, first_of
-from stepgauge.reports.findings import MOST_ROWS
+from stepgauge.reports.findings import MOST_RIVALS, MOST_ROWS
 from stepgauge.reports.render import markdown, render_html, render_pdf
 from tests.cli.conftest import Run as Command
 from tests.cli.conftest import run  # noqa: F401
@@ -74,7 +74,9 @@ def test_rivals_have_their_own_probability_and_add_up() -> None:
     (effect,) = said("scale, one placement")["effects"]
     first = markdown(diagnosis_story(said("scale, one placement"))).split("## Evidence")[0]
     rows = [line.split(" | ") for line in first.splitlines() if re.match(r"\| (\d+|or) \|", line)]
-    assert [row[4] for row in rows] == [probability(one["share"] * effect["probability"]) for one in effect["set"]]
+    shown = effect["set"][: 1 + MOST_RIVALS]
+    assert [row[4] for row in rows] == [probability(one["share"] * effect["probability"]) for one in shown]
+    assert (f"Further rivals, in the appendix: {len(effect['set']) - len(shown)}." in first) is (effect["set"] != shown)
     assert sum(one["share"] for one in effect["set"]) == pytest.approx(1.0)
     assert len({row[2] for row in rows}) == len(rows)
 

@@ -66,7 +66,7 @@ def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) 
     laws, forms = ([one for one in every if one.named is named] for named in (True, False))
     model = _fitted(search, state, laws, forms, data)
     vague = [one for one in laws if not determined(state, one.term, priors.decision.determined)]
-    apart = [*vague, *_within_forms(laws, forms, data, priors)]
+    apart = [*vague, *_within_forms(laws, forms, state)]
     if apart:
         kept = [one for one in laws if one not in apart]
         model = _fitted(search, state, kept, [*forms, *apart], data)
@@ -101,28 +101,29 @@ def _is_sure(said: Said, solved: Solved, state: State, answer: Answer, priors: P
     return sure(said, state, answer, priors.decision, wider)
 
 
-def _within_forms(laws: list[Said], forms: list[Said], data: Residuals, priors: Priors) -> list[Said]:
+def _within_forms(laws: list[Said], forms: list[Said], state: State) -> list[Said]:
     """The laws that a form over their own covariate may contain (rule 3).
 
-    A form contains no oscillation whose period is shorter than the shortest correlation length of a form.
+    Of oscillations those that are smaller than the form: one that stands out of it is no part of it.
     """
-    told = {one.lead.candidate.kind for one in forms}
-    span = {one.name: float(np.ptp(one.values)) for one in covariates(data)}
 
     def contained(one: Said) -> bool:
-        shortest = [min(priors.forms.lengths) * span[name] for name in told & _lives_in(one.source) if name in span]
-        return bool(shortest) and _period(one) > min(shortest)
+        beside = [form for form in forms if form.lead.candidate.kind in _lives_in(one.source)]
+        if not _oscillates(one.source):
+            return bool(beside)
+        return any(_rms_um(one, state) < _rms_um(form, state) for form in beside)
 
     return [one for one in laws if contained(one)]
 
 
-def _period(said: Said) -> float:
-    """The period of an oscillation, mm or s; zero of one without, and infinite of laws that do not oscillate."""
-    family: Family = said.source
-    if family.law is None or "phase_deg" not in family.law.model_fields:
-        return np.inf
-    atom = family.atoms[said.term.atom]
-    return next((float(atom[name]) for name in ("period_mm", "period_s") if name in atom), 0.0)
+def _oscillates(family: Family) -> bool:
+    return family.law is not None and "phase_deg" in family.law.model_fields
+
+
+def _rms_um(said: Said, state: State) -> float:
+    """Root mean square of the displacement of a term."""
+    place = next(i for i, term in enumerate(state.terms) if term.candidate is said.term.candidate)
+    return float(np.sqrt(np.mean((state.amplitudes(place)[0] @ said.term.columns) ** 2)))
 
 
 def _lives_in(family: Family) -> set[str]:

@@ -108,7 +108,10 @@ def test_a_baseline_without_the_heights_of_its_pillars_is_no_scale_and_no_period
     found = Answer(search, search.run())
     assert found.adequate < 1e-3
     assert found.probability(["scale"]) < 0.2
-    # a wave beside a form over the distance may be part of it: rule 3, and the verdict is unknown
-    named = [term.candidate.label for term in found.best.terms if term.candidate.named]
-    assert not named or "distance" in found.best.labels
+    # a wave that is smaller than a form over the distance may be part of it and is not named (rule 3)
+    moved = {
+        term.candidate.label: float((found.best.amplitudes(place)[0] @ term.columns).std())
+        for place, term in enumerate(found.best.terms)
+    }
+    assert all(um < 0.5 * moved["distance"] for name, um in moved.items() if name in ("scale", "period"))
     assert found.best.scatter.outlying is None or (found.best.scatter.outlying > 0.5).mean() < 0.001
