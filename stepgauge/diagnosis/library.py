@@ -265,9 +265,13 @@ def _taken(atoms: Sequence[dict[str, Any]]) -> frozenset[str]:
 
 
 def _is_positive(law: type[Effect]) -> bool:
-    """Whether the size of a law cannot be negative; that of a wave only turns its phase."""
+    """Whether the size of a law cannot be negative; that of a wave only turns its phase.
+
+    Nor can that of a law without one, whose shapes have their sizes already: a longer lever is no shorter one turned
+    round.
+    """
     bounds = [p.low for p in law.parameters() if p.role == "linear"]
-    return law.kind == "misalignment" or (not _has_phase(law) and bool(bounds) and min(bounds) >= 0.0)
+    return law.kind == "misalignment" or (not _has_phase(law) and min(bounds, default=0.0) >= 0.0)
 
 
 def fixed_values(law: type[Effect]) -> dict[str, Any]:
