@@ -175,19 +175,20 @@ def _told(
     told = [told_by_clock(one, start_s) for one in told]
     shares = np.sum([one.share_um for one in told], axis=0) if told else np.zeros(len(data))
     verdict: Verdict = "unknown" if left else "effects" if told else "adequate"
+    fit = _fit(data, noise, told)
     return Diagnosis(
         verdict,
         tuple(told),
         tuple(_where(search, model, left, priors)),
         tuple(left),
-        _fit(data, noise, told),
+        fit,
         noise,
         recorded,
         recorded.without_origins(recorded.um),
         recorded.without_origins(recorded.um - shares),
         tuple(search.trail),
         placements,
-        tuple(_remarks(found, data, start_s)),
+        (*_remarks(found, data, start_s), *misfit(fit)),
         tuple(nearest_laws(model)),
         odds(answer, told, left),
         checks,
@@ -355,6 +356,13 @@ def _insufficient(data: Residuals) -> Diagnosis:
     noise = Noise(sigma * problem.typical, by_row, max(_degrees(data), 0), none, _repeated(data))
     fit = _fit(data, noise, [])
     return Diagnosis("insufficient", (), (), (), fit, noise, data, data.um, data.um, ())
+
+
+def misfit(fit: Fit) -> Iterator[str]:
+    """That named effects do not reduce the residuals, which must not be overlooked."""
+    if fit.rms_after_um > fit.rms_before_um:
+        before, after = fit.rms_before_um, fit.rms_after_um
+        yield f"the named effects leave {after:.3g} um rms of {before:.3g} um: their values do not fit; do not enter them"
 
 
 def _remarks(found: Searched, data: Residuals, start_s: float) -> Iterator[str]:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy import stats
 
+from stepgauge.diagnosis.engine import misfit
 from stepgauge.diagnosis.solve import _above_zero
 from tests.diagnosis.test_selection import BETWEEN, along, bent, clean, names, told
 
@@ -25,6 +27,13 @@ def test_where_no_uncertainty_is_known_a_negative_size_is_zero() -> None:
     assert _above_zero(-2.0, math.nan)[0] == 0.0
     assert _above_zero(2.0, math.nan)[0] == 2.0
     assert _above_zero(-2.0, 0.0) == (0.0, 0.0)
+
+
+def test_effects_that_leave_more_than_there_was_are_remarked() -> None:
+    fit = told(clean()).fit
+    assert not [*misfit(fit)]
+    (said,) = misfit(replace(fit, rms_before_um=2.36, rms_after_um=2.46))
+    assert "2.46 um rms of 2.36 um" in said
 
 
 def test_repeats_that_drift_are_no_repeatability() -> None:
