@@ -362,7 +362,7 @@ def misfit(fit: Fit) -> Iterator[str]:
     """That named effects do not reduce the residuals, which must not be overlooked."""
     if fit.rms_after_um > fit.rms_before_um:
         before, after = fit.rms_before_um, fit.rms_after_um
-        yield f"the named effects leave {after:.3g} um rms of {before:.3g} um: their values do not fit; do not enter them"
+        yield f"the named effects leave {after:.3g} um rms of {before:.3g} um: do not enter their values"
 
 
 def _remarks(found: Searched, data: Residuals, start_s: float) -> Iterator[str]:
