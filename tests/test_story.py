@@ -93,7 +93,7 @@ def test_nothing_is_repaired_while_a_finding_has_rivals() -> None:
 
 def test_a_structure_without_a_law_is_not_adjusted() -> None:
     steps = first_of(said("unknown"))
-    assert "check: 1: Look for what changes with time." in steps
+    assert "check: 1: Look for what changes with time and position." in steps
     assert any(line.startswith("repair: 1: Nothing: do not adjust") for line in steps)
 
 

@@ -262,6 +262,7 @@ def _located(one: Located, left: bool) -> dict[str, Any]:
         "share": one.share,
         "probability" if left else "probability_if_alone": one.probability,
         "form": one.form,
+        **({"beside": one.beside} if one.beside else {}),
     }
 
 

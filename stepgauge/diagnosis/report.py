@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from stepgauge.diagnosis.forms import SMOOTH
 from stepgauge.diagnosis.practice import counted, name_of
 from stepgauge.diagnosis.words import listed, significant
 
@@ -103,7 +104,9 @@ def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """The forms by covariate: each covariate once, with the faces, its forms, and the largest probability."""
     found: dict[str, dict[str, Any]] = {}
     for one in unexplained:
-        row = found.setdefault(one["covariate"], {"covariate": one["covariate"], "sides": [], "where": [], "p": []})
+        empty = {"covariate": one["covariate"], "sides": [], "where": [], "p": [], "beside": []}
+        row = found.setdefault(one["covariate"], empty)
+        row["beside"] += [one["beside"]] if one.get("beside") and one["form"] == SMOOTH else []
         row["sides"].append(one["side"])
         row["where"].append(one["where"])
         row["p"].append(one["probability"])
@@ -113,6 +116,7 @@ def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
             "side": ", ".join(dict.fromkeys(row["sides"])),
             "where": "; ".join(dict.fromkeys(row["where"])),
             "probability": max(row["p"]),
+            "beside": " and ".join(dict.fromkeys(row["beside"])),
         }
         for row in found.values()
     ]

@@ -72,6 +72,8 @@ KNOTS = (3, 5, 9, 17)
 FEW_KNOTS = 4
 FINER = 17
 """Number of periods that are tried about that of the grid."""
+SLIGHT = 0.02
+"""Weight of a displacement as a whole, over that beside the origins of the placements."""
 UNSEEN = 1e-6
 """Share of a term that must remain beside the origins of the placements."""
 
@@ -165,13 +167,17 @@ class _Fitted:
 
 
 def _fit(terms: Sequence[str], data: Residuals, metric: Metric, left_um: Array, used: NDArray[np.bool_]) -> _Fitted:
-    """Least-squares fit of the residuals by the terms, without those that only shift an origin."""
+    """Least-squares fit of the residuals by the terms, without those that only shift an origin.
+
+    What the origins of the placements take up is determined by nothing: there the smallest displacement is taken.
+    """
     columns = np.array([_column(term, data) for term in terms])
     white, target = metric(columns * used).T, metric(left_um * used)
     seen = np.linalg.norm(white, axis=0) > UNSEEN * np.linalg.norm(columns / metric.sigma_um, axis=1)
     terms, columns, white = [t for t, keep in zip(terms, seen, strict=True) if keep], columns[seen], white[:, seen]
-    coefficients = np.asarray(np.linalg.lstsq(white, target, rcond=1e-9)[0], float)
-    u = np.asarray(np.sqrt(np.maximum(np.diag(np.linalg.pinv(white.T @ white)), 0.0)), float)
+    least = np.vstack([white, SLIGHT * columns.T / metric.sigma_um])
+    coefficients = np.asarray(np.linalg.lstsq(least, np.r_[target, np.zeros(len(data))], rcond=1e-9)[0], float)
+    u = np.asarray(np.sqrt(np.maximum(np.diag(np.linalg.pinv(least.T @ least)), 0.0)), float)
     rest = target - white @ coefficients
     share = np.asarray(coefficients @ columns, float)
     return _Fitted(tuple(terms), coefficients, u, float(target @ target - rest @ rest), share)

@@ -300,6 +300,8 @@ def _centred(panel: Panel, law: UnknownLaw, data: Residuals) -> Panel:
 
 def _title(law: UnknownLaw) -> str:
     covariate = in_words(law.located.covariate)
+    if law.located.beside and law.located.form == SMOOTH:
+        covariate += f" and {in_words(law.located.beside)}"
     return f"no known law: {TITLES[law.located.form].format(covariate=covariate)}"
 
 

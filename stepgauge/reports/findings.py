@@ -130,7 +130,8 @@ def _spaced(match: re.Match[str]) -> str:
 
 
 def _of_form(row: Said, told: Words) -> Remedy:
-    return filled(UNKNOWN_FORM, covariate=str(row["covariate"]))
+    both = f"{row['covariate']} and {row['beside']}" if row.get("beside") else str(row["covariate"])
+    return filled(UNKNOWN_FORM, covariate=both)
 
 
 def _remedy(effect: Said, told: Words) -> Remedy:

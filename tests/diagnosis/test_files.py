@@ -87,7 +87,10 @@ def test_the_json_keeps_the_contract(name: str) -> None:
             assert set(parameter) in ({"value"}, {"value", "u", "unit"})
     for one in data["located"] + data["unexplained"]:
         (stated,) = {"probability", "probability_if_alone"} & set(one)
-        assert set(one) == {"covariate", "side", "where", "share", stated, "form"}
+        assert set(one) - {"beside"} == {"covariate", "side", "where", "share", stated, "form"}
+        assert (
+            "beside" not in one or f"{one['covariate']} and {one['beside']}" in one["where"] or one["form"] != "smooth"
+        )
         assert 0.0 <= one[stated] <= 1.0
     assert all(math.isfinite(number) for number in numbers(data))
     json.dumps(data, allow_nan=False)
