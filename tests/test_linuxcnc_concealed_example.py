@@ -88,6 +88,12 @@ def growth(per: str) -> dict[str, object]:
     return {"kind": "noise_growth", "parameters": parameters}
 
 
+def drift(direction: object) -> dict[str, object]:
+    """A drift of the size that is hidden."""
+    rate = {"value": 1800.0, "u": 20.0, "unit": "um/h"}
+    return {"kind": "thermal_drift", "parameters": {"direction": {"value": direction}, "rate_um_per_h": rate}}
+
+
 WARM = {
     "kind": "scale_temperature",
     "parameters": {"axis": {"value": "x"}, "delta_K": {"value": -3.5, "u": 0.1, "unit": "K"}},
@@ -114,6 +120,12 @@ WARM = {
         ("scale", "unknown", [scale()], False),
         ("scale", "adequate", [], False),
         ("debounce", "effects", [DELAY], False),
+        ("drift", "effects", [drift("x")], True),
+        ("drift", "effects", [drift([0.9992, 0.0265, 0.0314])], True),
+        ("drift", "effects", [drift([-0.9992, 0.0265, 0.0314])], True),
+        ("drift", "effects", [drift([0.99, 0.14, 0.0])], False),
+        ("drift", "effects", [drift("y")], False),
+        ("drift", "effects", [drift([0.0, 1.0, 0.0])], False),
     ],
 )
 def test_the_scorer_tells_right_from_wrong(tmp_path: Path, case: str, verdict: str, effects: list, right: bool):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,9 @@ and five values are judged in each; at 3 one run in seventy would fail by chance
 LATCH = ("noise_growth", "speed")
 """Always true where two speeds were measured: a latch scatters by the way travelled in its period."""
 
+AXES = ("x", "y", "z")
+NEAR_DEG = 4.0
+"""A fitted direction that is nearer to an axis is that axis: a second motion of a fifteenth does not show in a run."""
 CHOICES = ("axis", "direction", "per")
 """Parameters that say which one of its kind an effect is."""
 
@@ -67,7 +71,17 @@ def score(case: str, diagnosis: Path) -> Score:
 
 
 def _names(effect: dict[str, Any], truth: TrueEffect) -> bool:
-    return effect["kind"] == truth.kind and _choice(effect) == truth.choice
+    if effect["kind"] != truth.kind:
+        return False
+    return _choice(effect) == truth.choice or _points_along(effect, truth.choice)
+
+
+def _points_along(effect: dict[str, Any], axis: str) -> bool:
+    """Whether the effect has a fitted direction, and this agrees with a machine axis."""
+    direction = effect["parameters"].get("direction", {}).get("value")
+    if not isinstance(direction, list) or axis not in AXES:
+        return False
+    return math.degrees(math.acos(min(abs(direction[AXES.index(axis)]) / math.hypot(*direction), 1.0))) < NEAR_DEG
 
 
 def _choice(effect: dict[str, Any]) -> str:
