@@ -122,7 +122,7 @@ WARM = {
         ("debounce", "effects", [DELAY], False),
         ("drift", "effects", [drift("x")], True),
         ("drift", "effects", [drift([0.9992, 0.0265, 0.0314])], True),
-        ("drift", "effects", [drift([-0.9992, 0.0265, 0.0314])], True),
+        ("drift", "effects", [drift([-0.9992, 0.0265, 0.0314])], False),
         ("drift", "effects", [drift([0.99, 0.14, 0.0])], False),
         ("drift", "effects", [drift("y")], False),
         ("drift", "effects", [drift([0.0, 1.0, 0.0])], False),

@@ -81,7 +81,7 @@ def _points_along(effect: dict[str, Any], axis: str) -> bool:
     direction = effect["parameters"].get("direction", {}).get("value")
     if not isinstance(direction, list) or axis not in AXES:
         return False
-    return math.degrees(math.acos(min(abs(direction[AXES.index(axis)]) / math.hypot(*direction), 1.0))) < NEAR_DEG
+    return math.degrees(math.acos(min(direction[AXES.index(axis)] / math.hypot(*direction), 1.0))) < NEAR_DEG
 
 
 def _choice(effect: dict[str, Any]) -> str:
