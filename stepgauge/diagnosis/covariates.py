@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.choices import pauses_s
-from stepgauge.diagnosis.library import SEEN_SHARE
+from stepgauge.diagnosis.library import SEEN_SHARE, reached_axes
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.recording import COUNTS, OPTIONAL, REQUIRED
 from stepgauge.recording.columns import STYLUS
@@ -58,11 +58,15 @@ def everywhere(data: Residuals) -> list[Covariate]:
 
 
 def covariates(data: Residuals) -> list[Covariate]:
-    """All covariates of a recording that vary."""
+    """All covariates of a recording that vary.
+
+    A coordinate along which no gauge reaches tells placements apart, and their faces by how the gauge happens to lie:
+    the scatter may depend on it, a displacement is the origin's.
+    """
     frame = data.frame
     order = np.empty(len(data))
     order[data.order] = np.arange(len(data))
-    found = _places(data, _reached(data))
+    found = _places(data, reached_axes(data))
     runs = len(frame[["placement", "cycle"]].drop_duplicates())
     found += [Covariate("cycle", "", frame["cycle"].to_numpy(float))] if runs * FEWEST_IN_CYCLE <= len(data) else []
     found += _times(data)
@@ -81,16 +85,6 @@ def covariates(data: Residuals) -> list[Covariate]:
 def _places(data: Residuals, axes: Iterable[str] = AXES) -> list[Covariate]:
     machine = [Covariate(f"machine {axis}", "mm", _place_mm(data, axis)) for axis in axes]
     return [Covariate("position", "mm", data.probings.certified_mm()), *machine]
-
-
-def _reached(data: Residuals) -> list[str]:
-    """The machine axes along which a gauge reaches.
-
-    Another coordinate tells placements apart, and their faces by how the gauge happens to lie: the scatter may depend
-    on it, a displacement is the origin's.
-    """
-    reach = np.abs(list(data.probings.setting.axis.values())).max(axis=0)
-    return [axis for axis, far in zip(AXES, reach, strict=True) if far > SEEN_SHARE]
 
 
 def _times(data: Residuals) -> list[Covariate]:

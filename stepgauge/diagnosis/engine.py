@@ -313,16 +313,16 @@ def _span(per: str, data: Residuals) -> float:
 def _fit(data: Residuals, noise: Noise, told: Sequence[Finding]) -> Fit:
     """Agreement before and after; chi-square by the repeatability, which what is named does not make larger."""
     problem = bare_problem(data)
-    named_um = np.sum([one.share_um for one in told], axis=0) if told else np.zeros(len(data))
-    repeating_um = problem.repeating_um(data.um - named_um) if noise.repeats else None
+    columns = [one.share_um for one in told if one.share_um.any()]
+    design = np.array(columns).T if columns else np.zeros((len(data), 0))
+    left_um = data.um - design.sum(axis=1)
+    repeating_um = problem.repeating_um(left_um) if noise.repeats else None
     used = np.isfinite(noise.by_row_um)
     # what moves a face from repeat to repeat is no repeatability: not more than the scatter of the stated model
     stated_um = _rms(noise.by_row_um[used]) / problem.typical
     sigma_um = max(min(stated_um, repeating_um or np.inf), SMALLEST_SIGMA_UM)
     scatters = Scatters(problem, shipped_priors())
     metric = Metric(problem, scatters.plain(), scatters, sigma_um)
-    columns = [one.share_um for one in told if one.share_um.any()]
-    design = np.array(columns).T if columns else np.zeros((len(data), 0))
     none = np.zeros((len(data), 0))
     holdout = {
         folds.by: (
@@ -331,14 +331,14 @@ def _fit(data: Residuals, noise: Noise, told: Sequence[Finding]) -> Fit:
         )
         for folds in make_folds(data)
     }
-    before, after = metric(data.um * used), metric((data.um - design.sum(axis=1)) * used)
+    before, after = metric(data.um * used), metric(left_um * used)
     free = sum(len(one.parameters) for one in told if one.share_um.any())
     dof = max(int(used.sum()) - len(problem.free), 1)
     return Fit(
         noise.sigma_um,
         noise.dof,
         _rms(data.without_origins(data.um)[used]),
-        _rms(data.without_origins(data.um - design.sum(axis=1))[used]),
+        _rms(data.without_origins(left_um)[used]),
         holdout,
         float(before @ before) / dof,
         float(after @ after) / max(dof - free, 1),

@@ -45,6 +45,7 @@ EXPONENTS = np.geomspace(0.15, 3.0, 10)
 """Of a decay with the number of touches that is no exponential."""
 ROUGH_LENGTHS = (0.015, 0.1)
 VOLUME_LENGTHS = (0.25, 0.6)
+"""Correlation lengths of what changes with two coordinates, over the span of each."""
 KNOTS, ROUGH_KNOTS = 40, 120
 OVERTONES = 5
 """Of a wave that is no sine; the k-th has the k-th part of the first's standard deviation."""

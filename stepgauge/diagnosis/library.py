@@ -142,14 +142,20 @@ def _is_shown(law: type[Effect], choices: dict[str, Any], atom: dict[str, Any], 
     Where it does not, a step of some millimetres along that axis would stand for one of some micrometres along the
     gauge, and how the gauge happens to lie for an axis that leans.
     """
-    reach = np.abs(list(data.probings.setting.axis.values())).max(axis=0)
-    if any(reach["xyz".index(axis)] <= SEEN_SHARE for axis in choices.get("plane", "")):
+    reached = reached_axes(data)
+    if not set(choices.get("plane", "")) <= set(reached):
         return False
     linear = [p.name for p in law.parameters() if p.role == "linear"]
     moved = _made(law, fixed_values(law) | choices | atom | dict.fromkeys(linear, 1.0)).displacement_um(data.probings)
     if len(moved) != 1 or not set(moved) <= set("xyz"):
         return True
-    return bool(reach["xyz".index(next(iter(moved)))] > SEEN_SHARE)
+    return next(iter(moved)) in reached
+
+
+def reached_axes(data: Residuals) -> list[str]:
+    """The machine axes along which some gauge reaches."""
+    reach = np.abs(list(data.probings.setting.axis.values())).max(axis=0)
+    return [axis for axis, far in zip("xyz", reach, strict=True) if far > SEEN_SHARE]
 
 
 def _beside_origins(columns: Array, data: Residuals) -> Array:

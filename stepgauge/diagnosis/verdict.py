@@ -95,7 +95,7 @@ def _is_sure(said: Said, solved: Solved, state: State, answer: Answer, priors: P
     """Whether a law is determined, also beside all shapes of the others where its size is its only parameter."""
     known = [(one.value, one.u) for one in solved.parameters.values() if one.u is not None]
     if len(known) == 1 and solved.family.directions is None:
-        (value, u) = known[0]
+        value, u = known[0]
         if abs(value) < priors.decision.determined * u * wider:
             return False
     return sure(said, state, answer, priors.decision, wider)

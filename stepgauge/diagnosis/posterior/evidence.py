@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import cast
 
 import numpy as np
@@ -20,7 +19,7 @@ from scipy.linalg import get_lapack_funcs
 
 from stepgauge.diagnosis.posterior.metric import Rows, nuisances
 from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Law, Problem, Term
+from stepgauge.diagnosis.posterior.problem import Law, Problem, Term, slices
 from stepgauge.diagnosis.posterior.scatter import Scatter, Scatters
 
 Array = NDArray[np.float64]
@@ -134,13 +133,13 @@ class Evidence:
 
     def _gram(self, terms: tuple[Term, ...], scatter: Scatter, base: _Base) -> Array:
         """Products of the residual and all columns; those of two terms are computed once."""
-        ends = np.cumsum([len(base.gram), *(len(term.columns) for term in terms)])
-        gram = np.empty((ends[-1], ends[-1]))
-        gram[: ends[0], : ends[0]] = base.gram
-        own = [slice(a, b) for a, b in pairwise(ends)]
+        first, *own = slices([len(base.gram), *(len(term.columns) for term in terms)])
+        size = own[-1].stop if own else first.stop
+        gram = np.empty((size, size))
+        gram[first, first] = base.gram
         for i, (one, term) in enumerate(zip(own, terms, strict=True)):
             beside = self._product(term, None, scatter, base)
-            gram[: ends[0], one], gram[one, : ends[0]] = beside, beside.T
+            gram[first, one], gram[one, first] = beside, beside.T
             for other, another in zip(own[: i + 1], terms, strict=False):
                 product = self._product(term, another, scatter, base)
                 gram[one, other], gram[other, one] = product, product.T
@@ -292,8 +291,7 @@ class _Likelihood:
 
 
 def _slices(terms: tuple[Term, ...]) -> list[slice]:
-    ends = np.cumsum([0, *(len(term.columns) for term in terms)]).tolist()
-    return [slice(a, b) for a, b in pairwise(ends)]
+    return slices(len(term.columns) for term in terms)
 
 
 def _amplitudes(state: State) -> tuple[Array, Array]:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.posterior.look import Beside, Look
 from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.problem import Smooth
+from stepgauge.diagnosis.posterior.problem import Smooth, slices
 
 Array = NDArray[np.float64]
 MOST_FEATURES, SEEN_FEATURES = 90, 0.99
@@ -25,7 +24,7 @@ class Kernels:
     def __init__(self, smooth: Sequence[Smooth]) -> None:
         self.smooth = smooth
         chosen = [_chosen(features) for one in smooth for features in one.features]
-        self.slices = _slices([len(one) for one in chosen])
+        self.slices = slices([len(one) for one in chosen])
         self.features = np.concatenate(chosen) if chosen else np.zeros((0, 0))
 
 
@@ -52,7 +51,7 @@ class Features:
         turned = [_turned(mapped[own]) for own in kernels.slices]
         self.value = np.concatenate([value for value, _ in turned]) if turned else np.zeros(0)
         self.white = np.concatenate([white for _, white in turned]) if turned else np.zeros((0, 0))
-        self.slices = _slices([len(value) for value, _ in turned])
+        self.slices = slices([len(value) for value, _ in turned])
         self.first = np.array([own.start for own in self.slices], np.intp)
 
     def looks(self, beside: Beside) -> Iterator[Look]:
@@ -91,11 +90,6 @@ class Features:
             volume = total - float(by_atom[atom]) - float(np.log(one.atoms))
             yield Look(one, total + one.log_odds, volume, atom, float(sizes[own[atom].argmax()]))
             first += one.atoms
-
-
-def _slices(counts: Sequence[int]) -> list[slice]:
-    ends = np.cumsum([0, *counts]).tolist()
-    return [slice(a, b) for a, b in pairwise(ends)]
 
 
 def _turned(white: Array) -> tuple[Array, Array]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -244,3 +245,9 @@ class Problem:
         every = np.maximum(np.bincount(self.group, weight), 1e-300)
         mean = np.bincount(self.group, um * weight) / every
         return float(np.sqrt(((um - mean[self.group]) ** 2 * weight).sum() / dof))
+
+
+def slices(counts: Iterable[int]) -> list[slice]:
+    """The parts of an array that is put together of some, one after the other."""
+    ends = np.cumsum([0, *counts]).tolist()
+    return [slice(a, b) for a, b in pairwise(ends)]
