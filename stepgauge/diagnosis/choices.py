@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.usual import PART_OF
 from stepgauge.effects import Effect, Parameter
 from stepgauge.effects.base import Axis, Vector
 from stepgauge.probes import MechanicalProbe
@@ -108,7 +109,7 @@ def choice_odds(kind: str, choices: Mapping[str, Any], priors: Priors) -> float:
     if kind == "thermal_bending" and on_one_part(choices["column"], choices.get("minus", "")):
         return priors.laws.same_part
     part = choices.get("of") if kind == "thermal_expansion_of" else choices.get("axis")
-    read = {_PART_OF.get(choices.get(name, ""), part) for name in ("column", "minus")}
+    read = {PART_OF.get(choices.get(name, ""), part) for name in ("column", "minus")}
     return 1.0 if part is None or read == {part} else 1.0 / priors.laws.same_part
 
 
@@ -185,8 +186,6 @@ def goes_both_ways(data: Residuals) -> bool:
     return bool(min((way > 0).sum(), (way < 0).sum()) >= FEWEST_BACK * len(data))
 
 
-_PART_OF = {"gauge_temperature_C": "gauge"} | {f"scale_temperature_{axis}_C": axis for axis in "xyz"}
-"""The documented columns of temperatures, and the part that each is read on: an axis with its scale, or the gauge."""
 _ORDERS = {"scale_joint": (0, 1), "error_motion": (2, 3), "thermal_bending": (1, 2)}
 _SHOWN: dict[str, Callable[[Residuals], bool]] = {
     "lever_arm": _has_modelled_pretravel,

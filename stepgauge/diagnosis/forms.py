@@ -40,6 +40,7 @@ Shape = Sequence[Array] | Array
 """Features of each kernel, ``(m, n)`` each, or signatures of each period, ``(atoms, d, n)``."""
 TREND, SMOOTH, ROUGH, LAGGED, WAVE = "trend", "smooth", "rough", "lagged", "wave"
 LENGTH, LEVELS, LOOP, HARMONICS, BEAT = "changing length", "levels", "loop", "harmonics", "beat"
+SAWTOOTH = "sawtooth"
 DECAY = "power law"
 EXPONENTS = np.geomspace(0.15, 3.0, 10)
 """Of a decay with the number of touches that is no exponential."""
@@ -50,6 +51,8 @@ KNOTS, ROUGH_KNOTS = 40, 120
 OVERTONES = 5
 """Of a wave that is no sine; the k-th has the k-th part of the first's standard deviation."""
 PERIODS_PER_SPAN = 4.0
+PHASES = 16
+"""Of a sawtooth, which is not a sum of a sine and a cosine."""
 MOST_PERIODS = 40.0
 FEWEST_DIRECTIONS = 8
 WANDERING = ("time", "order")
@@ -144,6 +147,7 @@ def _said(data: Residuals, priors: Priors) -> Iterator[_Said]:
         yield _of_one(one, data, priors)
         if one.name in REPEATING:
             yield _waves(one, data, priors)
+            yield _sawteeth(one, data, priors)
         if one.name.startswith(TOUCHES):
             decays = (1.0 + one.values) ** -EXPONENTS[:, None, None]
             yield _Said(one.name, one.unit, DECAY, decays, tuple(EXPONENTS), ("approach", "gauge"))
@@ -227,8 +231,7 @@ def _between(u: Array, knots: Array) -> Array:
 
 def _waves(one: Covariate, data: Residuals, priors: Priors) -> _Said:
     """Periodic functions of any shape: a fundamental and its harmonics."""
-    span, most = float(np.ptp(one.values)), min(one.steps / 4.0, MOST_PERIODS)
-    turns = np.arange(2.0, most, 1.0 / PERIODS_PER_SPAN)
+    span, turns = float(np.ptp(one.values)), _turns(one)
     first = np.exp(2j * np.pi * turns[:, None] * ((one.values - one.values.min()) / span))
     overtones = [first]
     while len(overtones) < OVERTONES:  # a product is ten times as fast as another sine and cosine
@@ -236,6 +239,22 @@ def _waves(one: Covariate, data: Residuals, priors: Priors) -> _Said:
     shrunk = np.stack(overtones, axis=1) / np.arange(1, OVERTONES + 1)[:, None]
     waves = np.concatenate([shrunk.imag, shrunk.real], axis=1)
     return _Said(one.name, one.unit, WAVE, waves, tuple(span / turns), _wave_sides(one, data), priors.forms.wave)
+
+
+def _turns(one: Covariate) -> Array:
+    """Numbers of periods over a covariate that are tried, ``(f,)``."""
+    return np.arange(2.0, min(one.steps / 4.0, MOST_PERIODS), 1.0 / PERIODS_PER_SPAN)
+
+
+def _sawteeth(one: Covariate, data: Residuals, priors: Priors) -> _Said:
+    """What creeps and is thrown back, over and over: a control with hysteresis, a table that is applied in steps."""
+    span, turns = float(np.ptp(one.values)), _turns(one)
+    phases = np.arange(PHASES) / PHASES
+    passed = turns[:, None, None] * ((one.values - one.values.min()) / span) + phases[:, None]
+    teeth = (passed % 1.0 - 0.5) * np.sqrt(12.0)
+    shapes = tuple((span / f, phase) for f in turns.tolist() for phase in phases.tolist())
+    sides = _wave_sides(one, data)
+    return _Said(one.name, one.unit, SAWTOOTH, teeth.reshape(-1, 1, len(data)), shapes, sides, priors.forms.wave)
 
 
 def _wave_sides(one: Covariate, data: Residuals) -> tuple[str, ...]:

@@ -72,7 +72,7 @@ def sizes_of(family: Family, priors: Priors, data: Residuals) -> Sizes:
     """
     assert family.law is not None
     span_mm = float(np.ptp(data.probings.certified_mm()))
-    usual = usual_size(family.law, priors, data.gauge, data.machine, span_mm).size
+    usual = usual_size(family.law, priors, data.gauge, data.machine, span_mm, family.choices).size
     if family.kind == "misalignment":
         wide = priors.sizes.about(usual)
         return Sizes(wide.sd**2, wide.log_weight)

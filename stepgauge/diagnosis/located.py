@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import AXES
-from stepgauge.diagnosis.forms import BEAT, DECAY, HARMONICS, LAGGED, LENGTH, LEVELS, LOOP, TREND, WAVE, Form
+from stepgauge.diagnosis.forms import BEAT, DECAY, HARMONICS, LAGGED, LENGTH, LEVELS, LOOP, SAWTOOTH, TREND, WAVE, Form
 from stepgauge.diagnosis.posterior.problem import Candidate
 from stepgauge.diagnosis.result import Located
 
@@ -18,6 +18,14 @@ CHANGED = 3.0
 """Standard deviations from which a form counts as changed."""
 QUIET = 0.3
 """Share of the record without any change from which the rest is stated as the part in which the form acts."""
+
+WORDS = {
+    TREND: "proportional to {name}",
+    LEVELS: "all readings of a {name} are off together, each {name} by an amount of its own",
+    LOOP: "a separate curve along the gauge for each direction of travel",
+    HARMONICS: "depends on the direction of approach about the stylus",
+}
+"""Forms without a number."""
 
 
 def located(candidate: Candidate, atom: int, probability: float, share: float = 1.0) -> Located:
@@ -39,10 +47,12 @@ def _moved(side: str) -> str:
 
 def _words(form: Form, shape: str, number: object) -> str:
     name, unit = form.covariate, f" {form.unit}".rstrip()
-    if shape == TREND:
-        return f"proportional to {name}"
+    if shape in WORDS:
+        return WORDS[shape].format(name=name)
     if shape == WAVE:
         return f"a periodic function of {name}, period {number:.4g}{unit}"
+    if shape == SAWTOOTH and isinstance(number, tuple):
+        return f"creeps with {name} and is thrown back, a sawtooth of period {number[0]:.4g}{unit}"
     if shape == LAGGED:
         return f"proportional to {name} after a first-order lag, time constant {number:.3g} s"
     if shape == LENGTH:
@@ -52,12 +62,6 @@ def _words(form: Form, shape: str, number: object) -> str:
         return f"periodic along the gauge, period {number[0]:.4g} mm, and in {name}, period {number[1]:.4g}{unit}"
     if shape == DECAY:
         return f"decays with {name} by a power law, exponent {number:.2g}, not exponentially"
-    if shape == LEVELS:
-        return f"all readings of a {name} are off together, each {name} by an amount of its own"
-    if shape == LOOP:
-        return "a separate curve along the gauge for each direction of travel"
-    if shape == HARMONICS:
-        return "depends on the direction of approach about the stylus"
     beside = f" and {form.beside}" if form.beside else ""
     return f"a smooth function of {name}{beside}"
 

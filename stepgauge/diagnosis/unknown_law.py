@@ -35,6 +35,8 @@ from stepgauge.diagnosis.forms import (
     LEVELS,
     OVERTONES,
     PERIODS_PER_SPAN,
+    PHASES,
+    SAWTOOTH,
     TREND,
     WAVE,
 )
@@ -71,7 +73,7 @@ KNOTS = (3, 5, 9, 17)
 """Numbers of bends of a function that are tried."""
 FEW_KNOTS = 4
 FINER = 17
-"""Number of periods that are tried about that of the grid."""
+"""Number of periods, and of phases, that are tried about those of the grid."""
 SLIGHT = 0.02
 """Weight of a displacement as a whole, over that beside the origins of the placements."""
 UNSEEN = 1e-6
@@ -149,12 +151,16 @@ def _best_law(
 def _about(located: Located, data: Residuals) -> Iterator[Located]:
     """The form with periods within a step of its grid; other forms unchanged."""
     one = next((c for c in covariates(data) if c.name == located.covariate), None)
-    if located.form != WAVE or one is None:
+    if located.form not in (WAVE, SAWTOOTH) or one is None:
         yield located
         return
-    turns = float(np.ptp(one.values)) / float(located.numbers)
-    for near in turns + np.linspace(-1.0, 1.0, FINER) / PERIODS_PER_SPAN:
-        yield replace(located, numbers=float(np.ptp(one.values)) / near)
+    span, steps = float(np.ptp(one.values)), np.linspace(-1.0, 1.0, FINER)
+    period, *phase = np.atleast_1d(located.numbers).tolist()
+    for near in span / (span / period + steps / PERIODS_PER_SPAN):
+        if not phase:
+            yield replace(located, numbers=float(near))
+        for step in steps if phase else ():
+            yield replace(located, numbers=(float(near), phase[0] + float(step) / PHASES))
 
 
 @dataclass(frozen=True)
@@ -198,7 +204,7 @@ def _law(located: Located, side: str, fitted: _Fitted) -> UnknownLaw:
         formula = " + ".join(f"{name} * {term}" for name, term, _ in part)
         effects.append(Empirical(formula=formula, coefficients={name: float(f"{c:.12g}") for name, _, c in part}))
     estimates = {name: Estimate(c, float(u), "um") for (name, _, c), u in zip(named, fitted.u, strict=True)}
-    period = float(located.numbers) if located.form == WAVE else None
+    period = float(np.atleast_1d(located.numbers)[0]) if located.form in (WAVE, SAWTOOTH) else None
     return UnknownLaw(located, side, tuple(effects), estimates, fitted.share_um, period)
 
 
@@ -235,6 +241,10 @@ def _of_covariate(located: Located, side: str, one: Covariate, name: str, data: 
     elif located.form == WAVE:
         angle = f"2 * pi * {name} / {float(located.numbers):.12g}"
         yield [f"{wave}({order} * {angle})" for order in range(1, OVERTONES + 1) for wave in ("sin", "cos")]
+    elif located.form == SAWTOOTH:
+        period, phase = located.numbers
+        begin = float(x.min()) - phase * period
+        yield [f"(({name} - {begin:.12g}) % {period:.12g} - {0.5 * period:.12g})"]
     elif located.form == BEAT:
         first, second = located.numbers
         angles = [f"(2 * pi * position_mm / {first:.12g})", f"(2 * pi * {name} / {second:.12g})"]

@@ -7,7 +7,7 @@ power of its length, and a defect of a block is one only beyond what its certifi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,13 +35,19 @@ def usual_size(
     gauge: Gauge | None = None,
     machine: Machine | None = None,
     span_mm: float | None = None,
+    choices: Mapping[str, object] | None = None,
 ) -> Usual:
     """The usual size of a law; without a gauge or a machine file that of the table.
 
-    ``span_mm``: from the first to the last position that is measured; without it the length of the gauge.
+    ``span_mm``: from the first to the last position that is measured; without it the length of the gauge. ``choices``:
+    those of the law, such as its column.
     """
     prior = priors.laws.of(law.kind)
     factors = dict(_BASES[prior.basis](priors.sizes, gauge, machine))
+    if choices is not None and is_corrected(law.kind, choices):
+        factors["the evaluation corrects for this temperature: what is left is of the coefficient"] = (
+            priors.laws.corrected
+        )
     if gauge is not None and is_per_length(law):
         span = float(gauge.position_mm[-1]) if span_mm is None else span_mm
         if 0.0 < span < priors.sizes.shortest_mm:
@@ -49,6 +55,15 @@ def usual_size(
                 priors.sizes.shortest_mm / span
             )
     return Usual(prior.usual * float(np.prod(list(factors.values()))), factors)
+
+
+PART_OF = {"gauge_temperature_C": "gauge"} | {f"scale_temperature_{axis}_C": axis for axis in "xyz"}
+"""The documented columns of temperatures, and the part that each is read on: an axis with its scale, or the gauge."""
+
+
+def is_corrected(kind: str, choices: Mapping[str, object]) -> bool:
+    """Whether a length follows the temperature for which the evaluation corrects it."""
+    return kind == "thermal_expansion_of" and PART_OF.get(str(choices["column"])) == choices["of"]
 
 
 def is_per_length(law: type[Effect]) -> bool:

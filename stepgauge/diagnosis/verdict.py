@@ -162,7 +162,7 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
             min(sum(one.share for one in rivals), 1.0),
             solved.displacement_um(data),
             own=answer.probability([label]),
-            confounded_with=(*kinds, *together(several, label, solved.family.kind, priors.decision.in_set)),
+            confounded_with=(*kinds, *together(several, label, solved.family.kind, priors.decision)),
             alternatives=same,
             members=tuple(_members(said, rivals, wide, model, data)),
             several=tuple(

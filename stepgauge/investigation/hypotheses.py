@@ -78,7 +78,7 @@ Worth = dict[frozenset[str], tuple[tuple[Part, ...], float]]
 def _computed(found: Searched) -> Worth:
     """For each set of labels the most probable hypothesis that was computed, and its log posterior."""
     worth: Worth = {}
-    for state in found.search.evidence.visited.values():
+    for state in found.search.evidence.current:
         if state.labels not in worth or worth[state.labels][1] < state.log_posterior:
             parts = tuple(Part(term.candidate, term.atom, term.sd) for term in state.terms)
             worth[state.labels] = (parts, state.log_posterior)

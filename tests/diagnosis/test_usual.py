@@ -55,6 +55,18 @@ def test_a_block_defect_is_one_beyond_the_certificate() -> None:
     assert usual("block_defect", poor) > 15.0 * usual("block_defect")
 
 
+def test_of_a_temperature_that_is_corrected_only_the_coefficient_is_left() -> None:
+    kind = KINDS["thermal_expansion_of"]
+    sizes = {
+        (column, of): usual_size(kind, PRIORS, choices={"column": column, "of": of}).size
+        for column in ("gauge_temperature_C", "scale_temperature_x_C", "bridge_C")
+        for of in ("gauge", "x")
+    }
+    corrected = {("gauge_temperature_C", "gauge"), ("scale_temperature_x_C", "x")}
+    assert {size for which, size in sizes.items() if which in corrected} == {1.0}
+    assert {size for which, size in sizes.items() if which not in corrected} == {5.0}
+
+
 def test_a_longer_stylus_bends_with_its_third_power() -> None:
     long = replace(ON, probe=ON.probe.model_copy(update={"stylus_length_mm": 100.0}))
     assert usual("kinematic_pretravel", STEPS, long) == pytest.approx(8.0 * usual("kinematic_pretravel", STEPS, ON))

@@ -155,10 +155,10 @@ def _findings(found: Searched, by_row: Sequence[Array]) -> Iterator[MapFinding]:
     several = found.answer.alternatives(LEAST_ODDS)
     known = estimates(found.rows.model.table, found.fitted)
     for place, parameters in enumerate(known):
-        candidate, least = found.laws[place].lead.candidate, found.priors.decision.in_set
-        spread = spread_factor(found.answer, found.state, candidate.label, least)
+        candidate, decision = found.laws[place].lead.candidate, found.priors.decision
+        spread = spread_factor(found.answer, found.state, candidate.label, decision.in_set)
         factor = max(spread, float(found.moved_by_slight[place])) * found.wider
-        others = together(several, candidate.label, candidate.kind, least)
+        others = together(several, candidate.label, candidate.kind, decision)
         yield _finding(found, place, widened(parameters, factor), others, by_row)
 
 

@@ -89,13 +89,13 @@ class Answer:
 
     def __init__(self, search: Search, best: State) -> None:
         self.search, self.best = search, best
-        self.places = tuple(self._place(place) for place in range(len(best.terms)))
+        self.places = tuple(place_of(search, best, place) for place in range(len(best.terms)))
 
     @cached_property
     def hypotheses(self) -> list[Hypothesis]:
         """All hypotheses computed, one for each set of labels."""
         found: dict[tuple[object, ...], Hypothesis] = {}
-        for state in self.search.evidence.visited.values():
+        for state in self.search.evidence.current:
             candidates = tuple(term.candidate for term in state.terms)
             one = Hypothesis(candidates, state.scatter, state.log_posterior)
             key = (one.labels, state.scatter.kind)
@@ -136,29 +136,6 @@ class Answer:
         found = [not one.candidates and one.scatter.plain for one in self.hypotheses]
         return float(self.weights[found].sum())
 
-    def _place(self, place: int) -> Place:
-        search, best = self.search, self.best
-        base = search.without(best, place)
-        looks = search.beside(base)
-        own = next(look for look in looks if look.candidate is best.terms[place].candidate)
-        exact = best.log_posterior - base.log_posterior
-        worth: list[tuple[Look, float, State | None]] = [(own, exact, best)]
-        computed = 0
-        for look in looks:
-            if look is own or look.gain < own.gain - NEAR:
-                continue
-            if computed < COMPUTED:
-                state = search.added(base, look)
-                worth.append((look, state.log_posterior - base.log_posterior, state))
-                computed += 1
-            else:
-                worth.append((look, look.gain + exact - own.gain, None))
-        share = special.softmax([0.0, *(value for _, value, _ in worth)])
-        rivals = [
-            Rival(look.candidate, float(s), look, state) for (look, _, state), s in zip(worth, share[1:], strict=True)
-        ]
-        return Place(place, (rivals[0], *sorted(rivals[1:], key=lambda one: -one.share)), float(share[0]))
-
     def alternatives(self, least_odds: float) -> list[Alternative]:
         """Hypotheses with several terms in place of terms of the best, with odds of at least ``least_odds``.
 
@@ -188,7 +165,7 @@ class Answer:
     def _likeliest(self) -> dict[frozenset[str], State]:
         """The most probable state that was computed for each set of terms."""
         found: dict[frozenset[str], State] = {}
-        for state in self.search.evidence.visited.values():
+        for state in self.search.evidence.current:
             if state.labels not in found or found[state.labels].log_posterior < state.log_posterior:
                 found[state.labels] = state
         return found
@@ -230,7 +207,7 @@ class Answer:
         if own is None:
             return None
         near = self.best.log_posterior + float(np.log(least))
-        every = (one for one in self.search.evidence.visited.values() if one.log_posterior >= near)
+        every = (one for one in self.search.evidence.current if one.log_posterior >= near)
         every = (one for one in every if not one.labels & set(without))
         held = [(one, i) for one in every for i, term in enumerate(one.terms) if term.key[:2] == own.key[:2]]
         if not held:
@@ -240,6 +217,30 @@ class Answer:
         means, covariances = zip(*(state.amplitudes(place) for state, place in held), strict=True)
         weight = np.asarray(special.softmax([state.log_posterior for state, _ in held]))
         return weight, as_own[:, None] * means, as_own[:, None, None] ** 2 * covariances
+
+
+def place_of(search: Search, best: State, place: int) -> Place:
+    """A term of a hypothesis with its rivals; those that only were rated count with their looks."""
+    base = search.without(best, place)
+    looks = search.beside(base)
+    own = next(look for look in looks if look.candidate is best.terms[place].candidate)
+    exact = best.log_posterior - base.log_posterior
+    worth: list[tuple[Look, float, State | None]] = [(own, exact, best)]
+    computed = 0
+    for look in looks:
+        if look is own or look.gain < own.gain - NEAR:
+            continue
+        if computed < COMPUTED:
+            state = search.added(base, look)
+            worth.append((look, state.log_posterior - base.log_posterior, state))
+            computed += 1
+        else:
+            worth.append((look, look.gain + exact - own.gain, None))
+    share = special.softmax([0.0, *(value for _, value, _ in worth)])
+    rivals = [
+        Rival(look.candidate, float(s), look, state) for (look, _, state), s in zip(worth, share[1:], strict=True)
+    ]
+    return Place(place, (rivals[0], *sorted(rivals[1:], key=lambda one: -one.share)), float(share[0]))
 
 
 def _has(scatter: Scatter, has: str) -> bool:

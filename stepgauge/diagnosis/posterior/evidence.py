@@ -71,6 +71,11 @@ class State:
         """Whether all terms are laws."""
         return all(term.candidate.named for term in self.terms)
 
+    @property
+    def current(self) -> bool:
+        """Whether no term has the volume of correlated scatter where the scatter is independent."""
+        return self.scatter.correlated or not any(term.correlated for term in self.terms)
+
     def amplitudes(self, place: int) -> tuple[Array, Array]:
         """Posterior mean ``(d,)`` and covariance ``(d, d)`` of one term's amplitudes."""
         first = self.count + sum(len(term.columns) for term in self.terms[:place])
@@ -106,6 +111,11 @@ class Evidence:
         self._columns: dict[tuple[object, ...], Array] = {}
         self._products: dict[tuple[object, ...], Array] = {}
         self._squares: dict[int, Array] = {}
+
+    @property
+    def current(self) -> Iterator[State]:
+        """All hypotheses that were computed with the volumes that hold for their scatter."""
+        return (state for state in self.visited.values() if state.current)
 
     def __call__(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float | None = None) -> State:
         """The hypothesis of some terms and a scatter; ``near_um``: a first guess of the scatter."""

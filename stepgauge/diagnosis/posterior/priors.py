@@ -119,13 +119,15 @@ class LawPriors(Table):
 
     ``part``: odds of one in a part of the record only, over one everywhere; ``same_part``: odds that a law follows
     thermometers on the part that it moves, over others: a bending the difference of two on one part, an expansion no
-    thermometer that is documented to be on another part; ``unqualified``: odds of the whole pre-travel of a tripod,
-    over its variation about the mean of a qualification.
+    thermometer that is documented to be on another part; ``corrected``: size of what follows a temperature for which
+    the evaluation corrects, over that of what follows others; ``unqualified``: odds of the whole pre-travel of a
+    tripod, over its variation about the mean of a qualification.
     """
 
     odds: float = Field(gt=0.0)
     part: float = Field(0.01, gt=0.0)
     same_part: float = Field(10.0, gt=0.0)
+    corrected: float = Field(0.2, gt=0.0)
     unqualified: float = Field(0.03, gt=0.0)
     kinds: dict[str, KindPrior]
 

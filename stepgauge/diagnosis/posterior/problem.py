@@ -118,7 +118,8 @@ class Smooth(Candidate):
 class Term:
     """A candidate with its shape and size chosen; ``log_prior``: log odds, and the volume of its shapes.
 
-    ``columns (d, n)``: um for a unit of each amplitude; ``sd``: prior standard deviation of the amplitudes.
+    ``columns (d, n)``: um for a unit of each amplitude; ``sd``: prior standard deviation of the amplitudes;
+    ``correlated``: whether the volume is that beside correlated scatter, which leaves more shapes possible.
     """
 
     candidate: Candidate
@@ -127,12 +128,13 @@ class Term:
     sd: float
     log_prior: float
     shape: Any = None
+    correlated: bool = False
 
     @cached_property
-    def key(self) -> tuple[str, int, float, float]:
+    def key(self) -> tuple[str, int, float, bool, float]:
         """Identity of a term, whatever its size: all sizes are summed."""
         length = float(np.abs(self.columns).sum())
-        return self.candidate.label, self.atom, round(self.log_prior, 6), length
+        return self.candidate.label, self.atom, round(self.log_prior, 6), self.correlated, length
 
 
 @dataclass(frozen=True, eq=False)

@@ -78,7 +78,7 @@ class Search:
 
     def _independent(self, best: State) -> State:
         """The best from the best terms with independent scatter, for which correlated scatter may stand."""
-        every = (one for one in self.evidence.visited.values() if one.terms and not one.scatter.correlated)
+        every = (one for one in self.evidence.current if one.terms and not one.scatter.correlated)
         first, trail = max(every, key=_worth, default=None), list(self.trail)
         other = best if first is None else self._in_parts(self._exchanged(first))
         if other.log_posterior <= best.log_posterior:
@@ -138,6 +138,7 @@ class Search:
         return self._with(state, replace(term, log_prior=term.log_prior - narrow)) if narrow > 0.0 else found
 
     def _with(self, state: State, term: Term) -> State:
+        term = replace(term, correlated=state.scatter.correlated and term.candidate.atoms > 1)
         return self.evidence((*state.terms, term), state.scatter, state.sigma_um)
 
     def _forward(self, heads: list[State]) -> list[State]:
@@ -184,11 +185,24 @@ class Search:
     def reshaped(self, state: State) -> State:
         """The most probable model of the scatter for the same terms, changing one property after the other."""
         for _ in range(ROUNDS):
-            best = max(self._facets(state), key=_worth, default=state)
+            best = self._current(max(self._facets(state), key=_worth, default=state))
             if best.log_posterior <= state.log_posterior + SETTLED:
                 return max(state, best, key=_worth)
             state = best
         return state
+
+    def _current(self, state: State) -> State:
+        """The hypothesis with volumes of shapes that hold for its scatter."""
+        for candidate in [] if state.current else [term.candidate for term in state.terms if term.correlated]:
+            state = self._anew(state, candidate)
+        return state
+
+    def _anew(self, state: State, candidate: Candidate) -> State:
+        """The hypothesis with the shape and size of one term as they are found beside the others."""
+        place = next(i for i, term in enumerate(state.terms) if term.candidate is candidate)
+        base = self.without(state, place)
+        own = next((look for look in self.beside(base) if look.candidate is candidate), None)
+        return self._with(base, state.terms[place]) if own is None else self.added(base, own)
 
     def _facets(self, state: State) -> Iterator[State]:
         prior, scatter, change = self.priors.scatter, state.scatter, self.scatters.changed
@@ -348,9 +362,7 @@ class Search:
     def polished(self, state: State) -> State:
         """Shape and size of each term fitted again with the others."""
         for candidate in [term.candidate for term in state.terms]:
-            base = self.without(state, next(i for i, t in enumerate(state.terms) if t.candidate is candidate))
-            own = next(look for look in self.beside(base) if look.candidate is candidate)
-            state = max(state, self.added(base, own), key=_worth)
+            state = max(state, self._anew(state, candidate), key=_worth)
         return state
 
 

@@ -27,12 +27,12 @@ from typing import Any
 import numpy as np
 from scipy import special
 
-from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Place, Rival
+from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Place, Rival, place_of
 from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.priors import Decision
 from stepgauge.diagnosis.posterior.problem import Term
-from stepgauge.diagnosis.posterior.search import Search
+from stepgauge.diagnosis.posterior.search import HOPELESS, MOST_TERMS, Search
 
 SURE_OUTLIER = 0.5
 """Probability from which a row is listed as an outlier."""
@@ -59,6 +59,31 @@ class Said:
     def named(self) -> bool:
         """Whether a law is stated."""
         return self.lead.candidate.named
+
+
+def completed(search: Search, best: State, decision: Decision) -> State:
+    """A hypothesis with one more term as long as what would be said of it is more probable than ``stated``.
+
+    Several laws may share what none of them has alone, so that the most probable hypothesis has none of them.
+    """
+    while len(best.terms) < MOST_TERMS:
+        look = next((look for look in search.beside(best) if look.gain > HOPELESS), None)
+        if look is None:
+            return best
+        more = search.added(best, look)
+        place = place_of(search, more, len(best.terms))
+        if _said_share(Said(place, _lead(place), more.terms[-1]), decision) < decision.stated:
+            return best
+        best = more
+    return best
+
+
+def _said_share(said: Said, decision: Decision) -> float:
+    """Probability of what is said of a place: of a law with its set, or of all forms over one covariate."""
+    if said.named:
+        return sum(one.share for one in rival_laws(said, decision))
+    kind = said.lead.candidate.kind
+    return sum(one.share for one in said.place.rivals if not one.candidate.named and one.candidate.kind == kind)
 
 
 def told(search: Search, answer: Answer, stated: float) -> tuple[State, list[Said]]:
@@ -129,12 +154,14 @@ def _by_readings(rival: Rival) -> float:
     return float(np.log(max(rival.share, 1e-300))) - rival.candidate.log_odds
 
 
-def together(several: Sequence[Alternative], label: str, kind: str, least: float) -> tuple[str, ...]:
+def together(several: Sequence[Alternative], label: str, kind: str, decision: Decision) -> tuple[str, ...]:
     """Combinations of laws that may replace one law, as their kinds: ``scale_error + squareness``.
 
-    Those with its own kind are left out: in them it is a cause as well, with another one beside it.
+    More laws fit as well as fewer, so that readings do not exclude them: they must not be ``excluded`` times less
+    probable, prior odds included. Those with its own kind are left out: in them it is a cause as well, with another
+    one beside it.
     """
-    near = [one for one in several if one.gone == (label,) and one.odds >= least]
+    near = [one for one in several if one.gone == (label,) and one.odds * decision.excluded >= 1.0]
     instead = [sorted(c.kind for c in one.come) for one in near if all(c.named for c in one.come)]
     return tuple(dict.fromkeys(" + ".join(kinds) for kinds in instead if kind not in kinds))
 

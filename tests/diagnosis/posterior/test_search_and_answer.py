@@ -12,12 +12,13 @@ import pytest
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis import posterior
-from stepgauge.diagnosis.posterior.answer import Answer, Place, Rival
+from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Place, Rival
+from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Term
 from stepgauge.diagnosis.posterior.search import Search
-from stepgauge.diagnosis.posterior.told import Said, rival_laws
+from stepgauge.diagnosis.posterior.told import Said, completed, rival_laws, together
 from tests.diagnosis.posterior.made import (
     NOISE_UM,
     ROWS,
@@ -52,7 +53,7 @@ def candidates() -> tuple[Candidate, ...]:
 
 def answered(um: Array, seed: int = 2) -> Answer:
     search = Search(problem(noise(seed) + um, candidates()), shipped_priors())
-    return Answer(search, search.run())
+    return Answer(search, completed(search, search.run(), shipped_priors().decision))
 
 
 def test_a_pair_is_found_and_nothing_beside_it() -> None:
@@ -85,7 +86,7 @@ def test_correlated_scatter_is_a_scatter_and_no_wave() -> None:
         level = told * level + np.sqrt(1.0 - told**2) * random.normal(0.0, 3.0 * NOISE_UM)
         um[row] = level
     search = Search(problem(um, candidates()), shipped_priors())
-    found = Answer(search, search.run())
+    found = Answer(search, completed(search, search.run(), shipped_priors().decision))
     assert found.best.labels == set()
     assert found.probability_of_scatter("correlation") > 0.9
 
@@ -135,12 +136,53 @@ def test_several_laws_stand_in_place_of_one_only_if_each_of_them_is_needed() -> 
     together = SLOPE + WAVE
     sums = (law("sum", together[None, None]), law("twin", together[None, None]))
     search = Search(problem(noise() + together, (*candidates(), *sums)), shipped_priors())
-    answer = Answer(search, search.run())
+    answer = Answer(search, completed(search, search.run(), shipped_priors().decision))
     (lead,) = answer.best.labels
     assert lead in ("sum", "twin")
     several = {frozenset(one.label for one in alternative.come) for alternative in answer.alternatives(1e-12)}
     assert frozenset({"slope", "wave"}) in several
     assert not any(labels & {"sum", "twin"} for labels in several)
+
+
+def twins(um: Array, count: int) -> Answer:
+    """The answer where a number of laws fit equally well."""
+    alike = [law(f"twin {i}", SLOPE[None, None]) for i in range(count)]
+    search = Search(problem(noise() + um, alike), shipped_priors())
+    return Answer(search, completed(search, search.run(), shipped_priors().decision))
+
+
+def test_several_laws_may_be_likelier_than_nothing_though_none_of_them_is() -> None:
+    """Where one twin has less than half of the odds of nothing, three of them have more, and one is said with these."""
+    faint = next(um for um in np.arange(0.3, 0.0, -0.02)[:, None] * SLOPE if not twins(um, 1).best.terms)
+    alone = twins(faint, 1).adequate
+    assert alone > 0.5
+    count = int(np.ceil(1.5 * alone / (1.0 - alone)))
+    found = twins(faint, count)
+    assert found.adequate < 0.5
+    assert len(found.best.terms) == 1
+    (place,) = found.places
+    assert place.named > 0.5
+    assert place.named == pytest.approx(1.0 - place.nothing)
+    assert found.best.log_posterior < found.search.start.log_posterior  # which has none of them
+
+
+def test_volumes_of_correlated_scatter_are_not_those_of_independent_scatter() -> None:
+    """A term that moves from one model to the other has the volume of the new one; what is out of date has no vote."""
+    search = Search(problem(noise() + 0.3 * WAVE, candidates()), shipped_priors())
+
+    def with_wave(state: State) -> State:
+        return search.added(state, next(one for one in search.beside(state) if one.candidate.label == "wave"))
+
+    vague = with_wave(search.evidence((), search.scatters.changed(search.start.scatter, correlation=0.8)))
+    assert vague.current
+    moved = search.evidence(vague.terms, search.start.scatter)
+    assert not moved.current
+    assert moved not in search.evidence.current
+    found, sharp = search.reshaped(vague), with_wave(search.start)
+    assert not found.scatter.correlated
+    assert found.current
+    assert found.log_posterior == pytest.approx(sharp.log_posterior, abs=1e-6)
+    assert found.terms[0].log_prior != pytest.approx(moved.terms[0].log_prior, abs=0.01)
 
 
 def test_the_decision_knows_nothing_of_gauges_probes_and_recordings() -> None:
@@ -157,6 +199,18 @@ def test_the_decision_knows_nothing_of_gauges_probes_and_recordings() -> None:
 def rival(label: str, share: float, odds: float, named: bool = True) -> Rival:
     candidate = replace(law(label, SLOPE[None, None]), kind=label, named=named, log_odds=float(np.log(odds)))
     return Rival(candidate, share, Look(candidate, 0.0, 0.0, 0, 1.0))
+
+
+def test_several_laws_for_one_are_told_from_a_twentieth_of_its_probability_on() -> None:
+    """More laws always fit as well: what speaks against them is their prior odds, which count here."""
+    come = (law("slope", SLOPE[None, None]), law("wave", WAVE[None, None]))
+    start = Search(problem(noise()), shipped_priors()).start
+    near, far = (Alternative(("sum",), come, odds, start) for odds in (0.06, 0.04))
+    decision = shipped_priors().decision
+    assert together([near], "sum", "sum", decision) == ("slope + wave",)
+    assert together([far], "sum", "sum", decision) == ()
+    assert together([near], "sum", "slope", decision) == ()
+    assert together([near], "other", "sum", decision) == ()
 
 
 def test_what_stands_in_a_set_is_what_the_readings_do_not_exclude() -> None:
