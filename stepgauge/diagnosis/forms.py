@@ -50,10 +50,9 @@ VOLUME_LENGTHS = (0.25, 0.6)
 KNOTS, ROUGH_KNOTS = 40, 120
 OVERTONES = 5
 """Of a wave that is no sine; the k-th has the k-th part of the first's standard deviation."""
-PERIODS_PER_SPAN = 4.0
-PHASES = 16
-"""Of a sawtooth, which is not a sum of a sine and a cosine."""
-MOST_PERIODS = 40.0
+PERIODS_PER_SPAN, MOST_PERIODS = 4.0, 40.0
+TEETH_PER_SPAN, MOST_TEETH, PHASES = 16.0, 10.0, 16
+"""Of a sawtooth, of which the last jump must be as right as the first; its phases are no sums of two."""
 FEWEST_DIRECTIONS = 8
 WANDERING = ("time", "order")
 REPEATING = ("position", "machine x", "machine y", "machine z", *WANDERING)
@@ -231,7 +230,7 @@ def _between(u: Array, knots: Array) -> Array:
 
 def _waves(one: Covariate, data: Residuals, priors: Priors) -> _Said:
     """Periodic functions of any shape: a fundamental and its harmonics."""
-    span, turns = float(np.ptp(one.values)), _turns(one)
+    span, turns = float(np.ptp(one.values)), _turns(one, MOST_PERIODS, PERIODS_PER_SPAN)
     first = np.exp(2j * np.pi * turns[:, None] * ((one.values - one.values.min()) / span))
     overtones = [first]
     while len(overtones) < OVERTONES:  # a product is ten times as fast as another sine and cosine
@@ -241,14 +240,14 @@ def _waves(one: Covariate, data: Residuals, priors: Priors) -> _Said:
     return _Said(one.name, one.unit, WAVE, waves, tuple(span / turns), _wave_sides(one, data), priors.forms.wave)
 
 
-def _turns(one: Covariate) -> Array:
-    """Numbers of periods over a covariate that are tried, ``(f,)``."""
-    return np.arange(2.0, min(one.steps / 4.0, MOST_PERIODS), 1.0 / PERIODS_PER_SPAN)
+def _turns(one: Covariate, most: float, per_span: float) -> Array:
+    """Numbers of periods over a covariate that are tried, ``(f,)``, so many to one period over its span."""
+    return np.arange(2.0, min(one.steps / 4.0, most), 1.0 / per_span)
 
 
 def _sawteeth(one: Covariate, data: Residuals, priors: Priors) -> _Said:
     """What creeps and is thrown back, over and over: a control with hysteresis, a table that is applied in steps."""
-    span, turns = float(np.ptp(one.values)), _turns(one)
+    span, turns = float(np.ptp(one.values)), _turns(one, MOST_TEETH, TEETH_PER_SPAN)
     phases = np.arange(PHASES) / PHASES
     passed = turns[:, None, None] * ((one.values - one.values.min()) / span) + phases[:, None]
     teeth = (passed % 1.0 - 0.5) * np.sqrt(12.0)

@@ -17,7 +17,7 @@ from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Law, Refined, Sizes
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.solve import solve
-from stepgauge.diagnosis.usual import odds_of, shape_range, usual_shape, usual_size
+from stepgauge.diagnosis.usual import odds_of, shape_range, size_of_shape, usual_shape, usual_size
 
 Array = NDArray[np.float64]
 LATE = ("lag_s", "start_s")
@@ -30,13 +30,15 @@ BEYOND = 1.1
 def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Collection[str] = ()) -> list[Law]:
     """Candidates for all laws with a signature here; ``metric``: for the fit of shapes between points of the grid."""
     families = list(effect_families(data, priors, without))
-    share, labels = _shares(families, priors), Counter[str]()
+    share, labels, patterns = _shares(families, priors), Counter[str](), dict[int, Array]()
     found = []
     for family, own in zip(families, share, strict=True):
         labels[family.label] += 1
         label = family.label if labels[family.label] == 1 else f"{family.label} #{labels[family.label]}"
         family = replace(family, about=_about(family, priors, data))
         sizes = sizes_of(family, priors, data)
+        own_size = np.array([size_of_shape(family.kind, atom) for atom in family.atoms])[:, None, None]
+        pattern = family.pattern if (own_size == 1.0).all() else own_size * family.pattern
         found.append(
             Law(
                 family.kind,
@@ -45,7 +47,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
                 float(np.log(odds_of(family.kind, priors) * own)),
                 sizes,
                 replace(family, prior=float(sizes.sd.max())),
-                pattern=family.pattern,
+                pattern=patterns.setdefault(id(family.pattern), pattern),
                 shares=family.share_rows,
                 log_weight=shape_weights(family, priors, data),
                 positive=family.positive,
@@ -137,4 +139,4 @@ def _refined(family: Family, data: Residuals, metric: Metric, atom: int, left_um
     if any(shape[name] <= 0.0 for name in family.about):
         return None
     gain = family.log_prior(shape) - family.log_prior(family.atoms[atom])
-    return Refined(family_signatures(family, shape, data), shape, gain)
+    return Refined(size_of_shape(family.kind, shape) * family_signatures(family, shape, data), shape, gain)

@@ -37,6 +37,7 @@ from stepgauge.diagnosis.forms import (
     PERIODS_PER_SPAN,
     PHASES,
     SAWTOOTH,
+    TEETH_PER_SPAN,
     TREND,
     WAVE,
 )
@@ -156,7 +157,7 @@ def _about(located: Located, data: Residuals) -> Iterator[Located]:
         return
     span, steps = float(np.ptp(one.values)), np.linspace(-1.0, 1.0, FINER)
     period, *phase = np.atleast_1d(located.numbers).tolist()
-    for near in span / (span / period + steps / PERIODS_PER_SPAN):
+    for near in span / (span / period + steps / (TEETH_PER_SPAN if phase else PERIODS_PER_SPAN)):
         if not phase:
             yield replace(located, numbers=float(near))
         for step in steps if phase else ():

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -118,6 +119,15 @@ _BASES: dict[str, Callable[[SizePriors, Gauge | None, Machine | None], Factors]]
     "certificate": _with_certificate,
     "stylus": _with_stylus,
 }
+
+
+def size_of_shape(kind: str, shape: Mapping[str, Any]) -> float:
+    """The size that is usual with this shape, over that of the kind.
+
+    A drift that has ended within an hour moved by what is usual in an hour, however quickly: its rate is higher.
+    """
+    constant_h = shape.get("time_constant_h")
+    return 1.0 if kind != "thermal_drift" or constant_h is None else max(1.0, 1.0 / constant_h)
 
 
 def odds_of(kind: str, priors: Priors) -> float:

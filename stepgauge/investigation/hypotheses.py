@@ -22,6 +22,7 @@ from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.runs import Lengthened, plain_metric
 from stepgauge.diagnosis.solve import solve
+from stepgauge.diagnosis.usual import size_of_shape
 from stepgauge.effects import Effect, along_approach_um
 from stepgauge.investigation.gain import Prediction
 
@@ -181,6 +182,7 @@ def _columns(part: Part, data: Residuals, forms: dict[str, Candidate]) -> Array:
     """How the rows of a lengthened recording change with the amplitudes of a part, ``(d, n)``."""
     source: Any = part.candidate.source
     if part.candidate.named:
-        return np.asarray(family_signatures(source, source.atoms[part.atom], data))
+        atom = source.atoms[part.atom]
+        return np.asarray(size_of_shape(source.kind, atom) * family_signatures(source, atom, data))
     form = forms.get(part.candidate.label)
     return np.zeros((0, len(data))) if form is None or part.atom >= form.atoms else form.columns(part.atom)

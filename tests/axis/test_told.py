@@ -19,6 +19,7 @@ SHAPES = (
     ("beat", (12.0, 34.0)),
     ("power law", 0.5),
     ("harmonics", 2),
+    ("sawtooth", (120.0, 0.25)),
 )
 COVARIATES = ("position", "machine x", "face", "order", REST, f"{TOUCHES} of 60 s", TURNING, WAY)
 NOT_SAID = ("gauge", "face", "touch", "probing", "machine", "front", "approach", " mm", " um")
@@ -34,7 +35,7 @@ def teller(position: str = "deg", deviation: str | None = None, both: bool = Tru
 def test_every_form_is_told_in_the_words_of_an_axis(form: str, shape: str, number: object, side: str) -> None:
     assert {shape for shape, _ in SHAPES} >= {
         getattr(forms, name)
-        for name in ("TREND", "SMOOTH", "LAGGED", "WAVE", "LENGTH", "LEVELS", "LOOP", "BEAT", "DECAY")
+        for name in ("TREND", "SMOOTH", "LAGGED", "WAVE", "LENGTH", "LEVELS", "LOOP", "BEAT", "DECAY", "SAWTOOTH")
     }
     if shape == "harmonics":
         return  # one line has no directions about a stylus

@@ -16,6 +16,7 @@ from tests.diagnosis.test_selection import along, bent, names, told
 Array = NDArray[np.float64]
 PERIOD_S = 83.0
 SAWTOOTH, SQUARE, SHAPES = "sawtooth", "square wave", ("sawtooth", "square wave")
+FORM = {SAWTOOTH: "sawtooth", SQUARE: "wave"}
 HEIGHT_UM = {SAWTOOTH: 0.9, SQUARE: 0.5}
 """Of waves whose overtones stand out of the scatter."""
 
@@ -33,7 +34,7 @@ def test_a_wave_with_corners_is_no_oscillation_of_the_vocabulary(form: str) -> N
     assert found.verdict == "unknown"
     assert not names(found)
     first = found.unexplained[0]
-    assert (first.covariate, first.form) == ("time", "wave")
+    assert (first.covariate, first.form) == ("time", FORM[form])
     law = model_unknown(found)[0]
     assert law.period == pytest.approx(PERIOD_S, rel=0.02)
     truth = HEIGHT_UM[form] * wave(form, found.data.probings.time_s / PERIOD_S) * found.data.probings.approach("x")
@@ -67,5 +68,5 @@ def test_a_wave_along_the_travel_is_told_without_times(form: str) -> None:
     assert found.verdict == "unknown"
     assert all("includes_set" in one for one in found.odds["statements"])  # the report asks each statement for it
     (first, *_) = found.unexplained
-    assert (first.covariate, first.form) == ("machine x", "wave")
+    assert (first.covariate, first.form) == ("machine x", FORM[form])
     assert model_unknown(found)[0].period == pytest.approx(97.0, rel=0.05)

@@ -10,7 +10,7 @@ from stepgauge.cli import main
 from stepgauge.diagnosis.choices import choice_odds
 from stepgauge.diagnosis.library import NOT_LAWS
 from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.usual import shape_range, usual_size
+from stepgauge.diagnosis.usual import shape_range, size_of_shape, usual_size
 from stepgauge.effects import effect_kinds
 from stepgauge.gauge.certified import Gauge
 from tests.diagnosis.made import gauge, machine
@@ -65,6 +65,14 @@ def test_of_a_temperature_that_is_corrected_only_the_coefficient_is_left() -> No
     corrected = {("gauge_temperature_C", "gauge"), ("scale_temperature_x_C", "x")}
     assert {size for which, size in sizes.items() if which in corrected} == {1.0}
     assert {size for which, size in sizes.items() if which not in corrected} == {5.0}
+
+
+def test_a_drift_that_ends_within_an_hour_moves_by_what_is_usual_in_an_hour() -> None:
+    for hours in (0.01, 0.1, 0.5):
+        assert size_of_shape("thermal_drift", {"time_constant_h": hours}) * hours == pytest.approx(1.0)
+    for hours in (None, 1.0, 30.0):
+        assert size_of_shape("thermal_drift", {"time_constant_h": hours}) == 1.0
+    assert size_of_shape("scale_warm_up", {"time_constant_h": 0.1}) == 1.0
 
 
 def test_a_longer_stylus_bends_with_its_third_power() -> None:
