@@ -252,7 +252,7 @@ def _sawteeth(one: Covariate, data: Residuals, priors: Priors) -> _Said:
     passed = turns[:, None, None] * ((one.values - one.values.min()) / span) + phases[:, None]
     teeth = (passed % 1.0 - 0.5) * np.sqrt(12.0)
     shapes = tuple((span / f, phase) for f in turns.tolist() for phase in phases.tolist())
-    sides = _wave_sides(one, data)
+    sides = tuple(side for side in _wave_sides(one, data) if side != "approach")  # no probe does that
     return _Said(one.name, one.unit, SAWTOOTH, teeth.reshape(-1, 1, len(data)), shapes, sides, priors.forms.wave)
 
 

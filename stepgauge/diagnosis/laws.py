@@ -37,7 +37,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
         label = family.label if labels[family.label] == 1 else f"{family.label} #{labels[family.label]}"
         family = replace(family, about=_about(family, priors, data))
         sizes = sizes_of(family, priors, data)
-        own_size = np.array([size_of_shape(family.kind, atom) for atom in family.atoms])[:, None, None]
+        own_size = np.array([size_of_shape(family.kind, atom, family.atoms) for atom in family.atoms])[:, None, None]
         pattern = family.pattern if (own_size == 1.0).all() else own_size * family.pattern
         found.append(
             Law(
@@ -139,4 +139,5 @@ def _refined(family: Family, data: Residuals, metric: Metric, atom: int, left_um
     if any(shape[name] <= 0.0 for name in family.about):
         return None
     gain = family.log_prior(shape) - family.log_prior(family.atoms[atom])
-    return Refined(size_of_shape(family.kind, shape) * family_signatures(family, shape, data), shape, gain)
+    own_size = size_of_shape(family.kind, shape, family.atoms)
+    return Refined(own_size * family_signatures(family, shape, data), shape, gain)

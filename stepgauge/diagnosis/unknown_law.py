@@ -244,7 +244,7 @@ def _of_covariate(located: Located, side: str, one: Covariate, name: str, data: 
         yield [f"{wave}({order} * {angle})" for order in range(1, OVERTONES + 1) for wave in ("sin", "cos")]
     elif located.form == SAWTOOTH:
         period, phase = located.numbers
-        begin = float(x.min()) - phase * period
+        begin = (float(x.min()) - phase * period) % period
         yield [f"(({name} - {begin:.12g}) % {period:.12g} - {0.5 * period:.12g})"]
     elif located.form == BEAT:
         first, second = located.numbers

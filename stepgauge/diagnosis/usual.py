@@ -7,7 +7,7 @@ power of its length, and a defect of a block is one only beyond what its certifi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -121,13 +121,17 @@ _BASES: dict[str, Callable[[SizePriors, Gauge | None, Machine | None], Factors]]
 }
 
 
-def size_of_shape(kind: str, shape: Mapping[str, Any]) -> float:
-    """The size that is usual with this shape, over that of the kind.
+def size_of_shape(kind: str, shape: Mapping[str, Any], shapes: Sequence[Mapping[str, Any]]) -> float:
+    """The size that is usual with this shape of a law, over that of its kind; ``shapes``: all that are tried.
 
-    A drift that has ended within an hour moved by what is usual in an hour, however quickly: its rate is higher.
+    A drift that has ended within an hour moved by what is usual in an hour, however quickly: its rate is higher. One
+    that is linear in the recording has a longer time constant than any that is tried.
     """
-    constant_h = shape.get("time_constant_h")
-    return 1.0 if kind != "thermal_drift" or constant_h is None else max(1.0, 1.0 / constant_h)
+    if kind != "thermal_drift":
+        return 1.0
+    tried = [constant for one in shapes if (constant := one["time_constant_h"]) is not None]
+    constant_h = shape["time_constant_h"] or max(tried, default=1.0)
+    return max(1.0, 1.0 / float(constant_h))
 
 
 def odds_of(kind: str, priors: Priors) -> float:

@@ -183,6 +183,7 @@ def _columns(part: Part, data: Residuals, forms: dict[str, Candidate]) -> Array:
     source: Any = part.candidate.source
     if part.candidate.named:
         atom = source.atoms[part.atom]
-        return np.asarray(size_of_shape(source.kind, atom) * family_signatures(source, atom, data))
+        own_size = size_of_shape(source.kind, atom, source.atoms)
+        return np.asarray(own_size * family_signatures(source, atom, data))
     form = forms.get(part.candidate.label)
     return np.zeros((0, len(data))) if form is None or part.atom >= form.atoms else form.columns(part.atom)

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 PERIOD_S = 83.0
 SAWTOOTH, SQUARE, SHAPES = "sawtooth", "square wave", ("sawtooth", "square wave")
 FORM = {SAWTOOTH: "sawtooth", SQUARE: "wave"}
-HEIGHT_UM = {SAWTOOTH: 0.9, SQUARE: 0.5}
+HEIGHT_UM = {SAWTOOTH: 0.4, SQUARE: 0.5}
 """Of waves whose overtones stand out of the scatter."""
 
 

@@ -68,11 +68,19 @@ def test_of_a_temperature_that_is_corrected_only_the_coefficient_is_left() -> No
 
 
 def test_a_drift_that_ends_within_an_hour_moves_by_what_is_usual_in_an_hour() -> None:
-    for hours in (0.01, 0.1, 0.5):
-        assert size_of_shape("thermal_drift", {"time_constant_h": hours}) * hours == pytest.approx(1.0)
-    for hours in (None, 1.0, 30.0):
-        assert size_of_shape("thermal_drift", {"time_constant_h": hours}) == 1.0
-    assert size_of_shape("scale_warm_up", {"time_constant_h": 0.1}) == 1.0
+    shapes: list[dict[str, float | None]] = [{"time_constant_h": hours} for hours in (None, 0.01, 0.1, 0.5)]
+    for shape in shapes[1:]:
+        assert size_of_shape("thermal_drift", shape, shapes) * shape["time_constant_h"] == pytest.approx(1.0)
+    for hours in (1.0, 30.0):
+        assert size_of_shape("thermal_drift", {"time_constant_h": hours}, shapes) == 1.0
+    assert size_of_shape("scale_warm_up", {"time_constant_h": 0.1}, shapes) == 1.0
+
+
+def test_a_linear_drift_is_as_quick_as_the_slowest_that_is_not_linear() -> None:
+    linear = {"time_constant_h": None}
+    for longest in (0.01, 0.3):
+        assert size_of_shape("thermal_drift", linear, [linear, {"time_constant_h": longest}]) == 1.0 / longest
+    assert size_of_shape("thermal_drift", linear, [linear, {"time_constant_h": 20.0}]) == 1.0
 
 
 def test_a_longer_stylus_bends_with_its_third_power() -> None:

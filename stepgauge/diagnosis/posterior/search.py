@@ -78,9 +78,9 @@ class Search:
 
     def _independent(self, best: State) -> State:
         """The best from the best terms with independent scatter, for which correlated scatter may stand."""
-        every = (one for one in self.evidence.current if one.terms and not one.scatter.correlated)
+        every = (one for one in self.evidence.visited.values() if one.terms and not one.scatter.correlated)
         first, trail = max(every, key=_worth, default=None), list(self.trail)
-        other = best if first is None else self._in_parts(self._exchanged(first))
+        other = best if first is None else self._in_parts(self._exchanged(self._current(first)))
         if other.log_posterior <= best.log_posterior:
             self.trail = trail
         return max(best, other, key=_worth)
