@@ -48,11 +48,11 @@ class Table:
         diagonal = np.arange(d)
         own[:, diagonal, diagonal] = np.maximum(own[:, diagonal, diagonal], 0.0) + self.unseen
         found = np.full(self.sizes.shape, -np.inf)
-        found[-1], most = _sized(own, dot, self.sizes[-1], self.positive, beside)
+        found[-1], most = _sized(own, self.unseen, dot, self.sizes[-1], self.positive, beside)
         if len(found) > 1:
             keep = np.flatnonzero(most > np.maximum.reduceat(most, self.first)[self.owner] - WORTH_A_SIZE)
             every, smaller = np.tile(keep, len(found) - 1), self.sizes[:-1, keep].ravel()
-            sized, _ = _sized(own[every], dot[every], smaller, self.positive[every], beside)
+            sized, _ = _sized(own[every], self.unseen[every], dot[every], smaller, self.positive[every], beside)
             found[:-1, keep] = sized.reshape(-1, len(keep))
         yield from self._summed(found + self.weight)
 
@@ -117,11 +117,16 @@ def _mixed_dots(dots: Array, mix: Array, d: int) -> Array:
     return np.asarray(products.reshape(products.shape[0], d, -1))
 
 
-def _sized(gram: Array, dot: Array, sd: Array, positive: NDArray[np.bool_], beside: Beside) -> tuple[Array, Array]:
-    """Log evidence ``(rows,)`` for one size of each, with and without its Occam factor."""
+def _sized(
+    gram: Array, unseen: Array, dot: Array, sd: Array, positive: NDArray[np.bool_], beside: Beside
+) -> tuple[Array, Array]:
+    """Log evidence ``(rows,)`` for one size of each, with and without its Occam factor.
+
+    ``gram`` with the limits of rounding ``unseen`` on its diagonal.
+    """
     d, s2 = gram.shape[1], beside.scatter
     ridge = s2 / sd**2
-    solved, log_det = _solve(gram, ridge, dot)
+    solved, log_det = _solve(gram, unseen, ridge, dot)
     most = beside.student((dot * solved).sum(axis=1))
     price = 0.5 * (np.maximum(log_det, d * np.log(ridge)) - d * np.log(ridge))
     if positive.any():
@@ -130,26 +135,31 @@ def _sized(gram: Array, dot: Array, sd: Array, positive: NDArray[np.bool_], besi
     return most - price, most
 
 
-def _solve(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
-    """Solutions ``(rows, d)`` and log determinants with a ridge; written out for one and two amplitudes."""
+def _solve(gram: Array, unseen: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
+    """Solutions ``(rows, d)`` and log determinants with a ridge; written out for one and two amplitudes.
+
+    Determinants and pivots are at least those that follow from ``unseen`` and ridge, if rounding made them smaller.
+    """
     if gram.shape[1] == 1:
         a = gram[:, 0, 0] + ridge
         return dot / a[:, None], np.log(a)
     if gram.shape[1] == 2:
         a, b, c = gram[:, 0, 0] + ridge, gram[:, 0, 1], gram[:, 1, 1] + ridge
-        det = np.maximum(a * c - b**2, ridge**2)
+        u, v = unseen[:, 0] + ridge, unseen[:, 1] + ridge
+        det = np.maximum(a * c - b**2, u * c + v * a - u * v)
+        b = np.sign(b) * np.sqrt(np.maximum(a * c - det, 0.0))
         x, y = (c * dot[:, 0] - b * dot[:, 1]) / det, (a * dot[:, 1] - b * dot[:, 0]) / det
         return np.stack([x, y], axis=1), np.log(det)
-    return _cholesky(gram, ridge, dot)
+    return _cholesky(gram, unseen, ridge, dot)
 
 
-def _cholesky(gram: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
+def _cholesky(gram: Array, unseen: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
     """The same by one factorisation of all rows: there are thousands of small matrices."""
     a = np.array(gram.transpose(1, 2, 0), order="C")
     x = np.array(dot.T, order="C")
     log_det = np.zeros(len(gram))
     for j in range(len(a)):
-        square = np.maximum(a[j, j] + ridge, ridge)
+        square = np.maximum(a[j, j] + ridge, unseen[:, j] + ridge)
         log_det += np.log(square)
         a[j, j] = np.sqrt(square)
         a[j + 1 :, j] /= a[j, j]

@@ -12,6 +12,7 @@ from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.looks import Looks
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Law, Term
+from stepgauge.diagnosis.posterior.tables import _solve
 from tests.diagnosis.posterior.made import ROWS, coordinate, law, noise, problem, random_function, term, turns, waves
 
 SHARES = np.array([np.arange(ROWS) % 3 > 0, 1.0 - 0.3 * coordinate()], float)
@@ -114,3 +115,18 @@ def test_products_that_are_mixed_give_the_looks_of_products_computed_anew(
         wanted = {look.candidate.label: look.gain for look in anew(state, evidence.scatters)}
         for look in some:
             assert look.gain == pytest.approx(wanted[look.candidate.label], abs=2e-4)
+
+
+@pytest.mark.parametrize("share", [(1.0, -100.0), (1.0, -100.0, 30.0)])
+def test_rounding_makes_no_evidence_of_amplitudes_that_are_one(share: tuple[float, ...]) -> None:
+    """Signatures in proportion explain what one of them explains, though rounding makes their determinant negative."""
+    one = np.array(share) / np.linalg.norm(share)
+    exact = np.outer(one, one)
+    unseen = 1e-3 * np.diag(exact)
+    rounded = exact + np.diag(unseen)
+    rounded[0, 1:] *= 1.002
+    rounded[1:, 0] *= 1.002
+    assert np.linalg.det(rounded) < 0.0
+    solved, log_det = _solve(rounded[None], unseen[None], np.array([1e-14]), 3.0 * one[None])
+    assert 3.0 * one @ solved[0] == pytest.approx(9.0, rel=0.05)
+    assert log_det[0] >= np.log(np.prod(unseen))
