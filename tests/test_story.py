@@ -92,9 +92,20 @@ def test_nothing_is_repaired_while_a_finding_has_rivals() -> None:
 
 
 def test_a_structure_without_a_law_is_not_adjusted() -> None:
-    steps = first_of(said("unknown"))
+    data = said("unknown")
+    data["unexplained"] = [{**data["unexplained"][0], "covariate": "time", "form": "smooth", "beside": "position"}]
+    steps = first_of(data)
     assert "check: 1: Look for what changes with time and position." in steps
     assert any(line.startswith("repair: 1: Nothing: do not adjust") for line in steps)
+
+
+@pytest.mark.parametrize("form", ["wave", "sawtooth"])
+def test_of_what_is_periodic_without_a_law_the_period_is_to_be_looked_for(form: str) -> None:
+    data = said("unknown")
+    data["unexplained"] = [{**data["unexplained"][0], "covariate": "time", "form": form}]
+    (check,) = (line for line in first_of(data) if line.startswith("check: "))
+    assert "repeats with time in this period" in check
+    assert "thermostat" in check
 
 
 def test_an_insufficient_recording_says_what_to_measure_and_an_adequate_one_nothing() -> None:
@@ -116,7 +127,8 @@ def test_the_table_stays_short_and_names_what_it_leaves_out() -> None:
 
 def test_every_structure_without_a_law_has_a_number_of_its_own() -> None:
     data = said("unknown")
-    data["unexplained"] = [{**data["unexplained"][0], "covariate": name} for name in ("pair", "temperature")]
+    first = {**data["unexplained"][0], "form": "smooth"}
+    data["unexplained"] = [{**first, "covariate": name} for name in ("pair", "temperature")]
     numbered = len(data["effects"]) + 1
     steps = [line for line in first_of(data) if "Look for what changes with" in line or "Nothing: do not" in line]
     assert [line.split(": ")[1] for line in steps] == [f"{numbered}", f"{numbered + 1}", f"{numbered}, {numbered + 1}"]

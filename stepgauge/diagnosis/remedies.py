@@ -208,7 +208,12 @@ _UNKNOWN_KIND = Remedy(
 UNKNOWN_FORM = Remedy(
     "Look for what changes with {covariate}.", "Nothing: do not adjust or compensate before the cause is known."
 )
-"""For structure without a known law."""
+UNKNOWN_WAVE = Remedy(
+    "Look for what repeats with {covariate} in this period: in time a thermostat, a compressor or a pump, along an axis"
+    " a screw, a pinion or the joints of a scale.",
+    UNKNOWN_FORM.repair,
+)
+"""For structure without a known law, and for such that is periodic."""
 
 
 def remedy(kind: str, parameters: Mapping[str, Mapping[str, Any]], of: str = "gauge") -> Remedy:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stepgauge.diagnosis.practice import name_of
-from stepgauge.diagnosis.remedies import UNKNOWN_FORM, Remedy, filled, remedy
+from stepgauge.diagnosis.remedies import UNKNOWN_FORM, UNKNOWN_WAVE, Remedy, filled, remedy
 from stepgauge.diagnosis.report import COVERAGE, chosen, plus_minus, probability, remaining, without
 from stepgauge.diagnosis.words import line, significant
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
@@ -131,7 +131,7 @@ def _spaced(match: re.Match[str]) -> str:
 
 def _of_form(row: Said, told: Words) -> Remedy:
     both = f"{row['covariate']} and {row['beside']}" if row.get("beside") else str(row["covariate"])
-    return filled(UNKNOWN_FORM, covariate=both)
+    return filled(UNKNOWN_WAVE if row["periodic"] else UNKNOWN_FORM, covariate=both)
 
 
 def _remedy(effect: Said, told: Words) -> Remedy:

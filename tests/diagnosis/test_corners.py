@@ -1,4 +1,4 @@
-"""Waves with corners: their looks against templates written out, their chance in scatter, what is told of them."""
+"""Waves with corners: what is told of them, and what imitates them, beside sines that are a law's."""
 
 from __future__ import annotations
 

@@ -119,7 +119,7 @@ class Term:
     """A candidate with its shape and size chosen; ``log_prior``: log odds, and the volume of its shapes.
 
     ``columns (d, n)``: um for a unit of each amplitude; ``sd``: prior standard deviation of the amplitudes;
-    ``correlated``: whether the volume is that beside correlated scatter, which leaves more shapes possible.
+    ``correlated``: whether the volume is that beside correlated scatter, which leaves other shapes possible.
     """
 
     candidate: Candidate
