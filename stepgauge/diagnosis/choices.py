@@ -17,6 +17,7 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.usual import PART_OF
 from stepgauge.effects import Effect, Parameter
 from stepgauge.effects.base import Axis, Vector
+from stepgauge.effects.following import Following
 from stepgauge.probes import MechanicalProbe
 
 Array = NDArray[np.float64]
@@ -26,6 +27,8 @@ PAUSE_JUMP = 1.25
 MOST_PAUSED = 0.15
 """Largest share of touches that follow a pause: what every touch follows is none."""
 SHORT_PAUSE_S = 10.0
+LEAST_VARIED = 0.1
+"""Share of a temperature above that at which a law is zero that must be variation, both root mean square."""
 TEMPERATURES = ("_C", "_K", "_degC")
 FEWEST_SPEEDS = 3
 FEWEST_BACK = 0.2
@@ -46,7 +49,7 @@ def choices_of(law: type[Effect], data: Residuals) -> Iterator[dict[str, Any]]:
     names = [p for p in law.parameters() if p.role == "choice" or p.name == "pause_s"]
     for combination in product(*(_values_of(p, data, law) for p in names)):
         choices = {p.name: value for p, value in zip(names, combination, strict=True) if value is not None}
-        if _is_own(law, choices):
+        if _is_own(law, choices) and _varies(law, choices, data):
             yield choices | _about(law, choices, data)
 
 
@@ -60,6 +63,18 @@ def _is_own(law: type[Effect], choices: dict[str, Any]) -> bool:
     if law.kind == "error_motion":
         return bool(choices["order"] == (2 if turns else 3))  # lower orders have laws of their own
     return bool(choices["order"] == (1 if turns else 2) and not own_axis)  # a beam bends, it grows elsewhere
+
+
+def _varies(law: type[Effect], choices: dict[str, Any], data: Residuals) -> bool:
+    """Whether the temperature that a law follows varies: a length or an angle that follows a constant one is wrong.
+
+    It would be another name of a scale error or a pitch. Constants of a shift are origins.
+    """
+    if law.kind not in ("thermal_expansion_of", "thermal_bending"):
+        return True
+    column = Following.model_construct(column=choices["column"], minus=choices.get("minus"), lag_s=0.0, from_C=None)
+    warmer_K = column.warmer_K(data.probings)
+    return bool(warmer_K.std() >= LEAST_VARIED * np.sqrt(np.mean(warmer_K**2)))
 
 
 def _about(law: type[Effect], choices: dict[str, Any], data: Residuals) -> dict[str, Any]:

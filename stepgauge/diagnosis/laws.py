@@ -74,13 +74,13 @@ def sizes_of(family: Family, priors: Priors, data: Residuals) -> Sizes:
     """
     assert family.law is not None
     span_mm = float(np.ptp(data.probings.certified_mm()))
-    usual = usual_size(family.law, priors, data.gauge, data.machine, span_mm, family.choices).size
+    usual = usual_size(family.law, priors, data.gauge, data.machine, span_mm, family.choices)
     if family.kind == "misalignment":
-        wide = priors.sizes.about(usual)
+        wide = priors.sizes.about(usual.size)
         return Sizes(wide.sd**2, wide.log_weight)
     if not any(p.role == "linear" for p in family.law.parameters()):
         return Sizes(np.ones(1), np.zeros(1))
-    return priors.sizes.about(usual)
+    return priors.sizes.about(usual.size, usual.most)
 
 
 def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
@@ -121,12 +121,12 @@ def _has_shape(family: Family) -> bool:
     return len(family.atoms) > 1 and any(isinstance(v, float | tuple) for v in family.atoms[-1].values())
 
 
-def _refined(family: Family, data: Residuals, metric: Metric, atom: int, left_um: Array) -> Refined | None:
+def _refined(family: Family, data: Residuals, metric: Metric, atom: int, um: Array) -> Refined | None:
     """The law with its shape fitted, starting from a shape of the grid; None if it leaves the range of the grid."""
     if not any(isinstance(v, float | tuple) for v in family.atoms[atom].values()):
         return None
     try:
-        effect = solve([family], [atom], replace(data, um=left_um), metric).solved[0].effect
+        effect = solve([family], [atom], replace(data, um=um), metric).solved[0].effect
     except (ValueError, FloatingPointError, np.linalg.LinAlgError):
         return None
     shape = {name: getattr(effect, name) for name in family.atoms[0]}

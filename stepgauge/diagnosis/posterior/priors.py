@@ -41,9 +41,9 @@ class SizePriors(Table):
     certificate_um: float = Field(gt=0.0)
     steps: list[float] = Field(min_length=1)
 
-    def about(self, usual: float) -> Sizes:
-        """The mixture about a usual size."""
-        steps = np.array(self.steps)
+    def about(self, usual: float, most: float = np.inf) -> Sizes:
+        """The mixture about a usual size, without standard deviations above ``most``."""
+        steps = np.array([step for step in self.steps if usual * step <= most] or self.steps[:1])
         weight = -np.abs(np.log(steps)) / np.log(np.where(steps > 1.0, self.above, self.below))
         return Sizes(usual * steps, weight - np.logaddexp.reduce(weight))
 
@@ -93,10 +93,14 @@ class FormPriors(Table):
 
 
 class KindPrior(Table):
-    """Prior odds and usual size of one kind of law; ``basis``: what the size depends on; ``why``: its reason."""
+    """Prior odds and usual size of one kind of law; ``basis``: what the size depends on; ``why``: its reason.
+
+    ``most``: the largest standard deviation of its size that is physically possible.
+    """
 
     odds: float = Field(gt=0.0)
     usual: float = Field(gt=0.0)
+    most: float = Field(np.inf, gt=0.0)
     basis: Literal["", "grade", "sag", "certificate", "stylus"] = ""
     unit: str = ""
     why: str = ""

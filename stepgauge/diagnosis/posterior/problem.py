@@ -42,7 +42,10 @@ class Refined:
 
 
 Refine = Callable[[int, Array], Refined | None]
-"""From the number of an atom and residuals ``(n,)`` in um to the signature that fits them best near this atom."""
+"""From the number of an atom and residuals ``(n,)`` in um to the signature that fits them best near this atom.
+
+The residuals are those without other terms; nuisance parameters are free.
+"""
 
 
 @dataclass(frozen=True, eq=False)

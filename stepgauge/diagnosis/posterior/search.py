@@ -120,11 +120,19 @@ class Search:
     def _between(self, state: State, look: Look, atom: int, grid: State) -> State:
         """The hypothesis with a shape fitted near a point of the grid; that of the grid if the fit fails."""
         law = look.candidate
-        refined = law.refine(atom, state.left_um) if isinstance(law, Law) and law.refine is not None else None
+        if not isinstance(law, Law) or law.refine is None:
+            return grid
+        refined = law.refine(atom, self._unexplained(state))
         if refined is None:
             return grid
         log_prior = law.log_odds + look.volume_of(atom) + refined.gain
         return self._narrowed(state, Term(law, atom, refined.columns, look.sd, log_prior, refined.shape), grid)
+
+    def _unexplained(self, state: State) -> Array:
+        """Residuals without the terms of a hypothesis; what nuisance parameters took of them is left in."""
+        if not state.terms:
+            return self.problem.um
+        return self.problem.um - state.mean[state.count :] @ np.vstack([term.columns for term in state.terms])
 
     def _narrowed(self, state: State, term: Term, grid: State) -> State:
         """The hypothesis with a fitted shape, whose peak may be narrower than the step of the grid.

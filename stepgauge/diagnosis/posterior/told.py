@@ -64,7 +64,8 @@ class Said:
 def completed(search: Search, best: State, decision: Decision) -> State:
     """A hypothesis with one more term as long as what would be said of it is more probable than ``stated``.
 
-    Several laws may share what none of them has alone, so that the most probable hypothesis has none of them.
+    Several laws may share what none of them has alone, so that the most probable hypothesis has none of them. A law
+    whose size is not determined would not be said (rule 3).
     """
     while len(best.terms) < MOST_TERMS:
         look = next((look for look in search.beside(best) if look.gain > HOPELESS), None)
@@ -72,7 +73,10 @@ def completed(search: Search, best: State, decision: Decision) -> State:
             return best
         more = search.added(best, look)
         place = place_of(search, more, len(best.terms))
-        if _said_share(Said(place, _lead(place), more.terms[-1]), decision) < decision.stated:
+        said = Said(place, _lead(place), more.terms[-1])
+        if _said_share(said, decision) < decision.stated:
+            return best
+        if said.named and not determined(more, said.term, decision.determined):
             return best
         best = more
     return best
