@@ -193,6 +193,18 @@ def test_only_recorded_temperatures_that_change_are_candidates() -> None:
     assert not [one for one in effect_families(data, shipped_priors()) if "column" in one.choices]
 
 
+def test_lengths_and_angles_follow_no_temperature_that_is_nearly_constant() -> None:
+    """A scale error would be the expansion by an air of 21.5 degrees; about 20 degrees the same air does vary."""
+    recording = measured((turned(4.0),), 13)
+    wave = 0.1 * np.sin(np.arange(len(recording)) / 9.0)
+    for level, kinds in (
+        (21.5, {"thermal_shift"}),
+        (20.0, {"thermal_shift", "thermal_expansion_of", "thermal_bending"}),
+    ):
+        data = make_residuals(replace(recording, frame=recording.frame.assign(air_C=level + wave)), STEPS, machine())
+        assert {one.kind for one in effect_families(data, shipped_priors()) if "column" in one.choices} == kinds
+
+
 def test_an_origin_that_follows_a_temperature_is_a_law_and_no_form_unless_the_law_is_known_to_be_absent() -> None:
     data = make_residuals(warmed(measured((turned(0.0), turned(90.0)), 2), 2), STEPS, machine())
     along = {"lagged air_C  x", "lagged air_C  y"}

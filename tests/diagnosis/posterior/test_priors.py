@@ -36,6 +36,13 @@ def test_weights_of_sizes_sum_to_one_and_are_widest_about_what_is_usual() -> Non
     assert np.exp(forms.log_weight).sum() == pytest.approx(1.0)
 
 
+def test_no_size_is_larger_than_physics_allows() -> None:
+    sizes = shipped_priors().sizes.about(5.0, most=30.0)
+    assert sizes.sd.max() == pytest.approx(15.0)
+    assert np.exp(sizes.log_weight).sum() == pytest.approx(1.0)
+    assert len(shipped_priors().sizes.about(5.0, most=1e-9).sd) == 1
+
+
 def test_what_a_file_says_stands_in_place_of_what_is_shipped(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text("[decision]\nstated = 0.9\n[laws.kinds]\nroll = { odds = 2.0, usual = 30.0 }\n")

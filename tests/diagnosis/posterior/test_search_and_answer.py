@@ -166,6 +166,25 @@ def test_several_laws_may_be_likelier_than_nothing_though_none_of_them_is() -> N
     assert found.best.log_posterior < found.search.start.log_posterior  # which has none of them
 
 
+def test_a_shape_is_fitted_to_residuals_of_which_no_nuisance_took_a_part() -> None:
+    """Errors of the certificate take much of a large wave, as long as there is no wave in the hypothesis."""
+    given: list[Array] = []
+
+    def refine(_: int, um: Array) -> None:
+        given.append(um)
+
+    wave = law("wave", waves(turns(), np.arange(1.0, 8.0, 0.25)), refine=refine)
+    um = noise() + 30.0 * WAVE
+    search = Search(problem(um, (law("slope", coordinate()[None, None]), wave)), shipped_priors())
+    looks = {look.candidate.label: look for look in search.beside(search.start)}
+    assert np.abs(search.start.left_um - um).max() > 0.01
+    search.added(search.start, looks["wave"])
+    np.testing.assert_array_equal(given[-1], um)
+    sloped = search.added(search.start, looks["slope"])
+    search.added(sloped, looks["wave"])
+    np.testing.assert_allclose(given[-1], um - sloped.amplitudes(0)[0] @ sloped.terms[0].columns)
+
+
 def test_volumes_of_correlated_scatter_are_not_those_of_independent_scatter() -> None:
     """A term that moves from one model to the other has the volume of the new one; what is out of date has no vote."""
     search = Search(problem(noise() + 0.3 * WAVE, candidates()), shipped_priors())
