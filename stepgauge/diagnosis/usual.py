@@ -59,8 +59,7 @@ def usual_size(
             factors[f"over {span:g} mm an error is as large, in um, as over {priors.sizes.shortest_mm:g} mm"] = (
                 priors.sizes.shortest_mm / span
             )
-    together = float(np.prod(list(factors.values())))
-    return Usual(prior.usual * together, factors, prior.most * together)
+    return Usual(prior.usual * float(np.prod(list(factors.values()))), factors, prior.most)
 
 
 PART_OF = {"gauge_temperature_C": "gauge"} | {f"scale_temperature_{axis}_C": axis for axis in "xyz"}
