@@ -363,7 +363,9 @@ class Search:
         rivals = [one for one in near if len(one.terms) == len(state.terms)]
         alone = state.labels.union(*(one.labels for one in rivals)) - base.labels
         lesser = [one for one in others if not one.labels & alone]
-        firsts = {id(one): one for one in (*others[:1], *lesser[:1])}.values()
+        # a form may stand for several laws, of which the first alone is less probable than another form
+        laws = [one for one in others if one.named] if not state.terms[place].candidate.named else []
+        firsts = {id(one): one for one in (*others[:1], *lesser[:1], *laws[:1])}.values()
         twos = [self.added(one, look) for one in firsts for look in self._proposed(one, 1, alone)]
         return max((base, *ones, *map(self._weeded, [*others, *twos])), key=_worth)
 
