@@ -83,11 +83,8 @@ def _usual(effect: type[Effect], gauge: Gauge | None, machine: Machine | None) -
     unit = f" {prior.unit}" if prior.unit else ""
     lines = ["", f"  usual size: {middle}{unit}, nearly two thirds of what occurs from {low} to {high}{unit}"]
     lines += [f"    {prior.usual:g}{unit}: {prior.why or 'what is usual on coordinate measuring machines'}"]
-    lines += (
-        [f"    standard deviation at most {usual.most:.3g}{unit}: no more is physically possible"]
-        if math.isfinite(usual.most)
-        else []
-    )
+    if math.isfinite(prior.most):
+        lines.append(f"    standard deviation at most {prior.most:.3g}{unit}: no more is physically possible")
     lines += [f"    times {factor:.3g}: {reason}" for reason, factor in usual.factors.items()]
     lines += [f"    {_MISSING[prior.basis]}"] if prior.basis and not usual.factors and prior.basis in _MISSING else []
     for p in effect.parameters():

@@ -22,7 +22,7 @@ from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
 from stepgauge.diagnosis.posterior.scatter import OUTLYING, Scatter, Scatters
 from stepgauge.diagnosis.posterior.search import Search
-from stepgauge.diagnosis.posterior.told import SURE_OUTLIER, completed, systematic
+from stepgauge.diagnosis.posterior.told import SURE_OUTLIER, answer_of, systematic
 from stepgauge.diagnosis.problem import bare_problem, make_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.diagnosis.result import Diagnosis, Finding, Fit, Located, Noise, Verdict
@@ -145,7 +145,7 @@ def _repeated(data: Residuals) -> bool:
 
 def _search(data: Residuals, priors: Priors, without: Collection[str]) -> Searched:
     search = Search(make_problem(data, priors, without), priors)
-    answer = Answer(search, completed(search, search.run(), priors.decision))
+    answer = answer_of(search, priors.decision)
     return Searched(data, search, answer, make_model(search, answer, data, priors))
 
 

@@ -41,6 +41,7 @@ Shape = Sequence[Array] | Array
 TREND, SMOOTH, ROUGH, LAGGED, WAVE = "trend", "smooth", "rough", "lagged", "wave"
 LENGTH, LEVELS, LOOP, HARMONICS, BEAT = "changing length", "levels", "loop", "harmonics", "beat"
 SAWTOOTH = "sawtooth"
+PERIODIC = (WAVE, SAWTOOTH)
 DECAY = "power law"
 EXPONENTS = np.geomspace(0.15, 3.0, 10)
 """Of a decay with the number of touches that is no exponential."""

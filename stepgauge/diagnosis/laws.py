@@ -6,6 +6,7 @@ from collections import Counter, defaultdict
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,8 +38,8 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
         label = family.label if labels[family.label] == 1 else f"{family.label} #{labels[family.label]}"
         family = replace(family, about=_about(family, priors, data))
         sizes = sizes_of(family, priors, data)
-        own_size = np.array([size_of_shape(family.kind, atom, family.atoms) for atom in family.atoms])[:, None, None]
-        pattern = family.pattern if (own_size == 1.0).all() else own_size * family.pattern
+        if id(family.pattern) not in patterns:
+            patterns[id(family.pattern)] = _usual_pattern(family)
         found.append(
             Law(
                 family.kind,
@@ -47,7 +48,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
                 float(np.log(odds_of(family.kind, priors) * own)),
                 sizes,
                 replace(family, prior=float(sizes.sd.max())),
-                pattern=patterns.setdefault(id(family.pattern), pattern),
+                pattern=patterns[id(family.pattern)],
                 shares=family.share_rows,
                 log_weight=shape_weights(family, priors, data),
                 positive=family.positive,
@@ -56,6 +57,17 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
             )
         )
     return found
+
+
+def _usual_pattern(family: Family) -> Array:
+    """The signatures of all shapes ``(atoms, depth, n)`` for amplitudes as usual as those of the kind."""
+    size = np.array([size_of_shape(family.kind, atom, family.atoms) for atom in family.atoms])
+    return family.pattern if (size == 1.0).all() else size[:, None, None] * family.pattern
+
+
+def usual_signature(family: Family, shape: dict[str, Any], data: Residuals) -> Array:
+    """The same for one shape, with its shares, ``(d, n)``."""
+    return size_of_shape(family.kind, shape, family.atoms) * family_signatures(family, shape, data)
 
 
 def _shares(families: Sequence[Family], priors: Priors) -> list[float]:
@@ -74,13 +86,13 @@ def sizes_of(family: Family, priors: Priors, data: Residuals) -> Sizes:
     """
     assert family.law is not None
     span_mm = float(np.ptp(data.probings.certified_mm()))
-    usual = usual_size(family.law, priors, data.gauge, data.machine, span_mm, family.choices)
+    usual = usual_size(family.law, priors, data.gauge, data.machine, span_mm, family.choices).size
     if family.kind == "misalignment":
-        wide = priors.sizes.about(usual.size)
+        wide = priors.sizes.about(usual)
         return Sizes(wide.sd**2, wide.log_weight)
     if not any(p.role == "linear" for p in family.law.parameters()):
         return Sizes(np.ones(1), np.zeros(1))
-    return priors.sizes.about(usual.size, usual.most)
+    return priors.sizes.about(usual, priors.laws.of(family.kind).most)
 
 
 def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
@@ -139,5 +151,4 @@ def _refined(family: Family, data: Residuals, metric: Metric, atom: int, um: Arr
     if any(shape[name] <= 0.0 for name in family.about):
         return None
     gain = family.log_prior(shape) - family.log_prior(family.atoms[atom])
-    own_size = size_of_shape(family.kind, shape, family.atoms)
-    return Refined(own_size * family_signatures(family, shape, data), shape, gain)
+    return Refined(usual_signature(family, shape, data), shape, gain)

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from stepgauge.diagnosis.forms import SAWTOOTH, SMOOTH, WAVE
+from stepgauge.diagnosis.forms import PERIODIC, SMOOTH
 from stepgauge.diagnosis.practice import counted, name_of
 from stepgauge.diagnosis.words import listed, significant
 
@@ -110,7 +110,7 @@ def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         row["sides"].append(one["side"])
         row["where"].append(one["where"])
         row["p"].append(one["probability"])
-        row["periodic"] &= one["form"] in (WAVE, SAWTOOTH)
+        row["periodic"] &= one["form"] in PERIODIC
     return [
         {
             "covariate": row["covariate"],

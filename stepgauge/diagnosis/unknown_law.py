@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,7 @@ from stepgauge.diagnosis.forms import (
     LENGTH,
     LEVELS,
     OVERTONES,
+    PERIODIC,
     PERIODS_PER_SPAN,
     PHASES,
     SAWTOOTH,
@@ -150,18 +152,16 @@ def _best_law(
 
 
 def _about(located: Located, data: Residuals) -> Iterator[Located]:
-    """The form with periods within a step of its grid; other forms unchanged."""
+    """The form with periods, and phases of a sawtooth, within a step of its grid; other forms unchanged."""
     one = next((c for c in covariates(data) if c.name == located.covariate), None)
-    if located.form not in (WAVE, SAWTOOTH) or one is None:
+    if located.form not in PERIODIC or one is None:
         yield located
         return
     span, steps = float(np.ptp(one.values)), np.linspace(-1.0, 1.0, FINER)
     period, *phase = np.atleast_1d(located.numbers).tolist()
-    for near in span / (span / period + steps / (TEETH_PER_SPAN if phase else PERIODS_PER_SPAN)):
-        if not phase:
-            yield replace(located, numbers=float(near))
-        for step in steps if phase else ():
-            yield replace(located, numbers=(float(near), phase[0] + float(step) / PHASES))
+    periods = (span / (span / period + steps / (TEETH_PER_SPAN if phase else PERIODS_PER_SPAN))).tolist()
+    finer = product(periods, (phase[0] + steps / PHASES).tolist()) if phase else periods
+    yield from (replace(located, numbers=numbers) for numbers in finer)
 
 
 @dataclass(frozen=True)
@@ -205,7 +205,7 @@ def _law(located: Located, side: str, fitted: _Fitted) -> UnknownLaw:
         formula = " + ".join(f"{name} * {term}" for name, term, _ in part)
         effects.append(Empirical(formula=formula, coefficients={name: float(f"{c:.12g}") for name, _, c in part}))
     estimates = {name: Estimate(c, float(u), "um") for (name, _, c), u in zip(named, fitted.u, strict=True)}
-    period = float(np.atleast_1d(located.numbers)[0]) if located.form in (WAVE, SAWTOOTH) else None
+    period = float(np.atleast_1d(located.numbers)[0]) if located.form in PERIODIC else None
     return UnknownLaw(located, side, tuple(effects), estimates, fitted.share_um, period)
 
 

@@ -24,14 +24,10 @@ SAG_LENGTH_MM, SAG_HEIGHT_MM, STYLUS_MM = 1000.0, 30.0, 50.0
 
 @dataclass(frozen=True)
 class Usual:
-    """``size``: median, in the unit of the linear parameter; ``factors``: what multiplied that of the table.
-
-    ``most``: the largest standard deviation that is physically possible, in the same unit.
-    """
+    """``size``: median, in the unit of the linear parameter; ``factors``: what multiplied that of the table."""
 
     size: float
     factors: dict[str, float]
-    most: float = np.inf
 
 
 def usual_size(
@@ -59,7 +55,7 @@ def usual_size(
             factors[f"over {span:g} mm an error is as large, in um, as over {priors.sizes.shortest_mm:g} mm"] = (
                 priors.sizes.shortest_mm / span
             )
-    return Usual(prior.usual * float(np.prod(list(factors.values()))), factors, prior.most)
+    return Usual(prior.usual * float(np.prod(list(factors.values()))), factors)
 
 
 PART_OF = {"gauge_temperature_C": "gauge"} | {f"scale_temperature_{axis}_C": axis for axis in "xyz"}

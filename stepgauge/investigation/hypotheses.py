@@ -14,7 +14,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from stepgauge.diagnosis.engine import Searched
 from stepgauge.diagnosis.forms import form_candidates
-from stepgauge.diagnosis.library import family_signatures
+from stepgauge.diagnosis.laws import usual_signature
 from stepgauge.diagnosis.posterior.metric import Metric, nuisances
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Candidate
@@ -22,7 +22,6 @@ from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.runs import Lengthened, plain_metric
 from stepgauge.diagnosis.solve import solve
-from stepgauge.diagnosis.usual import size_of_shape
 from stepgauge.effects import Effect, along_approach_um
 from stepgauge.investigation.gain import Prediction
 
@@ -182,8 +181,6 @@ def _columns(part: Part, data: Residuals, forms: dict[str, Candidate]) -> Array:
     """How the rows of a lengthened recording change with the amplitudes of a part, ``(d, n)``."""
     source: Any = part.candidate.source
     if part.candidate.named:
-        atom = source.atoms[part.atom]
-        own_size = size_of_shape(source.kind, atom, source.atoms)
-        return np.asarray(own_size * family_signatures(source, atom, data))
+        return usual_signature(source, source.atoms[part.atom], data)
     form = forms.get(part.candidate.label)
     return np.zeros((0, len(data))) if form is None or part.atom >= form.atoms else form.columns(part.atom)

@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.forms import matern
-from stepgauge.diagnosis.posterior.answer import Answer
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Smooth
 from stepgauge.diagnosis.posterior.search import Search
-from stepgauge.diagnosis.posterior.told import completed
+from stepgauge.diagnosis.posterior.told import answer_of
 from tests.build import make_gauge
 from tests.conftest import ROOT
 from tests.diagnosis.made import by_hand
@@ -106,7 +105,7 @@ def of_distances(seen: pd.DataFrame, metres: Array, pair: NDArray[np.intp]) -> l
 def test_a_baseline_without_the_heights_of_its_pillars_is_no_scale_and_no_period() -> None:
     """What is missing differs from pair to pair: half the square of the difference in height over the distance."""
     search = Search(baseline(), shipped_priors())
-    found = Answer(search, completed(search, search.run(), shipped_priors().decision))
+    found = answer_of(search, shipped_priors().decision)
     assert found.adequate < 1e-3
     assert found.probability(["scale"]) < 0.2
     # a wave that is smaller than a form over the distance may be part of it and is not named (rule 3)

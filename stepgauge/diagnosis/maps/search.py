@@ -29,7 +29,7 @@ from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Law, Problem
 from stepgauge.diagnosis.posterior.problem import Term as Chosen
 from stepgauge.diagnosis.posterior.search import Search
-from stepgauge.diagnosis.posterior.told import Said, completed, told
+from stepgauge.diagnosis.posterior.told import Said, answer_of, told
 from stepgauge.diagnosis.posterior.told import sure as is_sure
 from stepgauge.diagnosis.result import Check
 
@@ -175,7 +175,7 @@ def searched(model: MapModel, candidates: Sequence[Candidate], scatter: MapScatt
 
 
 def _search(rows: MapRows, search: Search, priors: Priors) -> Searched:
-    answer = Answer(search, completed(search, search.run(), priors.decision))
+    answer = answer_of(search, priors.decision)
     state, said = told(search, answer, priors.decision.stated)
     forms, slight = [one for one in said if not one.named], list[Said]()
     scatter = (search.problem, state.scatter, search.scatters, state.sigma_um)

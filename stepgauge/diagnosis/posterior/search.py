@@ -201,7 +201,9 @@ class Search:
 
     def _current(self, state: State) -> State:
         """The hypothesis with volumes of shapes that hold for its scatter."""
-        for candidate in [] if state.current else [term.candidate for term in state.terms if term.correlated]:
+        if state.current:
+            return state
+        for candidate in [term.candidate for term in state.terms if term.correlated]:
             state = self._anew(state, candidate)
         return state
 

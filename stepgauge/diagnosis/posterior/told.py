@@ -61,7 +61,12 @@ class Said:
         return self.lead.candidate.named
 
 
-def completed(search: Search, best: State, decision: Decision) -> State:
+def answer_of(search: Search, decision: Decision) -> Answer:
+    """The answer of a search, with all that is likelier than not."""
+    return Answer(search, _completed(search, search.run(), decision))
+
+
+def _completed(search: Search, best: State, decision: Decision) -> State:
     """A hypothesis with one more term as long as what would be said of it is more probable than ``stated``.
 
     Several laws may share what none of them has alone, so that the most probable hypothesis has none of them. A law

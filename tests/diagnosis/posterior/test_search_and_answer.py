@@ -18,7 +18,7 @@ from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Term
 from stepgauge.diagnosis.posterior.search import Search
-from stepgauge.diagnosis.posterior.told import Said, completed, rival_laws, together
+from stepgauge.diagnosis.posterior.told import Said, answer_of, rival_laws, together
 from tests.diagnosis.posterior.made import (
     NOISE_UM,
     ROWS,
@@ -53,7 +53,7 @@ def candidates() -> tuple[Candidate, ...]:
 
 def answered(um: Array, seed: int = 2) -> Answer:
     search = Search(problem(noise(seed) + um, candidates()), shipped_priors())
-    return Answer(search, completed(search, search.run(), shipped_priors().decision))
+    return answer_of(search, shipped_priors().decision)
 
 
 def test_a_pair_is_found_and_nothing_beside_it() -> None:
@@ -86,7 +86,7 @@ def test_correlated_scatter_is_a_scatter_and_no_wave() -> None:
         level = told * level + np.sqrt(1.0 - told**2) * random.normal(0.0, 3.0 * NOISE_UM)
         um[row] = level
     search = Search(problem(um, candidates()), shipped_priors())
-    found = Answer(search, completed(search, search.run(), shipped_priors().decision))
+    found = answer_of(search, shipped_priors().decision)
     assert found.best.labels == set()
     assert found.probability_of_scatter("correlation") > 0.9
 
@@ -136,7 +136,7 @@ def test_several_laws_stand_in_place_of_one_only_if_each_of_them_is_needed() -> 
     together = SLOPE + WAVE
     sums = (law("sum", together[None, None]), law("twin", together[None, None]))
     search = Search(problem(noise() + together, (*candidates(), *sums)), shipped_priors())
-    answer = Answer(search, completed(search, search.run(), shipped_priors().decision))
+    answer = answer_of(search, shipped_priors().decision)
     (lead,) = answer.best.labels
     assert lead in ("sum", "twin")
     several = {frozenset(one.label for one in alternative.come) for alternative in answer.alternatives(1e-12)}
@@ -148,7 +148,7 @@ def twins(um: Array, count: int) -> Answer:
     """The answer where a number of laws fit equally well."""
     alike = [law(f"twin {i}", SLOPE[None, None]) for i in range(count)]
     search = Search(problem(noise() + um, alike), shipped_priors())
-    return Answer(search, completed(search, search.run(), shipped_priors().decision))
+    return answer_of(search, shipped_priors().decision)
 
 
 def test_several_laws_may_be_likelier_than_nothing_though_none_of_them_is() -> None:
