@@ -9,14 +9,14 @@ rough.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.choices import TEMPERATURES, goes_both_ways
+from stepgauge.diagnosis.choices import LIKE_DIRECTIONS, TEMPERATURES, goes_both_ways
 from stepgauge.diagnosis.covariates import (
     FEWEST_IN_CYCLE,
     REST,
@@ -56,6 +56,7 @@ TEETH_PER_SPAN, MOST_TEETH, PHASES = 16.0, 10.0, 16
 """Of a sawtooth, of which the last jump must be as right as the first; its phases are no sums of two."""
 FEWEST_DIRECTIONS = 8
 WANDERING = ("time", "order")
+DRIFTING = (*WANDERING, "cycle")
 REPEATING = ("position", "machine x", "machine y", "machine z", *WANDERING)
 SAME = 1.0 - 1e-10
 """Correlation from which two covariates count as the same."""
@@ -100,13 +101,17 @@ def form_candidates(data: Residuals, priors: Priors, scale_um: float, laws: Coll
     sides = {side: mask(data, side) for one in said for side in one.sides}
     sizes = priors.forms.about(scale_um)
     found: list[Candidate] = []
+    one_way = _drifts_one_way(data)
     for one in said:
         odds = float(np.log(priors.forms.odds * one.share / total / len(one.sides)))
-        for side in (side for side in one.sides if not _is_law(one, side, laws)):
-            form = Form(one.covariate, one.unit, one.shape, side, one.kernels, one.beside)
+        for side in one.sides:
+            own = _own(one, side, laws, one_way)
+            if not len(own.features):
+                continue
+            form = Form(own.covariate, own.unit, own.shape, side, own.kernels, own.beside)
             label = f"{one.shape} {one.covariate} {one.beside} {side}"
-            if isinstance(one.features, np.ndarray):
-                flat = np.full(len(one.features), -np.log(len(one.features)))
+            if isinstance(own.features, np.ndarray):
+                flat = np.full(len(own.features), -np.log(len(own.features)))
                 share = sides[side][None]
                 found.append(
                     Law(
@@ -116,22 +121,40 @@ def form_candidates(data: Residuals, priors: Priors, scale_um: float, laws: Coll
                         odds,
                         sizes,
                         form,
-                        pattern=one.features,
+                        pattern=own.features,
                         shares=share,
                         log_weight=flat,
                     )
                 )
             else:
-                features = tuple(_shown(columns * sides[side]) for columns in one.features)
+                features = tuple(_shown(columns * sides[side]) for columns in own.features)
                 if all(len(columns) for columns in features):
                     found.append(Smooth(one.covariate, label, False, odds, sizes, form, features=features))
     return found
 
 
-def _is_law(one: _Said, side: str, laws: Collection[str]) -> bool:
-    """Whether a form says what a law does: that the origin follows a temperature, along the machine or the gauge."""
-    follows = one.shape == LAGGED and one.covariate.endswith(TEMPERATURES)
-    return follows and side in ("x", "y", "z", "gauge") and "thermal_shift" in laws
+def _own(one: _Said, side: str, laws: Collection[str], one_way: bool) -> _Said:
+    """A form without what a law says as well: that the origin follows a temperature, or drifts.
+
+    An origin moves along a direction of the machine; ``one_way``: one moves all gauges alike.
+    """
+    if side not in ("x", "y", "z", "gauge"):
+        return one
+    if one.shape == LAGGED and one.covariate.endswith(TEMPERATURES) and "thermal_shift" in laws:
+        return replace(one, features=(), kernels=())
+    drifts = one.shape == SMOOTH and one.covariate in DRIFTING and not one.beside
+    if drifts and "thermal_drift" in laws and (one_way or side != "gauge"):
+        kept = [i for i, kernel in enumerate(one.kernels) if kernel != TREND]
+        return replace(one, features=[one.features[i] for i in kept], kernels=tuple(one.kernels[i] for i in kept))
+    return one
+
+
+def _drifts_one_way(data: Residuals) -> bool:
+    """Whether a drift along one direction of the machine moves the gauge alike in all placements."""
+    gauge = mask(data, "gauge")
+    machine = np.array([data.probings.approach(axis) for axis in "xyz"])
+    left = gauge - np.linalg.lstsq(machine.T, gauge, rcond=LIKE_DIRECTIONS)[0] @ machine
+    return bool(np.linalg.norm(left) < LIKE_DIRECTIONS * np.linalg.norm(gauge))
 
 
 def _shown(columns: Array) -> Array:

@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.engine import diagnose
+from stepgauge.diagnosis.forms import SMOOTH, TREND, form_candidates
+from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.unknown_law import model_unknown, rest_rms_um
 from stepgauge.effects import Probings, Setting
 from stepgauge.recording import Recording
-from tests.diagnosis.made import ALONG_X, gauge, machine
+from tests.diagnosis.made import ALONG_X, gauge, machine, record
 from tests.diagnosis.test_selection import (
     NOISE_UM,
     Array,
@@ -148,3 +151,26 @@ def test_a_search_ends_the_same_way_whatever_the_order_of_its_rows() -> None:
     found = [told(one) for one in (recording, shuffled)]
     assert found[0].verdict == found[1].verdict
     assert [one.where for one in found[0].located] == [one.where for one in found[1].located]
+
+
+@pytest.mark.parametrize(
+    ("axes", "laws", "trend"),
+    [
+        ((ALONG_X,), {"thermal_drift"}, False),
+        ((ALONG_X, ALONG_X), {"thermal_drift"}, False),
+        ((ALONG_X, (-1.0, 0.0, 0.0)), {"thermal_drift"}, True),
+        ((ALONG_X, (0.0, 1.0, 0.0)), {"thermal_drift"}, False),
+        ((ALONG_X, (0.0, 1.0, 0.0), (1.0, 1.0, 0.0)), {"thermal_drift"}, True),
+        ((ALONG_X,), set(), True),
+    ],
+)
+def test_a_line_in_time_that_a_drift_gives_is_no_form(
+    axes: tuple[tuple[float, float, float], ...], laws: set[str], trend: bool
+) -> None:
+    """A drift along the diagonal moves gauges along both axes alike, but not one turned round or on the diagonal."""
+    data = make_residuals(record(machine(), axes), gauge(), machine())
+    forms = [one.source for one in form_candidates(data, shipped_priors(), NOISE_UM, laws)]
+    lines = {(form.side, form.covariate) for form in forms if form.shape == SMOOTH and TREND in form.kernels}
+    assert (("gauge", "time") in lines) is trend
+    assert ("x", "time") not in lines
+    assert ("approach", "time") in lines
