@@ -191,8 +191,16 @@ def _has_like_placements(data: Residuals) -> bool:
     """
     own = (data.placement == np.arange(data.placement.max() + 1)[:, None]).astype(float)
     shared = np.vstack([np.ones(len(data)), np.abs([data.probings.approach(axis) for axis in "xyz"]), data.radii])
-    left = own - np.linalg.lstsq(shared.T, own.T, rcond=LIKE_DIRECTIONS)[0].T @ shared
-    return bool(np.linalg.norm(left) > TOLD_APART * np.linalg.norm(own))
+    return share_beside(own, shared) > TOLD_APART
+
+
+def share_beside(columns: Array, shared: Array) -> float:
+    """Share of the norm of columns ``(k, n)`` that is left beside what others ``(m, n)`` have in common with them.
+
+    The others count as different where they differ by more than a tenth.
+    """
+    left = columns - np.linalg.lstsq(shared.T, columns.T, rcond=LIKE_DIRECTIONS)[0].T @ shared
+    return float(np.linalg.norm(left) / np.linalg.norm(columns))
 
 
 def goes_both_ways(data: Residuals) -> bool:

@@ -16,8 +16,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.choices import LIKE_DIRECTIONS, TEMPERATURES, goes_both_ways
+from stepgauge.diagnosis.choices import LIKE_DIRECTIONS, TEMPERATURES, goes_both_ways, share_beside
 from stepgauge.diagnosis.covariates import (
+    AXES,
     FEWEST_IN_CYCLE,
     REST,
     TOUCHES,
@@ -138,23 +139,19 @@ def _own(one: _Said, side: str, laws: Collection[str], one_way: bool) -> _Said:
 
     An origin moves along a direction of the machine; ``one_way``: one moves all gauges alike.
     """
-    if side not in ("x", "y", "z", "gauge"):
-        return one
-    if one.shape == LAGGED and one.covariate.endswith(TEMPERATURES) and "thermal_shift" in laws:
+    follows = one.shape == LAGGED and one.covariate.endswith(TEMPERATURES)
+    if follows and side in (*AXES, "gauge") and "thermal_shift" in laws:
         return replace(one, features=(), kernels=())
-    drifts = one.shape == SMOOTH and one.covariate in DRIFTING and not one.beside
-    if drifts and "thermal_drift" in laws and (one_way or side != "gauge"):
-        kept = [i for i, kernel in enumerate(one.kernels) if kernel != TREND]
-        return replace(one, features=[one.features[i] for i in kept], kernels=tuple(one.kernels[i] for i in kept))
+    drifts = one.covariate in DRIFTING and one.kernels[-1] == TREND and one_way
+    if drifts and side == "gauge" and "thermal_drift" in laws:
+        return replace(one, features=one.features[:-1], kernels=one.kernels[:-1])
     return one
 
 
 def _drifts_one_way(data: Residuals) -> bool:
     """Whether a drift along one direction of the machine moves the gauge alike in all placements."""
-    gauge = mask(data, "gauge")
-    machine = np.array([data.probings.approach(axis) for axis in "xyz"])
-    left = gauge - np.linalg.lstsq(machine.T, gauge, rcond=LIKE_DIRECTIONS)[0] @ machine
-    return bool(np.linalg.norm(left) < LIKE_DIRECTIONS * np.linalg.norm(gauge))
+    machine = np.array([data.probings.approach(axis) for axis in AXES])
+    return share_beside(data.side[None], machine) < LIKE_DIRECTIONS
 
 
 def _shown(columns: Array) -> Array:
@@ -204,15 +201,16 @@ def _sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
 
 
 def _of_one(one: Covariate, data: Residuals, priors: Priors) -> _Said:
-    """A trend, smooth functions of several lengths, and rough ones of covariates such as time.
+    """Smooth functions of several lengths, rough ones of covariates such as time, and a trend.
 
-    A relaxation after a pause depends on ratios of its duration: its functions are smooth in the logarithm.
+    The trend is the last one: where it is a law's, the numbers of the others stay. A relaxation after a pause
+    depends on ratios of its duration: its functions are smooth in the logarithm.
     """
     values = np.log1p(one.values) if one.name == REST or one.name.startswith(TOUCHES) else one.values
     smooth = [matern(values, length) for length in priors.forms.lengths]
     rough = [matern(values, length, rough=True) for length in ROUGH_LENGTHS] if one.name in WANDERING else []
-    kernels = (TREND, *[SMOOTH] * len(smooth), *[ROUGH] * len(rough))
-    features = [standard(values)[None], *smooth, *rough]
+    kernels = (*[SMOOTH] * len(smooth), *[ROUGH] * len(rough), TREND)
+    features = [*smooth, *rough, standard(values)[None]]
     share = priors.forms.own_column if one.further and one.name not in OPTIONAL else 1.0
     return _Said(one.name, one.unit, SMOOTH, features, kernels, _sides(one, data), share)
 

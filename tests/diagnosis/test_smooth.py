@@ -174,3 +174,13 @@ def test_a_line_in_time_that_a_drift_gives_is_no_form(
     assert (("gauge", "time") in lines) is trend
     assert ("x", "time") not in lines
     assert ("approach", "time") in lines
+
+
+def test_what_a_law_takes_of_a_form_leaves_the_numbers_of_its_shapes() -> None:
+    """The next measurement is predicted with the forms of a longer recording, by these numbers."""
+    data = make_residuals(record(machine()), gauge(), machine())
+    every = {one.label: one for one in form_candidates(data, shipped_priors(), NOISE_UM)}
+    for one in form_candidates(data, shipped_priors(), NOISE_UM, {"thermal_drift", "thermal_shift"}):
+        for atom, kernel in enumerate(one.source.kernels):
+            assert kernel == every[one.label].source.kernels[atom]
+            assert np.array_equal(one.columns(atom), every[one.label].columns(atom))
