@@ -77,9 +77,17 @@ def tables(patterns: Sequence[Patterns], metric: Metric, first: int) -> list[Tab
         raw, white = one.grams(metric)
         for laws, mix in one.sets:
             gram = mixed(white, mix)
-            unseen = UNSEEN * np.maximum(np.einsum("aii->ai", mixed(raw, mix)), 0.0)
-            rows.setdefault(gram.shape[1], []).append((place, mix, laws, gram, unseen))
+            rows.setdefault(gram.shape[1], []).append((place, mix, laws, gram, _unseen(raw, mix)))
     return [_table(parts) for parts in rows.values()]
+
+
+def _unseen(gram: Array, mix: Array) -> Array:
+    """Limits of rounding ``(atoms, d)`` of signatures mixed from basis rows ``(atoms, r, depth, r, depth)``.
+
+    They follow from the rows that are mixed: where these cancel each other, their rounding does not.
+    """
+    length = np.sqrt(np.maximum(np.einsum("ajbjb->ajb", gram), 0.0))
+    return np.asarray(UNSEEN * (np.abs(mix) @ length).reshape(len(gram), -1) ** 2)
 
 
 def _table(parts: Sequence[tuple[int, Array, list[Law], Array, Array]]) -> Table:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import special, stats
@@ -11,7 +13,7 @@ from stepgauge.diagnosis.posterior.evidence import Evidence, State
 from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.looks import Looks
 from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.problem import Candidate, Law, Term
+from stepgauge.diagnosis.posterior.problem import Candidate, Law, Sizes, Term
 from stepgauge.diagnosis.posterior.tables import _solve
 from tests.diagnosis.posterior.made import ROWS, coordinate, law, noise, problem, random_function, term, turns, waves
 
@@ -130,3 +132,19 @@ def test_rounding_makes_no_evidence_of_amplitudes_that_are_one(share: tuple[floa
     solved, log_det = _solve(rounded[None], unseen[None], np.array([1e-14]), 3.0 * one[None])
     assert 3.0 * one @ solved[0] == pytest.approx(9.0, rel=0.05)
     assert log_det[0] >= np.log(np.prod(unseen))
+
+
+@pytest.mark.parametrize("first", [0.90, 0.93, 0.94, 0.96])
+@pytest.mark.parametrize("apart", [1e-3, 1e-4])
+def test_rounding_makes_no_evidence_where_shares_cancel_each_other(apart: float, first: float) -> None:
+    """Directions that differ in the first half of a record, and in the second by less than single precision shows."""
+    one = np.linspace(first, 0.98, ROWS)
+    other = np.where(turns() < 0.5, -one, (1.0 - apart) * one + 1e-7 * coordinate())
+    steps = np.stack([(turns() > edge).astype(float) for edge in (0.6, 0.7, 0.8)])[:, None]
+    wide = Sizes(np.array([0.5, 1e3]), np.log([0.9, 0.1]))
+    both = replace(law("both", steps, np.stack([one - other, one + 1e-6 * coordinate()])), sizes=wide)
+    known = problem(noise() + turns(), (law("one", steps, one[None]), law("other", steps, other[None]), both))
+    evidence = Evidence(known, shipped_priors())
+    state = evidence((), evidence.scatters.plain())
+    (look,) = (look for look in Looks(known)(state, evidence.scatters) if look.candidate is both)
+    assert look.gain <= exact(both, evidence, state) + 0.3
