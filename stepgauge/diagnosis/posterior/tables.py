@@ -84,10 +84,12 @@ def tables(patterns: Sequence[Patterns], metric: Metric, first: int) -> list[Tab
 def _unseen(gram: Array, mix: Array) -> Array:
     """Limits of rounding ``(atoms, d)`` of signatures mixed from basis rows ``(atoms, r, depth, r, depth)``.
 
-    They follow from the rows that are mixed: where these cancel each other, their rounding does not.
+    They follow from the rows that are mixed: where these cancel each other, their rounding does not. A matrix of d
+    amplitudes is positive where d times the rounding of its elements is on its diagonal.
     """
     length = np.sqrt(np.maximum(np.einsum("ajbjb->ajb", gram), 0.0))
-    return np.asarray(UNSEEN * (np.abs(mix) @ length).reshape(len(gram), -1) ** 2)
+    square = (np.abs(mix) @ length).reshape(len(gram), -1) ** 2
+    return np.asarray(UNSEEN * square.shape[1] * square)
 
 
 def _table(parts: Sequence[tuple[int, Array, list[Law], Array, Array]]) -> Table:

@@ -10,11 +10,11 @@ from scipy import special, stats
 
 from stepgauge.diagnosis.posterior import looks as looking
 from stepgauge.diagnosis.posterior.evidence import Evidence, State
-from stepgauge.diagnosis.posterior.look import Look
+from stepgauge.diagnosis.posterior.look import UNSEEN, Look
 from stepgauge.diagnosis.posterior.looks import Looks
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Law, Sizes, Term
-from stepgauge.diagnosis.posterior.tables import _solve
+from stepgauge.diagnosis.posterior.tables import _solve, _unseen
 from tests.diagnosis.posterior.made import ROWS, coordinate, law, noise, problem, random_function, term, turns, waves
 
 SHARES = np.array([np.arange(ROWS) % 3 > 0, 1.0 - 0.3 * coordinate()], float)
@@ -148,3 +148,18 @@ def test_rounding_makes_no_evidence_where_shares_cancel_each_other(apart: float,
     state = evidence((), evidence.scatters.plain())
     (look,) = (look for look in Looks(known)(state, evidence.scatters) if look.candidate is both)
     assert look.gain <= exact(both, evidence, state) + 0.3
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_rounding_makes_no_evidence_of_many_amplitudes_that_are_two(seed: int) -> None:
+    """Every element of the matrix of ten signatures is off by what rounding may make of it."""
+    random = np.random.default_rng(seed)
+    mix = random.normal(size=(10, 2))
+    exact = mix @ mix.T
+    length = np.sqrt(np.diag(exact))
+    off = UNSEEN * random.uniform(-1.0, 1.0, (10, 10)) * np.outer(length, length)
+    unseen = _unseen(exact[None, None, :, None, :], np.ones((1, 1)))
+    rounded = exact + np.tril(off) + np.tril(off, -1).T + np.diag(unseen[0])
+    dot = mix @ np.array([3.0, 4.0])
+    solved, _ = _solve(rounded[None], unseen, np.array([1e-14]), dot[None])
+    assert dot @ solved[0] == pytest.approx(25.0, rel=1e-3)
