@@ -292,10 +292,10 @@ class Search:
         """Exchanges of one term for one, one for two, two for one, until nothing improves; two at once if one fails."""
         for _ in range(ROUNDS):
             old = best
-            for state in self._unweighed(old):
+            for state in self._plainer(old):
                 best = max((best, *(self._instead(state, place) for place in range(len(old.terms)))), key=_worth)
-            if len(old.terms) < MOST_TERMS:
-                best = max(best, *(self.added(old, look) for look in self._proposed(old, 2)), old, key=_worth)
+                if len(old.terms) < MOST_TERMS:
+                    best = max(best, *(self.added(state, look) for look in self._proposed(state, 2)), old, key=_worth)
             if best.log_posterior <= old.log_posterior + SETTLED:
                 pairs = combinations(range(len(old.terms)), 2)
                 best = max((best, *(one for places in pairs for one in self._ones(old, *places))), key=_worth)
@@ -344,11 +344,18 @@ class Search:
         self.problem = replace(self.problem, candidates=(*self.problem.candidates, *new.values()))
         self.looks.admit([one for one in new.values() if isinstance(one, Law)])
 
-    def _unweighed(self, state: State) -> Iterator[State]:
-        """The hypothesis, and the same with normal tails: rows are weighted by the residuals of its own terms."""
+    def _plainer(self, state: State) -> Iterator[State]:
+        """The hypothesis, and the same without what its scatter may have in place of a term that is missing.
+
+        Rows are weighted by the residuals of its own terms, and faces that are off by more than the certificate states
+        may be one face alone.
+        """
         yield state
         if state.scatter.tails != NORMAL:
             yield self.evidence(state.terms, self.scatters.without_tails(state.scatter), state.sigma_um)
+        if state.scatter.certificate != 1.0:
+            stated = self.scatters.changed(state.scatter, certificate=1.0)
+            yield self.evidence(state.terms, stated, state.sigma_um)
 
     def _ones(self, state: State, *places: int) -> list[State]:
         """The hypothesis with one other term, or a pair of laws, in place of some; first without these."""
