@@ -238,3 +238,16 @@ def test_what_stands_in_a_set_is_what_the_readings_do_not_exclude() -> None:
     worse, form, faint = rival("worse", 0.1, 0.2), rival("form", 0.05, 0.05, named=False), rival("faint", 0.01, 0.001)
     said = Said(Place(0, (rare, lead, worse, form, faint), 0.01), lead, Term(lead.candidate, 0, SLOPE[None], 1.0, 0.0))
     assert [one.candidate.label for one in rival_laws(said, shipped_priors().decision)] == ["lead", "rare"]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_one_face_beside_something_larger_is_no_certificate_whose_uncertainty_is_too_small(seed: int) -> None:
+    """Laws alike are more probable than the face at first, and beside them all faces may be off by more than stated."""
+    certified = problem(np.zeros(ROWS)).certified
+    faces = [law(f"face {i}", row[None, None]) for i, row in enumerate(certified)]
+    alike = [law(f"wave along {axis}", waves(turns(), [3.0])) for axis in "abcd"]
+    um = noise(seed) + 3.0 * np.sin(6.0 * np.pi * turns() + 0.4) + 1.3 * certified[4]
+    best = Search(problem(um, (*faces, *alike)), shipped_priors()).run()
+    assert "face 4" in best.labels
+    assert len(best.labels) == 2
+    assert best.scatter.certificate == 1.0
