@@ -16,6 +16,7 @@ from stepgauge.diagnosis.library import Family, fixed_values, stated
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um
+from stepgauge.errors import InputError
 
 Array = NDArray[np.float64]
 UNBOUNDED = 1e300
@@ -25,6 +26,8 @@ SMALLEST_SHARE = 0.01
 """Share of the least value of the grid below which all values count as equal: a logarithm needs a positive one."""
 SAME_COST = 1e-6
 """Least relative decrease of the sum of squares by a step: with a thousand rows a thousandth in chi-square."""
+IMPOSSIBLE = 1e6
+"""Residual of every row in standard deviations where a law cannot be."""
 FROZEN = {"time_s", "when"}
 """Parameters without a derivative of the displacement: their resolution is that of the grid."""
 
@@ -264,10 +267,9 @@ def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Metr
 
     def left(moved: Array) -> Array:
         parts = np.split(start + moved * scale, cuts)
-        shares = [law.displacement_um(part, data) for law, part in zip(laws, parts, strict=True)]
         known = np.concatenate([law.known(part) for law, part in zip(laws, parts, strict=True)])
         strays = np.concatenate([law.strays(part)[0] for law, part in zip(laws, parts, strict=True)])
-        return np.concatenate([white - whitening(np.sum(shares, axis=0)), known, strays])
+        return np.concatenate([_unexplained(laws, parts, data, whitening, white), known, strays])
 
     def slopes(moved: Array) -> Array:
         parts, steps = np.split(start + moved * scale, cuts), np.split(_steps(moved) * scale, cuts)
@@ -290,6 +292,20 @@ def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Metr
         first += len(part)
     slope = found.jac[: len(white)]
     return Fitted(tuple(solved), left(moved)[: len(white)], orthonormal(slope), tuple(np.split(slope, cuts, axis=1)))
+
+
+def _unexplained(
+    laws: Sequence[_Law], parts: Sequence[Array], data: Residuals, whitening: Metric, white: Array
+) -> Array:
+    """What laws with these parameters leave; far too much where there is no such law, so that no step leads there.
+
+    A tripod may be stated so that a face pulls the stylus out of it and the probe never triggers.
+    """
+    try:
+        shares = [law.displacement_um(part, data) for law, part in zip(laws, parts, strict=True)]
+    except InputError:
+        return np.full(len(white), IMPOSSIBLE)
+    return white - whitening(np.sum(shares, axis=0))
 
 
 def _steps(moved: Array) -> Array:
