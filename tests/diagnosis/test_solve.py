@@ -10,7 +10,16 @@ import pytest
 from scipy import stats
 
 from stepgauge.diagnosis.engine import misfit
-from stepgauge.diagnosis.solve import _above_zero
+from stepgauge.diagnosis.library import effect_families
+from stepgauge.diagnosis.posterior.evidence import Evidence
+from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.problem import make_problem
+from stepgauge.diagnosis.residuals import make_residuals
+from stepgauge.diagnosis.solve import _above_zero, _Law, _unexplained
+from stepgauge.errors import InputError
+from tests.diagnosis.made import machine
+from tests.diagnosis.test_further_laws import STEPS, measured, turned
 from tests.diagnosis.test_selection import BETWEEN, along, bent, clean, names, told
 
 
@@ -43,3 +52,21 @@ def test_repeats_that_drift_are_no_repeatability() -> None:
     assert names(found) == ["thermal_drift"]
     assert 0.8 < found.fit.chi2_dof_after < 1.25
     assert found.fit.chi2_dof_before > 2.0
+
+
+def test_a_fit_does_not_step_to_a_tripod_that_never_triggers() -> None:
+    """A face that is approached upward pulls the stylus of a short lever out of its seat; a fit passed it."""
+    axes = [turned(50.0, -38.0), turned(0.0), turned(110.0), turned(-40.0)]
+    data = make_residuals(measured(axes, 3), STEPS, machine())
+    families = effect_families(data, shipped_priors())
+    (family,) = (f for f in families if f.law.kind == "kinematic_pretravel" and f.choices["part"] == "varying")
+    law, scatters = _Law(family, 0), Evidence(make_problem(data, shipped_priors()), shipped_priors()).scatters
+    metric = Metric(make_problem(data, shipped_priors()), scatters.plain(), scatters, 1.0)
+    at = {"um_per_N": 0.5, "lever_mm": 2.964, "arm_azimuth_deg": 111.0, "along": 0.512}
+    never, white = np.array([at[name] for name in law.names]), metric(data.um)
+    with pytest.raises(InputError, match="never triggers"):
+        law.displacement_um(never, data)
+    there = _unexplained([law], [never], data, metric, white)
+    assert (there > 1e3 * np.abs(white).max()).all()
+    elsewhere = np.array([(at | {"lever_mm": 65.0})[name] for name in law.names])
+    assert np.abs(_unexplained([law], [elsewhere], data, metric, white)).max() < 1e2
