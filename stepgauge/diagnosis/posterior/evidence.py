@@ -177,7 +177,8 @@ class Evidence:
             terms = tuple(term if one.candidate is term.candidate else one for one in state.terms)
             state = self._of_sizes(terms, scatter, state.sigma_um)
         summed = sum(float(np.logaddexp.reduce(one)) for one in state.by_size)
-        return self._with_signs(replace(state, log_posterior=state.log_posterior + summed))
+        total = state.log_posterior + summed
+        return self._with_signs(replace(state, log_posterior=total if np.isfinite(total) else -np.inf))
 
     def _of_sizes(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
         """The hypothesis with the sizes that its terms have; their prior is that of their sizes summed."""
@@ -195,7 +196,11 @@ class Evidence:
         log_posterior += sum(term.log_prior for term in terms)
         sigma_um, square = float(np.exp(log_sigma)), likelihood.square(amplitudes, log_sigma)
         state = State(terms, scatter, log_posterior, sigma_um, left_um, factor, sd, mean, len(base.sd), square)
-        return replace(state, by_size=tuple(_by_size(state)))
+        try:
+            return replace(state, by_size=tuple(_by_size(state)))
+        except np.linalg.LinAlgError:  # no number is left of amplitudes beyond all rounding: nobody chooses this
+            weights = tuple(term.candidate.sizes.log_weight for term in terms)
+            return replace(state, log_posterior=-np.inf, by_size=weights)
 
     def _with_signs(self, state: State) -> State:
         """The state with half-normal priors of amplitudes that cannot be negative: twice the part above zero."""
