@@ -60,8 +60,9 @@ def test_a_fit_does_not_step_to_a_tripod_that_never_triggers() -> None:
     data = make_residuals(measured(axes, 3), STEPS, machine())
     families = effect_families(data, shipped_priors())
     (family,) = (f for f in families if f.law.kind == "kinematic_pretravel" and f.choices["part"] == "varying")
-    law, scatters = _Law(family, 0), Evidence(make_problem(data, shipped_priors()), shipped_priors()).scatters
-    metric = Metric(make_problem(data, shipped_priors()), scatters.plain(), scatters, 1.0)
+    law, problem = _Law(family, 0), make_problem(data, shipped_priors())
+    scatters = Evidence(problem, shipped_priors()).scatters
+    metric = Metric(problem, scatters.plain(), scatters, 1.0)
     at = {"um_per_N": 0.5, "lever_mm": 2.964, "arm_azimuth_deg": 111.0, "along": 0.512}
     never, white = np.array([at[name] for name in law.names]), metric(data.um)
     with pytest.raises(InputError, match="never triggers"):

@@ -177,8 +177,8 @@ class Evidence:
             terms = tuple(term if one.candidate is term.candidate else one for one in state.terms)
             state = self._of_sizes(terms, scatter, state.sigma_um)
         summed = sum(float(np.logaddexp.reduce(one)) for one in state.by_size)
-        total = state.log_posterior + summed
-        return self._with_signs(replace(state, log_posterior=total if np.isfinite(total) else -np.inf))
+        state = self._with_signs(replace(state, log_posterior=state.log_posterior + summed))
+        return state if np.isfinite(state.log_posterior) else replace(state, log_posterior=-np.inf)
 
     def _of_sizes(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
         """The hypothesis with the sizes that its terms have; their prior is that of their sizes summed."""

@@ -295,7 +295,7 @@ class Search:
             for state in self._plainer(old):
                 best = max((best, *(self._instead(state, place) for place in range(len(old.terms)))), key=_worth)
                 if len(old.terms) < MOST_TERMS:
-                    best = max(best, *(self.added(state, look) for look in self._proposed(state, 2)), old, key=_worth)
+                    best = max((best, *(self.added(state, look) for look in self._proposed(state, 2))), key=_worth)
             if best.log_posterior <= old.log_posterior + SETTLED:
                 pairs = combinations(range(len(old.terms)), 2)
                 best = max((best, *(one for places in pairs for one in self._ones(old, *places))), key=_worth)

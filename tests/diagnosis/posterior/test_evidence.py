@@ -226,12 +226,15 @@ def test_two_laws_alike_are_as_probable_in_whatever_order_they_come() -> None:
     assert fresh(tuple(other[::-1]), scatter).log_posterior == pytest.approx(both.log_posterior, abs=0.1)
 
 
+@pytest.mark.parametrize("positive", [False, True])
 @pytest.mark.parametrize("size", [1e160, 1e200])
 @pytest.mark.parametrize("pattern", [turns()[None, None], waves(turns(), [1.0]), waves(turns(), [1e-3])])
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
-def test_a_hypothesis_of_which_no_number_is_left_is_never_chosen(pattern: np.ndarray, size: float) -> None:
+def test_a_hypothesis_of_which_no_number_is_left_is_never_chosen(
+    pattern: np.ndarray, size: float, positive: bool
+) -> None:
     """Amplitudes beyond all rounding: the search goes on without it."""
-    endless = replace(law("endless", pattern), sizes=Sizes(np.array([size]), np.zeros(1)))
+    endless = replace(law("endless", pattern), sizes=Sizes(np.array([size]), np.zeros(1)), positive=positive)
     evidence = Evidence(problem(noise() + turns(), (endless,)), shipped_priors())
     state = evidence((replace(term(endless), sd=size),), evidence.scatters.plain())
     assert state.log_posterior == -np.inf
