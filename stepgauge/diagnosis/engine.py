@@ -14,9 +14,9 @@ from threadpoolctl import threadpool_limits
 from stepgauge.axis.sensors import without_probe
 from stepgauge.diagnosis.checks import predictive_checks, widening
 from stepgauge.diagnosis.clock import clock_start_s, counted_from, told_by_clock
+from stepgauge.diagnosis.forms.words import CORRELATED, GROWING, located
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.library import carried
-from stepgauge.diagnosis.located import CORRELATED, GROWING, located
 from stepgauge.diagnosis.posterior.answer import Answer
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors

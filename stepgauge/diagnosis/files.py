@@ -17,6 +17,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from stepgauge import __version__
+from stepgauge.diagnosis.forms.formula import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.machine_text import effect_table, machine_text
 from stepgauge.diagnosis.posterior.search import Step
@@ -26,7 +27,6 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Member
 from stepgauge.diagnosis.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.solve import Estimate
-from stepgauge.diagnosis.unknown_law import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.files.text import write_json, write_text
 from stepgauge.recording import Recording
 
@@ -88,7 +88,7 @@ def write_diagnosis(
     diagnosis : result of :func:`stepgauge.diagnosis.engine.diagnose`
     recordings : as they were read, in the order in which they were joined
     suffix : format of the figures: png, svg or pdf
-    laws : result of :func:`stepgauge.diagnosis.unknown_law.model_unknown`, if already computed
+    laws : result of :func:`stepgauge.diagnosis.forms.formula.model_unknown`, if already computed
     """
     from stepgauge.figures.diagnosis import draw_diagnosis, figure_names
     from stepgauge.reports.diagnosis import diagnosis_story

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import everywhere
-from stepgauge.diagnosis.forms import form_candidates
+from stepgauge.diagnosis.forms.candidates import form_candidates
 from stepgauge.diagnosis.laws import law_candidates
 from stepgauge.diagnosis.parts import laws_in_parts
 from stepgauge.diagnosis.posterior.metric import Metric

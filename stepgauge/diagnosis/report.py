@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from stepgauge.diagnosis.forms import PERIODIC, SMOOTH
+from stepgauge.diagnosis.forms.form import PERIODIC, SMOOTH
 from stepgauge.diagnosis.practice import counted, name_of
 from stepgauge.diagnosis.words import listed, significant
 

@@ -22,7 +22,7 @@ from stepgauge.files.shown import Shown, as_lines
 from stepgauge.recording import Recording
 
 if TYPE_CHECKING:
-    from stepgauge.diagnosis.unknown_law import UnknownLaw
+    from stepgauge.diagnosis.forms.formula import UnknownLaw
 
 Array = NDArray[np.float64]
 NUMBERS = ["kind", "effect", "probability", "parameter", "value", "u", "unit"]
@@ -156,7 +156,7 @@ class Diagnosis(Shown):
     @cached_property
     def laws(self) -> list[UnknownLaw]:
         """The empirical laws of the forms that no known effect explains."""
-        from stepgauge.diagnosis.unknown_law import model_unknown
+        from stepgauge.diagnosis.forms.formula import model_unknown
 
         return model_unknown(self)
 

@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from stepgauge.diagnosis.forms.formula import UnknownLaw, rest_um
 from stepgauge.diagnosis.result import Diagnosis
-from stepgauge.diagnosis.unknown_law import UnknownLaw, rest_um
 from stepgauge.errors import InputError
 from stepgauge.files.text import read_text
 

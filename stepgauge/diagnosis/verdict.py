@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import covariates, mask
-from stepgauge.diagnosis.forms import SMOOTH, Form
+from stepgauge.diagnosis.forms.form import SMOOTH, Form
+from stepgauge.diagnosis.forms.words import UNDETERMINED, located, regime
 from stepgauge.diagnosis.library import Family
-from stepgauge.diagnosis.located import UNDETERMINED, located, regime
 from stepgauge.diagnosis.marginals import with_marginals
 from stepgauge.diagnosis.posterior.answer import Answer, Rival
 from stepgauge.diagnosis.posterior.evidence import State

@@ -16,9 +16,11 @@ from stepgauge.effects.base import AnyDirection, Array, Displacement, Effect, al
 from stepgauge.effects.probings import Probings
 from stepgauge.errors import InputError
 from stepgauge.files.formula import Formula, parse_formula
+from stepgauge.recording import POSITION
 
 parse = lru_cache(parse_formula)
 RESTED = "rested"
+COORDINATES = ("position_mm", *POSITION)
 DERIVED = {
     "position_mm": "certified position of the face along the gauge, mm",
     "side": "+1 for fronts, -1 for backs",
@@ -28,6 +30,7 @@ DERIVED = {
     "turning_mm": "way along the gauge between touches since it last turned round, mm",
     "rest_s": "time since the touch before, s",
     f"{RESTED}_N": "roots of this rest and of those before earlier touches, s^0.5, fading to 1/e over N touches",
+    "COORDINATE_held_N": "way of x_mm, y_mm, z_mm or position_mm since it turned, mm, at most N um to either side",
     "COLUMN_lag_N": "a recorded column as a body with a time constant of N seconds follows it",
     "way": "+1 where the touch before was nearer to face 1, -1 where it was farther from it",
     "azimuth_rad": "azimuth of the approach about the stylus, from machine +x",
@@ -107,6 +110,9 @@ def _covariate(probings: Probings, name: str) -> Array:
     column, lag, seconds = name.rpartition("_lag_")
     if lag and seconds.isdecimal():
         return probings.lagged(column, float(seconds))
+    column, held, um = name.rpartition("_held_")
+    if held and um.isdecimal() and column in COORDINATES:
+        return probings.held_mm(column, float(um) * 1e-3)
     prefix, _, number = name.rpartition("_")
     if prefix in _NUMBERED and number.isdecimal():
         return _NUMBERED[prefix](probings, float(number))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -101,6 +102,26 @@ def run_mm(probings: Probings, axis: str) -> Array:
     steps = np.diff(place, axis=-1, prepend=place[..., :1]) * np.sign(probings.approach(axis)[order])
     run = np.where(np.diff(placement, prepend=placement[0]) == 0, np.maximum(steps, 0.0), 0.0)
     return by_row(run, order)
+
+
+def held_mm(probings: Probings, column: str, way_mm: float) -> Array:
+    """A spring with a slider that is drawn along: its stretch, mm, at most ``way_mm`` to either side, ``(..., n)``.
+
+    It is stretched by the way of a coordinate since that last turned (stop operator: Visintin, Differential Models of
+    Hysteresis, 1994, ch. III). At the first probing of a placement it is slack: nobody knows the way before.
+    """
+    order, placement = in_order(probings)
+    path = probings.certified_mm() if column == "position_mm" else probings.coordinate_mm(column[0])
+    steps = np.diff(path[..., order], axis=-1, prepend=path[..., order[:1]])
+    parts = np.split(np.arange(len(order)), np.flatnonzero(np.diff(placement)) + 1)
+    stretched = [np.apply_along_axis(_stretched, -1, steps[..., part], way_mm) for part in parts]
+    return by_row(np.concatenate(stretched, axis=-1), order)
+
+
+def _stretched(steps: Array, most: float) -> Array:
+    """The stretch after each of some steps ``(n,)``, of which the first leads from nowhere."""
+    after = accumulate(steps[1:].tolist(), lambda s, step: min(max(s + step, -most), most), initial=0.0)
+    return np.fromiter(after, float, len(steps))
 
 
 def touches_since(probings: Probings, pause_s: float) -> Array:

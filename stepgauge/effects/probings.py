@@ -283,6 +283,13 @@ class Probings:
             self._made["turning"] = order.since_turning_mm(self)
         return self._made["turning"]
 
+    def held_mm(self, column: str, way_mm: float) -> Array:
+        """How far friction holds back what follows a coordinate (``x_mm``, ``position_mm``), at most ``way_mm``."""
+        key = ("held", column, way_mm)
+        if key not in self._made:
+            self._made[key] = order.held_mm(self, column, way_mm)
+        return self._made[key]
+
     def run_mm(self, axis: str) -> Array:
         """Path of an axis from the previous probing, mm, if in the direction of the approach; else 0."""
         key = ("run", axis)
@@ -342,6 +349,9 @@ class _Slice(Probings):
 
     def since_turning_mm(self) -> Array:
         return self.whole.since_turning_mm()[self.rows]
+
+    def held_mm(self, column: str, way_mm: float) -> Array:
+        return self.whole.held_mm(column, way_mm)[..., self.rows]
 
     def run_mm(self, axis: str) -> Array:
         return self.whole.run_mm(axis)[..., self.rows]

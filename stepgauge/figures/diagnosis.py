@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import WAY
+from stepgauge.diagnosis.forms.formula import UnknownLaw, rest_um
 from stepgauge.diagnosis.result import Diagnosis
-from stepgauge.diagnosis.unknown_law import UnknownLaw, rest_um
 from stepgauge.figures.effect_panels import (
     COUNTED,
     MOST_MEANS,

@@ -22,23 +22,24 @@ from stepgauge.diagnosis.covariates import (
     pause_of,
     runs_of,
 )
-from stepgauge.diagnosis.forms import (
+from stepgauge.diagnosis.forms.form import (
     BEAT,
-    DECAY,
     HARMONICS,
+    HYSTERESIS,
     LAGGED,
     LENGTH,
     LEVELS,
     LOOP,
+    RESTS,
     SAWTOOTH,
     SMOOTH,
     TREND,
     WANDERING,
     WAVE,
 )
+from stepgauge.diagnosis.forms.formula import UnknownLaw
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Diagnosis, Finding
-from stepgauge.diagnosis.unknown_law import UnknownLaw
 from stepgauge.effects import Effect
 from stepgauge.figures.style import CYCLE
 
@@ -83,7 +84,8 @@ TITLES = {
     SAWTOOTH: "a sawtooth of {covariate}",
     LENGTH: "a length that changes with {covariate}",
     BEAT: "a wave along the gauge that changes with {covariate}",
-    DECAY: "decays with {covariate} by a power law",
+    HYSTERESIS: "hysteresis of {covariate}",
+    RESTS: "follows the rests before the last touches",
     LEVELS: "every {covariate} off by an amount of its own",
     LOOP: "another curve on the way back",
     HARMONICS: "depends on the direction of approach",

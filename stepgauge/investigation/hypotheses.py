@@ -13,7 +13,7 @@ from scipy import special
 from scipy.linalg import cho_factor, cho_solve
 
 from stepgauge.diagnosis.engine import Searched
-from stepgauge.diagnosis.forms import form_candidates
+from stepgauge.diagnosis.forms.candidates import form_candidates
 from stepgauge.diagnosis.laws import usual_signature
 from stepgauge.diagnosis.posterior.metric import Metric, nuisances
 from stepgauge.diagnosis.posterior.priors import Priors

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stepgauge.diagnosis.located import SCATTER
+from stepgauge.diagnosis.forms.words import SCATTER
 from stepgauge.diagnosis.practice import name_of
 from stepgauge.diagnosis.report import (
     SCATTER_WORDS,

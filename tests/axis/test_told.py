@@ -6,18 +6,22 @@ import pytest
 
 from stepgauge.axis.sensors import SENSORS, kinds_of, not_candidates
 from stepgauge.axis.units import AxisUnits
-from stepgauge.diagnosis import forms, located
 from stepgauge.diagnosis.axis.residuals import Scaling
 from stepgauge.diagnosis.axis.told import Teller
 from stepgauge.diagnosis.axis.words import About, kind_name, meaning
 from stepgauge.diagnosis.covariates import REST, TOUCHES, TURNING, WAY
-from stepgauge.diagnosis.forms import Form
+from stepgauge.diagnosis.forms import form as forms
+from stepgauge.diagnosis.forms import words
+from stepgauge.diagnosis.forms.form import Form
 from stepgauge.effects import effect_kinds
+from stepgauge.figures.effect_panels import TITLES
 
 SHAPES = (
     *((shape, 2.0) for shape in ("trend", "smooth", "rough", "lagged", "wave", "changing length", "levels", "loop")),
     ("beat", (12.0, 34.0)),
-    ("power law", 0.5),
+    ("memory of rests", 3.0),
+    ("hysteresis", (9000, 27000)),
+    ("hysteresis", (9000,)),
     ("harmonics", 2),
     ("sawtooth", (120.0, 0.25)),
 )
@@ -33,15 +37,12 @@ def teller(position: str = "deg", deviation: str | None = None, both: bool = Tru
 @pytest.mark.parametrize(("shape", "number"), SHAPES)
 @pytest.mark.parametrize("form", ["axis", "spot", "distances"])
 def test_every_form_is_told_in_the_words_of_an_axis(form: str, shape: str, number: object, side: str) -> None:
-    assert {shape for shape, _ in SHAPES} >= {
-        getattr(forms, name)
-        for name in ("TREND", "SMOOTH", "LAGGED", "WAVE", "LENGTH", "LEVELS", "LOOP", "BEAT", "DECAY", "SAWTOOTH")
-    }
+    assert {shape for shape, _ in SHAPES} >= set(TITLES) | {forms.ROUGH}
     if shape == "harmonics":
         return  # one line has no directions about a stylus
     for covariate in COVARIATES:
-        words = located._words(Form(covariate, "mm", shape, side, (number,)), shape, number) + located._moved(side)
-        said = teller(form=form).text(f"{words}, only above 12.5 mm")
+        told = words._words(Form(covariate, "mm", shape, side, (number,)), shape, number) + words._moved(side)
+        said = teller(form=form).text(f"{told}, only above 12.5 mm")
         assert not [word for word in NOT_SAID if word in said], said
         assert "12.5 deg" in said
         assert ("directions of travel" in said) == (form == "axis") or shape == "loop"

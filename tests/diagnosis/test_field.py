@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.forms import matern
+from stepgauge.diagnosis.forms.smooth import matern
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Smooth
 from stepgauge.diagnosis.posterior.search import Search

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from stepgauge.diagnosis.engine import diagnose
+from stepgauge.diagnosis.forms.formula import model_unknown, rest_rms_um
 from stepgauge.diagnosis.library import effect_families
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Diagnosis, Located
 from stepgauge.diagnosis.summary import summary_line
-from stepgauge.diagnosis.unknown_law import model_unknown, rest_rms_um
 from stepgauge.diagnosis.verdict import covariate_of
 from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.errors import InputError

@@ -15,6 +15,7 @@ import pytest
 
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.files import Inputs, diagnosis_to_dict, write_diagnosis
+from stepgauge.diagnosis.forms.formula import model_unknown, rest_um
 from stepgauge.diagnosis.machine_text import machine_text
 from stepgauge.diagnosis.practice import in_practice, name_of
 from stepgauge.diagnosis.remedies import remedy
@@ -24,7 +25,6 @@ from stepgauge.diagnosis.result import Diagnosis, Finding, Located
 from stepgauge.diagnosis.solve import Estimate
 from stepgauge.diagnosis.stored import read_diagnosis
 from stepgauge.diagnosis.summary import summary_line
-from stepgauge.diagnosis.unknown_law import model_unknown, rest_um
 from stepgauge.diagnosis.words import significant
 from stepgauge.effects import Probings, along_approach_um, effect_kinds, make_effects
 from stepgauge.errors import InputError

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stepgauge.diagnosis.forms.formula import model_unknown
 from stepgauge.diagnosis.library import effect_families
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import shipped_priors
@@ -14,7 +15,6 @@ from stepgauge.diagnosis.posterior.scatter import Scatters
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.diagnosis.solve import solve
-from stepgauge.diagnosis.unknown_law import model_unknown
 from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.effects.empirical import formula_name
 from stepgauge.recording import Recording

@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import covariates
+from stepgauge.diagnosis.forms.formula import model_unknown, rest_rms_um
 from stepgauge.diagnosis.residuals import make_residuals
-from stepgauge.diagnosis.unknown_law import model_unknown, rest_rms_um
 from stepgauge.recording import APPROACH, Recording
 from tests.diagnosis.made import ALONG_X, gauge, machine
 from tests.diagnosis.test_retold import along_x, x_mm

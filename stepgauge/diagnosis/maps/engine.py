@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import odds
-from stepgauge.diagnosis.located import UNDETERMINED
+from stepgauge.diagnosis.forms.words import UNDETERMINED
 from stepgauge.diagnosis.maps.candidates import EMPIRICAL, GAUGE_KINDS, Candidate, candidates_for, empirical
 from stepgauge.diagnosis.maps.forms import DIRECTION, Form, quantity_words
 from stepgauge.diagnosis.maps.holdout import Stage, fits_of

@@ -119,10 +119,19 @@ class Evidence:
 
     def __call__(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float | None = None) -> State:
         """The hypothesis of some terms and a scatter; ``near_um``: a first guess of the scatter."""
-        key = (frozenset(term.key for term in terms), scatter.key)
+        key = _key(terms, scatter)
         if key not in self.visited:
             self.visited[key] = self._state(terms, scatter, near_um or self.problem.within_um)
         return self.visited[key]
+
+    def narrowed(self, state: State, by: float) -> State:
+        """A hypothesis that was computed with too large a volume of its last term, in nats, which it stands for."""
+        *others, last = state.terms
+        terms = (*others, replace(last, log_prior=last.log_prior - by))
+        self.visited.pop(_key(state.terms, state.scatter), None)
+        return self.visited.setdefault(
+            _key(terms, state.scatter), replace(state, terms=terms, log_posterior=state.log_posterior - by)
+        )
 
     def _base(self, scatter: Scatter) -> _Base:
         if scatter.key not in self._bases:
@@ -247,6 +256,10 @@ class Evidence:
             return cast(Array, (state.left_um**2 + own) / variance)
         conditional = rows.adjoint(rows(state.left_um)[:, None])[:, 0] / rows.precision
         return cast(Array, (conditional**2 + own) * rows.precision / rows.scale**2 / variance)
+
+
+def _key(terms: tuple[Term, ...], scatter: Scatter) -> tuple[object, ...]:
+    return frozenset(term.key for term in terms), scatter.key
 
 
 class _Likelihood:

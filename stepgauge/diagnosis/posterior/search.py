@@ -143,7 +143,7 @@ class Search:
         found = self._with(state, term)
         higher = found.log_posterior - grid.log_posterior
         narrow = 0.5 * float(np.log(2.0 * max(higher, 1e-9))) - float(np.log(0.25 * np.sqrt(2.0 * np.pi)))
-        return self._with(state, replace(term, log_prior=term.log_prior - narrow)) if narrow > 0.0 else found
+        return self.evidence.narrowed(found, narrow) if narrow > 0.0 else found
 
     def _with(self, state: State, term: Term) -> State:
         term = replace(term, correlated=state.scatter.correlated and term.candidate.atoms > 1)

@@ -6,7 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import AXES
-from stepgauge.diagnosis.forms import BEAT, DECAY, HARMONICS, LAGGED, LENGTH, LEVELS, LOOP, SAWTOOTH, TREND, WAVE, Form
+from stepgauge.diagnosis.forms.form import (
+    BEAT,
+    HARMONICS,
+    HYSTERESIS,
+    LAGGED,
+    LENGTH,
+    LEVELS,
+    LOOP,
+    RESTS,
+    SAWTOOTH,
+    TREND,
+    WAVE,
+    Form,
+)
 from stepgauge.diagnosis.posterior.problem import Candidate
 from stepgauge.diagnosis.result import Located
 
@@ -60,8 +73,11 @@ def _words(form: Form, shape: str, number: object) -> str:
         return f"a length error that changes with {name}{late}"
     if shape == BEAT and isinstance(number, tuple):
         return f"periodic along the gauge, period {number[0]:.4g} mm, and in {name}, period {number[1]:.4g}{unit}"
-    if shape == DECAY:
-        return f"decays with {name} by a power law, exponent {number:.2g}, not exponentially"
+    if shape == RESTS:
+        return f"follows the rests before the last {number:.2g} probings, as the roots of their times"
+    if shape == HYSTERESIS and isinstance(number, tuple):
+        way = f", held back for {number[0] * 1e-3:.3g}{unit} after a turn" if len(number) == 1 else ""
+        return f"hysteresis of {name}: depends on where its travel turned before{way}"
     beside = f" and {form.beside}" if form.beside else ""
     return f"a smooth function of {name}{beside}"
 

@@ -27,23 +27,21 @@ from stepgauge.diagnosis.covariates import (
     pause_of,
     runs_of,
 )
-from stepgauge.diagnosis.forms import (
+from stepgauge.diagnosis.forms.form import (
     BEAT,
-    DECAY,
     HARMONICS,
     LAGGED,
     LENGTH,
     LEVELS,
-    OVERTONES,
+    MEMORIES,
     PERIODIC,
-    PERIODS_PER_SPAN,
-    PHASES,
+    RESTS,
     SAWTOOTH,
-    TEETH_PER_SPAN,
     TREND,
     WAVE,
 )
-from stepgauge.diagnosis.located import SCATTER, UNDETERMINED
+from stepgauge.diagnosis.forms.waves import FINER, OVERTONES, PERIODS_PER_SPAN, PHASES, TEETH_PER_SPAN
+from stepgauge.diagnosis.forms.words import SCATTER, UNDETERMINED
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.scatter import Scatters
@@ -52,7 +50,7 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Diagnosis, Located
 from stepgauge.diagnosis.solve import Estimate
 from stepgauge.effects import along_approach_um
-from stepgauge.effects.empirical import Empirical, formula_name
+from stepgauge.effects.empirical import RESTED, Empirical, formula_name
 from stepgauge.recording import APPROACH
 
 Array = NDArray[np.float64]
@@ -75,8 +73,6 @@ TERMS_PER_FORMULA = 6
 KNOTS = (3, 5, 9, 17)
 """Numbers of bends of a function that are tried."""
 FEW_KNOTS = 4
-FINER = 17
-"""Number of periods, and of phases, that are tried about those of the grid."""
 SLIGHT = 0.02
 """Weight of a displacement as a whole, over that beside the origins of the placements."""
 UNSEEN = 1e-6
@@ -235,16 +231,14 @@ def _of_covariate(located: Located, side: str, one: Covariate, name: str, data: 
     x, middle = one.values, float(one.values.mean())
     if located.form == TREND:
         yield [f"({name} - {middle:.12g})"]
-    elif located.form == LAGGED:
-        yield [f"({_late(name, located.numbers)} - {middle:.12g})"]
-    elif located.form == DECAY:
-        yield [f"(1 + {name})**(-{float(located.numbers):.12g})"]
+    elif located.form in MEMORIES:
+        yield from _remembered(located, name, middle)
     elif located.form == WAVE:
         angle = f"2 * pi * {name} / {float(located.numbers):.12g}"
         yield [f"{wave}({order} * {angle})" for order in range(1, OVERTONES + 1) for wave in ("sin", "cos")]
     elif located.form == SAWTOOTH:
         period, phase = located.numbers
-        begin = (float(x.min()) - phase * period) % period
+        begin = (float(x.min() + x.max()) / 2.0 - phase * period) % period
         yield [f"(({name} - {begin:.12g}) % {period:.12g} - {0.5 * period:.12g})"]
     elif located.form == BEAT:
         first, second = located.numbers
@@ -263,6 +257,18 @@ def _of_covariate(located: Located, side: str, one: Covariate, name: str, data: 
         yield [_times(a, b) for a in place for b in _ramps(name, x, FEW_KNOTS)]
     else:
         yield from (_ramps(name, x, k) for k in KNOTS)
+
+
+def _remembered(located: Located, name: str, middle: float) -> Iterator[list[str]]:
+    """What depends on what went before; of a hysteresis one way, or all that were tried."""
+    if located.form == LAGGED:
+        yield [f"({_late(name, located.numbers)} - {middle:.12g})"]
+    elif located.form == RESTS:
+        yield [f"{RESTED}_{located.numbers:.0f}"]
+    else:
+        held = [f"{name}_held_{um}" for um in located.numbers]
+        yield from ([one] for one in held)
+        yield held
 
 
 def _times(one: str, other: str) -> str:

@@ -1,0 +1,168 @@
+"""All forms that a recording may show, as candidates with their priors.
+
+One candidate contains the kernels with the same description in words: smooth with several correlation lengths, or
+rough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.choices import LIKE_DIRECTIONS, TEMPERATURES, goes_both_ways, share_beside
+from stepgauge.diagnosis.covariates import AXES, FEWEST_IN_CYCLE, REST, Covariate, covariates, mask, runs_of
+from stepgauge.diagnosis.forms.form import (
+    DRIFTING,
+    HARMONICS,
+    LAGGED,
+    LENGTH,
+    LEVELS,
+    TREND,
+    WANDERING,
+    Form,
+    OnSides,
+    standard,
+)
+from stepgauge.diagnosis.forms.memories import hysteresis, lagged, of_ways, rests
+from stepgauge.diagnosis.forms.smooth import changing, functions, volumes
+from stepgauge.diagnosis.forms.waves import beats, sawteeth, waves
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Candidate, Law, Sizes, Smooth
+from stepgauge.diagnosis.residuals import Residuals
+
+Array = NDArray[np.float64]
+FEWEST_DIRECTIONS = 8
+REPEATING = ("position", "machine x", "machine y", "machine z", *WANDERING)
+SAME = 1.0 - 1e-10
+"""Correlation from which two covariates count as the same."""
+
+
+def form_candidates(data: Residuals, priors: Priors, scale_um: float, laws: Collection[str] = ()) -> list[Candidate]:
+    """All forms that a recording may show, each on all its possible sides; sizes in proportion to ``scale_um``.
+
+    ``laws``: kinds of laws that are candidates, too; a form that is one of these is none.
+    """
+    every = [one for one in _every(data, priors) if len(one.features) and one.sides]
+    total = sum(one.share for one in every)
+    sides = {side: mask(data, side) for one in every for side in one.sides}
+    sizes = priors.forms.about(scale_um)
+    one_way = _drifts_one_way(data)
+    found: list[Candidate] = []
+    for one in every:
+        odds = float(np.log(priors.forms.odds * one.share / total / len(one.sides)))
+        for side in one.sides:
+            own = _own(one, side, laws, one_way)
+            if len(own.features):
+                found += _candidate(own, side, sides[side], odds, sizes)
+    return found
+
+
+def _candidate(one: OnSides, side: str, share: Array, odds: float, sizes: Sizes) -> Iterator[Candidate]:
+    """A form on one side; none where nothing of it is seen."""
+    form = Form(one.covariate, one.unit, one.shape, side, one.kernels, one.beside)
+    label = f"{one.shape} {one.covariate} {one.beside} {side}"
+    if isinstance(one.features, np.ndarray):
+        flat = np.full(len(one.features), -np.log(len(one.features)))
+        yield Law(
+            one.covariate,
+            label,
+            False,
+            odds,
+            sizes,
+            form,
+            pattern=one.features,
+            shares=share[None],
+            log_weight=flat,
+            refine=one.refine and one.refine(share),
+        )
+        return
+    features = tuple(_shown(columns * share) for columns in one.features)
+    if all(len(columns) for columns in features):
+        yield Smooth(one.covariate, label, False, odds, sizes, form, features=features)
+
+
+def _own(one: OnSides, side: str, laws: Collection[str], one_way: bool) -> OnSides:
+    """A form without what a law says as well: that the origin follows a temperature, or drifts.
+
+    An origin moves along a direction of the machine; ``one_way``: one moves all gauges alike.
+    """
+    follows = one.shape == LAGGED and one.covariate.endswith(TEMPERATURES)
+    if follows and side in (*AXES, "gauge") and "thermal_shift" in laws:
+        return replace(one, features=(), kernels=())
+    drifts = one.covariate in DRIFTING and one.kernels[-1] == TREND and one_way
+    if drifts and side == "gauge" and "thermal_drift" in laws:
+        return replace(one, features=one.features[:-1], kernels=one.kernels[:-1])
+    return one
+
+
+def _drifts_one_way(data: Residuals) -> bool:
+    """Whether a drift along one direction of the machine moves the gauge alike in all placements."""
+    machine = np.array([data.probings.approach(axis) for axis in AXES])
+    return share_beside(data.side[None], machine) < LIKE_DIRECTIONS
+
+
+def _shown(columns: Array) -> Array:
+    """Features that are not zero on all rows."""
+    return columns[np.abs(columns).max(axis=1) > 1e-9]
+
+
+def _every(data: Residuals, priors: Priors) -> Iterator[OnSides]:
+    told = _different(covariates(data))
+    slow = next((one for one in told if one.name in WANDERING), None)
+    position = next((one for one in told if one.name == "position"), None)
+    axes = [one for one in told if one.name.startswith("machine ")]
+    for one in told:
+        yield functions(one, data, priors)
+        if one.name in REPEATING:
+            yield waves(one, data, priors)
+            yield sawteeth(one, data, priors)
+    yield from lagged(told, position, data, priors)
+    if any(one.name == REST for one in told):
+        yield rests(data)
+    if position is not None and slow is not None:
+        yield from changing(position, slow, priors)
+        yield beats(position, slow, priors)
+    yield from volumes(axes, data, priors)
+    if position is not None and goes_both_ways(data):
+        yield of_ways(position, data, priors)
+        yield from (hysteresis(one, data) for one in (position, *axes))
+    yield from _levels(data, priors)
+
+
+def _different(found: Sequence[Covariate]) -> list[Covariate]:
+    """Covariates without those that are linear functions of a previous one."""
+    kept: list[tuple[Covariate, Array]] = []
+    for one in found:
+        unit = standard(one.values)
+        if all(abs(float(unit @ other)) < SAME * len(unit) for _, other in kept):
+            kept.append((one, unit))
+    return [one for one, _ in kept]
+
+
+def _levels(data: Residuals, priors: Priors) -> Iterator[OnSides]:
+    """Separate levels of cycles, faces, placements; harmonics of the azimuth of the approach about the stylus."""
+    both = ("approach", "gauge")
+    run = runs_of(data)[1]
+    if 1 < run.max() < len(data) / FEWEST_IN_CYCLE:
+        yield OnSides("cycle", "", LEVELS, [_indicators(run)], (LEVELS,), both)
+        if (position := data.probings.certified_mm()).std() > 0.0:
+            lengths = [_indicators(run) * standard(position)]
+            yield OnSides("cycle", "", LENGTH, lengths, (LEVELS,), ("gauge",), priors.forms.product, "position")
+    if data.group.max() < len(data) / 2:
+        yield OnSides("face", "", LEVELS, [_indicators(data.group)], (LEVELS,), both)
+    if data.placement.max() > 0:
+        yield OnSides("placement", "", LEVELS, [_indicators(data.placement)], (LEVELS,), ("approach",))
+    c, s = data.probings.lateral_share()
+    azimuth = np.arctan2(s, c)
+    if len(np.unique(azimuth.round(3))) >= FEWEST_DIRECTIONS:
+        orders = [np.array([np.cos(k * azimuth), np.sin(k * azimuth)]) for k in range(2, 7)]
+        yield OnSides(
+            "azimuth", "rad", HARMONICS, [*orders, np.vstack(orders) / 2.0], tuple(range(2, 8)), ("approach",)
+        )
+
+
+def _indicators(index: NDArray[np.intp]) -> Array:
+    return (index == np.arange(index.max() + 1)[:, None]).astype(float)

@@ -1,0 +1,61 @@
+"""Names of the shapes of forms, and a form before and after the choice of the side on which it acts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.posterior.problem import Refine
+
+Array = NDArray[np.float64]
+Features = Sequence[Array] | Array
+"""Features of each kernel, ``(m, n)`` each, or signatures of each shape, ``(atoms, d, n)``."""
+TREND, SMOOTH, ROUGH, LAGGED, WAVE = "trend", "smooth", "rough", "lagged", "wave"
+LENGTH, LEVELS, LOOP, HARMONICS, BEAT = "changing length", "levels", "loop", "harmonics", "beat"
+SAWTOOTH, HYSTERESIS, RESTS = "sawtooth", "hysteresis", "memory of rests"
+PERIODIC = (WAVE, SAWTOOTH)
+MEMORIES = (LAGGED, RESTS, HYSTERESIS)
+WANDERING = ("time", "order")
+DRIFTING = (*WANDERING, "cycle")
+
+
+@dataclass(frozen=True)
+class Form:
+    """Description of a form: ``shape``, its side, its covariate and kernels.
+
+    ``kernels``: for each of its shapes ``trend``, ``smooth`` or ``rough``, or its numbers: a lag in s, a period.
+    """
+
+    covariate: str
+    unit: str
+    shape: str
+    side: str
+    kernels: tuple[object, ...]
+    beside: str = ""
+
+
+@dataclass(frozen=True)
+class OnSides:
+    """A form on all the sides on which it may act.
+
+    ``share``: its prior odds over those of an ordinary form; ``refine``: from its share in every row ``(n,)`` to the
+    fit of its shape between those of the grid.
+    """
+
+    covariate: str
+    unit: str
+    shape: str
+    features: Features
+    kernels: tuple[object, ...]
+    sides: tuple[str, ...]
+    share: float = 1.0
+    beside: str = ""
+    refine: Callable[[Array], Refine] | None = None
+
+
+def standard(values: Array) -> Array:
+    """Values minus their mean, over their standard deviation."""
+    return np.asarray((values - values.mean()) / max(float(values.std()), 1e-300))

@@ -1,0 +1,80 @@
+"""Forms that depend on what went before: lags, rests, directions of travel, hysteresis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.covariates import REST, WAY, Covariate, axes_shown
+from stepgauge.diagnosis.forms.form import HYSTERESIS, LAGGED, LENGTH, LOOP, RESTS, SMOOTH, TREND, OnSides, standard
+from stepgauge.diagnosis.forms.smooth import matern, sides_of
+from stepgauge.diagnosis.forms.waves import wave_sides
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.effects.probings import followed
+
+Array = NDArray[np.float64]
+HELD = np.geomspace(0.03, 0.6, 7)
+"""Ways on which friction holds back what moves, over the span of the travel."""
+KEPT = np.array([1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0])
+"""Touches over which a rest is forgotten."""
+
+
+def lagged(told: Sequence[Covariate], position: Covariate | None, data: Residuals, priors: Priors) -> Iterator[OnSides]:
+    """Recorded columns that act through a lag, and length errors proportional to them."""
+    length = None if position is None else standard(position.values)
+    for one in told:
+        if one.name == "speed" and length is not None:
+            grown = [(length * standard(one.values))[None]]
+            yield OnSides(one.name, one.unit, LENGTH, grown, (0.0,), ("gauge",), priors.forms.product, "position")
+        if not one.further:
+            continue
+        lags = tuple(float(lag * _duration_s(data)) for lag in priors.forms.lags) if data.has_time else ()
+        late = [standard(value)[None] for value in (followed(data.probings.time_s, one.values, lags) if lags else ())]
+        if late:
+            yield OnSides(one.name, one.unit, LAGGED, late, lags, sides_of(one, data), priors.forms.lag)
+        if length is None:
+            continue
+        grown = [value * length for value in [standard(one.values)[None], *late]]
+        sides = ("gauge", *axes_shown(data))
+        yield OnSides(one.name, one.unit, LENGTH, grown, (0.0, *lags), sides, priors.forms.product, "position")
+
+
+def _duration_s(data: Residuals) -> float:
+    return float(np.ptp(data.frame["time_s"].to_numpy(float)))
+
+
+def rests(data: Residuals) -> OnSides:
+    """What friction or a seat keeps of the rests before the last touches, as roots of their times.
+
+    Contacts at rest strengthen with a power of time well below one (Rabinowicz, J. Appl. Phys. 22, 1951: 1373), and a
+    touch wipes out part of that.
+    """
+    kept = np.array([standard(data.probings.rested(touches))[None] for touches in KEPT])
+    return OnSides(REST, "s", RESTS, kept, tuple(KEPT.tolist()), ("approach", "gauge"))
+
+
+def hysteresis(one: Covariate, data: Residuals) -> OnSides:
+    """Loops with inner loops: what friction holds back follows once it has been drawn far enough.
+
+    A spring with a slider holds by the way since the last turn, at most by its own way (stop operator); with several
+    such ways at once hysteresis of nearly any form results (Prandtl, Z. angew. Math. Mech. 8, 1928: 85; Ishlinskii).
+    """
+    span_mm = float(np.ptp(one.values))
+    held_um = tuple(max(round(1e3 * way * span_mm), 1) for way in HELD.tolist())
+    column = "position_mm" if one.name == "position" else f"{one.name[-1]}_mm"
+    loops = np.array([data.probings.held_mm(column, um * 1e-3) / (um * 1e-3) for um in held_um])
+    features = [loops / np.sqrt(len(loops)), *(loop[None] for loop in loops)]
+    return OnSides(
+        one.name, one.unit, HYSTERESIS, features, (held_um, *((um,) for um in held_um)), wave_sides(one, data)
+    )
+
+
+def of_ways(position: Covariate, data: Residuals, priors: Priors) -> OnSides:
+    """Differences between the directions of travel: a constant, or a separate function along the gauge for each."""
+    way = data.probings.way()
+    loops = [way[None], *(way * matern(position.values, length) for length in priors.forms.lengths)]
+    kernels = (TREND, *[SMOOTH] * len(priors.forms.lengths))
+    return OnSides(WAY, "", LOOP, loops, kernels, ("approach", "gauge", *axes_shown(data)))

@@ -1,0 +1,133 @@
+"""Periodic functions of any shape, sawteeth, and waves along the gauge that change with time.
+
+A grid of periods is too coarse for overtones and for the jumps of a sawtooth at the ends of a long record. So the shape
+is searched between the points of the grid where a hypothesis is computed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.covariates import Covariate, axes_shown
+from stepgauge.diagnosis.forms.form import BEAT, SAWTOOTH, WAVE, OnSides
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Refine, Refined
+from stepgauge.diagnosis.residuals import Residuals
+
+Array = NDArray[np.float64]
+OVERTONES = 5
+"""Of a wave that is no sine; the k-th has the k-th part of the first's standard deviation."""
+PERIODS_PER_SPAN, MOST_PERIODS = 4.0, 40.0
+TEETH_PER_SPAN, MOST_TEETH, PHASES = 8.0, 30.0, 16
+"""Of a sawtooth, whose phase counts in the middle of the record; its phases are no sums of two."""
+THROWN_BACK = 1.0 / PHASES
+"""Part of the period in which a sawtooth of the grid falls: the jump itself lies between two of its phases."""
+FINER = 17
+"""Number of periods, and of phases, that are tried about those of the grid."""
+
+
+def waves(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
+    """Periodic functions of any shape: a fundamental and its harmonics."""
+    turns, passed = _turns(one, MOST_PERIODS, PERIODS_PER_SPAN), _passed(one)
+    periods = tuple(float(np.ptp(one.values)) / turns)
+    near = turns[:, None] + np.linspace(-1.0, 1.0, FINER) / PERIODS_PER_SPAN
+    refine = partial(_refine, data, lambda atom: (_harmonics(passed, near[atom]), near[atom].tolist()))
+    features = _harmonics(passed, turns)
+    sides, share = wave_sides(one, data), priors.forms.wave
+    return OnSides(one.name, one.unit, WAVE, features, periods, sides, share, refine=refine)
+
+
+def _harmonics(passed: Array, turns: Array) -> Array:
+    """Sines and cosines of a fundamental and its overtones, ``(f, 2 overtones, n)``."""
+    first = np.exp(2j * np.pi * turns[:, None] * passed)
+    overtones = [first]
+    while len(overtones) < OVERTONES:  # a product is ten times as fast as another sine and cosine
+        overtones.append(overtones[-1] * first)
+    shrunk = np.stack(overtones, axis=1) / np.arange(1, OVERTONES + 1)[:, None]
+    return np.concatenate([shrunk.imag, shrunk.real], axis=1)
+
+
+def sawteeth(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
+    """What creeps and is thrown back, over and over: a control with hysteresis, a table that is applied in steps."""
+    span, turns, passed = float(np.ptp(one.values)), _turns(one, MOST_TEETH, TEETH_PER_SPAN), _passed(one)
+    grid = [(f, phase) for f in turns.tolist() for phase in (np.arange(PHASES) / PHASES).tolist()]
+    finer = np.linspace(-1.0, 1.0, FINER)
+
+    def about(atom: int) -> tuple[Array, Sequence[object]]:
+        f, phase = grid[atom]
+        near = [(f + a, phase + b) for a in finer / TEETH_PER_SPAN for b in finer / PHASES]
+        return _teeth(passed, near), near
+
+    shapes = tuple((span / f, phase) for f, phase in grid)
+    sides = tuple(side for side in wave_sides(one, data) if side != "approach")  # no probe does that
+    features, share = _teeth(passed, grid, THROWN_BACK), priors.forms.wave
+    return OnSides(
+        one.name, one.unit, SAWTOOTH, features, shapes, sides, share, refine=partial(_refine, data, about)
+    )  # fmt: skip
+
+
+def _teeth(passed: Array, shapes: Sequence[tuple[float, float]], fall: float = 0.0) -> Array:
+    """Sawteeth ``(f, 1, n)`` of some turns and phases, of unit variance, that fall in the part ``fall`` of a period."""
+    f, phase = np.reshape(shapes, (-1, 2)).T[:, :, None]
+    up = (f * passed + phase + 0.5 * fall) % 1.0
+    saw = np.minimum(up / (1.0 - fall), (1.0 - up) / fall) if fall else up
+    return np.asarray((saw - 0.5) * np.sqrt(12.0))[:, None]
+
+
+def _passed(one: Covariate) -> Array:
+    """How far a covariate has come, from -1/2 to 1/2."""
+    return np.asarray((one.values - one.values.min()) / np.ptp(one.values) - 0.5)
+
+
+def _turns(one: Covariate, most: float, per_span: float) -> Array:
+    """Numbers of periods over a covariate that are tried, ``(f,)``, so many to one period over its span."""
+    return np.arange(2.0, min(one.steps / 4.0, most), 1.0 / per_span)
+
+
+def wave_sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
+    """A periodic function of a machine axis acts along this axis; one of time on all sides."""
+    if one.name.startswith("machine "):
+        own = one.name[-1]
+        return (own,) if own in axes_shown(data) else ()
+    return ("gauge",) if one.name == "position" else ("approach", "gauge", *axes_shown(data))
+
+
+def _refine(data: Residuals, about: Callable[[int], tuple[Array, Sequence[object]]], share: Array) -> Refine:
+    """The fit of a shape: the one of those about a point of the grid that explains most beside the origins.
+
+    ``about``: from the number of an atom to the signatures ``(k, d, n)`` of these shapes, and the shapes.
+    """
+
+    def refine(atom: int, um: Array) -> Refined:
+        signatures, shapes = about(atom)
+        columns = signatures * share
+        free = data.without_origins(columns)
+        gram = free @ np.swapaxes(free, 1, 2)
+        diagonal = np.einsum("kii->ki", gram)
+        diagonal += 1e-6 * np.maximum(diagonal.max(axis=1, keepdims=True), 1e-300)
+        dot = free @ data.without_origins(um)
+        best = int(np.einsum("kd,kd->k", dot, np.linalg.solve(gram, dot[:, :, None])[..., 0]).argmax())
+        return Refined(columns[best], shapes[best])
+
+    return refine
+
+
+def beats(position: Covariate, slow: Covariate, priors: Priors) -> OnSides:
+    """Periodic errors along the gauge whose size and place change periodically with time or order."""
+    of_x, of_y = np.arange(1.0, 6.1, 0.5), np.arange(1.0, 8.1, 0.5)
+    first, second = _oscillations(position.values, of_x), _oscillations(slow.values, of_y)
+    products = (first[:, None, :, None] * second[None, :, None]).reshape(-1, 4, len(position.values))
+    spans = float(np.ptp(position.values)), float(np.ptp(slow.values))
+    periods = tuple((spans[0] / f, spans[1] / g) for f in of_x.tolist() for g in of_y.tolist())
+    both, share = ("approach", "gauge"), priors.forms.product
+    return OnSides(slow.name, slow.unit, BEAT, products, periods, both, share, "position")
+
+
+def _oscillations(values: Array, turns: Array) -> Array:
+    """Sines and cosines with so many turns over the span, ``(f, 2, n)``."""
+    angle = 2.0 * np.pi * turns[:, None] * (values - values.min()) / np.ptp(values)
+    return np.stack([np.sin(angle), np.cos(angle)], axis=1)
