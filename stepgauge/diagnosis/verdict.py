@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -225,9 +226,15 @@ def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, w
             continue
         for one in islice(one_of_each_kind(said.place, False), MOST_FORMS):
             labels = [r.candidate.label for r in said.place.rivals if r.candidate.kind == one.candidate.kind]
-            form = located(one.candidate, one.look.atom, answer.probability(labels))
+            form = located(one.candidate, one.look.atom, answer.probability(labels), fitted=_fitted_shape(one))
             part = _regime(said, model, data) if one is said.lead else ""
             yield replace(form, where=f"{form.where}, {part}") if part else form
+
+
+def _fitted_shape(rival: Rival) -> Any:
+    """The shape of a form that was fitted between those of the grid, None if it is one of the grid."""
+    terms = () if rival.state is None else rival.state.terms
+    return next((term.shape for term in terms if term.candidate is rival.candidate), None)
 
 
 def _regime(said: Said, model: Model, data: Residuals) -> str:

@@ -70,3 +70,15 @@ def test_a_wave_along_the_travel_is_told_without_times(form: str) -> None:
     (first, *_) = found.unexplained
     assert (first.covariate, first.form) == ("machine x", FORM[form])
     assert model_unknown(found)[0].period == pytest.approx(97.0, rel=0.05)
+
+
+@pytest.mark.parametrize("period_s", [31.7, 44.3])
+def test_a_sawtooth_between_the_periods_and_phases_of_the_grid_is_found_with_its_own(period_s: float) -> None:
+    """With up to two dozen teeth: a jump that is a touch off would be an error of its own."""
+    recording = bent(along(ALONG_X, lambda t: 0.4 * wave(SAWTOOTH, t / period_s + 0.217)))
+    found = told(recording)
+    assert found.verdict == "unknown"
+    first = found.unexplained[0]
+    assert (first.covariate, first.form) == ("time", SAWTOOTH)
+    assert first.numbers[0] == pytest.approx(period_s, rel=0.003)
+    assert f"{first.numbers[0]:.4g}" in first.where

@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+import pytest
 from numpy.typing import NDArray
 
+from stepgauge.diagnosis.forms.formula import model_unknown, rest_rms_um
 from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.effects.empirical import Empirical
 from stepgauge.recording import Recording
@@ -60,10 +62,24 @@ def test_where_a_clock_starts_anew_the_probe_rested_for_the_longest() -> None:
 
 
 def test_what_rests_add_and_touches_wear_off_is_no_exponential_since_the_last_pause() -> None:
-    found = told(bent(lambda r: 0.06 * rested(r), paused()))
+    """As small as the scatter; the formula leaves nothing of it, and is what was put there."""
+    recording = bent(lambda r: 0.06 * rested(r), paused())
+    found = told(recording)
     assert found.verdict == "unknown"
     assert "approach_memory" not in names(found)
-    assert found.unexplained
+    (form,) = [one for one in found.unexplained if one.probability > 0.5]
+    assert (form.covariate, form.form) == ("rest before the touch", "memory of rests")
+    laws = model_unknown(found)
+    assert rest_rms_um(found, laws) == pytest.approx(found.noise.sigma_um, rel=0.1)
+    assert np.corrcoef(laws[0].share_um, rested(recording))[0, 1] > 0.98
+
+
+def test_equal_rests_leave_no_memory_to_be_seen() -> None:
+    """A touch every two seconds: what the rests have left is the same at every touch but the first few."""
+    frame = clean().frame
+    even = replace(clean(), frame=frame.assign(time_s=2.0 * np.argsort(np.argsort(frame["time_s"].to_numpy()))))
+    found = told(bent(lambda r: 0.06 * rested(r), even))
+    assert not [one for one in found.unexplained if one.form == "memory of rests" and one.probability > 0.5]
 
 
 def test_an_exponential_since_the_last_pause_is_no_memory_of_its_length() -> None:

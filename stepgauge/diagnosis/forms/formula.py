@@ -73,6 +73,8 @@ TERMS_PER_FORMULA = 6
 KNOTS = (3, 5, 9, 17)
 """Numbers of bends of a function that are tried."""
 FEW_KNOTS = 4
+FEWEST_KNOTS = (2, 3, 5)
+"""Numbers of bends of a curve beside a hysteresis."""
 SLIGHT = 0.02
 """Weight of a displacement as a whole, over that beside the origins of the placements."""
 UNSEEN = 1e-6
@@ -232,7 +234,7 @@ def _of_covariate(located: Located, side: str, one: Covariate, name: str, data: 
     if located.form == TREND:
         yield [f"({name} - {middle:.12g})"]
     elif located.form in MEMORIES:
-        yield from _remembered(located, name, middle)
+        yield from _remembered(located, one, name, data)
     elif located.form == WAVE:
         angle = f"2 * pi * {name} / {float(located.numbers):.12g}"
         yield [f"{wave}({order} * {angle})" for order in range(1, OVERTONES + 1) for wave in ("sin", "cos")]
@@ -259,16 +261,20 @@ def _of_covariate(located: Located, side: str, one: Covariate, name: str, data: 
         yield from (_ramps(name, x, k) for k in KNOTS)
 
 
-def _remembered(located: Located, name: str, middle: float) -> Iterator[list[str]]:
-    """What depends on what went before; of a hysteresis one way, or all that were tried."""
+def _remembered(located: Located, one: Covariate, name: str, data: Residuals) -> Iterator[list[str]]:
+    """What depends on what went before.
+
+    Of a hysteresis one way, or all that were tried, beside a curve: a law over its coordinate is not named (rule 3).
+    """
     if located.form == LAGGED:
-        yield [f"({_late(name, located.numbers)} - {middle:.12g})"]
+        yield [f"({_late(name, located.numbers)} - {float(one.values.mean()):.12g})"]
     elif located.form == RESTS:
-        yield [f"{RESTED}_{located.numbers:.0f}"]
+        kept = round(located.numbers)
+        yield [f"({RESTED}_{kept} - {float(data.probings.rested(kept).mean()):.12g})"]
     else:
         held = [f"{name}_held_{um}" for um in located.numbers]
-        yield from ([one] for one in held)
-        yield held
+        for ways in (held, *([way] for way in held)):
+            yield from ([*ways, *curve] for curve in ([], *(_ramps(name, one.values, k)[1:] for k in FEWEST_KNOTS)))
 
 
 def _times(one: str, other: str) -> str:

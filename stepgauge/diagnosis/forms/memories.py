@@ -18,7 +18,7 @@ from stepgauge.effects.probings import followed
 Array = NDArray[np.float64]
 HELD = np.geomspace(0.03, 0.6, 7)
 """Ways on which friction holds back what moves, over the span of the travel."""
-KEPT = np.array([1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0])
+KEPT = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0)
 """Touches over which a rest is forgotten."""
 
 
@@ -53,7 +53,7 @@ def rests(data: Residuals) -> OnSides:
     touch wipes out part of that.
     """
     kept = np.array([standard(data.probings.rested(touches))[None] for touches in KEPT])
-    return OnSides(REST, "s", RESTS, kept, tuple(KEPT.tolist()), ("approach", "gauge"))
+    return OnSides(REST, "s", RESTS, kept, KEPT, ("approach", "gauge"))
 
 
 def hysteresis(one: Covariate, data: Residuals) -> OnSides:

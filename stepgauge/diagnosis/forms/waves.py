@@ -32,12 +32,14 @@ FINER = 17
 
 def waves(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
     """Periodic functions of any shape: a fundamental and its harmonics."""
-    turns, passed = _turns(one, MOST_PERIODS, PERIODS_PER_SPAN), _passed(one)
-    periods = tuple(float(np.ptp(one.values)) / turns)
-    near = turns[:, None] + np.linspace(-1.0, 1.0, FINER) / PERIODS_PER_SPAN
-    refine = partial(_refine, data, lambda atom: (_harmonics(passed, near[atom]), near[atom].tolist()))
-    features = _harmonics(passed, turns)
-    sides, share = wave_sides(one, data), priors.forms.wave
+    span, turns, passed = float(np.ptp(one.values)), _turns(one, MOST_PERIODS, PERIODS_PER_SPAN), _passed(one)
+
+    def about(atom: int) -> tuple[Array, Sequence[object]]:
+        near = turns[atom] + np.linspace(-1.0, 1.0, FINER) / PERIODS_PER_SPAN
+        return _harmonics(passed, near), (span / near).tolist()
+
+    features, periods, share = _harmonics(passed, turns), tuple((span / turns).tolist()), priors.forms.wave
+    sides, refine = wave_sides(one, data), partial(_refine, data, about)
     return OnSides(one.name, one.unit, WAVE, features, periods, sides, share, refine=refine)
 
 
@@ -60,14 +62,12 @@ def sawteeth(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
     def about(atom: int) -> tuple[Array, Sequence[object]]:
         f, phase = grid[atom]
         near = [(f + a, phase + b) for a in finer / TEETH_PER_SPAN for b in finer / PHASES]
-        return _teeth(passed, near), near
+        return _teeth(passed, near), [(span / turns, phase) for turns, phase in near]
 
     shapes = tuple((span / f, phase) for f, phase in grid)
     sides = tuple(side for side in wave_sides(one, data) if side != "approach")  # no probe does that
-    features, share = _teeth(passed, grid, THROWN_BACK), priors.forms.wave
-    return OnSides(
-        one.name, one.unit, SAWTOOTH, features, shapes, sides, share, refine=partial(_refine, data, about)
-    )  # fmt: skip
+    features, share, refine = _teeth(passed, grid, THROWN_BACK), priors.forms.wave, partial(_refine, data, about)
+    return OnSides(one.name, one.unit, SAWTOOTH, features, shapes, sides, share, refine=refine)
 
 
 def _teeth(passed: Array, shapes: Sequence[tuple[float, float]], fall: float = 0.0) -> Array:

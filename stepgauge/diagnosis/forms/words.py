@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,11 +43,11 @@ WORDS = {
 """Forms without a number."""
 
 
-def located(candidate: Candidate, atom: int, probability: float, share: float = 1.0) -> Located:
-    """A form with one of its shapes, in words for a technician."""
+def located(candidate: Candidate, atom: int, probability: float, share: float = 1.0, fitted: Any = None) -> Located:
+    """A form with one of its shapes, or with numbers that were ``fitted``, in words for a technician."""
     form: Form = candidate.source
-    shape = TREND if form.kernels[atom] == TREND and form.shape != LOOP else form.shape
-    number = form.kernels[atom]
+    number = form.kernels[atom] if fitted is None else fitted
+    shape = TREND if number == TREND and form.shape != LOOP else form.shape
     words = _words(form, shape, number) + _moved(form.side)
     side = "both" if form.side in ("approach", "gauge") else form.side
     told = number if isinstance(number, float | tuple) else None

@@ -130,6 +130,18 @@ def test_the_order_of_terms_does_not_matter_and_each_hypothesis_is_computed_once
     assert len(evidence.visited) == 1
 
 
+def test_waves_that_are_equal_in_all_their_sums_are_two_hypotheses() -> None:
+    """In an even rhythm of touches 3 and 3.25 turns have the same readings in another order."""
+    one, other = waves(turns(), [3.0, 3.25])
+    assert np.abs(one).sum() == pytest.approx(np.abs(other).sum(), rel=1e-14)
+    wave = law("wave", one[None])
+    problem_of_one = problem(3.0 * one[0] + noise())
+    evidence = Evidence(problem_of_one, shipped_priors())
+    scatter = evidence.scatters.plain()
+    states = [evidence((Term(wave, 0, columns, 0.5, -3.0),), scatter) for columns in (one, other)]
+    assert states[0].log_posterior > states[1].log_posterior + 10.0
+
+
 def test_half_normal_priors_of_either_sign_have_the_evidence_of_a_normal_one_on_average() -> None:
     """The integral over all amplitudes is that over the positive ones plus that over the negative ones."""
     _, evidence, scatter = made({})

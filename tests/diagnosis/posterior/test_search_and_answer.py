@@ -16,7 +16,7 @@ from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Place, Riv
 from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.problem import Candidate, Term
+from stepgauge.diagnosis.posterior.problem import Candidate, Refined, Term
 from stepgauge.diagnosis.posterior.search import Search
 from stepgauge.diagnosis.posterior.told import Said, answer_of, rival_laws, together
 from tests.diagnosis.posterior.made import (
@@ -251,3 +251,29 @@ def test_one_face_beside_something_larger_is_no_certificate_whose_uncertainty_is
     assert "face 4" in best.labels
     assert len(best.labels) == 2
     assert best.scatter.certificate == 1.0
+
+
+def test_a_fitted_shape_has_the_volume_of_its_peak_and_nothing_larger_is_averaged() -> None:
+    """A wave ten times the scatter between two periods of a coarse grid, beside the sum over a fine one."""
+    counts, finer = np.arange(1.0, 8.0, 0.5), np.arange(0.75, 7.75, 0.005)
+    um = 3.0 * np.sin(2.0 * np.pi * 3.23 * turns() + 0.4) + noise()
+
+    def refine(atom: int, left_um: Array) -> Refined:
+        near = counts[atom] + np.linspace(-0.5, 0.5, 201)
+        left = [np.linalg.lstsq(one.T, left_um, rcond=None)[1][0] for one in waves(turns(), near)]
+        best = int(np.argmin(left))
+        return Refined(waves(turns(), near[best : best + 1])[0], near[best])
+
+    own = law("wave", waves(turns(), counts), refine=refine)
+    search = Search(problem(um, (own,)), shipped_priors())
+    found = search.run()
+    assert found.terms[0].shape == pytest.approx(3.23, abs=0.04)
+    every = [
+        search.evidence(
+            (Term(own, i, columns, own.sizes.sd[-1], own.log_odds - np.log(len(finer))),), found.scatter
+        ).log_posterior
+        for i, columns in enumerate(waves(turns(), finer), 1000)
+    ]
+    assert found.log_posterior == pytest.approx(np.logaddexp.reduce(every), abs=0.7)
+    fitted = [one.log_posterior for one in search.evidence.current if one.terms and one.terms[0].atom < 1000]
+    assert max(fitted) == found.log_posterior
