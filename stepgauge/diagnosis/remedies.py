@@ -7,8 +7,10 @@ like stand for the choices of a finding.
 from __future__ import annotations
 
 import string
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
+
+from stepgauge.diagnosis.forms.form import HYSTERESIS, LOOP, RESTS, SAWTOOTH, WAVE
 
 
 class Remedy(NamedTuple):
@@ -205,15 +207,36 @@ _BY_WHAT = {"axis": _OF_AN_AXIS, "map": _OF_A_MAP}
 _UNKNOWN_KIND = Remedy(
     "Check by other means whether this cause is there.", "Remove it, or state it in the file that was judged."
 )
-UNKNOWN_FORM = Remedy(
-    "Look for what changes with {covariate}.", "Nothing: do not adjust or compensate before the cause is known."
-)
-UNKNOWN_WAVE = Remedy(
+_UNKNOWN = "Nothing: do not adjust or compensate before the cause is known."
+_WAVE = Remedy(
     "Look for what repeats with {covariate} in this period: in time a thermostat, a compressor or a pump, along an axis"
     " a screw, a pinion or the joints of a scale.",
-    UNKNOWN_FORM.repair,
+    _UNKNOWN,
 )
-"""For structure without a known law, and for such that is periodic."""
+_LATE = Remedy(
+    "Move to one place by small and by large ways, from both sides: what friction holds back reads differently. Look at"
+    " guideways, drives and cables for what rubs or gives way, and at what clamps the gauge or instrument.",
+    _UNKNOWN,
+)
+_FORMS = {
+    WAVE: _WAVE,
+    SAWTOOTH: _WAVE,
+    HYSTERESIS: _LATE,
+    LOOP: _LATE,
+    RESTS: Remedy(
+        "Read one place ten times at once, after a pause, and after a long pause: what a rest leaves fades from reading"
+        " to reading.",
+        _UNKNOWN,
+    ),
+}
+"""For structure without a known law, by its shape."""
+
+
+def remedy_of_form(shapes: Collection[str], covariate: str) -> Remedy:
+    """What to check for structure without a known law, over one covariate and with one or several ``shapes``."""
+    found = {_FORMS.get(shape) for shape in shapes}
+    own = found.pop() if len(found) == 1 else None
+    return filled(own or Remedy("Look for what changes with {covariate}.", _UNKNOWN), covariate=covariate)
 
 
 def remedy(kind: str, parameters: Mapping[str, Mapping[str, Any]], of: str = "gauge") -> Remedy:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from stepgauge.diagnosis.forms.form import PERIODIC, SMOOTH
+from stepgauge.diagnosis.forms.form import SMOOTH
 from stepgauge.diagnosis.practice import counted, name_of
 from stepgauge.diagnosis.words import listed, significant
 
@@ -104,13 +104,13 @@ def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """The forms by covariate: each covariate once, with the faces, its forms, and the largest probability."""
     found: dict[str, dict[str, Any]] = {}
     for one in unexplained:
-        empty = {"covariate": one["covariate"], "sides": [], "where": [], "p": [], "beside": [], "periodic": True}
+        empty = {"covariate": one["covariate"], "sides": [], "where": [], "p": [], "beside": [], "forms": []}
         row = found.setdefault(one["covariate"], empty)
         row["beside"] += [one["beside"]] if one.get("beside") and one["form"] == SMOOTH else []
         row["sides"].append(one["side"])
         row["where"].append(one["where"])
         row["p"].append(one["probability"])
-        row["periodic"] &= one["form"] in PERIODIC
+        row["forms"].append(one["form"])
     return [
         {
             "covariate": row["covariate"],
@@ -118,7 +118,7 @@ def remaining(unexplained: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
             "where": "; ".join(dict.fromkeys(row["where"])),
             "probability": max(row["p"]),
             "beside": " and ".join(dict.fromkeys(row["beside"])),
-            "periodic": row["periodic"],
+            "forms": row["forms"],
         }
         for row in found.values()
     ]

@@ -224,7 +224,8 @@ def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, w
             if said in model.vague or not sure(said, model.state, answer, priors.decision, wider):
                 yield _vague(said, answer, data)
             continue
-        for one in islice(one_of_each_kind(said.place, False), MOST_FORMS):
+        likely = (one for one in one_of_each_kind(said.place, False) if one.share > priors.decision.in_set)
+        for one in islice(likely, MOST_FORMS):
             labels = [r.candidate.label for r in said.place.rivals if r.candidate.kind == one.candidate.kind]
             form = located(one.candidate, one.look.atom, answer.probability(labels), fitted=_fitted_shape(one))
             part = _regime(said, model, data) if one is said.lead else ""

@@ -85,7 +85,7 @@ TITLES = {
     LENGTH: "a length that changes with {covariate}",
     BEAT: "a wave along the gauge that changes with {covariate}",
     HYSTERESIS: "hysteresis of {covariate}",
-    RESTS: "follows the rests before the last touches",
+    RESTS: "a memory of rests",
     LEVELS: "every {covariate} off by an amount of its own",
     LOOP: "another curve on the way back",
     HARMONICS: "depends on the direction of approach",
@@ -269,6 +269,9 @@ def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
         return RUNS, runs_of(data)[1].astype(float) + 1.0
     if name in ("side", WAY):
         name = "position"
+    if form == RESTS:
+        kept = round(law.located.numbers)
+        return f"roots of the last {kept} rests, fading (s$^{{1/2}}$)", data.probings.rested(kept)
     x = covariate_values(name, data)
     if law.period is None:
         return label_of(name), x
@@ -283,7 +286,7 @@ def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
 def _law_groups(law: UnknownLaw, data: Residuals) -> tuple[tuple[Group, ...], bool]:
     """The groups of a form, and whether its law differs between them."""
     fronts, backs = sides(data)
-    if law.located.covariate == WAY:
+    if law.located.covariate == WAY or law.located.form == HYSTERESIS:
         way = data.probings.way()
         there = Group(way > 0, CYCLE[2], ">", "on the way there", "-", "fitted law there")
         return (there, Group(way < 0, CYCLE[3], "<", "on the way back", "--", "fitted law back")), True

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stepgauge.diagnosis.practice import name_of
-from stepgauge.diagnosis.remedies import UNKNOWN_FORM, UNKNOWN_WAVE, Remedy, filled, remedy
+from stepgauge.diagnosis.remedies import Remedy, remedy, remedy_of_form
 from stepgauge.diagnosis.report import COVERAGE, chosen, plus_minus, probability, remaining, without
 from stepgauge.diagnosis.words import line, significant
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
@@ -89,7 +89,7 @@ def _checks(said: Said, told: Words) -> Iterator[str]:
             which = told.name(effect) if first is members[0] else f"or {told.member(first)}"
             yield f"{number}{f', {which}' if several else ''}: {text}"
     for number, row in _forms(said):
-        yield f"{number}: {_of_form(row, told).check}"
+        yield f"{number}: {_of_form(row).check}"
 
 
 def _repairs(said: Said, told: Words) -> Iterator[str]:
@@ -100,9 +100,9 @@ def _repairs(said: Said, told: Words) -> Iterator[str]:
     for number, effect in enumerate(said["effects"], 1):
         if number not in unsure:
             yield f"{number}: {_remedy(effect, told).repair}"
-    forms = [str(number) for number, _ in _forms(said)]
+    forms = list(_forms(said))
     if forms:
-        yield f"{', '.join(forms)}: {UNKNOWN_FORM.repair}"
+        yield f"{', '.join(str(number) for number, _ in forms)}: {_of_form(forms[0][1]).repair}"
 
 
 def _forms(said: Said) -> Iterator[tuple[int, Said]]:
@@ -129,9 +129,9 @@ def _spaced(match: re.Match[str]) -> str:
     return name_of(match[0])
 
 
-def _of_form(row: Said, told: Words) -> Remedy:
+def _of_form(row: Said) -> Remedy:
     both = f"{row['covariate']} and {row['beside']}" if row.get("beside") else str(row["covariate"])
-    return filled(UNKNOWN_WAVE if row["periodic"] else UNKNOWN_FORM, covariate=both)
+    return remedy_of_form(row["forms"], both)
 
 
 def _remedy(effect: Said, told: Words) -> Remedy:
