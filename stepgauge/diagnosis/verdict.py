@@ -42,6 +42,8 @@ from stepgauge.diagnosis.unrecorded import with_unrecorded
 Array = NDArray[np.float64]
 FAINT = 0.3
 """Share of the largest weight below which a reading has too little information on a form."""
+SPANNED = 0.05
+"""Share of a law's signature, left by a form, below which the form may contain the law."""
 MOST_FORMS = 3
 """Largest number of covariates that are stated for a place without a law."""
 
@@ -103,18 +105,25 @@ def _is_sure(said: Said, solved: Solved, state: State, answer: Answer, priors: P
 
 
 def _within_forms(laws: list[Said], forms: list[Said], state: State) -> list[Said]:
-    """The laws that a form over their own covariate may contain (rule 3).
+    """The laws that a form may contain (rule 3).
 
-    Of oscillations those that are smaller than the form: one that stands out of it is no part of it.
+    Over their own covariate, or with nearly all of their signature. Of the latter, and of oscillations, those that are
+    smaller than the form: one that stands out of it is no part of it.
     """
 
-    def contained(one: Said) -> bool:
-        beside = [form for form in forms if form.lead.candidate.kind in _lives_in(one.source)]
-        if not _oscillates(one.source):
-            return bool(beside)
-        return any(_rms_um(one, state) < _rms_um(form, state) for form in beside)
+    def contains(form: Said, one: Said) -> bool:
+        own = form.lead.candidate.kind in _lives_in(one.source)
+        if own and not _oscillates(one.source):
+            return True
+        return (own or _spanned(one.term.columns, form.term.columns)) and _rms_um(one, state) < _rms_um(form, state)
 
-    return [one for one in laws if contained(one)]
+    return [one for one in laws if any(contains(form, one) for form in forms)]
+
+
+def _spanned(columns: Array, others: Array) -> bool:
+    """Whether columns ``(d, n)`` are nearly sums of others ``(m, n)``."""
+    left = columns - np.linalg.lstsq(others.T, columns.T, rcond=None)[0].T @ others
+    return bool(np.linalg.norm(left) < SPANNED * np.linalg.norm(columns))
 
 
 def _oscillates(family: Family) -> bool:
