@@ -49,14 +49,17 @@ class Patterns:
         return products.reshape(-1, self.depth, r, q).transpose(2, 0, 1, 3).astype(float)
 
     def grams(self, metric: Metric) -> tuple[Array, Array]:
-        """Products of each atom with itself by rows alone, and by the metric: ``(atoms, r, depth, r, depth)`` each."""
+        """Lengths of each atom by rows alone, ``(atoms, r, depth)``, and its products with itself by the metric.
+
+        These are ``(atoms, r, depth, r, depth)``.
+        """
         take = metric.basis.astype(np.float32)
         lost = (1.0 - metric.kept**2).astype(np.float32)
         size = max(1, CHUNK // (len(self.basis) * self.depth * self.n))
         parts = [self._grams(slice(i, i + size), metric, take, lost) for i in range(0, self.atoms, size)]
-        shape = (-1, len(self.basis), self.depth, len(self.basis), self.depth)
-        raw, white = (np.concatenate(part).astype(float).reshape(shape) for part in zip(*parts, strict=True))
-        return raw, white
+        length, white = (np.concatenate(part).astype(float) for part in zip(*parts, strict=True))
+        shape = (-1, len(self.basis), self.depth)
+        return length.reshape(shape), white.reshape(*shape, *shape[1:])
 
     def _grams(
         self, atoms: slice, metric: Metric, take: NDArray[np.float32], lost: NDArray[np.float32]
@@ -66,7 +69,7 @@ class Patterns:
         rows = metric.rows(y).astype(np.float32)
         taken = (rows.reshape(-1, self.n) @ take).reshape(*rows.shape[:2], -1)
         raw = rows @ np.swapaxes(rows, 1, 2)
-        return raw, raw - (taken * lost) @ np.swapaxes(taken, 1, 2)
+        return np.linalg.norm(rows, axis=2), raw - (taken * lost) @ np.swapaxes(taken, 1, 2)
 
 
 def grouped(laws: Sequence[Law]) -> Iterator[Patterns]:

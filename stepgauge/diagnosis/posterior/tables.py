@@ -74,21 +74,20 @@ def tables(patterns: Sequence[Patterns], metric: Metric, first: int) -> list[Tab
     """Tables of some patterns, of which the first one has the place ``first``."""
     rows: dict[int, list[tuple[int, Array, list[Law], Array, Array]]] = {}
     for place, one in enumerate(patterns, first):
-        raw, white = one.grams(metric)
+        length, white = one.grams(metric)
         for laws, mix in one.sets:
             gram = mixed(white, mix)
-            rows.setdefault(gram.shape[1], []).append((place, mix, laws, gram, _unseen(raw, mix)))
+            rows.setdefault(gram.shape[1], []).append((place, mix, laws, gram, _unseen(length, mix)))
     return [_table(parts) for parts in rows.values()]
 
 
-def _unseen(gram: Array, mix: Array) -> Array:
-    """Limits of rounding ``(atoms, d)`` of signatures mixed from basis rows ``(atoms, r, depth, r, depth)``.
+def _unseen(length: Array, mix: Array) -> Array:
+    """Limits of rounding ``(atoms, d)`` of signatures mixed from basis rows of lengths ``(atoms, r, depth)``.
 
     They follow from the rows that are mixed: where these cancel each other, their rounding does not. A matrix of d
     amplitudes is positive where d times the rounding of its elements is on its diagonal.
     """
-    length = np.sqrt(np.maximum(np.einsum("ajbjb->ajb", gram), 0.0))
-    square = (np.abs(mix) @ length).reshape(len(gram), -1) ** 2
+    square = (np.abs(mix) @ length).reshape(len(length), -1) ** 2
     return np.asarray(UNSEEN * square.shape[1] * square)
 
 
