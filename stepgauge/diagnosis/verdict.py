@@ -132,7 +132,7 @@ def _oscillates(family: Family) -> bool:
 
 def _rms_um(said: Said, state: State) -> float:
     """Root mean square of the displacement of a term."""
-    place = next(i for i, term in enumerate(state.terms) if term.candidate is said.term.candidate)
+    place = state.place(said.term.candidate)
     return float(np.sqrt(np.mean((state.amplitudes(place)[0] @ said.term.columns) ** 2)))
 
 

@@ -75,7 +75,7 @@ class Searched:
         if rival.state is None:
             point = _point(rival.look.term())
             return Term(point.candidate, point.values(np.full(len(point.step), point.size)))
-        place = next(i for i, t in enumerate(rival.state.terms) if t.candidate is rival.candidate)
+        place = rival.state.place(rival.candidate)
         return _term(rival.state, rival.state.terms[place])
 
     def instead(self, place: int, rival: Rival) -> Fitted:
@@ -123,7 +123,7 @@ class SizedSearch(Search):
 
     def _of_its_size(self, found: State, law: Law) -> Chosen:
         """The term of a law with the signature at the size of its amplitude."""
-        place = next(i for i, term in enumerate(found.terms) if term.candidate is law)
+        place = found.place(law)
         term = found.terms[place]
         if not law.named or (point := _point(term)).candidate.shape not in ("line", "plane"):
             return term

@@ -19,7 +19,7 @@ from scipy.linalg import get_lapack_funcs
 
 from stepgauge.diagnosis.posterior.metric import Rows, nuisances
 from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Law, Problem, Term, slices
+from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Term, slices
 from stepgauge.diagnosis.posterior.scatter import Scatter, Scatters
 
 Array = NDArray[np.float64]
@@ -76,6 +76,10 @@ class State:
         """Whether no term has the volume of correlated scatter where the scatter is independent."""
         return self.scatter.correlated or not any(term.correlated for term in self.terms)
 
+    def place(self, candidate: Candidate) -> int:
+        """The place of a candidate among the terms, whose order is that of whoever asked for them first."""
+        return next(i for i, term in enumerate(self.terms) if term.candidate is candidate)
+
     def amplitudes(self, place: int) -> tuple[Array, Array]:
         """Posterior mean ``(d,)`` and covariance ``(d, d)`` of one term's amplitudes."""
         first = self.count + sum(len(term.columns) for term in self.terms[:place])
@@ -124,10 +128,11 @@ class Evidence:
             self.visited[key] = self._state(terms, scatter, near_um or self.problem.within_um)
         return self.visited[key]
 
-    def narrowed(self, state: State, by: float) -> State:
-        """A hypothesis that was computed with too large a volume of its last term, in nats, which it stands for."""
-        *others, last = state.terms
-        terms = (*others, replace(last, log_prior=last.log_prior - by))
+    def narrowed(self, state: State, candidate: Candidate, by: float) -> State:
+        """A hypothesis in place of the same with a volume of one term that is too large, by so many nats."""
+        place = state.place(candidate)
+        narrow = replace(state.terms[place], log_prior=state.terms[place].log_prior - by)
+        terms = (*state.terms[:place], narrow, *state.terms[place + 1 :])
         self.visited.pop(_key(state.terms, state.scatter), None)
         return self.visited.setdefault(
             _key(terms, state.scatter), replace(state, terms=terms, log_posterior=state.log_posterior - by)

@@ -143,7 +143,7 @@ class Search:
         found = self._with(state, term)
         higher = found.log_posterior - grid.log_posterior
         narrow = 0.5 * float(np.log(2.0 * max(higher, 1e-9))) - float(np.log(0.25 * np.sqrt(2.0 * np.pi)))
-        return self.evidence.narrowed(found, narrow) if narrow > 0.0 else found
+        return self.evidence.narrowed(found, term.candidate, narrow) if narrow > 0.0 else found
 
     def _with(self, state: State, term: Term) -> State:
         term = replace(term, correlated=state.scatter.correlated and term.candidate.atoms > 1)
@@ -154,7 +154,7 @@ class Search:
         found: dict[int, State] = {}
         for head in heads:
             for state in (*(self.added(head, look) for look in self._proposed(head)), *self._paired(head)):
-                state = self._weeded(state)
+                state = self._weeded(state, head.labels)
                 found[id(state)] = state
         ranked = sorted(found.values(), key=_worth, reverse=True)
         laws = [state for state in ranked if state.named][:BEAM]
@@ -173,14 +173,14 @@ class Search:
         for one, other in self.looks.pairs(state, self.scatters, PROPOSED_PAIRS, without | state.labels):
             yield self._with(self._with(state, one.term()), other.term())
 
-    def _weeded(self, state: State) -> State:
-        """The hypothesis without terms whose removal makes it more probable; the newest stays."""
-        for place in range(len(state.terms) - 1):
+    def _weeded(self, state: State, old: frozenset[str]) -> State:
+        """The hypothesis without ``old`` terms whose removal makes it more probable; what is new stays."""
+        for place in (i for i, term in enumerate(state.terms) if term.candidate.label in old):
             if self.evidence.most_without(state, place) < state.log_posterior - NEEDED:
                 continue
             fewer = self.without(state, place)
             if fewer.log_posterior > state.log_posterior:
-                return self._weeded(fewer)
+                return self._weeded(fewer, old)
         return state
 
     def without(self, state: State, *places: int) -> State:
@@ -209,7 +209,7 @@ class Search:
 
     def _anew(self, state: State, candidate: Candidate) -> State:
         """The hypothesis with the shape and size of one term as they are found beside the others."""
-        place = next(i for i, term in enumerate(state.terms) if term.candidate is candidate)
+        place = state.place(candidate)
         base = self.without(state, place)
         own = next((look for look in self.beside(base) if look.candidate is candidate), None)
         return self._with(base, state.terms[place]) if own is None else self.added(base, own)
@@ -375,8 +375,9 @@ class Search:
         # a form may stand for several laws, of which the first alone is less probable than another form
         laws = [one for one in others if one.named] if not state.terms[place].candidate.named else []
         firsts = {id(one): one for one in (*others[:1], *lesser[:1], *laws[:1])}.values()
-        twos = [self.added(one, look) for one in firsts for look in self._proposed(one, 1, alone)]
-        return max((base, *ones, *map(self._weeded, [*others, *twos])), key=_worth)
+        twos = [(self.added(one, look), one.labels) for one in firsts for look in self._proposed(one, 1, alone)]
+        weeded = (self._weeded(*one) for one in (*((other, base.labels) for other in others), *twos))
+        return max((base, *ones, *weeded), key=_worth)
 
     def polished(self, state: State) -> State:
         """Shape and size of each term fitted again with the others."""

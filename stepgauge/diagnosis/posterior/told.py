@@ -77,8 +77,8 @@ def _completed(search: Search, best: State, decision: Decision) -> State:
         if look is None:
             return best
         more = search.added(best, look)
-        place = place_of(search, more, len(best.terms))
-        said = Said(place, _lead(place), more.terms[-1])
+        place = place_of(search, more, more.place(look.candidate))
+        said = Said(place, _lead(place), more.terms[place.term])
         if _said_share(said, decision) < decision.stated:
             return best
         if said.named and not determined(more, said.term, decision.determined):
@@ -124,7 +124,7 @@ def _told_state(search: Search, best: State, said: list[tuple[Place, Rival]]) ->
         own = best.terms[place.term]
         if lead.candidate is own.candidate or lead.candidate.label in state.labels:
             continue
-        base = search.without(state, next(i for i, t in enumerate(state.terms) if t.candidate is own.candidate))
+        base = search.without(state, state.place(own.candidate))
         state = search.added(base, lead.look)
     return state
 

@@ -18,7 +18,7 @@ from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Refined, Term
 from stepgauge.diagnosis.posterior.search import Search
-from stepgauge.diagnosis.posterior.told import Said, answer_of, rival_laws, together
+from stepgauge.diagnosis.posterior.told import Said, _completed, answer_of, rival_laws, together
 from tests.diagnosis.posterior.made import (
     NOISE_UM,
     ROWS,
@@ -164,6 +164,18 @@ def test_several_laws_may_be_likelier_than_nothing_though_none_of_them_is() -> N
     assert place.named > 0.5
     assert place.named == pytest.approx(1.0 - place.nothing)
     assert found.best.log_posterior < found.search.start.log_posterior  # which has none of them
+
+
+def test_one_more_law_is_judged_by_its_own_place_in_whatever_order_the_two_were_computed() -> None:
+    """Beside a slope that is sure, a wave that is not: the hypothesis of both stands there with the wave first."""
+    search = Search(problem(noise() + SLOPE, candidates()), shipped_priors())
+    best = search.run()
+    assert best.labels == {"slope"}
+    look = search.beside(best)[0]
+    both = search.evidence((look.term(), *best.terms), best.scatter, best.sigma_um)
+    assert search.added(best, look) is both
+    assert both.log_posterior < best.log_posterior
+    assert _completed(search, best, shipped_priors().decision) is best
 
 
 def test_a_shape_is_fitted_to_residuals_of_which_no_nuisance_took_a_part() -> None:
