@@ -169,11 +169,12 @@ def test_several_laws_may_be_likelier_than_nothing_though_none_of_them_is() -> N
 def test_one_more_law_is_judged_by_its_own_place_in_whatever_order_the_two_were_computed() -> None:
     """Beside a slope that is sure, a wave that is not: the hypothesis of both stands there with the wave first."""
     search = Search(problem(noise() + SLOPE, candidates()), shipped_priors())
-    best = search.run()
+    best = search.added(search.start, search.beside(search.start)[0])
     assert best.labels == {"slope"}
     look = search.beside(best)[0]
     both = search.evidence((look.term(), *best.terms), best.scatter, best.sigma_um)
     assert search.added(best, look) is both
+    assert both.place(look.candidate) == 0
     assert both.log_posterior < best.log_posterior
     assert _completed(search, best, shipped_priors().decision) is best
 
