@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from stepgauge.axis.recording import read_axis_recording as read_axis_recording
     from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis as AxisDiagnosis
     from stepgauge.diagnosis.maps.result import MapDiagnosis as MapDiagnosis
+    from stepgauge.diagnosis.output.stored import StoredDiagnosis as StoredDiagnosis
+    from stepgauge.diagnosis.output.stored import read_diagnosis as read_diagnosis
     from stepgauge.diagnosis.result import Diagnosis as Diagnosis
-    from stepgauge.diagnosis.stored import StoredDiagnosis as StoredDiagnosis
-    from stepgauge.diagnosis.stored import read_diagnosis as read_diagnosis
     from stepgauge.errors import InputError as InputError
     from stepgauge.errors import ProgramStoppedError as ProgramStoppedError
     from stepgauge.evaluation.evaluate import Evaluation as Evaluation

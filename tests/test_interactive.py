@@ -16,7 +16,7 @@ import pandas as pd
 import pytest
 
 import stepgauge as sg
-from stepgauge.diagnosis.rows import read_rows
+from stepgauge.diagnosis.output.rows import read_rows
 from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.evaluation.probings import probing_errors

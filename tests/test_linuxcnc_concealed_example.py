@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from stepgauge.diagnosis.files import FORMAT
+from stepgauge.diagnosis.output.files import FORMAT
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import read_gauge

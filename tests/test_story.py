@@ -13,9 +13,9 @@ import pytest
 from pypdf import PdfReader
 
 import stepgauge as sg
-from stepgauge.diagnosis.files import Inputs, diagnosis_to_dict
-from stepgauge.diagnosis.remedies import remedy
-from stepgauge.diagnosis.report import probability
+from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
+from stepgauge.diagnosis.output.remedies import remedy
+from stepgauge.diagnosis.output.report import probability
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError

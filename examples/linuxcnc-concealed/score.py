@@ -9,7 +9,7 @@ from typing import Any
 
 from truth import TrueEffect, read_truth
 
-from stepgauge.diagnosis.stored import read_diagnosis
+from stepgauge.diagnosis.output.stored import read_diagnosis
 
 COVERAGE = 4.0
 """A value counts as right within this many of its standard uncertainties: every run draws anew what the latch does,

@@ -175,7 +175,7 @@ def _diagnose_axis(
     """Recordings without a gauge: together as settings up of one axis, or each into its own folder."""
     from pathlib import Path
 
-    from stepgauge.diagnosis.stored import read_diagnosis
+    from stepgauge.diagnosis.output.stored import read_diagnosis
     from stepgauge.files.outputs import one_set
     from stepgauge.public.diagnose import diagnose
     from stepgauge.reports.axis_diagnosis import first_of
@@ -194,9 +194,9 @@ def _diagnose_axis(
 def _diagnose_map(
     maps: tuple[str, ...], probe: str, columns: tuple[str, ...], output: str, suffix: str, priors: str | None
 ) -> None:
+    from stepgauge.diagnosis.output.stored import read_diagnosis
     from stepgauge.diagnosis.posterior.priors import read_priors
     from stepgauge.diagnosis.probe_map import diagnose_probe_map, parse_columns
-    from stepgauge.diagnosis.stored import read_diagnosis
     from stepgauge.reports.probe_diagnosis import first_of
 
     if len(maps) != 1:

@@ -71,8 +71,8 @@ def _describe(effect: type[Effect], given: Given) -> str:
 
 def _usual(effect: type[Effect], gauge: Gauge | None, machine: Machine | None) -> list[str]:
     """What a diagnosis expects of the effect before it has seen a reading."""
+    from stepgauge.diagnosis.laws.usual import odds_of, shape_range, usual_shape, usual_size
     from stepgauge.diagnosis.posterior.priors import shipped_priors
-    from stepgauge.diagnosis.usual import odds_of, shape_range, usual_shape, usual_size
 
     priors = shipped_priors()
     if effect.kind not in priors.laws.kinds:

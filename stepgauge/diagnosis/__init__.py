@@ -1,5 +1,5 @@
 """When simulation and recording disagree: where, by which physics, and the proof.
 
-residuals -> problem (laws, forms, nuisances, priors) -> posterior -> verdict -> files. The function
-:func:`stepgauge.diagnosis.engine.diagnose` runs them all.
+residuals -> problem (laws, forms, nuisances, priors) -> posterior -> verdict (with the fits) -> output. The function
+:func:`stepgauge.diagnosis.engine.diagnose` runs them all; ``maps`` and ``axis`` do so for probes and for single axes.
 """

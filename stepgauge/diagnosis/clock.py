@@ -13,9 +13,9 @@ from typing import Any
 
 import pandas as pd
 
+from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding
-from stepgauge.diagnosis.solve import Estimate
 from stepgauge.effects import Effect, Probings
 
 LONG = 0.1

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.choices import pauses_s
-from stepgauge.diagnosis.library import SEEN_SHARE, reached_axes
+from stepgauge.diagnosis.laws.choices import pauses_s
+from stepgauge.diagnosis.laws.library import SEEN_SHARE, reached_axes
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.recording import COUNTS, OPTIONAL, REQUIRED
 from stepgauge.recording.columns import STYLUS

@@ -14,9 +14,10 @@ from threadpoolctl import threadpool_limits
 from stepgauge.axis.sensors import without_probe
 from stepgauge.diagnosis.checks import predictive_checks, widening
 from stepgauge.diagnosis.clock import clock_start_s, counted_from, told_by_clock
+from stepgauge.diagnosis.fits.solve import Estimate, Solved, solve
 from stepgauge.diagnosis.forms.words import CORRELATED, GROWING, located
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
-from stepgauge.diagnosis.library import carried
+from stepgauge.diagnosis.laws.library import carried
 from stepgauge.diagnosis.posterior.answer import Answer
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
@@ -27,7 +28,6 @@ from stepgauge.diagnosis.problem import bare_problem, make_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.diagnosis.result import Diagnosis, Finding, Fit, Located, Noise, Verdict
 from stepgauge.diagnosis.separate import with_separations
-from stepgauge.diagnosis.solve import Estimate, Solved, solve
 from stepgauge.diagnosis.verdict import Model, findings, make_model, nearest_laws, unexplained, with_doubts
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError

@@ -10,8 +10,8 @@ from functools import partial
 from pathlib import Path
 
 from stepgauge.diagnosis.engine import diagnose
+from stepgauge.diagnosis.output.stored import read_diagnosis
 from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.stored import read_diagnosis
 from stepgauge.errors import InputError, naming
 from stepgauge.files.outputs import one_set
 from stepgauge.gauge.certified import Gauge, read_gauge

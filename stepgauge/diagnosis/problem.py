@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import everywhere
 from stepgauge.diagnosis.forms.candidates import form_candidates
-from stepgauge.diagnosis.laws import law_candidates
-from stepgauge.diagnosis.parts import laws_in_parts
+from stepgauge.diagnosis.laws.candidates import law_candidates
+from stepgauge.diagnosis.laws.parts import laws_in_parts
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Problem

@@ -13,9 +13,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.posterior.search import Step
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.solve import Estimate
 from stepgauge.effects import Effect
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Shown, as_lines
@@ -162,7 +162,7 @@ class Diagnosis(Shown):
 
     def summary(self) -> str:
         """Verdict, effects and fit in a line."""
-        from stepgauge.diagnosis.summary import summary_line
+        from stepgauge.diagnosis.output.summary import summary_line
 
         return as_lines(summary_line(self, self.laws))
 
@@ -177,7 +177,7 @@ class Diagnosis(Shown):
 
     def write(self, folder: str | Path, figure: str = "png") -> list[Path]:
         """Write ``diagnosis.json``, ``diagnosis.md``, the diagnosed machine file and the figures; returns the paths."""
-        from stepgauge.diagnosis.files import write_diagnosis
+        from stepgauge.diagnosis.output.files import write_diagnosis
 
         with open_set():
             return write_diagnosis(folder, self, self.recordings, figure, self.laws)

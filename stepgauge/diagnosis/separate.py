@@ -14,12 +14,12 @@ from shlex import quote
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.library import family_signatures
+from stepgauge.diagnosis.fits.solve import Solved, orthonormal
+from stepgauge.diagnosis.laws.library import family_signatures
 from stepgauge.diagnosis.posterior.problem import Candidate
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding
 from stepgauge.diagnosis.runs import ExtraRun, Lengthened, lengthened
-from stepgauge.diagnosis.solve import Solved, orthonormal
 from stepgauge.diagnosis.verdict import Model
 from stepgauge.effects import along_approach_um
 from stepgauge.errors import InputError

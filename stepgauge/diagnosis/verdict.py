@@ -14,10 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import covariates, mask
+from stepgauge.diagnosis.fits.marginals import with_marginals
+from stepgauge.diagnosis.fits.solve import Estimate, Fitted, Solved, solve, widened
+from stepgauge.diagnosis.fits.unrecorded import with_unrecorded
 from stepgauge.diagnosis.forms.form import SMOOTH, Form
 from stepgauge.diagnosis.forms.words import UNDETERMINED, located, regime
-from stepgauge.diagnosis.library import Family
-from stepgauge.diagnosis.marginals import with_marginals
+from stepgauge.diagnosis.laws.library import Family
 from stepgauge.diagnosis.posterior.answer import Answer, Rival
 from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.metric import Metric
@@ -36,8 +38,6 @@ from stepgauge.diagnosis.posterior.told import (
 )
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Located, Member
-from stepgauge.diagnosis.solve import Estimate, Fitted, Solved, solve, widened
-from stepgauge.diagnosis.unrecorded import with_unrecorded
 
 Array = NDArray[np.float64]
 FAINT = 0.3

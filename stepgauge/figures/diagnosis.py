@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from stepgauge.diagnosis.stored import StoredDiagnosis
+    from stepgauge.diagnosis.output.stored import StoredDiagnosis
 
 Array = NDArray[np.float64]
 OVERVIEW, RESIDUALS, EFFECTS = "overview", "residuals", "effects"

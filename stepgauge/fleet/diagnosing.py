@@ -42,8 +42,8 @@ def diagnose_fleet(
 def diagnose_batch(given: Batch | Kept, without: tuple[str, ...], priors: Any) -> dict[str, Any]:
     """The diagnosis of a batch of one recording: the summary, and ``diagnosis.json`` but for the names of files."""
     from stepgauge.diagnosis.engine import diagnose
-    from stepgauge.diagnosis.files import Inputs, told_to_dict
     from stepgauge.diagnosis.forms.formula import model_unknown
+    from stepgauge.diagnosis.output.files import Inputs, told_to_dict
 
     batch = opened(given)
     (one,) = batch.stored

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.diagnosis.parts import OF_THE_PROBE
+from stepgauge.diagnosis.laws.parts import OF_THE_PROBE
 from stepgauge.diagnosis.result import Diagnosis, Finding
 from stepgauge.diagnosis.runs import ExtraRun
 from stepgauge.errors import InputError, naming

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.axis.recording import LONGEST_COMMENT, is_axis_recording, read_axis_recording
-from stepgauge.diagnosis.stored import read_diagnosis
+from stepgauge.diagnosis.output.stored import read_diagnosis
 from stepgauge.errors import InputError
 from stepgauge.files.text import read_result
 from stepgauge.gauge.certified import Gauge, read_gauge

@@ -203,7 +203,7 @@ def _interactive(asked: _Asked, recordings: list[Any], template: File | None) ->
 
 
 def _diagnosis_page(_: _Asked, result: File | Diagnosis, recordings: list[Any]) -> dict[str, Any]:
-    from stepgauge.diagnosis.rows import read_rows
+    from stepgauge.diagnosis.output.rows import read_rows
     from stepgauge.reports.diagnosis import read_said, told_story
     from stepgauge.reports.interactive import diagnosis_page
 

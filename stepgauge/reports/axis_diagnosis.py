@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from stepgauge.diagnosis.axis.words import kind_name
+from stepgauge.diagnosis.output.report import VERDICTS, percent, plus_minus, probability
+from stepgauge.diagnosis.output.summary import name_at_axis
+from stepgauge.diagnosis.output.words import listed, significant
 from stepgauge.diagnosis.posterior.told import MOST_LOCATED
-from stepgauge.diagnosis.report import VERDICTS, percent, plus_minus, probability
-from stepgauge.diagnosis.summary import name_at_axis
-from stepgauge.diagnosis.words import listed, significant
 from stepgauge.reports.blocks import Block, bullets, figure, heading, part, table, words
 from stepgauge.reports.diagnosis import check_blocks, recording_files, shown_figures, story
 from stepgauge.reports.findings import Words, do_first, first_lines, found_part

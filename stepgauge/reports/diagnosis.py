@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.diagnosis.forms.words import SCATTER
-from stepgauge.diagnosis.practice import name_of
-from stepgauge.diagnosis.report import (
+from stepgauge.diagnosis.output.practice import name_of
+from stepgauge.diagnosis.output.report import (
     SCATTER_WORDS,
     lacking,
     limits,
@@ -23,7 +23,7 @@ from stepgauge.diagnosis.report import (
     um,
     wrapped_sum,
 )
-from stepgauge.diagnosis.words import significant
+from stepgauge.diagnosis.output.words import significant
 from stepgauge.files.text import in_folder, read_result
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
 from stepgauge.reports.blocks import pictures as pictures_of
@@ -80,7 +80,7 @@ def diagnosis_story(
 
 def story_of(found: Diagnosis) -> dict[str, Any]:
     """The content of a page from a diagnosis, with its figures drawn now."""
-    from stepgauge.diagnosis.files import Inputs, diagnosis_to_dict
+    from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
     from stepgauge.figures.diagnosis import figures_of
     from stepgauge.reports.content import figure_svg
 

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from stepgauge.diagnosis.practice import name_of
-from stepgauge.diagnosis.remedies import Remedy, remedy, remedy_of_form
-from stepgauge.diagnosis.report import COVERAGE, chosen, plus_minus, probability, remaining, without
-from stepgauge.diagnosis.words import line, significant
+from stepgauge.diagnosis.output.practice import name_of
+from stepgauge.diagnosis.output.remedies import Remedy, remedy, remedy_of_form
+from stepgauge.diagnosis.output.report import COVERAGE, chosen, plus_minus, probability, remaining, without
+from stepgauge.diagnosis.output.words import line, significant
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
 Said = Mapping[str, Any]

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from stepgauge import __version__
-from stepgauge.diagnosis.rows import FINDING, FORM, unit_of
+from stepgauge.diagnosis.output.rows import FINDING, FORM, unit_of
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.evaluation.probings import TEMPERATURES, probing_errors

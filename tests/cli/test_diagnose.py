@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from stepgauge.cli import VERBS
-from stepgauge.diagnosis.files import Inputs, diagnosis_to_dict, write_diagnosis
+from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict, write_diagnosis
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.recording import Recording
 from tests.cli.conftest import Run

@@ -14,18 +14,18 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.files import Inputs, diagnosis_to_dict, write_diagnosis
+from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.forms.formula import model_unknown, rest_um
-from stepgauge.diagnosis.machine_text import machine_text
-from stepgauge.diagnosis.practice import in_practice, name_of
-from stepgauge.diagnosis.remedies import remedy
-from stepgauge.diagnosis.report import plus_minus, probability, um, wrapped_sum
+from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict, write_diagnosis
+from stepgauge.diagnosis.output.machine_text import machine_text
+from stepgauge.diagnosis.output.practice import in_practice, name_of
+from stepgauge.diagnosis.output.remedies import remedy
+from stepgauge.diagnosis.output.report import plus_minus, probability, um, wrapped_sum
+from stepgauge.diagnosis.output.stored import read_diagnosis
+from stepgauge.diagnosis.output.summary import summary_line
+from stepgauge.diagnosis.output.words import significant
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.diagnosis.result import Diagnosis, Finding, Located
-from stepgauge.diagnosis.solve import Estimate
-from stepgauge.diagnosis.stored import read_diagnosis
-from stepgauge.diagnosis.summary import summary_line
-from stepgauge.diagnosis.words import significant
 from stepgauge.effects import Probings, along_approach_um, effect_kinds, make_effects
 from stepgauge.errors import InputError
 from stepgauge.machine.file import read_machine

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.files import Inputs, diagnosis_to_dict
+from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
 from stepgauge.diagnosis.result import Diagnosis, Finding
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine, MachineTable

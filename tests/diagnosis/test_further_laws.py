@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.files import write_diagnosis
-from stepgauge.diagnosis.library import effect_families
+from stepgauge.diagnosis.laws.library import effect_families
+from stepgauge.diagnosis.output.files import write_diagnosis
+from stepgauge.diagnosis.output.practice import in_practice
+from stepgauge.diagnosis.output.probe_file import PROBE_FILE, probe_file
 from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.practice import in_practice
-from stepgauge.diagnosis.probe_file import PROBE_FILE, probe_file
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Diagnosis, Finding

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.library import Family, effect_families, family_signatures
-from stepgauge.diagnosis.marginals import with_marginals
+from stepgauge.diagnosis.fits.marginals import with_marginals
+from stepgauge.diagnosis.fits.solve import Fitted, solve
+from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.diagnosis.runs import plain_metric
-from stepgauge.diagnosis.solve import Fitted, solve
 from tests.diagnosis.made import machine
 from tests.diagnosis.test_further_laws import STEPS, bent, measured, turned, warmed
 

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stepgauge.diagnosis.fits.solve import solve
 from stepgauge.diagnosis.forms.formula import model_unknown
-from stepgauge.diagnosis.library import effect_families
+from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.scatter import Scatters
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
-from stepgauge.diagnosis.solve import solve
 from stepgauge.effects import Probings, Setting, along_approach_um
 from stepgauge.effects.empirical import formula_name
 from stepgauge.recording import Recording

@@ -12,14 +12,14 @@ from numpy.testing import assert_allclose
 
 from stepgauge.cli import main
 from stepgauge.diagnosis.clock import told_by_clock
-from stepgauge.diagnosis.laws import law_candidates
-from stepgauge.diagnosis.library import effect_families, signatures
-from stepgauge.diagnosis.machine_text import effect_table
-from stepgauge.diagnosis.parts import EDGES, FEWEST_VALUES, conditions, in_part, is_told, laws_in_parts, may_have
+from stepgauge.diagnosis.laws.candidates import law_candidates
+from stepgauge.diagnosis.laws.library import effect_families, signatures
+from stepgauge.diagnosis.laws.parts import EDGES, FEWEST_VALUES, conditions, in_part, is_told, laws_in_parts, may_have
+from stepgauge.diagnosis.output.machine_text import effect_table
+from stepgauge.diagnosis.output.practice import in_practice
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.scatter import Scatters
-from stepgauge.diagnosis.practice import in_practice
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.effects import along_approach_um, make_effects

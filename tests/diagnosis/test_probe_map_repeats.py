@@ -9,8 +9,8 @@ import pytest
 from stepgauge.diagnosis.maps.data import MapData, Measured
 from stepgauge.diagnosis.maps.model import MapModel
 from stepgauge.diagnosis.maps.scatter import estimate_scatter
+from stepgauge.diagnosis.output.stored import read_diagnosis
 from stepgauge.diagnosis.probe_map import diagnose_map, diagnose_probe_map
-from stepgauge.diagnosis.stored import read_diagnosis
 from stepgauge.errors import InputError
 from stepgauge.probes import read_probe
 

@@ -10,13 +10,13 @@ import pytest
 from scipy import stats
 
 from stepgauge.diagnosis.engine import misfit
-from stepgauge.diagnosis.library import effect_families
+from stepgauge.diagnosis.fits.solve import _above_zero, _Law, _unexplained
+from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.posterior.evidence import Evidence
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.problem import make_problem
 from stepgauge.diagnosis.residuals import make_residuals
-from stepgauge.diagnosis.solve import _above_zero, _Law, _unexplained
 from stepgauge.errors import InputError
 from tests.diagnosis.made import machine
 from tests.diagnosis.test_further_laws import STEPS, measured, turned

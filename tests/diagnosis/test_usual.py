@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 
 from stepgauge.cli import main
-from stepgauge.diagnosis.choices import choice_odds
-from stepgauge.diagnosis.library import NOT_LAWS
+from stepgauge.diagnosis.laws.choices import choice_odds
+from stepgauge.diagnosis.laws.library import NOT_LAWS
+from stepgauge.diagnosis.laws.usual import shape_range, size_of_shape, usual_size
 from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.usual import shape_range, size_of_shape, usual_size
 from stepgauge.effects import effect_kinds
 from stepgauge.gauge.certified import Gauge
 from tests.diagnosis.made import gauge, machine

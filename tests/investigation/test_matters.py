@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stepgauge.diagnosis.laws import law_candidates
+from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.runs import ExtraRun, lengthened

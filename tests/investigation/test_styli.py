@@ -18,7 +18,7 @@ from numpy.testing import assert_allclose
 import stepgauge as sg
 from stepgauge.cli import main
 from stepgauge.cli.serve import _state
-from stepgauge.diagnosis.choices import choices_of
+from stepgauge.diagnosis.laws.choices import choices_of
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.problem import Law
 from stepgauge.diagnosis.problem import make_problem

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from pypdf import PdfReader
 
-from stepgauge.diagnosis.stored import read_diagnosis
+from stepgauge.diagnosis.output.stored import read_diagnosis
 from tests.conftest import ROOT
 from tests.web.conftest import TABLET, Served, Watched, acted, make_project, opened
 

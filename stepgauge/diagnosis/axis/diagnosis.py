@@ -12,17 +12,17 @@ import pandas as pd
 
 from stepgauge.axis.recording import AxisRecording, join_axis_recordings, places_of
 from stepgauge.axis.sensors import SCALE, SENSORS, not_candidates
-from stepgauge.diagnosis.aliases import even
 from stepgauge.diagnosis.axis.residuals import AxisData, axis_data
 from stepgauge.diagnosis.axis.told import Teller
 from stepgauge.diagnosis.axis.words import About, aliases_of, kind_name, limits, meaning, uneven_targets
 from stepgauge.diagnosis.covariates import WAY
 from stepgauge.diagnosis.engine import diagnose_residuals
-from stepgauge.diagnosis.files import Inputs, checksum, diagnosis_to_dict, without_nan
+from stepgauge.diagnosis.output.aliases import even
+from stepgauge.diagnosis.output.files import Inputs, checksum, diagnosis_to_dict, without_nan
+from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
+from stepgauge.diagnosis.output.summary import axis_line, numbers_of
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.result import Diagnosis
-from stepgauge.diagnosis.rows import ROWS_FILE, row_table, rows_csv
-from stepgauge.diagnosis.summary import axis_line, numbers_of
 from stepgauge.effects import effect_kinds
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Shown, as_lines

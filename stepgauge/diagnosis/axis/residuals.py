@@ -17,8 +17,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stepgauge.axis.recording import AxisRecording, places_of
-from stepgauge.diagnosis.aliases import even
 from stepgauge.diagnosis.axis.stations import fitted_distances, station_columns
+from stepgauge.diagnosis.output.aliases import even
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.residuals import FEWEST_ROWS, SHORTEST_MM, Residuals
 from stepgauge.effects import Probings, Setting

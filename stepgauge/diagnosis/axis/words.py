@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from stepgauge.axis.sensors import SENSORS
-from stepgauge.diagnosis.aliases import Even, in_words
-from stepgauge.diagnosis.practice import name_of
-from stepgauge.diagnosis.words import significant
+from stepgauge.diagnosis.output.aliases import Even, in_words
+from stepgauge.diagnosis.output.practice import name_of
+from stepgauge.diagnosis.output.words import significant
 from stepgauge.effects import effect_kinds
 
 

@@ -12,7 +12,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.choices import LIKE_DIRECTIONS, TEMPERATURES, goes_both_ways, share_beside
 from stepgauge.diagnosis.covariates import AXES, FEWEST_IN_CYCLE, REST, Covariate, covariates, mask, runs_of
 from stepgauge.diagnosis.forms.form import (
     DRIFTING,
@@ -29,6 +28,7 @@ from stepgauge.diagnosis.forms.form import (
 from stepgauge.diagnosis.forms.memories import hysteresis, lagged, of_ways, rests
 from stepgauge.diagnosis.forms.smooth import changing, functions, volumes
 from stepgauge.diagnosis.forms.waves import beats, sawteeth, waves
+from stepgauge.diagnosis.laws.choices import LIKE_DIRECTIONS, TEMPERATURES, goes_both_ways, share_beside
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Law, Sizes, Smooth
 from stepgauge.diagnosis.residuals import Residuals

@@ -27,6 +27,7 @@ from stepgauge.diagnosis.covariates import (
     pause_of,
     runs_of,
 )
+from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.forms.form import (
     BEAT,
     HARMONICS,
@@ -48,7 +49,6 @@ from stepgauge.diagnosis.posterior.scatter import Scatters
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Diagnosis, Located
-from stepgauge.diagnosis.solve import Estimate
 from stepgauge.effects import along_approach_um
 from stepgauge.effects.empirical import RESTED, Empirical, formula_name
 from stepgauge.recording import APPROACH

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import odds
+from stepgauge.diagnosis.fits.solve import Estimate, widened
 from stepgauge.diagnosis.forms.words import UNDETERMINED
 from stepgauge.diagnosis.maps.candidates import EMPIRICAL, GAUGE_KINDS, Candidate, candidates_for, empirical
 from stepgauge.diagnosis.maps.forms import DIRECTION, Form, quantity_words
@@ -33,7 +34,6 @@ from stepgauge.diagnosis.posterior.told import (
     together,
 )
 from stepgauge.diagnosis.result import Located, Verdict
-from stepgauge.diagnosis.solve import Estimate, widened
 
 Array = NDArray[np.float64]
 HALF_A_DIGIT = 0.5 + 1e-6

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import tomli_w
 
+from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.maps.candidates import GAUGE_KINDS
 from stepgauge.diagnosis.maps.model import build_probe
 from stepgauge.diagnosis.maps.result import OUTLIERS, MapDiagnosis
 from stepgauge.diagnosis.maps.rows import map_row_table
 from stepgauge.diagnosis.maps.said import as_json
-from stepgauge.diagnosis.rows import ROWS_FILE, rows_csv
-from stepgauge.diagnosis.solve import Estimate
+from stepgauge.diagnosis.output.rows import ROWS_FILE, rows_csv
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_json, write_text
 from stepgauge.probes.directions_map import map_directions

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.maps.candidates import Table
 from stepgauge.diagnosis.maps.fit import Fitted
 from stepgauge.diagnosis.maps.model import Term, changed_table
-from stepgauge.diagnosis.solve import Estimate
 from stepgauge.physics import stylus
 from stepgauge.probes.schema import SectionTable
 

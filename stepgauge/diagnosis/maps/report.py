@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from stepgauge.diagnosis.practice import name_of
-from stepgauge.diagnosis.report import FEW_DOF
-from stepgauge.diagnosis.words import listed
+from stepgauge.diagnosis.output.practice import name_of
+from stepgauge.diagnosis.output.report import FEW_DOF
+from stepgauge.diagnosis.output.words import listed
 
 VERDICTS = {
     "adequate": "The map agrees with the probe file within the scatter. Nothing in the file needs to be changed.",

@@ -11,12 +11,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.diagnosis.maps.model import Terms
 from stepgauge.diagnosis.maps.scatter import MapScatter
 from stepgauge.diagnosis.posterior.search import Step
 from stepgauge.diagnosis.result import Check, Finding, Located, Verdict
-from stepgauge.diagnosis.solve import Estimate
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Shown, as_lines
 
@@ -110,7 +110,7 @@ class MapDiagnosis(Shown):
 
     def summary(self) -> str:
         """Verdict, and the changes of the probe or what the map lacks, in a line."""
-        from stepgauge.diagnosis.summary import map_line
+        from stepgauge.diagnosis.output.summary import map_line
 
         kinds, left = [one.kind for one in self.findings], [one.where for one in self.unexplained]
         return as_lines(map_line(self.verdict, kinds, left, self.lacking))
@@ -118,7 +118,7 @@ class MapDiagnosis(Shown):
     def to_frame(self) -> pd.DataFrame:
         """One row per number of a change: its probability, value, standard uncertainty u, and the unit."""
         from stepgauge.diagnosis.maps.said import as_json
-        from stepgauge.diagnosis.summary import numbers_of
+        from stepgauge.diagnosis.output.summary import numbers_of
 
         return numbers_of(as_json(self, self.probe_path))
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
-from stepgauge.diagnosis.rows import FINDING, FORM
+from stepgauge.diagnosis.output.rows import FINDING, FORM
 
 UNIT = "sd"
 """Residuals of forces and lengths beside each other: over the standard deviation of one reading."""
@@ -17,8 +17,8 @@ UNIT = "sd"
 def map_row_table(found: MapDiagnosis) -> pd.DataFrame:
     """One row per value of the map, quantity by quantity.
 
-    Columns as :func:`stepgauge.diagnosis.rows.row_table` has them, with these meanings: ``placement`` is the number of
-    the quantity, in the order of the fits; ``face`` that of the direction; ``cycle`` counts its repeats;
+    Columns as :func:`stepgauge.diagnosis.output.rows.row_table` has them, with these meanings: ``placement`` is the
+    number of the quantity, in the order of the fits; ``face`` that of the direction; ``cycle`` counts its repeats;
     ``position_deg`` is the azimuth, ``polar_deg`` the polar angle.
     """
     return pd.concat([_of(fit, number, found) for number, fit in enumerate(found.fits, 1)], ignore_index=True)

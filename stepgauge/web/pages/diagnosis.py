@@ -62,7 +62,7 @@ def _told(site: Site, name: str) -> dict[str, Any]:
 
 
 def _finding(number: int, effect: dict[str, Any]) -> dict[str, Any]:
-    from stepgauge.diagnosis.practice import name_of
+    from stepgauge.diagnosis.output.practice import name_of
     from stepgauge.reports.findings import uncertainties, values
 
     members = effect["set"] or [{**effect, "share": 1.0}]
@@ -105,7 +105,7 @@ def scene(request: Request) -> Response:
 @lru_cache(maxsize=2)
 def _scene(folder: Path, root: Path, _stamps: tuple[int, ...]) -> str:
     """Kept for the diagnosis that is being looked at; anew when its files change."""
-    from stepgauge.diagnosis.rows import read_rows
+    from stepgauge.diagnosis.output.rows import read_rows
     from stepgauge.reports.diagnosis import read_said, told_story
     from stepgauge.reports.interactive import diagnosis_scene
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.diagnosis.grids import lie_level
+from stepgauge.diagnosis.laws.grids import lie_level
+from stepgauge.diagnosis.output.words import in_um, length_mm, line, long, size
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.words import in_um, length_mm, line, long, size
 from stepgauge.effects import along_approach_um, make_effects
 
 Values = Mapping[str, Any]

@@ -13,8 +13,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.choices import goes_both_ways, temperatures
-from stepgauge.diagnosis.library import SEEN_SHARE, Family, family_signatures, whole
+from stepgauge.diagnosis.laws.choices import goes_both_ways, temperatures
+from stepgauge.diagnosis.laws.library import SEEN_SHARE, Family, family_signatures, whole
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Law
 from stepgauge.diagnosis.residuals import Residuals

@@ -7,12 +7,12 @@ from typing import Any
 
 import pandas as pd
 
-from stepgauge.diagnosis.aliases import periods_of
 from stepgauge.diagnosis.axis.words import kind_name
 from stepgauge.diagnosis.forms.formula import UnknownLaw, rest_rms_um
-from stepgauge.diagnosis.practice import counted, name_of
+from stepgauge.diagnosis.output.aliases import periods_of
+from stepgauge.diagnosis.output.practice import counted, name_of
+from stepgauge.diagnosis.output.words import listed, significant
 from stepgauge.diagnosis.result import NUMBERS, Diagnosis
-from stepgauge.diagnosis.words import listed, significant
 
 Said = Mapping[str, Any]
 IN_SUMMARY = 4

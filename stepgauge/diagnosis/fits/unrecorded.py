@@ -15,10 +15,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.fitting import Beside, beside
+from stepgauge.diagnosis.fits.beside import Beside, beside
+from stepgauge.diagnosis.fits.solve import Estimate, Fitted, Solved
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.solve import Estimate, Fitted, Solved
 from stepgauge.effects import along_approach_um
 from stepgauge.effects.following import Following
 from stepgauge.effects.probings import Probings

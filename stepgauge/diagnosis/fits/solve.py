@@ -12,7 +12,7 @@ from scipy import special
 from scipy.linalg import block_diag
 from scipy.optimize import least_squares
 
-from stepgauge.diagnosis.library import Family, fixed_values, stated
+from stepgauge.diagnosis.laws.library import Family, fixed_values, stated
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um

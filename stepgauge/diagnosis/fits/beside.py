@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnosis.fits.solve import Fitted, orthonormal
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.solve import Fitted, orthonormal
 
 Array = NDArray[np.float64]
 

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from stepgauge.diagnosis.fitting import Beside, beside
-from stepgauge.diagnosis.library import Family, family_signatures
+from stepgauge.diagnosis.fits.beside import Beside, beside
+from stepgauge.diagnosis.fits.solve import Estimate, Fitted, Solved
+from stepgauge.diagnosis.laws.library import Family, family_signatures
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.solve import Estimate, Fitted, Solved
 
 Array = NDArray[np.float64]
 LAG, AZIMUTH = "lag_s", "arm_azimuth_deg"

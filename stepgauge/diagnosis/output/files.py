@@ -17,16 +17,16 @@ from typing import Any, Protocol
 import numpy as np
 
 from stepgauge import __version__
+from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.forms.formula import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
-from stepgauge.diagnosis.machine_text import effect_table, machine_text
+from stepgauge.diagnosis.output.machine_text import effect_table, machine_text
+from stepgauge.diagnosis.output.practice import aliases_of, in_practice
+from stepgauge.diagnosis.output.probe_file import probe_file
+from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.posterior.search import Step
-from stepgauge.diagnosis.practice import aliases_of, in_practice
-from stepgauge.diagnosis.probe_file import probe_file
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Check, Diagnosis, Finding, Located, Member
-from stepgauge.diagnosis.rows import ROWS_FILE, row_table, rows_csv
-from stepgauge.diagnosis.solve import Estimate
 from stepgauge.files.text import write_json, write_text
 from stepgauge.recording import Recording
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnosis.laws.usual import usual_shape
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.usual import usual_shape
 from stepgauge.effects import Effect, Parameter
 
 Array = NDArray[np.float64]

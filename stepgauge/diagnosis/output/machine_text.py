@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.forms.formula import UnknownLaw
 from stepgauge.diagnosis.result import Diagnosis, Finding
-from stepgauge.diagnosis.solve import Estimate
 from stepgauge.effects import Effect, make_effects
 from stepgauge.effects.scatter import NoiseGrowth
 from stepgauge.errors import InputError

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.choices import choice_odds
-from stepgauge.diagnosis.library import Family, effect_families, family_signatures
+from stepgauge.diagnosis.fits.solve import solve
+from stepgauge.diagnosis.laws.choices import choice_odds
+from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
+from stepgauge.diagnosis.laws.usual import odds_of, shape_range, size_of_shape, usual_shape, usual_size
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Law, Refined, Sizes
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.solve import solve
-from stepgauge.diagnosis.usual import odds_of, shape_range, size_of_shape, usual_shape, usual_size
 
 Array = NDArray[np.float64]
 LATE = ("lag_s", "start_s")

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 
 import pandas as pd
 
-from stepgauge.diagnosis.files import FORMAT, checksum
-from stepgauge.diagnosis.summary import numbers_of, stored_line
+from stepgauge.diagnosis.output.files import FORMAT, checksum
+from stepgauge.diagnosis.output.summary import numbers_of, stored_line
 from stepgauge.errors import InputError
 from stepgauge.files.shown import Shown, as_lines
 from stepgauge.files.text import in_folder, read_text, write_text

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.diagnosis.aliases import even, in_words
-from stepgauge.diagnosis.machine_text import effect_table
+from stepgauge.diagnosis.output.aliases import even, in_words
+from stepgauge.diagnosis.output.machine_text import effect_table
+from stepgauge.diagnosis.output.sentences import FURTHER, Sentence, Values
+from stepgauge.diagnosis.output.words import in_um, length_mm, line, long, size, span_mm, towards
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Member
-from stepgauge.diagnosis.sentences import FURTHER, Sentence, Values
-from stepgauge.diagnosis.words import in_um, length_mm, line, long, size, span_mm, towards
 from stepgauge.effects import effect_kinds
 from stepgauge.recording import APPROACH
 

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnosis.laws.usual import PART_OF
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.usual import PART_OF
 from stepgauge.effects import Effect, Parameter
 from stepgauge.effects.base import Axis, Vector
 from stepgauge.effects.following import Following

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.choices import choices_of, has_free_direction, is_spanned
-from stepgauge.diagnosis.grids import parameter_grid
+from stepgauge.diagnosis.laws.choices import choices_of, has_free_direction, is_spanned
+from stepgauge.diagnosis.laws.grids import parameter_grid
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um, effect_kinds

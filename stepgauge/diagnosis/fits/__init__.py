@@ -1,0 +1,1 @@
+"""The laws that are stated, fitted together with all their shapes: values, uncertainties, and what they may hide."""

@@ -1,0 +1,1 @@
+"""The vocabulary's effects as candidates: their signatures in a recording, their choices and shapes, their priors."""

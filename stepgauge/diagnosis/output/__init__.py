@@ -1,0 +1,1 @@
+"""What is written of a diagnosis: the JSON, machine and probe files, tables of rows, sentences, remedies."""
