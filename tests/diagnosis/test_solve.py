@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy import stats
 
 from stepgauge.diagnosis.engine import misfit
@@ -16,11 +17,13 @@ from stepgauge.diagnosis.posterior.evidence import Evidence
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.problem import make_problem
-from stepgauge.diagnosis.residuals import make_residuals
+from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.errors import InputError
 from tests.diagnosis.made import machine
 from tests.diagnosis.test_further_laws import STEPS, measured, turned
 from tests.diagnosis.test_selection import BETWEEN, along, bent, clean, names, told
+
+Array = NDArray[np.float64]
 
 
 @pytest.mark.parametrize("value", [-60.0, -9.0, -1.5, 0.0, 0.4, 3.0, 24.0])
@@ -54,20 +57,44 @@ def test_repeats_that_drift_are_no_repeatability() -> None:
     assert found.fit.chi2_dof_before > 2.0
 
 
-def test_a_fit_does_not_step_to_a_tripod_that_never_triggers() -> None:
-    """A face that is approached upward pulls the stylus of a short lever out of its seat; a fit passed it."""
+def tripod_of_short_lever() -> tuple[_Law, Residuals, Array]:
+    """A tripod as a law of a recording with inclined gauges, and its parameters where some faces never trigger it."""
     axes = [turned(50.0, -38.0), turned(0.0), turned(110.0), turned(-40.0)]
     data = make_residuals(measured(axes, 3), STEPS, machine())
     families = effect_families(data, shipped_priors())
     (family,) = (f for f in families if f.law.kind == "kinematic_pretravel" and f.choices["part"] == "varying")
-    law, problem = _Law(family, 0), make_problem(data, shipped_priors())
+    law = _Law(family, 0)
+    at = {"um_per_N": 0.5, "lever_mm": 2.964, "arm_azimuth_deg": 111.0, "along": 0.512}
+    return law, data, np.array([at[name] for name in law.names])
+
+
+def test_a_fit_does_not_step_to_a_tripod_that_never_triggers() -> None:
+    """A face that is approached upward pulls the stylus of a short lever out of its seat; a fit passed it."""
+    law, data, never = tripod_of_short_lever()
+    problem = make_problem(data, shipped_priors())
     scatters = Evidence(problem, shipped_priors()).scatters
     metric = Metric(problem, scatters.plain(), scatters, 1.0)
-    at = {"um_per_N": 0.5, "lever_mm": 2.964, "arm_azimuth_deg": 111.0, "along": 0.512}
-    never, white = np.array([at[name] for name in law.names]), metric(data.um)
+    white = metric(data.um)
     with pytest.raises(InputError, match="never triggers"):
         law.displacement_um(never, data)
     there = _unexplained([law], [never], data, metric, white)
     assert (there > 1e3 * np.abs(white).max()).all()
-    elsewhere = np.array([(at | {"lever_mm": 65.0})[name] for name in law.names])
+    elsewhere = np.where([name == "lever_mm" for name in law.names], 65.0, never)
     assert np.abs(_unexplained([law], [elsewhere], data, metric, white)).max() < 1e2
+
+
+def test_beside_a_tripod_that_never_triggers_slopes_lead_away_from_it() -> None:
+    law, data, at = tripod_of_short_lever()
+    lever, steps = law.names.index("lever_mm"), np.full(len(law.names), 1e-6)
+    never, triggers = at.copy(), at.copy()
+    triggers[lever] = 65.0
+    while triggers[lever] - never[lever] > 1e-8:
+        middle = (never + triggers) / 2.0
+        try:
+            law.displacement_um(middle, data)
+            triggers = middle
+        except InputError:
+            never = middle
+    ahead, back = law.slopes(triggers, steps, data), law.slopes(triggers, -steps, data)
+    assert np.isfinite(back).all()
+    np.testing.assert_allclose(back[lever], ahead[lever], rtol=1e-3, atol=1e-6)

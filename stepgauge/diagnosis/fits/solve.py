@@ -199,7 +199,16 @@ class _Law:
         return np.einsum("k,mkn->mn", parameters[: self.sized], shape) if self.sized else shape[:, 0]
 
     def slopes(self, parameters: Array, steps: Array, data: Residuals) -> Array:
-        """Slope of the displacement in every parameter, shape ``(p, n)``: exact for sizes, else by ``steps``."""
+        """Slope of the displacement in every parameter, shape ``(p, n)``: exact for sizes, else by ``steps``.
+
+        Back where there is no such law one step ahead.
+        """
+        try:
+            return self._slopes(parameters, steps, data)
+        except InputError:
+            return self._slopes(parameters, -steps, data)
+
+    def _slopes(self, parameters: Array, steps: Array, data: Residuals) -> Array:
         moved = parameters + np.vstack([np.zeros(len(steps)), np.diag(steps)[self.sized :]])
         shape = self.shape(moved, data)
         um = self._scaled(parameters, shape)
