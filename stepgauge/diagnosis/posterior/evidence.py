@@ -239,8 +239,7 @@ class Evidence:
         more = _square_without(state, place)
         if more <= dof:
             return np.inf
-        sd = state.prior_sd[state.count :]
-        occam = 0.5 * float(np.linalg.slogdet(_amplitudes(state)[1] / np.outer(sd, sd))[1])
+        occam = -float(np.log(np.diag(state.factor)[state.count :]).sum())
         best = 0.5 * (state.square - dof) - 0.5 * dof * float(np.log(more / dof))
         stated = 0.5 * ((float(np.log(state.sigma_um)) - self.log_scale) / self.log_spread) ** 2
         prior = term.log_prior + sum(float(np.logaddexp.reduce(one)) for one in state.by_size)
@@ -335,13 +334,14 @@ def _amplitudes(state: State) -> tuple[Array, Array]:
 
 def _square_without(state: State, place: int) -> float:
     """Least sum of squares over the variance without a term, if all other terms have their largest sizes."""
-    mean, covariance = _amplitudes(state)
+    mean, narrow = state.mean[state.count :], state.prior_sd[state.count :]
     own = _slices(state.terms)[place]
     widest = [t.sd if i == place else float(t.candidate.sizes.sd.max()) for i, t in enumerate(state.terms)]
     sd = np.repeat(widest, [len(term.columns) for term in state.terms])
-    precision = np.linalg.inv(covariance)
+    root = np.tril(state.factor[state.count :, state.count :]) / narrow[:, None]
+    precision = root @ root.T
     product = precision @ mean
-    wide = np.linalg.inv(precision + np.diag(sd**-2.0 - state.prior_sd[state.count :] ** -2.0))
+    wide = np.linalg.inv(precision + np.diag(sd**-2.0 - narrow**-2.0))
     amplitudes = (wide @ product)[own]
     square = state.square + float(product @ (mean - wide @ product))
     return square + float(amplitudes @ np.linalg.solve(wide[own, own], amplitudes))
