@@ -108,7 +108,7 @@ def held_mm(probings: Probings, column: str, way_mm: float) -> Array:
     """A spring with a slider that is drawn along: its stretch, mm, at most ``way_mm`` to either side, ``(..., n)``.
 
     It is stretched by the way of a coordinate since that last turned (stop operator: Visintin, Differential Models of
-    Hysteresis, 1994, ch. III). At the first probing of a placement it is slack: nobody knows the way before.
+    Hysteresis, 1994). At the first probing of a placement it is slack: nobody knows the way before.
     """
     order, placement = in_order(probings)
     path = probings.certified_mm() if column == "position_mm" else probings.coordinate_mm(column[0])
