@@ -50,7 +50,7 @@ def rests(data: Residuals) -> OnSides:
     """What friction or a seat keeps of the rests before the last touches, as roots of their times.
 
     Contacts at rest strengthen with time, but less than in proportion (Rabinowicz, Proc. Phys. Soc. 71, 1958: 668;
-    Dieterich, Pure Appl. Geophys. 116, 1978: 790), and a touch wipes out part of that. The root stands for all such laws.
+    Dieterich, Pure Appl. Geophys. 116, 1978: 790), and a touch wipes out part of that. The root stands for such laws.
     """
     kept = np.array([standard(data.probings.rested(touches))[None] for touches in KEPT])
     return OnSides(REST, "s", RESTS, kept, KEPT, ("approach", "gauge"))
