@@ -36,17 +36,37 @@ AXES = ("x", "y", "z")
 class Covariate:
     """A covariate of the residuals: a name, a unit and a value per row.
 
-    ``further``: a column of the recording beyond those that every recording has.
+    ``further``: a column of the recording beyond those that every recording has; ``known``: the number of rows that
+    are measured, if others may follow; what shapes depend on is theirs.
     """
 
     name: str
     unit: str
     values: Array
     further: bool = False
+    known: int | None = None
 
     @property
-    def steps(self) -> int:
-        return len(np.unique(self.values))
+    def measured(self) -> Array:
+        """The values of the rows that are measured."""
+        return self.values[: self.known]
+
+    @property
+    def span(self) -> float:
+        """The range of the measured values."""
+        return float(np.ptp(self.measured))
+
+    @property
+    def standard(self) -> Array:
+        """Values minus the mean of the measured ones, over their standard deviation."""
+        return standard(self.values, self.known)
+
+
+def standard(values: Array, known: int | None = None) -> Array:
+    """Values ``(..., n)`` minus their mean, over their standard deviation, both of the first ``known`` rows."""
+    some = values[..., :known]
+    spread = np.maximum(some.std(axis=-1, keepdims=True), 1e-300)
+    return np.asarray((values - some.mean(axis=-1, keepdims=True)) / spread)
 
 
 def everywhere(data: Residuals) -> list[Covariate]:

@@ -18,7 +18,7 @@ from stepgauge.diagnosis.forms.candidates import form_candidates
 from stepgauge.diagnosis.laws.candidates import usual_signature
 from stepgauge.diagnosis.posterior.metric import Metric, nuisances
 from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Candidate
+from stepgauge.diagnosis.posterior.problem import Candidate, Law
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.runs import Lengthened, plain_metric
@@ -33,11 +33,15 @@ MOST = 16
 
 @dataclass(frozen=True)
 class Part:
-    """One law or form of a hypothesis: its candidate, the number of its shape, the prior sd of its amplitudes."""
+    """One law or form of a hypothesis: its candidate, the number of its shape, the prior sd of its amplitudes.
+
+    ``shape``: that of a form between the shapes that have numbers.
+    """
 
     candidate: Candidate
     atom: int
     sd: float
+    shape: Any = None
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,7 @@ def _computed(found: Searched) -> Worth:
     worth: Worth = {}
     for state in found.search.evidence.current:
         if state.labels not in worth or worth[state.labels][1] < state.log_posterior:
-            parts = tuple(Part(term.candidate, term.atom, term.sd) for term in state.terms)
+            parts = tuple(Part(term.candidate, term.atom, term.sd, term.shape) for term in state.terms)
             worth[state.labels] = (parts, state.log_posterior)
     return worth
 
@@ -89,7 +93,7 @@ def _rated(found: Searched) -> Worth:
     """Rivals of terms of the best hypothesis that were rated and not computed."""
     best, worth = found.answer.best, Worth()
     for place in found.answer.places:
-        others = tuple(Part(t.candidate, t.atom, t.sd) for i, t in enumerate(best.terms) if i != place.term)
+        others = tuple(Part(t.candidate, t.atom, t.sd, t.shape) for i, t in enumerate(best.terms) if i != place.term)
         for rival in place.rivals:
             if rival.state is None and rival.share > 0.0:
                 parts = (*others, Part(rival.candidate, rival.look.atom, rival.look.sd))
@@ -132,7 +136,8 @@ class Predicting:
         """The forms of the hypotheses, with the features that they have in a lengthened recording."""
         if all(part.candidate.named for one in self.possible for part in one.parts):
             return {}
-        return {one.label: one for one in form_candidates(data, self.priors, self.found.search.problem.scale_um)}
+        known, scale_um = len(self.found.data), self.found.search.problem.scale_um
+        return {one.label: one for one in form_candidates(data, self.priors, scale_um, known=known)}
 
     def _of(
         self,
@@ -183,4 +188,8 @@ def _columns(part: Part, data: Residuals, forms: dict[str, Candidate]) -> Array:
     if part.candidate.named:
         return usual_signature(source, source.atoms[part.atom], data)
     form = forms.get(part.candidate.label)
-    return np.zeros((0, len(data))) if form is None or part.atom >= form.atoms else form.columns(part.atom)
+    if form is None or part.atom >= form.atoms:
+        return np.zeros((0, len(data)))
+    if part.shape is None or not isinstance(form, Law):
+        return form.columns(part.atom)
+    return np.concatenate([form.source.of(part.shape) * share for share in form.shares])

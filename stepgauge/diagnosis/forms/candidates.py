@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.covariates import AXES, FEWEST_IN_CYCLE, REST, Covariate, covariates, mask, runs_of
+from stepgauge.diagnosis.covariates import AXES, FEWEST_IN_CYCLE, REST, Covariate, covariates, mask, runs_of, standard
 from stepgauge.diagnosis.forms.form import (
     DRIFTING,
     HARMONICS,
@@ -23,7 +23,6 @@ from stepgauge.diagnosis.forms.form import (
     WANDERING,
     Form,
     OnSides,
-    standard,
 )
 from stepgauge.diagnosis.forms.memories import hysteresis, lagged, of_ways, rests
 from stepgauge.diagnosis.forms.smooth import changing, functions, volumes
@@ -40,12 +39,15 @@ SAME = 1.0 - 1e-10
 """Correlation from which two covariates count as the same."""
 
 
-def form_candidates(data: Residuals, priors: Priors, scale_um: float, laws: Collection[str] = ()) -> list[Candidate]:
+def form_candidates(
+    data: Residuals, priors: Priors, scale_um: float, laws: Collection[str] = (), known: int | None = None
+) -> list[Candidate]:
     """All forms that a recording may show, each on all its possible sides; sizes in proportion to ``scale_um``.
 
-    ``laws``: kinds of laws that are candidates, too; a form that is one of these is none.
+    ``laws``: kinds of laws that are candidates, too; a form that is one of these is none. ``known``: the number of rows
+    that are measured, if others may follow: the shapes have the numbers that they have in these rows.
     """
-    every = [one for one in _every(data, priors) if len(one.features) and one.sides]
+    every = [one for one in _every(data, priors, known) if len(one.features) and one.sides]
     total = sum(one.share for one in every)
     sides = {side: mask(data, side) for one in every for side in one.sides}
     sizes = priors.forms.about(scale_um)
@@ -62,7 +64,7 @@ def form_candidates(data: Residuals, priors: Priors, scale_um: float, laws: Coll
 
 def _candidate(one: OnSides, side: str, share: Array, odds: float, sizes: Sizes) -> Iterator[Candidate]:
     """A form on one side; none where nothing of it is seen."""
-    form = Form(one.covariate, one.unit, one.shape, side, one.kernels, one.beside)
+    form = Form(one.covariate, one.unit, one.shape, side, one.kernels, one.beside, one.of)
     label = f"{one.shape} {one.covariate} {one.beside} {side}"
     if isinstance(one.features, np.ndarray):
         flat = np.full(len(one.features), -np.log(len(one.features)))
@@ -109,8 +111,8 @@ def _shown(columns: Array) -> Array:
     return columns[np.abs(columns).max(axis=1) > 1e-9]
 
 
-def _every(data: Residuals, priors: Priors) -> Iterator[OnSides]:
-    told = _different(covariates(data))
+def _every(data: Residuals, priors: Priors, known: int | None) -> Iterator[OnSides]:
+    told = _different([replace(one, known=known) for one in covariates(data)])
     slow = next((one for one in told if one.name in WANDERING), None)
     position = next((one for one in told if one.name == "position"), None)
     axes = [one for one in told if one.name.startswith("machine ")]
@@ -121,7 +123,7 @@ def _every(data: Residuals, priors: Priors) -> Iterator[OnSides]:
             yield sawteeth(one, data, priors)
     yield from lagged(told, position, data, priors)
     if any(one.name == REST for one in told):
-        yield rests(data)
+        yield rests(data, known)
     if position is not None and slow is not None:
         yield from changing(position, slow, priors)
         yield beats(position, slow, priors)

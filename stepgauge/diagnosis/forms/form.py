@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,8 @@ DRIFTING = (*WANDERING, "cycle")
 class Form:
     """Description of a form: ``shape``, its side, its covariate and kernels.
 
-    ``kernels``: for each of its shapes ``trend``, ``smooth`` or ``rough``, or its numbers: a lag in s, a period.
+    ``kernels``: for each of its shapes ``trend``, ``smooth`` or ``rough``, or its numbers: a lag in s, a period;
+    ``of``: from such numbers, of the grid or not, to the signature ``(d, n)``, before the share of each row.
     """
 
     covariate: str
@@ -35,6 +37,7 @@ class Form:
     side: str
     kernels: tuple[object, ...]
     beside: str = ""
+    of: Callable[[Any], Array] | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,7 @@ class OnSides:
     """A form on all the sides on which it may act.
 
     ``share``: its prior odds over those of an ordinary form; ``refine``: from its share in every row ``(n,)`` to the
-    fit of its shape between those of the grid.
+    fit of its shape between those of the grid; ``of``: as of the form.
     """
 
     covariate: str
@@ -54,8 +57,4 @@ class OnSides:
     share: float = 1.0
     beside: str = ""
     refine: Callable[[Array], Refine] | None = None
-
-
-def standard(values: Array) -> Array:
-    """Values minus their mean, over their standard deviation."""
-    return np.asarray((values - values.mean()) / max(float(values.std()), 1e-300))
+    of: Callable[[Any], Array] | None = None

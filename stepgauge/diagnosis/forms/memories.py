@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.covariates import REST, WAY, Covariate, axes_shown
-from stepgauge.diagnosis.forms.form import HYSTERESIS, LAGGED, LENGTH, LOOP, RESTS, SMOOTH, TREND, OnSides, standard
+from stepgauge.diagnosis.covariates import REST, WAY, Covariate, axes_shown, standard
+from stepgauge.diagnosis.forms.form import HYSTERESIS, LAGGED, LENGTH, LOOP, RESTS, SMOOTH, TREND, OnSides
 from stepgauge.diagnosis.forms.smooth import matern, sides_of
 from stepgauge.diagnosis.forms.waves import wave_sides
 from stepgauge.diagnosis.posterior.priors import Priors
@@ -24,35 +24,35 @@ KEPT = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0)
 
 def lagged(told: Sequence[Covariate], position: Covariate | None, data: Residuals, priors: Priors) -> Iterator[OnSides]:
     """Recorded columns that act through a lag, and length errors proportional to them."""
-    length = None if position is None else standard(position.values)
+    length = None if position is None else position.standard
     for one in told:
         if one.name == "speed" and length is not None:
-            grown = [(length * standard(one.values))[None]]
+            grown = [(length * one.standard)[None]]
             yield OnSides(one.name, one.unit, LENGTH, grown, (0.0,), ("gauge",), priors.forms.product, "position")
         if not one.further:
             continue
-        lags = tuple(float(lag * _duration_s(data)) for lag in priors.forms.lags) if data.has_time else ()
-        late = [standard(value)[None] for value in (followed(data.probings.time_s, one.values, lags) if lags else ())]
+        lags = tuple(float(lag * _duration_s(data, one.known)) for lag in priors.forms.lags) if data.has_time else ()
+        late = list(standard(followed(data.probings.time_s, one.values, lags), one.known)[:, None]) if lags else []
         if late:
             yield OnSides(one.name, one.unit, LAGGED, late, lags, sides_of(one, data), priors.forms.lag)
         if length is None:
             continue
-        grown = [value * length for value in [standard(one.values)[None], *late]]
+        grown = [value * length for value in [one.standard[None], *late]]
         sides = ("gauge", *axes_shown(data))
         yield OnSides(one.name, one.unit, LENGTH, grown, (0.0, *lags), sides, priors.forms.product, "position")
 
 
-def _duration_s(data: Residuals) -> float:
-    return float(np.ptp(data.frame["time_s"].to_numpy(float)))
+def _duration_s(data: Residuals, known: int | None) -> float:
+    return float(np.ptp(data.frame["time_s"].to_numpy(float)[:known]))
 
 
-def rests(data: Residuals) -> OnSides:
+def rests(data: Residuals, known: int | None) -> OnSides:
     """What friction or a seat keeps of the rests before the last touches, as roots of their times.
 
     Contacts at rest strengthen with time, but less than in proportion (Rabinowicz, Proc. Phys. Soc. 71, 1958: 668;
     Dieterich, Pure Appl. Geophys. 116, 1978: 790), and a touch wipes out part of that. The root stands for such laws.
     """
-    kept = np.array([standard(data.probings.rested(touches))[None] for touches in KEPT])
+    kept = standard(np.array([data.probings.rested(touches)[None] for touches in KEPT]), known)
     return OnSides(REST, "s", RESTS, kept, KEPT, ("approach", "gauge"))
 
 
@@ -62,8 +62,7 @@ def hysteresis(one: Covariate, data: Residuals) -> OnSides:
     A spring with a slider holds by the way since the last turn, at most by its own way (stop operator); with several
     such ways at once hysteresis of nearly any form results (Prandtl, Z. angew. Math. Mech. 8, 1928: 85; Ishlinskii).
     """
-    span_mm = float(np.ptp(one.values))
-    held_um = tuple(max(round(1e3 * way * span_mm), 1) for way in HELD.tolist())
+    held_um = tuple(max(round(1e3 * way * one.span), 1) for way in HELD.tolist())
     column = "position_mm" if one.name == "position" else f"{one.name[-1]}_mm"
     loops = np.array([data.probings.held_mm(column, um * 1e-3) / (um * 1e-3) for um in held_um])
     features = [loops / np.sqrt(len(loops)), *(loop[None] for loop in loops)]

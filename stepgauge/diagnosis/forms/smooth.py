@@ -14,8 +14,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.covariates import REST, TOUCHES, Covariate, axes_shown, lives_on
-from stepgauge.diagnosis.forms.form import LENGTH, ROUGH, SMOOTH, TREND, WANDERING, OnSides, standard
+from stepgauge.diagnosis.covariates import REST, TOUCHES, Covariate, axes_shown, lives_on, standard
+from stepgauge.diagnosis.forms.form import LENGTH, ROUGH, SMOOTH, TREND, WANDERING, OnSides
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.recording import OPTIONAL
@@ -37,7 +37,7 @@ def functions(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
     smooth = [matern(values, length) for length in priors.forms.lengths]
     rough = [matern(values, length, rough=True) for length in ROUGH_LENGTHS] if one.name in WANDERING else []
     kernels = (*[SMOOTH] * len(smooth), *[ROUGH] * len(rough), TREND)
-    features = [*smooth, *rough, standard(values)[None]]
+    features = [*smooth, *rough, standard(values, one.known)[None]]
     share = priors.forms.own_column if one.further and one.name not in OPTIONAL else 1.0
     return OnSides(one.name, one.unit, SMOOTH, features, kernels, sides_of(one, data), share)
 
@@ -86,7 +86,7 @@ def _between(u: Array, knots: Array) -> Array:
 def changing(position: Covariate, slow: Covariate, priors: Priors) -> Iterator[OnSides]:
     """Length errors, and errors along the gauge, that change smoothly with time or order."""
     both, share = ("approach", "gauge"), priors.forms.product
-    length = standard(position.values)
+    length = position.standard
     grown = [matern(slow.values, at) * (length - zero) for at in priors.forms.lengths[1:3] for zero in
              (0.0, length.min(), length.max())]  # fmt: skip
     yield OnSides(slow.name, slow.unit, LENGTH, grown, (SMOOTH,) * len(grown), both, share, "position")

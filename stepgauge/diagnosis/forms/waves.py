@@ -32,7 +32,10 @@ FINER = 17
 
 def waves(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
     """Periodic functions of any shape: a fundamental and its harmonics."""
-    span, turns, passed = float(np.ptp(one.values)), _turns(one, MOST_PERIODS, PERIODS_PER_SPAN), _passed(one)
+    span, turns, passed = one.span, _turns(one, MOST_PERIODS, PERIODS_PER_SPAN), _passed(one)
+
+    def of(period: float) -> Array:
+        return _harmonics(passed, np.array([span / period]))[0]
 
     def about(atom: int) -> tuple[Array, Sequence[object]]:
         near = turns[atom] + np.linspace(-1.0, 1.0, FINER) / PERIODS_PER_SPAN
@@ -40,7 +43,7 @@ def waves(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
 
     features, periods, share = _harmonics(passed, turns), tuple((span / turns).tolist()), priors.forms.wave
     sides, refine = wave_sides(one, data), partial(_refine, data, about)
-    return OnSides(one.name, one.unit, WAVE, features, periods, sides, share, refine=refine)
+    return OnSides(one.name, one.unit, WAVE, features, periods, sides, share, refine=refine, of=of)
 
 
 def _harmonics(passed: Array, turns: Array) -> Array:
@@ -55,9 +58,12 @@ def _harmonics(passed: Array, turns: Array) -> Array:
 
 def sawteeth(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
     """What creeps and is thrown back, over and over: a control with hysteresis, a table that is applied in steps."""
-    span, turns, passed = float(np.ptp(one.values)), _turns(one, MOST_TEETH, TEETH_PER_SPAN), _passed(one)
+    span, turns, passed = one.span, _turns(one, MOST_TEETH, TEETH_PER_SPAN), _passed(one)
     grid = [(f, phase) for f in turns.tolist() for phase in (np.arange(PHASES) / PHASES).tolist()]
     finer = np.linspace(-1.0, 1.0, FINER)
+
+    def of(shape: tuple[float, float]) -> Array:
+        return _teeth(passed, [(span / shape[0], shape[1])])[0]
 
     def about(atom: int) -> tuple[Array, Sequence[object]]:
         f, phase = grid[atom]
@@ -67,7 +73,7 @@ def sawteeth(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
     shapes = tuple((span / f, phase) for f, phase in grid)
     sides = tuple(side for side in wave_sides(one, data) if side != "approach")  # no probe does that
     features, share, refine = _teeth(passed, grid, THROWN_BACK), priors.forms.wave, partial(_refine, data, about)
-    return OnSides(one.name, one.unit, SAWTOOTH, features, shapes, sides, share, refine=refine)
+    return OnSides(one.name, one.unit, SAWTOOTH, features, shapes, sides, share, refine=refine, of=of)
 
 
 def _teeth(passed: Array, shapes: Sequence[tuple[float, float]], fall: float = 0.0) -> Array:
@@ -79,13 +85,13 @@ def _teeth(passed: Array, shapes: Sequence[tuple[float, float]], fall: float = 0
 
 
 def _passed(one: Covariate) -> Array:
-    """How far a covariate has come, from -1/2 to 1/2."""
-    return np.asarray((one.values - one.values.min()) / np.ptp(one.values) - 0.5)
+    """How far a covariate has come, from -1/2 to 1/2 where it is measured."""
+    return np.asarray((one.values - one.measured.min()) / one.span - 0.5)
 
 
 def _turns(one: Covariate, most: float, per_span: float) -> Array:
     """Numbers of periods over a covariate that are tried, ``(f,)``, so many to one period over its span."""
-    return np.arange(2.0, min(one.steps / 4.0, most), 1.0 / per_span)
+    return np.arange(2.0, min(len(np.unique(one.measured)) / 4.0, most), 1.0 / per_span)
 
 
 def wave_sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
@@ -119,15 +125,14 @@ def _refine(data: Residuals, about: Callable[[int], tuple[Array, Sequence[object
 def beats(position: Covariate, slow: Covariate, priors: Priors) -> OnSides:
     """Periodic errors along the gauge whose size and place change periodically with time or order."""
     of_x, of_y = np.arange(1.0, 6.1, 0.5), np.arange(1.0, 8.1, 0.5)
-    first, second = _oscillations(position.values, of_x), _oscillations(slow.values, of_y)
+    first, second = _oscillations(position, of_x), _oscillations(slow, of_y)
     products = (first[:, None, :, None] * second[None, :, None]).reshape(-1, 4, len(position.values))
-    spans = float(np.ptp(position.values)), float(np.ptp(slow.values))
-    periods = tuple((spans[0] / f, spans[1] / g) for f in of_x.tolist() for g in of_y.tolist())
+    periods = tuple((position.span / f, slow.span / g) for f in of_x.tolist() for g in of_y.tolist())
     both, share = ("approach", "gauge"), priors.forms.product
     return OnSides(slow.name, slow.unit, BEAT, products, periods, both, share, "position")
 
 
-def _oscillations(values: Array, turns: Array) -> Array:
+def _oscillations(one: Covariate, turns: Array) -> Array:
     """Sines and cosines with so many turns over the span, ``(f, 2, n)``."""
-    angle = 2.0 * np.pi * turns[:, None] * (values - values.min()) / np.ptp(values)
+    angle = 2.0 * np.pi * turns[:, None] * _passed(one)
     return np.stack([np.sin(angle), np.cos(angle)], axis=1)
