@@ -74,7 +74,7 @@ def everywhere(data: Residuals) -> list[Covariate]:
     found = [*_places(data), *_times(data)]
     if "speed_mm_s" in data.frame:
         found.append(Covariate("speed", "", data.frame["speed_mm_s"].to_numpy(float)))
-    return [c for c in found if _is_usable(c)]
+    return [c for c in found if is_usable(c)]
 
 
 def covariates(data: Residuals) -> list[Covariate]:
@@ -99,7 +99,7 @@ def covariates(data: Residuals) -> list[Covariate]:
             continue  # the truth of a simulation is no covariate; a stylus has its radius and its laws
         if name in ("speed_mm_s", *OPTIONAL[3:]) or name not in (*REQUIRED, *OPTIONAL, *COUNTS):
             found.append(Covariate(_plain_name(name, found), "", frame[name].to_numpy(float), name != "speed_mm_s"))
-    return [c for c in found if _is_usable(c)]
+    return [c for c in found if is_usable(c)]
 
 
 def _places(data: Residuals, axes: Iterable[str] = AXES) -> list[Covariate]:
@@ -111,8 +111,9 @@ def _times(data: Residuals) -> list[Covariate]:
     return [Covariate("time", "s", data.frame["time_s"].to_numpy(float))] if data.has_time else []
 
 
-def _is_usable(covariate: Covariate) -> bool:
-    return bool(np.isfinite(covariate.values).all()) and _varies(covariate.values)
+def is_usable(covariate: Covariate) -> bool:
+    """Whether all values are known, and those that are measured vary."""
+    return bool(np.isfinite(covariate.values).all()) and _varies(covariate.measured)
 
 
 def _place_mm(data: Residuals, axis: str) -> Array:

@@ -209,7 +209,7 @@ def test_what_cannot_be_done_is_left_and_told(tmp_path: Path) -> None:
     assert last["end"] == {"how": "adequate", "why": "what would tell more was declined", "stands": False}
     assert len(person.asked) == len(set(person.asked)) == len(found.declined) > 1
     assert last["needed"]
-    assert len(found.runs) == 1
+    assert all(one.run.stays for one in found.runs)  # what needs no hands may still be measured
 
 
 @dataclass

@@ -12,7 +12,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.covariates import AXES, FEWEST_IN_CYCLE, REST, Covariate, covariates, mask, runs_of, standard
+from stepgauge.diagnosis.covariates import (
+    AXES,
+    FEWEST_IN_CYCLE,
+    REST,
+    Covariate,
+    covariates,
+    is_usable,
+    mask,
+    runs_of,
+    standard,
+)
 from stepgauge.diagnosis.forms.form import (
     DRIFTING,
     HARMONICS,
@@ -112,7 +122,8 @@ def _shown(columns: Array) -> Array:
 
 
 def _every(data: Residuals, priors: Priors, known: int | None) -> Iterator[OnSides]:
-    told = _different([replace(one, known=known) for one in covariates(data)])
+    measured = (replace(one, known=known) for one in covariates(data))
+    told = _different([one for one in measured if is_usable(one)])
     slow = next((one for one in told if one.name in WANDERING), None)
     position = next((one for one in told if one.name == "position"), None)
     axes = [one for one in told if one.name.startswith("machine ")]
