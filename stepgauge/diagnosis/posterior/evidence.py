@@ -72,6 +72,11 @@ class State:
         return all(term.candidate.named for term in self.terms)
 
     @property
+    def log_fit(self) -> float:
+        """Log likelihood at the most probable amplitudes and sigma, up to a constant of the scatter."""
+        return -len(self.left_um) * float(np.log(self.sigma_um)) - 0.5 * self.square
+
+    @property
     def current(self) -> bool:
         """Whether no term has the volume of correlated scatter where the scatter is independent."""
         return self.scatter.correlated or not any(term.correlated for term in self.terms)

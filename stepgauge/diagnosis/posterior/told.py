@@ -6,7 +6,8 @@ rivals.
 1. In a place nothing is stated if the probability that there is no structure is larger than ``1 - stated``.
 2. A law is stated if the laws of the place together are more probable than its forms: the most probable kind, and as
    its set the laws that have more than ``in_set`` of the probability of the place and are not excluded by the readings:
-   a Bayes factor of ``excluded`` against them. Otherwise the most probable form is stated.
+   a Bayes factor of ``excluded`` against them, and as large a ratio of likelihoods at their best. Otherwise the most
+   probable form is stated.
 3. A law is not named, however likely, if its size may be of either sign: if that is less sure than at ``determined``
    standard uncertainties from zero. Nor is a law beside a form over the covariate that the law depends on, for the
    form may contain the law.
@@ -152,15 +153,26 @@ def sure(said: Said, state: State, answer: Answer, decision: Decision, wider: fl
 
 
 def rival_laws(said: Said, decision: Decision) -> list[Rival]:
-    """The laws of a place that are told together, the stated one first."""
-    least = _by_readings(said.lead) - float(np.log(decision.excluded))
+    """The laws of a place that are told together, the stated one first.
+
+    What a law pays for the range of its shapes says how rare these are, and nothing of the readings: a law that fits as
+    well at its best is not excluded.
+    """
+    far = float(np.log(decision.excluded))
+    least, fit = _by_readings(said.lead) - far, _fit(said.lead) - far
     others = (one for one in said.place.rivals if one.candidate.named and one is not said.lead)
-    return [said.lead, *(one for one in others if one.share > decision.in_set and _by_readings(one) > least)]
+    likely = (one for one in others if one.share > decision.in_set)
+    return [said.lead, *(one for one in likely if _by_readings(one) > least or _fit(one) > fit)]
 
 
 def _by_readings(rival: Rival) -> float:
     """Log marginal likelihood of a rival, up to a constant of its place: its share without its prior odds."""
     return float(np.log(max(rival.share, 1e-300))) - rival.candidate.log_odds
+
+
+def _fit(rival: Rival) -> float:
+    """Log likelihood of a rival at its best; of one that was not computed nothing is known."""
+    return -np.inf if rival.state is None else rival.state.log_fit
 
 
 def together(several: Sequence[Alternative], label: str, kind: str, decision: Decision) -> tuple[str, ...]:

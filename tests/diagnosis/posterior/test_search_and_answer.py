@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis import posterior
-from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Place, Rival
+from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Place, Rival, place_of
 from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.priors import shipped_priors
@@ -251,6 +251,21 @@ def test_what_stands_in_a_set_is_what_the_readings_do_not_exclude() -> None:
     worse, form, faint = rival("worse", 0.1, 0.2), rival("form", 0.05, 0.05, named=False), rival("faint", 0.01, 0.001)
     said = Said(Place(0, (rare, lead, worse, form, faint), 0.01), lead, Term(lead.candidate, 0, SLOPE[None], 1.0, 0.0))
     assert [one.candidate.label for one in rival_laws(said, shipped_priors().decision)] == ["lead", "rare"]
+
+
+def test_a_law_that_fits_as_well_at_its_best_is_not_excluded_for_the_range_of_its_shapes() -> None:
+    """A bump of one width beside one of any width and place: the second pays for every bump that is not there."""
+    shape = np.exp(-(((coordinate() - 0.1) / 0.3) ** 2))
+    bumps = np.exp(-(((coordinate() - np.linspace(-1.0, 1.0, 41)[:, None]) / 0.3) ** 2))[:, None]
+    narrow, free = law("one", shape[None, None]), law("any", bumps)
+    other = law("other", (shape * np.sign(coordinate() - 0.1))[None, None])
+    search = Search(problem(noise() + 2.0 * shape, (narrow, free, other)), shipped_priors())
+    place = place_of(search, search.run(), 0)
+    found = Said(place, place.rivals[0], search.run().terms[0])
+    assert found.lead.candidate.label == "one"
+    strict = shipped_priors().decision.model_copy(update={"excluded": 1.5})
+    labels = [one.candidate.label for one in rival_laws(found, strict)]
+    assert labels == ["one", "any"]
 
 
 @pytest.mark.parametrize("seed", range(3))
