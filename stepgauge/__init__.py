@@ -78,7 +78,7 @@ _PLACES = {
     "query_fleet": "public.fleet",
     "read_axis_recording": "axis.recording",
     "read_budget": "standards.budget_files",
-    "read_diagnosis": "diagnosis.stored",
+    "read_diagnosis": "diagnosis.output.stored",
     "read_evaluation": "public.read",
     "read_gauge": "gauge.certified",
     "read_machine": "machine.file",
@@ -105,7 +105,7 @@ _PLACES = {
     "Recording": "recording",
     "Run": "machine.virtual",
     "StoredBudget": "standards.budget_files",
-    "StoredDiagnosis": "diagnosis.stored",
+    "StoredDiagnosis": "diagnosis.output.stored",
 }
 """Every public name, and the module that has it."""
 _RENAMED: dict[str, str] = {}
