@@ -26,6 +26,18 @@ TOUCHES = "touches since a pause"
 TURNING = "way since turning round"
 REST = "rest before the touch"
 WAY = "direction of travel"
+NAMES = {
+    "position": "position_mm",
+    "machine x": "x_mm",
+    "machine y": "y_mm",
+    "machine z": "z_mm",
+    "time": "time_s",
+    "order": "row",
+    TURNING: "turning_mm",
+    "speed": "speed_mm_s",
+    REST: "rest_s",
+}
+"""Name of a covariate in a formula, if it differs."""
 SIDES = ("approach", "gauge", "front", "back")
 """Along every approach; along the gauge axis; on front faces only; on back faces only."""
 AXES = ("x", "y", "z")

@@ -115,7 +115,7 @@ def _within_forms(laws: list[Said], forms: list[Said], state: State) -> list[Sai
         own = form.lead.candidate.kind in _lives_in(one.source)
         if own and not _oscillates(one.source):
             return True
-        return (own or _spanned(one.term.columns, form.term.columns)) and _rms_um(one, state) < _rms_um(form, state)
+        return _rms_um(one, state) < _rms_um(form, state) and (own or _spanned(one.term.columns, form.term.columns))
 
     return [one for one in laws if any(contains(form, one) for form in forms)]
 
@@ -243,8 +243,7 @@ def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, w
 
 def _fitted_shape(rival: Rival) -> Any:
     """The shape of a form that was fitted between those of the grid, None if it is one of the grid."""
-    terms = () if rival.state is None else rival.state.terms
-    return next((term.shape for term in terms if term.candidate is rival.candidate), None)
+    return None if rival.state is None else rival.state.terms[rival.state.place(rival.candidate)].shape
 
 
 def _regime(said: Said, model: Model, data: Residuals) -> str:

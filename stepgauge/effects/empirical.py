@@ -92,7 +92,8 @@ class Empirical(Effect):
 
 def formula_name(column: str) -> str | None:
     """A recorded column as a formula can name it; None where the name has another meaning there, or is not allowed."""
-    taken = column in DERIVED or re.fullmatch(rf"(c|touches_|{RESTED}_)\d+", column)
+    held = "|".join(COORDINATES)
+    taken = column in DERIVED or re.fullmatch(rf"(c|touches_|{RESTED}_|({held})_held_)\d+", column)
     if taken or keyword.iskeyword(column) or not (column.isascii() and column.isidentifier()):
         return None
     return column if parse(column).names == {column} else None

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,7 +89,7 @@ def _candidate(one: OnSides, side: str, share: Array, odds: float, sizes: Sizes)
             pattern=one.features,
             shares=share[None],
             log_weight=flat,
-            refine=one.refine and one.refine(share),
+            refine=one.refine and partial(one.refine, share),
         )
         return
     features = tuple(_shown(columns * share) for columns in one.features)

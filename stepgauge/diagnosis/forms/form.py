@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.problem import Refine
+from stepgauge.diagnosis.posterior.problem import Refined
 
 Array = NDArray[np.float64]
 Features = Sequence[Array] | Array
@@ -44,8 +44,8 @@ class Form:
 class OnSides:
     """A form on all the sides on which it may act.
 
-    ``share``: its prior odds over those of an ordinary form; ``refine``: from its share in every row ``(n,)`` to the
-    fit of its shape between those of the grid; ``of``: as of the form.
+    ``share``: its prior odds over those of an ordinary form; ``refine``: the fit of its shape between those of the
+    grid, as of a law, from its share in every row ``(n,)`` on; ``of``: as of the form.
     """
 
     covariate: str
@@ -56,5 +56,5 @@ class OnSides:
     sides: tuple[str, ...]
     share: float = 1.0
     beside: str = ""
-    refine: Callable[[Array], Refine] | None = None
+    refine: Callable[[Array, int, Array], Refined] | None = None
     of: Callable[[Any], Array] | None = None

@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.covariates import (
     AXES,
     COLUMN,
-    REST,
+    NAMES,
     TOUCHES,
-    TURNING,
     WAY,
     Covariate,
     along_mm,
@@ -54,18 +53,6 @@ from stepgauge.effects.empirical import RESTED, Empirical, formula_name
 from stepgauge.recording import APPROACH
 
 Array = NDArray[np.float64]
-NAMES = {
-    "position": "position_mm",
-    "machine x": "x_mm",
-    "machine y": "y_mm",
-    "machine z": "z_mm",
-    "time": "time_s",
-    "order": "row",
-    TURNING: "turning_mm",
-    "speed": "speed_mm_s",
-    REST: "rest_s",
-}
-"""Name of a covariate in a formula, if it differs."""
 MASK = {"approach": "", "gauge": "side * "}
 MASK |= {axis: f"{column} * " for axis, column in zip(AXES, APPROACH, strict=True)}
 TERMS_PER_FORMULA = 6

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.covariates import REST, WAY, Covariate, axes_shown, standard
+from stepgauge.diagnosis.covariates import NAMES, REST, WAY, Covariate, axes_shown, standard
 from stepgauge.diagnosis.forms.form import HYSTERESIS, LAGGED, LENGTH, LOOP, RESTS, SMOOTH, TREND, OnSides
 from stepgauge.diagnosis.forms.smooth import matern, sides_of
 from stepgauge.diagnosis.forms.waves import wave_sides
@@ -63,8 +63,7 @@ def hysteresis(one: Covariate, data: Residuals) -> OnSides:
     such ways at once hysteresis of nearly any form results (Prandtl, Z. angew. Math. Mech. 8, 1928: 85; Ishlinskii).
     """
     held_um = tuple(max(round(1e3 * way * one.span), 1) for way in HELD.tolist())
-    column = "position_mm" if one.name == "position" else f"{one.name[-1]}_mm"
-    loops = np.array([data.probings.held_mm(column, um * 1e-3) / (um * 1e-3) for um in held_um])
+    loops = np.array([data.probings.held_mm(NAMES[one.name], um * 1e-3) / (um * 1e-3) for um in held_um])
     features = [loops / np.sqrt(len(loops)), *(loop[None] for loop in loops)]
     return OnSides(
         one.name, one.unit, HYSTERESIS, features, (held_um, *((um,) for um in held_um)), wave_sides(one, data)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.covariates import Covariate, axes_shown
 from stepgauge.diagnosis.forms.form import BEAT, SAWTOOTH, WAVE, OnSides
 from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Refine, Refined
+from stepgauge.diagnosis.posterior.problem import Refined
 from stepgauge.diagnosis.residuals import Residuals
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ def waves(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
         return _harmonics(passed, near), (span / near).tolist()
 
     features, periods, share = _harmonics(passed, turns), tuple((span / turns).tolist()), priors.forms.wave
-    sides, refine = wave_sides(one, data), partial(_refine, data, about)
+    sides, refine = wave_sides(one, data), partial(_nearest, data, about)
     return OnSides(one.name, one.unit, WAVE, features, periods, sides, share, refine=refine, of=of)
 
 
@@ -72,7 +72,7 @@ def sawteeth(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
 
     shapes = tuple((span / f, phase) for f, phase in grid)
     sides = tuple(side for side in wave_sides(one, data) if side != "approach")  # no probe does that
-    features, share, refine = _teeth(passed, grid, THROWN_BACK), priors.forms.wave, partial(_refine, data, about)
+    features, share, refine = _teeth(passed, grid, THROWN_BACK), priors.forms.wave, partial(_nearest, data, about)
     return OnSides(one.name, one.unit, SAWTOOTH, features, shapes, sides, share, refine=refine, of=of)
 
 
@@ -102,24 +102,22 @@ def wave_sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
     return ("gauge",) if one.name == "position" else ("approach", "gauge", *axes_shown(data))
 
 
-def _refine(data: Residuals, about: Callable[[int], tuple[Array, Sequence[object]]], share: Array) -> Refine:
-    """The fit of a shape: the one of those about a point of the grid that explains most beside the origins.
+def _nearest(
+    data: Residuals, about: Callable[[int], tuple[Array, Sequence[object]]], share: Array, atom: int, um: Array
+) -> Refined:
+    """Of the shapes about a point of the grid the one that explains most beside the origins.
 
     ``about``: from the number of an atom to the signatures ``(k, d, n)`` of these shapes, and the shapes.
     """
-
-    def refine(atom: int, um: Array) -> Refined:
-        signatures, shapes = about(atom)
-        columns = signatures * share
-        free = data.without_origins(columns)
-        gram = free @ np.swapaxes(free, 1, 2)
-        diagonal = np.einsum("kii->ki", gram)
-        diagonal += 1e-6 * np.maximum(diagonal.max(axis=1, keepdims=True), 1e-300)
-        dot = free @ data.without_origins(um)
-        best = int(np.einsum("kd,kd->k", dot, np.linalg.solve(gram, dot[:, :, None])[..., 0]).argmax())
-        return Refined(columns[best], shapes[best])
-
-    return refine
+    signatures, shapes = about(atom)
+    columns = signatures * share
+    free = data.without_origins(columns)
+    gram = free @ np.swapaxes(free, 1, 2)
+    diagonal = np.einsum("kii->ki", gram)
+    diagonal += 1e-6 * np.maximum(diagonal.max(axis=1, keepdims=True), 1e-300)
+    dot = free @ data.without_origins(um)
+    best = int(np.einsum("kd,kd->k", dot, np.linalg.solve(gram, dot[:, :, None])[..., 0]).argmax())
+    return Refined(columns[best], shapes[best])
 
 
 def beats(position: Covariate, slow: Covariate, priors: Priors) -> OnSides:
