@@ -55,7 +55,7 @@ def line_places(distance: Mapping[tuple[str, str], float]) -> dict[str, float] |
     """Places of the stations along a line from one end of the longest distance; None where they lie in no line."""
     (start, end), longest = max(distance.items(), key=lambda one: one[1])
     places = {start: 0.0, end: longest}
-    left = {name for pair in distance for name in pair} - set(places)
+    left = sorted({name for pair in distance for name in pair} - set(places))
     while left:
         name = max(left, key=lambda one: len(_seen_from(one, places, distance)))
         seen = _seen_from(name, places, distance)
