@@ -20,6 +20,7 @@ from stepgauge.diagnosis.fits.unrecorded import with_unrecorded
 from stepgauge.diagnosis.forms.form import SMOOTH, Form
 from stepgauge.diagnosis.forms.words import UNDETERMINED, located, regime
 from stepgauge.diagnosis.laws.library import Family
+from stepgauge.diagnosis.laws.usual import size_of_shape
 from stepgauge.diagnosis.posterior.answer import Answer, Rival
 from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.metric import Metric
@@ -79,9 +80,19 @@ def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) 
 def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], data: Residuals) -> Model:
     beside = tuple(one.term for one in forms)
     metric = Metric(search.problem, state.scatter, search.scatters, state.sigma_um, beside)
-    fitted = solve([one.source for one in laws], [one.term.atom for one in laws], data, metric)
+    fitted = solve([_sized(one.lead, one.term.sd) for one in laws], [one.term.atom for one in laws], data, metric)
     fitted = with_unrecorded(with_marginals(fitted, data, metric), data, metric)
     return Model(state, tuple(laws), tuple(forms), fitted, metric)
+
+
+def _sized(rival: Rival, sd: float) -> Family:
+    """A law with the prior of its size that its hypothesis has.
+
+    Where no reading tells a component of a free direction, it is as large as such a law is usually, and not as it can
+    be at most.
+    """
+    family, atom = rival.candidate.source, rival.look.atom
+    return replace(family, prior=sd * size_of_shape(family.kind, family.atoms[atom], family.atoms))
 
 
 def with_doubts(model: Model, search: Search, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Model:
@@ -200,9 +211,9 @@ def _members(
 
 
 def _in_place(rival: Rival, place: int, model: Model, data: Residuals) -> Solved:
-    families = [one.source for one in model.laws]
+    families = [_sized(one.lead, one.term.sd) for one in model.laws]
     atoms = [one.term.atom for one in model.laws]
-    families[place], atoms[place] = rival.candidate.source, rival.look.atom
+    families[place], atoms[place] = _sized(rival, rival.look.sd), rival.look.atom
     return solve(families, atoms, data, model.metric).solved[place]
 
 

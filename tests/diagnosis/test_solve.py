@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from stepgauge.diagnosis.engine import misfit
-from stepgauge.diagnosis.fits.solve import _above_zero, _Law, _unexplained
+from stepgauge.diagnosis.fits.solve import _above_zero, _covariance, _Law, _unexplained
 from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.posterior.evidence import Evidence
 from stepgauge.diagnosis.posterior.metric import Metric
@@ -98,3 +98,36 @@ def test_beside_a_tripod_that_never_triggers_slopes_lead_away_from_it() -> None:
     ahead, back = law.slopes(triggers, steps, data), law.slopes(triggers, -steps, data)
     assert np.isfinite(back).all()
     np.testing.assert_allclose(back[lever], ahead[lever], rtol=1e-3, atol=1e-6)
+
+
+@pytest.mark.parametrize("direction", [(0.8, 0.6, 0.0), (0.6, 0.8, 0.0)])
+def test_a_component_that_no_reading_tells_is_as_large_as_such_laws_are_and_not_as_they_can_be(
+    direction: tuple[float, float, float],
+) -> None:
+    """A step while a placement along x is measured: what it was across, the origins of all placements hide.
+
+    It was told with a standard uncertainty of 190 um.
+    """
+    recording = clean(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.7, 0.7, 0.0)))
+    first = recording.frame["time_s"][recording.frame["placement"] == 1].to_numpy()
+    found = told(bent(along(direction, lambda t: 1.5 * (t > np.median(first))), recording))
+    (step,) = found.findings
+    um = step.parameters["um"]
+    assert step.effect.direction == pytest.approx((1.0, 0.0, 0.0), abs=1e-3)  # type: ignore[attr-defined]
+    assert um.value == pytest.approx(1.5 * direction[0], abs=0.3)
+    assert um.u is not None
+    assert abs(um.value - 1.5) < 2.0 * um.u
+    assert um.u < 1.5
+
+
+@pytest.mark.parametrize("curvature", [0.0, 1e-3, 1e3])
+def test_the_range_of_a_shape_bounds_its_uncertainty(curvature: float) -> None:
+    """One parameter: variances add as their inverses; without any curvature nothing is told, and nothing is said."""
+    range_sd = 40.0
+    jacobian = np.array([[1.0, 0.0], [0.0, np.sqrt(curvature)]])
+    size, shape = np.diag(_covariance(jacobian, np.ones(2), np.array([np.inf, range_sd])))
+    assert size == pytest.approx(1.0)
+    if curvature:
+        assert shape == pytest.approx(1.0 / (curvature + range_sd**-2.0))
+    else:
+        assert math.isnan(shape)

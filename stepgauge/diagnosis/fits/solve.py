@@ -26,6 +26,8 @@ SMALLEST_SHARE = 0.01
 """Share of the least value of the grid below which all values count as equal: a logarithm needs a positive one."""
 SAME_COST = 1e-6
 """Least relative decrease of the sum of squares by a step: with a thousand rows a thousandth in chi-square."""
+UNTOLD = 1e-10
+"""Share of the largest curvatures below which a combination of parameters is not determined."""
 IMPOSSIBLE = 1e6
 """Residual of every row in standard deviations where a law cannot be."""
 FROZEN = {"time_s", "when"}
@@ -248,6 +250,19 @@ class _Law:
             slope = np.where(by_ratio, 1.0 / positive, 1.0 / (high - low))
         return beyond / BEYOND, np.where(parameters != inside, slope, 0.0) / BEYOND
 
+    def spans(self, parameters: Array) -> Array:
+        """Standard deviations of the shapes before the recording: of a uniform distribution over their ranges.
+
+        Of what is positive, by its logarithm, as shapes are tried. Infinite for sizes, whose prior is among the
+        residuals.
+        """
+        low, high = self.range
+        by_ratio = low > 0.0
+        with np.errstate(divide="ignore"):
+            ratio = np.log(np.where(by_ratio, high / low, 1.0))
+        span = np.where(by_ratio, np.abs(parameters) * ratio, high - low) / np.sqrt(12.0)
+        return np.where(np.arange(len(span)) < self.sized, np.inf, np.maximum(span, 1e-300))
+
     def scales(self, parameters: Array) -> Array:
         """Step of each parameter for its derivative."""
         return np.array(
@@ -291,7 +306,8 @@ def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Metr
     found = least_squares(left, np.zeros(len(start)), slopes, method=method, ftol=SAME_COST, max_nfev=60 * len(start))
     moved = found.x if found.cost <= 0.5 * float((left(np.zeros(len(start))) ** 2).sum()) else np.zeros(len(start))
     values = start + moved * scale
-    covariance = _covariance(found.jac[: len(found.jac) - len(start)], scale)
+    spans = np.concatenate([law.spans(part) for law, part in zip(laws, np.split(values, cuts), strict=True)])
+    covariance = _covariance(found.jac[: len(found.jac) - len(start)], scale, spans)
     strays = np.concatenate([law.strays(part)[0] for law, part in zip(laws, np.split(values, cuts), strict=True)])
     covariance[strays != 0.0, strays != 0.0] = np.nan  # where a bound holds, the data give no uncertainty
     solved, first = [], 0
@@ -322,26 +338,38 @@ def _steps(moved: Array) -> Array:
     return np.sqrt(np.finfo(float).eps) * np.where(moved < 0.0, -1.0, 1.0) * np.maximum(np.abs(moved), 1.0)
 
 
-def _covariance(jacobian: Array, scale: Array) -> Array:
-    """Covariance from the curvature of the sum of squares (variance one); NaN on the diagonal if not determined."""
+def _covariance(jacobian: Array, scale: Array, spans: Array) -> Array:
+    """Covariance from the curvature of the sum of squares (variance one); NaN on the diagonal if not determined.
+
+    ``spans``: standard deviations of the parameters before the recording, infinite where nothing is known. The
+    curvature at the best fit may tell less of a shape than its range.
+    """
     gram = jacobian.T @ jacobian
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     value, vector = np.linalg.eigh(gram / np.outer(size, size))
-    good = value > 1e-10
-    inverse = (vector[:, good] / value[good]) @ vector[:, good].T
-    covariance = inverse * np.outer(scale / size, scale / size)
-    lost = (vector[:, ~good] ** 2).sum(axis=1) > 1e-6
+    lost = (vector[:, value <= UNTOLD] ** 2).sum(axis=1) > 1e-6
+    told = np.where(lost, 0.0, scale / spans)
+    value, vector = np.linalg.eigh((gram + np.diag(told**2)) / np.outer(size, size))
+    good = value > UNTOLD
+    covariance = (vector[:, good] / value[good]) @ vector[:, good].T * np.outer(scale / size, scale / size)
     covariance[lost, lost] = np.nan
     return covariance
 
 
 def _spreads(law: _Law, parameters: Array, covariance: Array) -> dict[str, float]:
-    """Standard uncertainty by name; that of a size from its components'."""
+    """Standard uncertainty by name; that of a size from its components'.
+
+    What is uncertain across a direction makes a size larger to second order (GUM 5.1.2, note): the root of the mean
+    square over the size that is stated counts as uncertainty, too.
+    """
     spread = dict(zip(law.names, np.sqrt(np.maximum(np.diag(covariance), 0.0)), strict=True))
     if law.free:
         own = slice(0, law.free)
-        unit = parameters[own] / max(float(np.linalg.norm(parameters[own])), 1e-300)
-        variance = float(unit @ covariance[own, own] @ unit)
+        size = float(np.linalg.norm(parameters[own]))
+        unit = parameters[own] / max(size, 1e-300)
+        along = float(unit @ covariance[own, own] @ unit)
+        across = float(np.trace(covariance[own, own])) - along
+        variance = along + float(np.hypot(size, np.sqrt(max(across, 0.0))) - size) ** 2
         spread = {name: u for name, u in spread.items() if not name.startswith("component")}
         spread = {law.linear[0]: float(np.sqrt(max(variance, 0.0))) if variance == variance else np.nan} | spread
     return spread

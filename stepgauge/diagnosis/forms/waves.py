@@ -79,9 +79,12 @@ def sawteeth(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
 def _teeth(passed: Array, shapes: Sequence[tuple[float, float]], fall: float = 0.0) -> Array:
     """Sawteeth ``(f, 1, n)`` of some turns and phases, of unit variance, that fall in the part ``fall`` of a period."""
     f, phase = np.reshape(shapes, (-1, 2)).T[:, :, None]
-    up = (f * passed + phase + 0.5 * fall) % 1.0
+    up = f * passed + (phase + 0.5 * fall)
+    up -= np.floor(up)  # a tenth of the time of a remainder
     saw = np.minimum(up / (1.0 - fall), (1.0 - up) / fall) if fall else up
-    return np.asarray((saw - 0.5) * np.sqrt(12.0))[:, None]
+    saw -= 0.5
+    saw *= np.sqrt(12.0)
+    return np.asarray(saw)[:, None]
 
 
 def _passed(one: Covariate) -> Array:

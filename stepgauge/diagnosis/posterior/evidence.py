@@ -365,12 +365,17 @@ def _by_size(state: State) -> Iterator[Array]:
         if len(sizes.sd) == 1 and sizes.sd[0] == term.sd:
             yield sizes.log_weight
             continue
-        value, turn = np.linalg.eigh(covariance[own, own])
+        value, turn = _axes(covariance[own, own])
         precision = np.maximum(1.0 / np.maximum(value, 1e-300) - term.sd**-2.0, 0.0)
         product = turn.T @ mean / np.maximum(value, 1e-300)
         s2 = np.r_[sizes.sd, term.sd][:, None] ** 2
         evidence = 0.5 * (product**2 / (precision + 1.0 / s2) - np.log1p(precision * s2)).sum(axis=1)
         yield evidence[:-1] - evidence[-1] + sizes.log_weight
+
+
+def _axes(covariance: Array) -> tuple[Array, Array]:
+    """Eigenvalues and eigenvectors; most terms have one amplitude."""
+    return (covariance[0], np.ones((1, 1))) if len(covariance) == 1 else np.linalg.eigh(covariance)
 
 
 def _resized(state: State) -> Term | None:

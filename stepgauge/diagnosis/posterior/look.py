@@ -75,7 +75,8 @@ class Span:
 class Beside:
     """Residual of a hypothesis: mapped, with the columns of its terms as a low-rank loss, and their products.
 
-    ``spans``: those of the terms, of which the loss is a mixture ``turn``; None where rounding would show in it.
+    ``spans``: those of the terms, of which the loss is a mixture ``turn``; None where products are computed anew:
+    rounding would show in the mixture, or it would take longer.
     """
 
     left: Array

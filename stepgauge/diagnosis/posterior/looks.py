@@ -25,6 +25,8 @@ from stepgauge.diagnosis.posterior.tables import Table, tables
 Array = NDArray[np.float64]
 MOST_TURNED = 10.0
 """Length of a mixture of products from which they are computed anew: single precision would show."""
+WIDE = 64
+"""Number of rows of terms from which their mixtures cost more than products computed anew."""
 MOST_SPANS = 400
 """Largest number of rows of terms whose products are kept."""
 LIKE_SIGMA = 0.5
@@ -136,9 +138,9 @@ class Looker:
         left = self.white - lost @ (lost.T @ self.white)
         share, vector = np.linalg.eigh(lost.T @ lost)
         turn, lost = turn @ vector[:, share > UNLOST], lost @ vector[:, share > UNLOST]
-        sharp = (np.linalg.norm(turn, axis=0) <= MOST_TURNED * np.linalg.norm(lost, axis=0)).all()
         total = float(self.white @ left)
-        return Beside(left, lost, total, self.metric.dof, spans, turn if sharp else None)
+        known = len(rows) <= WIDE and (np.linalg.norm(turn, axis=0) <= MOST_TURNED * np.linalg.norm(lost, axis=0)).all()
+        return Beside(left, lost, total, self.metric.dof, spans, turn if known else None)
 
 
 def _alone(law: Law, size: int, gain: float) -> Look:

@@ -39,7 +39,8 @@ class Rows:
             return cast(Columns, scaled)
         turn = scaled[..., self.order] if self.turned else scaled
         if self.flicker is not None:
-            return cast(Columns, turn @ self.flicker.T.astype(columns.dtype))
+            flat = turn.reshape(-1, turn.shape[-1])  # one product: as many small ones take twenty times as long
+            return cast(Columns, (flat @ self.flicker.T.astype(columns.dtype)).reshape(turn.shape))
         told, left = self.told.astype(columns.dtype), self.left.astype(columns.dtype)
         turn[..., 1:] -= told[1:] * turn[..., :-1]
         turn /= left
