@@ -80,18 +80,24 @@ def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) 
 def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], data: Residuals) -> Model:
     beside = tuple(one.term for one in forms)
     metric = Metric(search.problem, state.scatter, search.scatters, state.sigma_um, beside)
-    fitted = solve([_sized(one.lead, one.term.sd) for one in laws], [one.term.atom for one in laws], data, metric)
+    fitted = solve([_expected(one, state) for one in laws], [one.term.atom for one in laws], data, metric)
     fitted = with_unrecorded(with_marginals(fitted, data, metric), data, metric)
     return Model(state, tuple(laws), tuple(forms), fitted, metric)
 
 
-def _sized(rival: Rival, sd: float) -> Family:
-    """A law with the prior of its size that its hypothesis has.
+def _expected(said: Said, state: State) -> Family:
+    """A law with the size that is expected of it in the hypothesis that is stated.
 
     Where no reading tells a component of a free direction, it is as large as such a law is usually, and not as it can
     be at most.
     """
-    family, atom = rival.candidate.source, rival.look.atom
+    candidate = said.lead.candidate
+    place = next((i for i, term in enumerate(state.terms) if term is said.term), None)
+    sd = said.term.sd if place is None else candidate.sizes.expected(state.by_size[place])
+    return _of_size(candidate.source, said.term.atom, sd)
+
+
+def _of_size(family: Family, atom: int, sd: float) -> Family:
     return replace(family, prior=sd * size_of_shape(family.kind, family.atoms[atom], family.atoms))
 
 
@@ -211,9 +217,9 @@ def _members(
 
 
 def _in_place(rival: Rival, place: int, model: Model, data: Residuals) -> Solved:
-    families = [_sized(one.lead, one.term.sd) for one in model.laws]
+    families = [_expected(one, model.state) for one in model.laws]
     atoms = [one.term.atom for one in model.laws]
-    families[place], atoms[place] = _sized(rival, rival.look.sd), rival.look.atom
+    families[place], atoms[place] = _of_size(rival.candidate.source, rival.look.atom, rival.look.sd), rival.look.atom
     return solve(families, atoms, data, model.metric).solved[place]
 
 

@@ -20,6 +20,7 @@ from stepgauge.diagnosis.fits.beside import Beside, beside
 from stepgauge.diagnosis.fits.solve import Estimate, Fitted, Solved
 from stepgauge.diagnosis.laws.library import Family, family_signatures
 from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.problem import Sizes
 from stepgauge.diagnosis.residuals import Residuals
 
 Array = NDArray[np.float64]
@@ -54,7 +55,7 @@ def _with_all_lags(solved: Solved, beside: Beside, data: Residuals) -> Solved:
     grid = _lags_s(solved.family)
     lags = np.array([0.0, *np.geomspace(SHORTEST * grid[0], grid[-1], LAGS)])
     signatures = (family_signatures(solved.family, {**_shape(solved), LAG: float(lag)}, data) for lag in lags)
-    found = [_sized(beside(one), beside.left, solved.family.prior) for one in signatures]
+    found = [_sized(beside(one), beside.left, solved.family.sizes) for one in signatures]
     weight = special.softmax([log for log, _, _ in found])
     sizes, within = np.array([one for _, one, _ in found]), np.array([one for _, _, one in found])
     known = solved.parameters.get(LAG)
@@ -101,7 +102,7 @@ def _at_least(solved: Solved, lag_u: float, size: Array, covariance: Array) -> S
 def _with_all_azimuths(solved: Solved, beside: Beside) -> Solved:
     """The law with the root mean square distance of all azimuths from the one that is told, if it is the larger."""
     family, told = solved.family, solved.parameters[AZIMUTH]
-    found = [_sized(beside(family.signature(i)), beside.left, family.prior) for i in range(len(family.atoms))]
+    found = [_sized(beside(family.signature(i)), beside.left, family.sizes) for i in range(len(family.atoms))]
     # the compliance is not negative: what half of the normal distribution of its size is above zero
     logs = [log + float(special.log_ndtr(size[0] / np.sqrt(u2[0, 0]))) for log, size, u2 in found]
     weight = special.softmax(np.add(logs, [family.log_prior(atom) for atom in family.atoms]))
@@ -116,12 +117,22 @@ def _shape(solved: Solved) -> dict[str, Any]:
     return {name: getattr(solved.effect, name) for name in solved.family.atoms[0]}
 
 
-def _sized(columns: Array, left: Array, prior: float) -> tuple[float, Array, Array]:
-    """Log marginal likelihood of columns ``(k, n)``, mean of their sizes ``(k,)`` and covariance ``(k, k)``."""
-    gram = columns @ columns.T + np.eye(len(columns)) / prior**2
-    covariance = np.asarray(np.linalg.inv(gram), float)
-    size = covariance @ (columns @ left)
-    return 0.5 * float(size @ gram @ size) - 0.5 * float(np.linalg.slogdet(gram)[1]), np.asarray(size), covariance
+def _sized(columns: Array, left: Array, sizes: Sizes | None) -> tuple[float, Array, Array]:
+    """Log marginal likelihood of columns ``(k, n)``, mean of their amplitudes ``(k,)`` and covariance ``(k, k)``.
+
+    Over all ``sizes``; a longer lag has a larger amplitude, and one size alone would prefer the shorter one.
+    """
+    value, turn = np.linalg.eigh(columns @ columns.T)
+    product = turn.T @ (columns @ left)
+    prior = np.zeros((1, 1)) if sizes is None else sizes.sd[:, None] ** -2.0
+    precision = np.maximum(value, 0.0) + prior
+    found = product / precision
+    log = 0.5 * (product * found - np.log(precision) + np.log(np.where(prior > 0.0, prior, 1.0))).sum(axis=1)
+    log = log + (0.0 if sizes is None else sizes.log_weight)
+    weight = special.softmax(log)
+    mean = weight @ found
+    covariance = np.diag(weight @ (1.0 / precision)) + np.einsum("t,ti,tj->ij", weight, found - mean, found - mean)
+    return float(special.logsumexp(log)), turn @ mean, turn @ covariance @ turn.T
 
 
 def _told(solved: Solved, lag: Estimate, size: Array, covariance: Array) -> Solved:

@@ -47,7 +47,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
                 True,
                 float(np.log(odds_of(family.kind, priors) * own)),
                 sizes,
-                replace(family, prior=float(sizes.sd.max())),
+                replace(family, prior=float(sizes.sd.max()), sizes=sizes),
                 pattern=patterns[id(family.pattern)],
                 shares=family.share_rows,
                 log_weight=shape_weights(family, priors, data),

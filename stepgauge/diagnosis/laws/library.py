@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.laws.choices import choices_of, has_free_direction, is_spanned
 from stepgauge.diagnosis.laws.grids import parameter_grid
 from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Sizes
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import Effect, along_approach_um, effect_kinds
 from stepgauge.errors import InputError
@@ -49,7 +50,8 @@ class Family:
     depth, n)``: displacement in um for a unit of each of its linear parameters, along the approach or where ``shares
     (k, n)`` are given to be multiplied by each of these: families that differ only in the shares hold the same pattern.
     ``law``: the effect class, None for a form. ``directions (k, 3)``: unit vectors whose components make the direction
-    of motion, where that is free. ``prior``: standard deviation of what is expected of its sizes, infinite for none.
+    of motion, where that is free. ``prior``: standard deviation of what is expected of its sizes, infinite for none;
+    ``sizes``: the mixture of which it is one, None for none.
     ``taken``: non-linear parameters that the recording does not determine; they are taken to be what is usual.
     ``within``: the ranges of the family of which these are some shapes, None for the ranges of its own.
     ``about``: median and logarithmic standard deviation of shapes with a log-normal prior.
@@ -66,6 +68,7 @@ class Family:
     details: dict[str, Any] = field(default_factory=dict)
     directions: Array | None = None
     prior: float = np.inf
+    sizes: Sizes | None = None
     shares: Array | None = None
     taken: frozenset[str] = frozenset()
     within: dict[str, tuple[float, float]] | None = None

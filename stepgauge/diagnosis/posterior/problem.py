@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 from scipy.linalg import solve_triangular
 
 Array = NDArray[np.float64]
@@ -28,6 +29,10 @@ class Sizes:
 
     sd: Array
     log_weight: Array
+
+    def expected(self, log_evidence: Array) -> float:
+        """The standard deviation whose precision is the mean over all sizes, of log evidences ``(t,)``."""
+        return float((special.softmax(log_evidence) @ self.sd**-2.0) ** -0.5)
 
 
 @dataclass(frozen=True)
