@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.covariates import covariates, mask
 from stepgauge.diagnosis.fits.marginals import with_marginals
 from stepgauge.diagnosis.fits.solve import Estimate, Fitted, Solved, solve, widened
-from stepgauge.diagnosis.fits.unrecorded import with_unrecorded
 from stepgauge.diagnosis.forms.form import SMOOTH, Form
 from stepgauge.diagnosis.forms.words import UNDETERMINED, located, regime
 from stepgauge.diagnosis.laws.library import Family
@@ -78,11 +77,11 @@ def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) 
 
 
 def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], data: Residuals) -> Model:
-    beside = tuple(one.term for one in forms)
+    unread = (replace(one.term, columns=one.term.unread) for one in laws if len(one.term.unread))
+    beside = (*(one.term for one in forms), *unread)
     metric = Metric(search.problem, state.scatter, search.scatters, state.sigma_um, beside)
     fitted = solve([_expected(one, state) for one in laws], [one.term.atom for one in laws], data, metric)
-    fitted = with_unrecorded(with_marginals(fitted, data, metric), data, metric)
-    return Model(state, tuple(laws), tuple(forms), fitted, metric)
+    return Model(state, tuple(laws), tuple(forms), with_marginals(fitted, data, metric), metric)
 
 
 def _expected(said: Said, state: State) -> Family:
@@ -150,7 +149,7 @@ def _oscillates(family: Family) -> bool:
 def _rms_um(said: Said, state: State) -> float:
     """Root mean square of the displacement of a term."""
     place = state.place(said.term.candidate)
-    return float(np.sqrt(np.mean((state.amplitudes(place)[0] @ said.term.columns) ** 2)))
+    return float(np.sqrt(np.mean((state.amplitudes(place)[0] @ said.term.columns[: said.term.told]) ** 2)))
 
 
 def _lives_in(family: Family) -> set[str]:

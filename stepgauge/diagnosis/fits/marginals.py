@@ -25,9 +25,9 @@ from stepgauge.diagnosis.residuals import Residuals
 
 Array = NDArray[np.float64]
 LAG, AZIMUTH = "lag_s", "arm_azimuth_deg"
-LAGS, SHORTEST = 25, 0.125
+LAGS, SHORTEST, FAR = 25, 0.125, 5.0
 """How many lags are integrated over, evenly by their logarithm; the shortest of them over that of the grid: frequent
-readings tell it from none."""
+readings tell it from none; and how far from the fitted one as many lie closely, in its standard uncertainties."""
 
 
 def with_marginals(fitted: Fitted, data: Residuals, metric: Metric) -> Fitted:
@@ -47,56 +47,38 @@ def _lags_s(family: Family) -> list[float]:
 
 
 def _with_all_lags(solved: Solved, beside: Beside, data: Residuals) -> Solved:
-    """The law with what lags and sizes are by marginal likelihood beside the other laws.
+    """The law with the expectations of lag and size by marginal likelihood beside the other laws, and their deviations.
 
-    A lag that the fit found stays, with the root mean square distance of all lags from it if it is the larger; one at a
-    bound becomes their mean.
+    Of a skewed distribution these are what GUM supplement 1, 5.5.1 states.
     """
-    grid = _lags_s(solved.family)
-    lags = np.array([0.0, *np.geomspace(SHORTEST * grid[0], grid[-1], LAGS)])
+    lags, log_share = _tried(solved)
     signatures = (family_signatures(solved.family, {**_shape(solved), LAG: float(lag)}, data) for lag in lags)
     found = [_sized(beside(one), beside.left, solved.family.sizes) for one in signatures]
-    weight = special.softmax([log for log, _, _ in found])
+    weight = special.softmax(np.add([log for log, _, _ in found], log_share))
     sizes, within = np.array([one for _, one, _ in found]), np.array([one for _, _, one in found])
-    known = solved.parameters.get(LAG)
-    if known is None or known.u is None:
-        mean_s = float(weight @ lags)
-        lag_u = float(np.sqrt(weight @ (lags - mean_s) ** 2))
-        return _told(solved, Estimate(mean_s, lag_u, "s"), *_mixed(weight, sizes, within, weight @ sizes))
-    lag_u = float(np.sqrt(weight @ (lags - known.value) ** 2))
-    return _at_least(solved, lag_u, *_mixed(weight, sizes, within, _components(solved)))
+    mean_s, size = float(weight @ lags), weight @ sizes
+    apart = sizes - size
+    covariance = np.tensordot(weight, within + apart[:, :, None] * apart[:, None, :], 1)
+    return _told(solved, Estimate(mean_s, float(np.sqrt(weight @ (lags - mean_s) ** 2)), "s"), size, covariance)
 
 
-def _mixed(weight: Array, sizes: Array, within: Array, about: Array) -> tuple[Array, Array]:
-    """Where the components of a size are told to be ``(k,)``, and their mean squares about that ``(k, k)``."""
-    apart = sizes - about
-    return about, np.asarray(np.tensordot(weight, within + apart[:, :, None] * apart[:, None, :], 1))
+def _tried(solved: Solved) -> tuple[Array, Array]:
+    """Lags ``(k,)`` and the logarithms of their shares: every ratio is equally likely, and none at all as one step.
 
-
-def _components(solved: Solved) -> Array:
-    """Of the size that was fitted, along the directions of the family."""
-    value = solved.parameters[_size_name(solved)].value
-    if solved.family.directions is None:
-        return np.array([value])
-    along: Array = np.array(getattr(solved.effect, "direction"), float)  # noqa: B009  what has directions has one
-    return value * (solved.family.directions @ along)
+    Those of the whole range, and more about the lag that was fitted.
+    """
+    grid, known = _lags_s(solved.family), solved.parameters[LAG]
+    log_lags = np.linspace(np.log(SHORTEST * grid[0]), np.log(grid[-1]), LAGS)
+    step = log_lags[1] - log_lags[0]
+    if known.u and known.value > 0.0:
+        near = np.log(known.value) + np.linspace(-FAR, FAR, LAGS) * min(known.u / known.value, step)
+        log_lags = np.union1d(log_lags, near[near > log_lags[0]])
+    return np.r_[0.0, np.exp(log_lags)], np.log(np.r_[step, np.gradient(log_lags)])
 
 
 def _size_name(solved: Solved) -> str:
     (name,) = (p.name for p in type(solved.effect).parameters() if p.role == "linear")
     return name
-
-
-def _at_least(solved: Solved, lag_u: float, size: Array, covariance: Array) -> Solved:
-    """The law with these uncertainties of lag and size, where they are larger than its own."""
-    name = _size_name(solved)
-    unit = size / max(float(np.linalg.norm(size)), 1e-300)
-    wider = {name: float(np.sqrt(unit @ covariance @ unit)), LAG: lag_u}
-    told = {
-        one: replace(known, u=max(known.u, wider[one])) if one in wider and known.u is not None else known
-        for one, known in solved.parameters.items()
-    }
-    return replace(solved, parameters=told)
 
 
 def _with_all_azimuths(solved: Solved, beside: Beside) -> Solved:

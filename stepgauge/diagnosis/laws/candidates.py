@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.fits.solve import solve
 from stepgauge.diagnosis.laws.choices import choice_odds
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
+from stepgauge.diagnosis.laws.unread import follows_with_lag, unread_columns
 from stepgauge.diagnosis.laws.usual import odds_of, shape_range, size_of_shape, usual_shape, usual_size
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors
@@ -54,9 +55,14 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
                 positive=family.positive,
                 once=family.kind in OF_THE_PROBE,
                 refine=partial(_refined, family, data, metric) if _has_shape(family) else None,
+                unread=partial(_unread, family, data) if follows_with_lag(family) else None,
             )
         )
     return found
+
+
+def _unread(family: Family, data: Residuals, atom: int) -> Array:
+    return unread_columns(family, data, family.atoms[atom])
 
 
 def _usual_pattern(family: Family) -> Array:
@@ -151,4 +157,7 @@ def _refined(family: Family, data: Residuals, metric: Metric, atom: int, um: Arr
     if any(shape[name] <= 0.0 for name in family.about):
         return None
     gain = family.log_prior(shape) - family.log_prior(family.atoms[atom])
-    return Refined(usual_signature(family, shape, data), shape, gain)
+    columns = usual_signature(family, shape, data)
+    if follows_with_lag(family):
+        columns = np.concatenate([columns, unread_columns(family, data, shape)])
+    return Refined(columns, shape, gain)

@@ -86,9 +86,9 @@ class State:
         return next(i for i, term in enumerate(self.terms) if term.candidate is candidate)
 
     def amplitudes(self, place: int) -> tuple[Array, Array]:
-        """Posterior mean ``(d,)`` and covariance ``(d, d)`` of one term's amplitudes."""
+        """Posterior mean ``(d,)`` and covariance ``(d, d)`` of the amplitudes of one term that are told."""
         first = self.count + sum(len(term.columns) for term in self.terms[:place])
-        own = slice(first, first + len(self.terms[place].columns))
+        own = slice(first, first + self.terms[place].told)
         return self.mean[own], self.covariance[own, own]
 
 

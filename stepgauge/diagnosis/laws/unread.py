@@ -1,0 +1,115 @@
+"""What a recorded temperature did while nobody read it, as amplitudes beside those of the laws that follow it.
+
+A lag remembers: what the air did in a pause, or before the first reading, acts on the readings after it. The law takes
+the temperature to go straight from one reading to the next, and to have been at rest before the first. What it would
+have been had it gone on smoothly, with the rates of change on either side, is as possible: the difference is a standard
+uncertainty of the input, pause by pause. Of a law ten times as large as the scatter it shows: without it a step after a
+pause would be told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.laws.library import Family, fixed_values, stated
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.effects import along_approach_um
+from stepgauge.effects.following import Following
+from stepgauge.effects.probings import Probings
+
+Array = NDArray[np.float64]
+LAG, UNREAD = "lag_s", "unread"
+MOST_PAUSES = 20
+"""The longest pauses; in shorter ones a curve and its chord differ with the square of the time."""
+MOST_AMPLITUDES, NEGLIGIBLE = 4, 1e-4
+"""Most courses that are told apart, and the share of the largest one's variance below which another does not matter."""
+FEWEST = 3
+"""Readings from which a rate of change is taken."""
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
+
+
+def follows_with_lag(family: Family) -> bool:
+    """Whether a law follows a recorded column after a lag."""
+    return family.law is not None and issubclass(family.law, Following)
+
+
+def unread_columns(family: Family, data: Residuals, shape: Mapping[str, Any]) -> Array:
+    """Displacements along the approach ``(p, n)`` by what was not read, um for a unit of the amplitude of the law.
+
+    The standard uncertainties of all pauses as their principal components, for each direction that is free.
+    """
+    lag_s, nothing = shape.get(LAG), np.zeros((0, len(data)))
+    if not lag_s:
+        return nothing
+    names = [family.choices[name] for name in ("column", "minus") if family.choices.get(name)]
+    shifts = np.array([shift for name in names for shift in _shifts(name, float(lag_s), data)])
+    return np.concatenate([_principal(shifts * per_K) for per_K in _per_K(family, shape, data)])
+
+
+def _per_K(family: Family, shape: Mapping[str, Any], data: Residuals) -> Iterator[Array]:
+    """Displacement along the approach ``(n,)`` by one kelvin, um, of every free direction."""
+    assert family.law is not None
+    probings = Probings({**_columns(data), UNREAD: np.ones(len(data))}, data.probings.setting)
+    linear = {p.name: 1.0 for p in family.law.parameters() if p.role == "linear"}
+    known = fixed_values(family.law) | family.choices | dict(shape) | linear
+    known |= {"column": UNREAD, "minus": None, LAG: 0.0, "from_C": 0.0}
+    for unit in [None] if family.directions is None else family.directions:
+        values = known if unit is None else known | {"direction": tuple(unit)}
+        effect = family.law.model_construct(**stated(values))
+        yield np.broadcast_to(along_approach_um(effect, probings), len(data)).astype(float)
+
+
+def _columns(data: Residuals) -> dict[str, Array]:
+    return {str(name): data.probings.column(name) for name in data.frame.columns}
+
+
+def _principal(columns: Array) -> Array:
+    """The fewest columns ``(p, n)`` with nearly the same sum of squared products as others ``(m, n)``."""
+    value, vector = np.linalg.eigh(columns @ columns.T)
+    keep = value > NEGLIGIBLE * max(float(value[-1]), 1e-300)
+    return np.asarray(vector[:, keep].T[-MOST_AMPLITUDES:] @ columns)
+
+
+def _shifts(name: str, lag_s: float, data: Residuals) -> Iterator[Array]:
+    """By how much the acting temperature would be another ``(n,)``, K: before the record, and for each pause."""
+    time_s, values = data.probings.time_s, data.probings.column(name).astype(float)
+    order = np.argsort(time_s, kind="stable")
+    for shift in unread_shifts(time_s[order], values[order], lag_s):
+        found = np.empty(len(data))
+        found[order] = shift
+        yield found
+
+
+def unread_shifts(time_s: Array, values: Array, lag_s: float) -> Iterator[Array]:
+    """Shifts ``(n,)`` of the lagged ``values`` of rising ``time_s`` by what may have been where there is no reading.
+
+    A curve with the rates of change at both ends of a pause (a cubic) in place of the chord, and a rate before the
+    record in place of rest.
+    """
+    yield -_bend(time_s, values, 0, lag_s, 1, 0.0) * lag_s * np.exp(-(time_s - time_s[0]) / lag_s)
+    steps = np.diff(time_s)
+    for row in np.argsort(-steps)[:MOST_PAUSES]:
+        long_s = float(steps[row])
+        chord = (values[row + 1] - values[row]) / max(long_s, 1e-9)
+        before, behind = (_bend(time_s, values, row + i, long_s, way, chord) for i, way in ((0, -1), (1, 1)))
+        u = (NODES + 1.0) / 2.0
+        off = long_s * (before * u * (1.0 - u) ** 2 - behind * u**2 * (1.0 - u))
+        acted = float(WEIGHTS @ (off * np.exp(-long_s * (1.0 - u) / lag_s))) * long_s / (2.0 * lag_s)
+        after = np.maximum(time_s - time_s[row + 1], 0.0)
+        yield np.where(np.arange(len(time_s)) > row, acted * np.exp(-after / lag_s), 0.0)
+
+
+def _bend(time_s: Array, values: Array, row: int, within_s: float, way: int, expected: float) -> float:
+    """Rate of change minus the expected one, from a row on (way 1) or up to it (-1); 0 where there are few readings.
+
+    The rate is that of the readings within some time.
+    """
+    near = (way * (time_s - time_s[row]) >= 0.0) & (np.abs(time_s - time_s[row]) <= within_s)
+    if near.sum() < FEWEST or np.ptp(time_s[near]) == 0.0:
+        return 0.0
+    own = time_s[near] - time_s[near].mean()
+    return float(own @ values[near] / (own @ own)) - expected
