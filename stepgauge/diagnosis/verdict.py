@@ -62,6 +62,12 @@ class Model:
     metric: Metric
     vague: tuple[Said, ...] = ()
 
+    @property
+    def unread_um(self) -> Array:
+        """What the inputs of the stated laws did while nobody read them, along the approach, ``(n,)``."""
+        places = (self.state.place(one.term.candidate) for one in self.laws if len(one.term.unread))
+        return np.sum([self.state.unread_um(place) for place in places], axis=0) + np.zeros(len(self.state.left_um))
+
 
 def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) -> Model:
     """The hypothesis that is stated, by rules 1 to 3."""

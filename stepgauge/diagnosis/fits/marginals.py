@@ -67,10 +67,10 @@ def _tried(solved: Solved) -> tuple[Array, Array]:
 
     Those of the whole range, and more about the lag that was fitted.
     """
-    grid, known = _lags_s(solved.family), solved.parameters[LAG]
+    grid, known = _lags_s(solved.family), solved.parameters.get(LAG)
     log_lags = np.linspace(np.log(SHORTEST * grid[0]), np.log(grid[-1]), LAGS)
     step = log_lags[1] - log_lags[0]
-    if known.u and known.value > 0.0:
+    if known is not None and known.u and known.value > 0.0:
         near = np.log(known.value) + np.linspace(-FAR, FAR, LAGS) * min(known.u / known.value, step)
         log_lags = np.union1d(log_lags, near[near > log_lags[0]])
     return np.r_[0.0, np.exp(log_lags)], np.log(np.r_[step, np.gradient(log_lags)])

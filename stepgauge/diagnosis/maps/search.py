@@ -154,8 +154,6 @@ def _exact(look: Look) -> Look:
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def searched(model: MapModel, candidates: Sequence[Candidate], scatter: MapScatter, priors: Priors) -> Searched:
     """The result of the search of a map, with signatures that agree with the statics of the probe."""
-    wide = priors.scatter.model_copy(update={"outlier_sizes": priors.maps.outlier_sizes})
-    priors = priors.model_copy(update={"scatter": wide})
     rows = MapRows(model, scatter.sigma)
     remainder, before = np.zeros(len(rows.um)), np.full(len(rows.um), np.inf)
     fitted: dict[str, list[Point]] = {}

@@ -87,9 +87,17 @@ class State:
 
     def amplitudes(self, place: int) -> tuple[Array, Array]:
         """Posterior mean ``(d,)`` and covariance ``(d, d)`` of the amplitudes of one term that are told."""
-        first = self.count + sum(len(term.columns) for term in self.terms[:place])
-        own = slice(first, first + self.terms[place].told)
+        first, told = self._first(place), self.terms[place].told
+        own = slice(first, first + told)
         return self.mean[own], self.covariance[own, own]
+
+    def unread_um(self, place: int) -> Array:
+        """Mean of what the input of one term did beside its signature, ``(n,)``."""
+        first, term = self._first(place), self.terms[place]
+        return np.asarray(self.mean[first + term.told : first + len(term.columns)] @ term.unread)
+
+    def _first(self, place: int) -> int:
+        return self.count + sum(len(term.columns) for term in self.terms[:place])
 
 
 @dataclass(frozen=True)

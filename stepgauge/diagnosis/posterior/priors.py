@@ -145,7 +145,6 @@ class MapPriors(Table):
 
     gauge_share: float = Field(gt=0.0, lt=0.1)
     slight: float = Field(ge=0.0, lt=0.1)
-    outlier_sizes: list[float] = Field(min_length=1)
     laws: LawPriors
 
 

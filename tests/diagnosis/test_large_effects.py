@@ -1,0 +1,66 @@
+"""What is ten and a thousand times the scatter: there a small fault of a model is told as one more cause."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from stepgauge.recording import POSITION, Recording
+from tests.diagnosis.test_further_laws import measured, named, turned
+from tests.diagnosis.test_further_laws import told as told_of_steps
+from tests.diagnosis.test_selection import bent, told
+
+Array = NDArray[np.float64]
+
+
+@pytest.mark.parametrize("off_um", [2.0, 20.0, 60.0, 400.0])
+@pytest.mark.parametrize("rows", [(40,), (10, 40, 41)])
+def test_readings_however_far_off_are_named(off_um: float, rows: tuple[int, ...]) -> None:
+    """From 7 to 1300 times the scatter. From 60 um on they passed for tails of a distribution, and as adequate."""
+
+    def moved(recording: Recording) -> Array:
+        um = np.zeros(len(recording.frame))
+        um[list(rows)] = off_um
+        return um
+
+    found = told(bent(moved))
+    assert found.verdict == "effects"
+    (outliers,) = found.findings
+    assert outliers.kind == "outliers"
+    assert outliers.choices["rows"] == tuple(row + 1 for row in rows)
+    assert outliers.probability > 0.9
+    assert found.fit.chi2_dof_after < 1.2
+
+
+def following(um_per_K: float, lag_s: float, pause_s: float) -> Recording:
+    """An origin that follows the air, which moves on while the gauge is laid anew and nobody reads the thermometer."""
+    recording = measured((turned(4.0), turned(80.0), turned(40.0)), 7, 10)
+    frame = recording.frame.copy()
+    frame["time_s"] += pause_s * (frame["placement"] - 1)
+    dense_s = np.linspace(0.0, float(frame["time_s"].max()), 40_001)
+    air = 20.0 + 0.8 * np.sin(2.0 * np.pi * dense_s / 3000.0) * np.minimum(dense_s / 300.0, 1.0)
+    step, body = dense_s[1], np.full(len(dense_s), air[0])
+    for i in range(1, len(body)):
+        body[i] = body[i - 1] + (air[i] - body[i - 1]) * -np.expm1(-step / lag_s)
+    um = um_per_K * (np.interp(frame["time_s"], dense_s, body) - 20.0)
+    frame["air_temperature_C"] = np.interp(frame["time_s"], dense_s, air).round(3)
+    frame[POSITION[0]] += 1e-3 * um  # all of the machine but the gauge, along x
+    return replace(recording, frame=frame)
+
+
+@pytest.mark.parametrize("um_per_K", [3.0, 25.0])
+def test_what_a_temperature_did_in_pauses_is_no_further_cause(um_per_K: float) -> None:
+    """At 80 times the scatter it was told as a form over time beside the law, or as a step after each pause."""
+    found = told_of_steps(following(um_per_K, 240.0, 500.0))
+    assert [one.kind for one in found.findings] == ["thermal_shift"]
+    assert not found.unexplained
+    assert found.fit.chi2_dof_after < 1.1
+    assert any("nobody read" in one for one in found.remarks) == (um_per_K > 10.0)
+    one = named(found, "thermal_shift")
+    assert one.choices["column"] == "air_temperature_C"
+    lag = one.parameters["lag_s"]
+    assert lag.u is not None
+    assert abs(lag.value - 240.0) < 3.0 * lag.u
