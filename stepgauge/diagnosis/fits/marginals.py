@@ -49,7 +49,7 @@ def _lags_s(family: Family) -> list[float]:
 def _with_all_lags(solved: Solved, beside: Beside, data: Residuals) -> Solved:
     """The law with the expectations of lag and size by marginal likelihood beside the other laws, and their deviations.
 
-    Of a skewed distribution these are what GUM supplement 1, 5.5.1 states.
+    These are what is stated of a skewed distribution (GUM supplement 1).
     """
     lags, log_share = _tried(solved)
     signatures = (family_signatures(solved.family, {**_shape(solved), LAG: float(lag)}, data) for lag in lags)
