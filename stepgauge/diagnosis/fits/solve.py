@@ -306,12 +306,13 @@ def _refine(laws: Sequence[_Law], start: Array, data: Residuals, whitening: Metr
     found = least_squares(left, np.zeros(len(start)), slopes, method=method, ftol=SAME_COST, max_nfev=60 * len(start))
     moved = found.x if found.cost <= 0.5 * float((left(np.zeros(len(start))) ** 2).sum()) else np.zeros(len(start))
     values = start + moved * scale
-    spans = np.concatenate([law.spans(part) for law, part in zip(laws, np.split(values, cuts), strict=True)])
+    fitted = list(zip(laws, np.split(values, cuts), strict=True))
+    spans = np.concatenate([law.spans(part) for law, part in fitted])
     covariance = _covariance(found.jac[: len(found.jac) - len(start)], scale, spans)
-    strays = np.concatenate([law.strays(part)[0] for law, part in zip(laws, np.split(values, cuts), strict=True)])
+    strays = np.concatenate([law.strays(part)[0] for law, part in fitted])
     covariance[strays != 0.0, strays != 0.0] = np.nan  # where a bound holds, the data give no uncertainty
     solved, first = [], 0
-    for law, part in zip(laws, np.split(values, cuts), strict=True):
+    for law, part in fitted:
         own = slice(first, first + len(part))
         solved.append(_solved(law, part, covariance[own, own]))
         first += len(part)

@@ -10,14 +10,14 @@ pause would be told.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.laws.library import Family, fixed_values, stated
+from stepgauge.diagnosis.laws.library import Family, family_signatures
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.effects import along_approach_um
 from stepgauge.effects.following import Following
 from stepgauge.effects.probings import Probings
 
@@ -50,17 +50,11 @@ def unread_columns(family: Family, data: Residuals, shape: Mapping[str, Any]) ->
     return np.concatenate([_principal(shifts * per_K) for per_K in _per_K(family, shape, data)])
 
 
-def _per_K(family: Family, shape: Mapping[str, Any], data: Residuals) -> Iterator[Array]:
-    """Displacement along the approach ``(n,)`` by one kelvin, um, of every free direction."""
-    assert family.law is not None
+def _per_K(family: Family, shape: Mapping[str, Any], data: Residuals) -> Array:
+    """Displacement along the approach by one kelvin, um, of every free direction ``(k, n)``."""
     probings = Probings({**_columns(data), UNREAD: np.ones(len(data))}, data.probings.setting)
-    linear = {p.name: 1.0 for p in family.law.parameters() if p.role == "linear"}
-    known = fixed_values(family.law) | family.choices | dict(shape) | linear
-    known |= {"column": UNREAD, "minus": None, LAG: 0.0, "from_C": 0.0}
-    for unit in [None] if family.directions is None else family.directions:
-        values = known if unit is None else known | {"direction": tuple(unit)}
-        effect = family.law.model_construct(**stated(values))
-        yield np.broadcast_to(along_approach_um(effect, probings), len(data)).astype(float)
+    warmed = replace(family, choices=family.choices | {"column": UNREAD, "minus": None, "from_C": 0.0})
+    return family_signatures(warmed, {**shape, LAG: 0.0}, replace(data, probings=probings))
 
 
 def _columns(data: Residuals) -> dict[str, Array]:
