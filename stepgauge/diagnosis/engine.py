@@ -28,7 +28,15 @@ from stepgauge.diagnosis.problem import bare_problem, make_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.diagnosis.result import Diagnosis, Finding, Fit, Located, Noise, Verdict
 from stepgauge.diagnosis.separate import with_separations
-from stepgauge.diagnosis.verdict import Model, findings, make_model, nearest_laws, unexplained, with_doubts
+from stepgauge.diagnosis.verdict import (
+    Model,
+    findings,
+    inexact_laws,
+    make_model,
+    nearest_laws,
+    unexplained,
+    with_doubts,
+)
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
@@ -40,8 +48,6 @@ FEWEST_DOF = 8
 MOST_SEARCHED = 3000
 """Largest number of rows in the search; the laws found are fitted to all."""
 FEWEST_RUNS = 6
-TOLD_UNREAD = 0.3
-"""Root mean square of what is put down to temperatures that nobody read, over the scatter, from which it is told."""
 SMALLEST_SIGMA_UM = 1e-5
 """Repeatability below this is an artefact of the file and no scale to judge residuals by."""
 GROWTH_UNITS = {"time": "um/h", "speed": "um/(mm/s)"}
@@ -175,10 +181,10 @@ def _told(
     told += named
     left += nameless
     told = [told_by_clock(one, start_s) for one in told]
-    unread_um = model.unread_um if len(found.data) == len(data) else np.zeros(len(data))
-    shares = np.sum([unread_um, *(one.share_um for one in told)], axis=0)
+    beside_um = model.beside_um if len(found.data) == len(data) else np.zeros(len(data))
+    shares = np.sum([beside_um, *(one.share_um for one in told)], axis=0)
     verdict: Verdict = "unknown" if left else "effects" if told else "adequate"
-    fit = _fit(data, noise, told, unread_um)
+    fit = _fit(data, noise, told, beside_um)
     return Diagnosis(
         verdict,
         tuple(told),
@@ -313,13 +319,13 @@ def _span(per: str, data: Residuals) -> float:
     return float(np.ptp(values)) * 1e-3
 
 
-def _fit(data: Residuals, noise: Noise, told: Sequence[Finding], unread_um: Array) -> Fit:
+def _fit(data: Residuals, noise: Noise, told: Sequence[Finding], beside_um: Array) -> Fit:
     """Agreement before and after; chi-square by the repeatability, which what is named does not make larger.
 
-    ``unread_um``: see :attr:`.verdict.Model.unread_um`.
+    ``beside_um``: see :attr:`.verdict.Model.beside_um`.
     """
     problem = bare_problem(data)
-    columns = [um for um in (unread_um, *(one.share_um for one in told)) if um.any()]
+    columns = [um for um in (beside_um, *(one.share_um for one in told)) if um.any()]
     design = np.array(columns).T if columns else np.zeros((len(data), 0))
     left_um = data.um - design.sum(axis=1)
     repeating_um = problem.repeating_um(left_um) if noise.repeats else None
@@ -376,12 +382,7 @@ def _remarks(found: Searched, data: Residuals, start_s: float) -> Iterator[str]:
     scatter = found.model.state.scatter
     if len(found.data) < len(data):
         yield f"searched in {len(found.data)} of {len(data)} rows, fitted to all of them"
-    unread_um = _rms(found.model.unread_um)
-    if unread_um > TOLD_UNREAD * found.model.state.sigma_um:
-        yield (
-            f"{unread_um:.2g} um rms of the readings are put down to what a temperature may have done in pauses, "
-            "when nobody read it: record it all the time"
-        )
+    yield from inexact_laws(found.model)
     if start_s:
         yield f"times of forms are counted from the first touch, at {start_s:.12g} s of the clock"
     if scatter.certificate > 1.0:

@@ -19,6 +19,7 @@ from stepgauge.diagnosis.fits.solve import Estimate, Fitted, Solved, solve, wide
 from stepgauge.diagnosis.forms.form import SMOOTH, Form
 from stepgauge.diagnosis.forms.words import UNDETERMINED, located, regime
 from stepgauge.diagnosis.laws.library import Family
+from stepgauge.diagnosis.laws.unread import follows_with_lag
 from stepgauge.diagnosis.laws.usual import size_of_shape
 from stepgauge.diagnosis.posterior.answer import Answer, Rival
 from stepgauge.diagnosis.posterior.evidence import State
@@ -42,6 +43,8 @@ from stepgauge.diagnosis.result import Finding, Located, Member
 Array = NDArray[np.float64]
 FAINT = 0.3
 """Share of the largest weight below which a reading has too little information on a form."""
+TOLD_BESIDE = 0.3
+"""Share of the scatter from which what a law moves beside its signature is remarked on."""
 SPANNED = 0.05
 """Share of a law's signature, left by a form, below which the form may contain the law."""
 MOST_FORMS = 3
@@ -63,10 +66,10 @@ class Model:
     vague: tuple[Said, ...] = ()
 
     @property
-    def unread_um(self) -> Array:
-        """What the inputs of the stated laws did while nobody read them, along the approach, ``(n,)``."""
-        places = (self.state.place(one.term.candidate) for one in self.laws if len(one.term.unread))
-        return np.sum([self.state.unread_um(place) for place in places], axis=0) + np.zeros(len(self.state.left_um))
+    def beside_um(self) -> Array:
+        """What the stated laws move beside their signatures, along the approach, ``(n,)``."""
+        places = (self.state.place(one.term.candidate) for one in self.laws if len(one.term.beside))
+        return np.sum([self.state.beside_um(place) for place in places], axis=0) + np.zeros(len(self.state.left_um))
 
 
 def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) -> Model:
@@ -83,8 +86,8 @@ def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) 
 
 
 def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], data: Residuals) -> Model:
-    unread = (replace(one.term, columns=one.term.unread) for one in laws if len(one.term.unread))
-    beside = (*(one.term for one in forms), *unread)
+    further = (replace(one.term, columns=one.term.beside) for one in laws if len(one.term.beside))
+    beside = (*(one.term for one in forms), *further)
     metric = Metric(search.problem, state.scatter, search.scatters, state.sigma_um, beside)
     fitted = solve([_expected(one, state) for one in laws], [one.term.atom for one in laws], data, metric)
     return Model(state, tuple(laws), tuple(forms), with_marginals(fitted, data, metric), metric)
@@ -155,7 +158,11 @@ def _oscillates(family: Family) -> bool:
 def _rms_um(said: Said, state: State) -> float:
     """Root mean square of the displacement of a term."""
     place = state.place(said.term.candidate)
-    return float(np.sqrt(np.mean((state.amplitudes(place)[0] @ said.term.columns[: said.term.told]) ** 2)))
+    return _rms(state.amplitudes(place)[0] @ said.term.columns[: said.term.told])
+
+
+def _rms(um: Array) -> float:
+    return float(np.sqrt(np.mean(um**2)))
 
 
 def _lives_in(family: Family) -> set[str]:
@@ -292,6 +299,24 @@ def nearest_laws(model: Model) -> Iterator[str]:
         law = max(named, key=lambda one: one.share)
         odds = said.lead.share / max(law.share, 1e-300)
         yield f"{law.candidate.source.label} is the nearest law and {_times(odds)} times less probable than the form"
+
+
+def inexact_laws(model: Model) -> Iterator[str]:
+    """What stated laws move beside their signatures, where it is seen, in words."""
+    for one in model.laws:
+        if not len(one.term.beside):
+            continue
+        beside_um, own_um = (
+            _rms(model.state.beside_um(model.state.place(one.term.candidate))),
+            _rms_um(one, model.state),
+        )
+        if beside_um > TOLD_BESIDE * model.state.sigma_um:
+            share = f"{beside_um:.2g} um rms, {100.0 * beside_um / own_um:.1g} % of it"
+            why = ", or to what its temperature did in pauses: record it all the time"
+            yield (
+                f"{one.source.label} is not exactly of this shape: {share}, are put down to that"
+                f"{why * follows_with_lag(one.source)}"
+            )
 
 
 def _times(odds: float) -> str:

@@ -91,10 +91,10 @@ class State:
         own = slice(first, first + told)
         return self.mean[own], self.covariance[own, own]
 
-    def unread_um(self, place: int) -> Array:
-        """Mean of what the input of one term did beside its signature, ``(n,)``."""
+    def beside_um(self, place: int) -> Array:
+        """Mean of what one term moves beside its signature, ``(n,)``."""
         first, term = self._first(place), self.terms[place]
-        return np.asarray(self.mean[first + term.told : first + len(term.columns)] @ term.unread)
+        return np.asarray(self.mean[first + term.told : first + len(term.columns)] @ term.beside)
 
     def _first(self, place: int) -> int:
         return self.count + sum(len(term.columns) for term in self.terms[:place])

@@ -125,7 +125,8 @@ class LawPriors(Table):
     thermometers on the part that it moves, over others: a bending the difference of two on one part, an expansion no
     thermometer that is documented to be on another part; ``corrected``: size of what follows a temperature for which
     the evaluation corrects, over that of what follows others; ``unqualified``: odds of the whole pre-travel of a
-    tripod, over its variation about the mean of a qualification.
+    tripod, over its variation about the mean of a qualification; ``discrepancy``: standard deviation of what laws
+    with a shape in ``processes`` leave out, as a share of their size.
     """
 
     odds: float = Field(gt=0.0)
@@ -133,6 +134,8 @@ class LawPriors(Table):
     same_part: float = Field(10.0, gt=0.0)
     corrected: float = Field(0.2, gt=0.0)
     unqualified: float = Field(0.03, gt=0.0)
+    discrepancy: float = Field(0.05, ge=0.0, lt=1.0)
+    processes: list[str] = Field(default_factory=list)
     kinds: dict[str, KindPrior]
 
     def of(self, kind: str) -> KindPrior:

@@ -87,8 +87,8 @@ class Law(Candidate):
 
     ``pattern (atoms, depth, n)`` times each of ``shares (k, n)``; candidates that differ only in the shares have the
     same pattern. ``log_weight (atoms,)``: prior of the shapes; ``positive``: whether amplitudes are; ``refine``: see
-    :data:`Refine`. ``unread``: from the number of an atom to columns ``(p, n)`` that its input may have moved beside
-    the signature, with amplitudes of the same size, of which nothing is told.
+    :data:`Refine`. ``beside``: from the number of an atom to columns ``(p, n)`` that it may move beside the signature,
+    with amplitudes of the same size, of which nothing is told.
     """
 
     pattern: Array = field(default_factory=lambda: np.zeros((0, 1, 0)))
@@ -96,7 +96,7 @@ class Law(Candidate):
     log_weight: Array = field(default_factory=lambda: np.zeros(0))
     positive: bool = False
     refine: Refine | None = None
-    unread: Callable[[int], Array] | None = None
+    beside: Callable[[int], Array] | None = None
 
     @property
     def atoms(self) -> int:
@@ -109,7 +109,7 @@ class Law(Candidate):
 
     def columns(self, atom: int) -> Array:
         columns = np.concatenate([self.pattern[atom] * share for share in self.shares])
-        return columns if self.unread is None else np.concatenate([columns, self.unread(atom)])
+        return columns if self.beside is None else np.concatenate([columns, self.beside(atom)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,11 +144,11 @@ class Term:
 
     @property
     def told(self) -> int:
-        """Number of amplitudes of which something is told: those of a law without what its input may have done."""
+        """Number of amplitudes of which something is told: those of a law without what it may move beside."""
         return self.candidate.dimension if isinstance(self.candidate, Law) else len(self.columns)
 
     @property
-    def unread(self) -> Array:
+    def beside(self) -> Array:
         """Columns ``(p, n)`` of the other amplitudes."""
         return self.columns[self.told :]
 
