@@ -18,8 +18,8 @@ from stepgauge.diagnosis.fits.marginals import with_marginals
 from stepgauge.diagnosis.fits.solve import Estimate, Fitted, Solved, solve, widened
 from stepgauge.diagnosis.forms.form import SMOOTH, Form
 from stepgauge.diagnosis.forms.words import UNDETERMINED, located, regime
+from stepgauge.diagnosis.laws.beside import follows_with_lag
 from stepgauge.diagnosis.laws.library import Family
-from stepgauge.diagnosis.laws.unread import follows_with_lag
 from stepgauge.diagnosis.laws.usual import size_of_shape
 from stepgauge.diagnosis.posterior.answer import Answer, Rival
 from stepgauge.diagnosis.posterior.evidence import State
@@ -86,8 +86,8 @@ def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) 
 
 
 def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], data: Residuals) -> Model:
-    further = (replace(one.term, columns=one.term.beside) for one in laws if len(one.term.beside))
-    beside = (*(one.term for one in forms), *further)
+    beside = [one.term.nuisance for one in forms]
+    beside += [(one.term.beside, one.term.sds[one.term.told :]) for one in laws]
     metric = Metric(search.problem, state.scatter, search.scatters, state.sigma_um, beside)
     fitted = solve([_expected(one, state) for one in laws], [one.term.atom for one in laws], data, metric)
     return Model(state, tuple(laws), tuple(forms), with_marginals(fitted, data, metric), metric)

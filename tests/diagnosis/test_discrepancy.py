@@ -10,10 +10,13 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.laws.discrepancy import MOST_AMPLITUDES, Courses
+from stepgauge.diagnosis.laws.beside import MOST_AMPLITUDES, Courses
 from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
+from stepgauge.diagnosis.posterior.search import Search
+from stepgauge.diagnosis.problem import make_problem
+from stepgauge.diagnosis.residuals import make_residuals
 from stepgauge.diagnosis.result import Diagnosis
-from tests.diagnosis.made import gauge, machine
+from tests.diagnosis.made import gauge, machine, made
 from tests.diagnosis.test_selection import BETWEEN, NOISE_UM, along, bent, told
 
 Array = NDArray[np.float64]
@@ -117,3 +120,19 @@ def test_what_is_more_than_a_tolerance_is_a_cause_of_its_own() -> None:
 
     found = told(bent(along(ALONG_Y_MOSTLY, course)))
     assert {one.kind for one in found.findings} == {"thermal_drift", "step_change"}
+
+
+def test_what_a_law_leaves_out_is_in_proportion_to_what_it_is() -> None:
+    """A drift that might have been large, and is small, leaves no more out: a cycle beside it is a cause."""
+    recording, _ = made("pair")
+    data = make_residuals(recording, gauge(), machine())
+    search = Search(make_problem(data, shipped_priors()), shipped_priors())
+    search.run()
+    states = [one for one in search.evidence.current if any(len(term.beside) for term in one.terms)]
+    assert len(states) > 20
+    for state in states:
+        for place, term in enumerate(state.terms):
+            if len(term.beside):
+                amplitude = float(np.linalg.norm(state.amplitudes(place)[0]))
+                assert term.beside_sd is not None
+                assert 0.5 * amplitude <= term.beside_sd <= 2.0 * amplitude

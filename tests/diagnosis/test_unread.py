@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.laws.unread import unread_shifts
+from stepgauge.diagnosis.unread import unread_shifts
 from stepgauge.effects.order import followed
 
 Array = NDArray[np.float64]

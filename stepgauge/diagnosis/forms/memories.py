@@ -13,6 +13,7 @@ from stepgauge.diagnosis.forms.smooth import matern, sides_of
 from stepgauge.diagnosis.forms.waves import wave_sides
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.diagnosis.unread import principal, shifts
 from stepgauge.effects.probings import followed
 
 Array = NDArray[np.float64]
@@ -32,7 +33,7 @@ def lagged(told: Sequence[Covariate], position: Covariate | None, data: Residual
         if not one.further:
             continue
         lags = tuple(float(lag * _duration_s(data, one.known)) for lag in priors.forms.lags) if data.has_time else ()
-        late = list(standard(followed(data.probings.time_s, one.values, lags), one.known)[:, None]) if lags else []
+        late = [_late(one, lag_s, data) for lag_s in lags]
         if late:
             yield OnSides(one.name, one.unit, LAGGED, late, lags, sides_of(one, data), priors.forms.lag)
         if length is None:
@@ -40,6 +41,14 @@ def lagged(told: Sequence[Covariate], position: Covariate | None, data: Residual
         grown = [value * length for value in [one.standard[None], *late]]
         sides = ("gauge", *axes_shown(data))
         yield OnSides(one.name, one.unit, LENGTH, grown, (0.0, *lags), sides, priors.forms.product, "position")
+
+
+def _late(one: Covariate, lag_s: float, data: Residuals) -> Array:
+    """A column as it acts after a lag, and beside it what it may have done while nobody read it, ``(1 + p, n)``."""
+    time_s = data.probings.time_s
+    late = followed(time_s, one.values, (lag_s,))
+    moved = np.array(list(shifts(time_s, one.values, lag_s))) / max(float(late[0, : one.known].std()), 1e-300)
+    return np.concatenate([standard(late, one.known), principal(moved)])
 
 
 def _duration_s(data: Residuals, known: int | None) -> float:

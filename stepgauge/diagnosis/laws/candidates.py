@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import solve
+from stepgauge.diagnosis.laws.beside import Beside, Courses
 from stepgauge.diagnosis.laws.choices import choice_odds
-from stepgauge.diagnosis.laws.discrepancy import Courses, discrepancy, is_process
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
-from stepgauge.diagnosis.laws.unread import follows_with_lag, unread_columns
 from stepgauge.diagnosis.laws.usual import odds_of, shape_range, size_of_shape, usual_shape, usual_size
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors
@@ -23,7 +22,6 @@ from stepgauge.diagnosis.posterior.problem import Law, Refined, Sizes
 from stepgauge.diagnosis.residuals import Residuals
 
 Array = NDArray[np.float64]
-Source = Callable[[int, dict[str, Any]], Array]
 LATE = ("lag_s", "start_s")
 OF_THE_PROBE = ("kinematic_pretravel", "seat_defect")
 """Laws of which a recording has one, since it was made with one probe."""
@@ -45,7 +43,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
         if id(family.pattern) not in patterns:
             patterns[id(family.pattern)] = _usual_pattern(family)
             courses[id(family.pattern)] = Courses(family.pattern)
-        beside = _Beside(family, courses[id(family.pattern)], data, priors)
+        beside = Beside(family, courses[id(family.pattern)], data, priors)
         found.append(
             Law(
                 family.kind,
@@ -64,32 +62,6 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
             )
         )
     return found
-
-
-class _Beside:
-    """What a law moves beside its signature: by its own inexactness, and by what nobody read of its input."""
-
-    def __init__(self, family: Family, courses: Courses, data: Residuals, priors: Priors) -> None:
-        self.family, self.data, self.sources = family, data, list[Source]()
-        if is_process(family, frozenset(priors.laws.processes)):
-            self.sources.append(partial(_inexact, family, courses, data, priors.laws.discrepancy))
-        if follows_with_lag(family):
-            self.sources.append(lambda atom, shape: unread_columns(family, data, shape))
-
-    def of_atom(self, atom: int) -> Array:
-        """For a shape of the grid, ``(p, n)``."""
-        return self(atom, self.family.atoms[atom])
-
-    def __call__(self, atom: int, shape: dict[str, Any]) -> Array:
-        """For a shape near that of an atom, ``(p, n)``."""
-        return np.concatenate([np.zeros((0, len(self.data))), *(of(atom, shape) for of in self.sources)])
-
-
-def _inexact(
-    family: Family, courses: Courses, data: Residuals, share: float, atom: int, shape: dict[str, Any]
-) -> Array:
-    size = share * size_of_shape(family.kind, shape, family.atoms)
-    return size * discrepancy(family, courses, atom, shape, data)
 
 
 def _usual_pattern(family: Family) -> Array:
@@ -166,7 +138,7 @@ def _has_shape(family: Family) -> bool:
     return len(family.atoms) > 1 and any(isinstance(v, float | tuple) for v in family.atoms[-1].values())
 
 
-def _refined(family: Family, data: Residuals, metric: Metric, beside: _Beside, atom: int, um: Array) -> Refined | None:
+def _refined(family: Family, data: Residuals, metric: Metric, beside: Beside, atom: int, um: Array) -> Refined | None:
     """The law with its shape fitted, starting from a shape of the grid; None if it leaves the range of the grid."""
     if not any(isinstance(v, float | tuple) for v in family.atoms[atom].values()):
         return None

@@ -183,7 +183,7 @@ def _search(rows: MapRows, search: Search, priors: Priors) -> Searched:
     sure = [one for one in said if one.named and is_sure(one, state, answer, priors.decision, wider)]
     vague = [one for one in said if one.named and one not in sure]
     while True:
-        beside = Metric(*scatter, tuple(one.term for one in (*forms, *vague)))
+        beside = Metric(*scatter, [one.term.nuisance for one in (*forms, *vague)])
         fitted = fit([_term(state, one.term) for one in sure], rows, beside, priors)
         if (least := _least_determined(fitted, priors.decision.determined)) is not None:
             vague.append(sure.pop(least))
@@ -193,7 +193,8 @@ def _search(rows: MapRows, search: Search, priors: Priors) -> Searched:
             break
     moved = np.ones(len(fitted.terms))
     if slight:
-        moved = _moved_by(fitted, rows, Metric(*scatter, tuple(o.term for o in (*forms, *vague, *slight))), priors)
+        without = Metric(*scatter, [one.term.nuisance for one in (*forms, *vague, *slight)])
+        moved = _moved_by(fitted, rows, without, priors)
     slight += [one for one in forms if _share_of(one, state, metric, rows) < priors.maps.slight]
     forms = [one for one in forms if one not in slight]
     told_of = (tuple(sure), tuple(forms), tuple(vague), tuple(slight))

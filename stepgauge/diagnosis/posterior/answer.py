@@ -230,7 +230,7 @@ def place_of(search: Search, best: State, place: int) -> Place:
     for look in looks:
         if look is own or look.gain < own.gain - NEAR:
             continue
-        if computed < COMPUTED:
+        if computed < COMPUTED or look.gain > own.gain:  # a look at a rival does not tell that it is more probable
             state = search.added(base, look)
             worth.append((look, state.log_posterior - base.log_posterior, state))
             computed += 1

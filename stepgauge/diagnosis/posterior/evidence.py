@@ -7,6 +7,7 @@ the most probable sizes of the others.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -30,6 +31,8 @@ FIRST_STEP = 0.05
 BESIDE = np.array([-1.0, 0.0, 1.0])
 RESIZED = 8
 """Most changes of a size on the way to the most probable ones."""
+FINE = 2.0
+"""Ratio of neighbouring measures of what a law moves beside its signature."""
 LOG_2 = float(np.log(2.0))
 
 
@@ -194,11 +197,12 @@ class Evidence:
     def _state(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
         """The hypothesis with the most probable size of every term, and all sizes summed.
 
-        One size is changed at a time: of two laws alike that are large together one is enough.
+        One size is changed at a time: of two laws alike that are large together one is enough. What a law moves beside
+        its signature is in proportion to the amplitude that it has, and not to a larger one that it might have had.
         """
         state = self._of_sizes(terms, scatter, near_um)
         for _ in range(RESIZED):
-            term = _resized(state)
+            term = _resized(state) or _in_proportion(state)
             if term is None:
                 break
             terms = tuple(term if one.candidate is term.candidate else one for one in state.terms)
@@ -211,7 +215,7 @@ class Evidence:
         """The hypothesis with the sizes that its terms have; their prior is that of their sizes summed."""
         base = self._base(scatter)
         gram = self._gram(terms, scatter, base)
-        sd = np.concatenate([base.sd, *(np.full(len(term.columns), term.sd) for term in terms)])
+        sd = np.concatenate([base.sd, *(term.sds for term in terms)])
         likelihood = _Likelihood(gram, sd, base, len(self.problem), self.log_scale, self.log_spread)
         log_evidence, log_sigma = likelihood.integrated(near_um)
         factor, amplitudes = likelihood.solved(log_sigma)
@@ -349,8 +353,8 @@ def _square_without(state: State, place: int) -> float:
     """Least sum of squares over the variance without a term, if all other terms have their largest sizes."""
     mean, narrow = state.mean[state.count :], state.prior_sd[state.count :]
     own = _slices(state.terms)[place]
-    widest = [t.sd if i == place else float(t.candidate.sizes.sd.max()) for i, t in enumerate(state.terms)]
-    sd = np.repeat(widest, [len(term.columns) for term in state.terms])
+    narrowest = [0.0 if i == place else float(t.candidate.sizes.sd.max()) for i, t in enumerate(state.terms)]
+    sd = np.concatenate([np.maximum(t.sds, least) for t, least in zip(state.terms, narrowest, strict=True)])
     root = np.tril(state.factor[state.count :, state.count :]) / narrow[:, None]
     precision = root @ root.T
     product = precision @ mean
@@ -368,7 +372,8 @@ def _by_size(state: State) -> Iterator[Array]:
     if not state.terms:
         return
     every, covariance = _amplitudes(state)
-    for term, own in zip(state.terms, _slices(state.terms), strict=True):
+    for term, whole in zip(state.terms, _slices(state.terms), strict=True):
+        own = slice(whole.start, whole.start + term.told)
         mean, sizes = every[own], term.candidate.sizes
         if len(sizes.sd) == 1 and sizes.sd[0] == term.sd:
             yield sizes.log_weight
@@ -397,6 +402,17 @@ def _resized(state: State) -> Term | None:
         if gain > most:
             found, most = replace(term, sd=float(sd[best])), gain
     return found
+
+
+def _in_proportion(state: State) -> Term | None:
+    """A term that moves beside its signature by another measure than that of its amplitude, with that one; or None."""
+    for place, term in enumerate(state.terms):
+        if len(term.beside):
+            amplitude = float(np.linalg.norm(state.amplitudes(place)[0]))
+            near = FINE ** round(math.log(max(amplitude, 1e-300), FINE))
+            if near != term.beside_sd:
+                return replace(term, beside_sd=near)
+    return None
 
 
 def _factor(matrix: Array) -> Array:

@@ -131,7 +131,7 @@ class Looker:
             return Beside(self.white, np.zeros((len(self.white), 0)), float(self.white @ self.white), self.metric.dof)
         spans = tuple(self._span(term) for term in state.terms)
         rows, mix = np.vstack([one.rows for one in spans]), block_diag(*(one.mix for one in spans))
-        sd = np.concatenate([np.full(len(term.columns), term.sd) for term in state.terms])
+        sd = np.concatenate([term.sds for term in state.terms])
         factor = cholesky(mix @ (rows @ rows.T) @ mix.T + np.diag(sd**-2.0), lower=True)
         turn = solve_triangular(factor, mix, lower=True).T
         lost = rows.T @ turn

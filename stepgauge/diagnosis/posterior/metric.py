@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.problem import Problem, Term
+from stepgauge.diagnosis.posterior.problem import Problem
 from stepgauge.diagnosis.posterior.scatter import Scatter, Scatters
 
 Array = NDArray[np.float64]
@@ -90,7 +91,7 @@ class Metric:
     """The map for a given scatter ``sigma_um``: products of mapped columns are those of the likelihood.
 
     With N the nuisances and V their variances, (I + N V N')^-1 = (I - F (1 - h) F')^2 by the eigenvectors F of N V N'.
-    Terms ``beside`` count as nuisances, too.
+    Columns ``beside`` with their prior standard deviations count as nuisances, too.
     """
 
     def __init__(
@@ -99,12 +100,12 @@ class Metric:
         scatter: Scatter,
         scatters: Scatters,
         sigma_um: float,
-        beside: tuple[Term, ...] = (),
+        beside: Sequence[tuple[Array, Array]] = (),
     ) -> None:
         self.rows, self.sigma_um = Rows(problem, scatter, scatters), sigma_um
         columns, sd = nuisances(problem, scatter)
-        columns = np.vstack([columns, *(term.columns for term in beside)])
-        sd = np.concatenate([sd, *(np.full(len(term.columns), term.sd) for term in beside)])
+        columns = np.vstack([columns, *(others for others, _ in beside)])
+        sd = np.concatenate([sd, *(own for _, own in beside)])
         wide = self.rows(columns / sigma_um) * sd[:, None]
         value, vector = np.linalg.eigh(wide @ wide.T)
         keep = value > ROUNDING * value[-1]

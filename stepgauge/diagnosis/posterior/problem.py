@@ -131,7 +131,8 @@ class Term:
     """A candidate with its shape and size chosen; ``log_prior``: log odds, and the volume of its shapes.
 
     ``columns (d, n)``: um for a unit of each amplitude; ``sd``: prior standard deviation of the amplitudes;
-    ``correlated``: whether the volume is that beside correlated scatter, which leaves other shapes possible.
+    ``beside_sd``: that of what it moves beside its signature, None for the same; ``correlated``: whether the volume is
+    that beside correlated scatter, which leaves other shapes possible.
     """
 
     candidate: Candidate
@@ -141,6 +142,7 @@ class Term:
     log_prior: float
     shape: Any = None
     correlated: bool = False
+    beside_sd: float | None = None
 
     @property
     def told(self) -> int:
@@ -151,6 +153,18 @@ class Term:
     def beside(self) -> Array:
         """Columns ``(p, n)`` of the other amplitudes."""
         return self.columns[self.told :]
+
+    @property
+    def sds(self) -> Array:
+        """Prior standard deviations of all amplitudes ``(d,)``."""
+        every = np.full(len(self.columns), self.sd)
+        every[self.told :] = self.sd if self.beside_sd is None else self.beside_sd
+        return every
+
+    @property
+    def nuisance(self) -> tuple[Array, Array]:
+        """Columns ``(d, n)`` and their prior standard deviations ``(d,)``, for a fit of other terms."""
+        return self.columns, self.sds
 
     @cached_property
     def key(self) -> tuple[str, int, float, bool, int]:
