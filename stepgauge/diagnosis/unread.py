@@ -24,29 +24,33 @@ FEWEST = 3
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
-def shifts(time_s: Array, values: Array, lag_s: float) -> Iterator[Array]:
-    """By how much lagged values of an input would be other ones ``(n,)``: before the record, and for each pause."""
-    order = np.argsort(time_s, kind="stable")
-    for shift in unread_shifts(time_s[order], values[order].astype(float), lag_s):
-        found = np.empty(len(time_s))
-        found[order] = shift
-        yield found
+def shifts(time_s: Array, values: Array, lag_s: float, known: int | None = None) -> Array:
+    """By how much lagged values of an input would be other ones: before the record, and for each pause, ``(m, n)``.
+
+    ``known``: the number of rows that are readings, if other times follow at which it acts.
+    """
+    order = np.argsort(time_s[:known], kind="stable")
+    return np.array(list(unread_shifts(time_s[order], values[order].astype(float), lag_s, time_s)))
 
 
-def principal(columns: Array) -> Array:
-    """The fewest columns ``(p, n)`` with nearly the same sum of squared products as others ``(m, n)``."""
-    value, vector = np.linalg.eigh(columns @ columns.T)
+def principal(columns: Array, known: int | None = None) -> Array:
+    """The fewest columns ``(p, n)`` with nearly the same sum of squared products as others ``(m, n)``.
+
+    ``known``: the number of rows over which that is so.
+    """
+    some = columns[:, :known]
+    value, vector = np.linalg.eigh(some @ some.T)
     keep = value > NEGLIGIBLE * max(float(value[-1]), 1e-300)
     return np.asarray(vector[:, keep].T[-MOST_AMPLITUDES:] @ columns)
 
 
-def unread_shifts(time_s: Array, values: Array, lag_s: float) -> Iterator[Array]:
-    """Shifts ``(n,)`` of the lagged ``values`` of rising ``time_s`` by what may have been where there is no reading.
+def unread_shifts(time_s: Array, values: Array, lag_s: float, at_s: Array) -> Iterator[Array]:
+    """Shifts ``(n,)`` at some times of what lags behind ``values`` of rising ``time_s``, where there is no reading.
 
     A curve with the rates of change at both ends of a pause (a cubic) in place of the chord, and a rate before the
     record in place of rest.
     """
-    yield -_bend(time_s, values, 0, lag_s, 1, 0.0) * lag_s * np.exp(-(time_s - time_s[0]) / lag_s)
+    yield -_bend(time_s, values, 0, lag_s, 1, 0.0) * lag_s * np.exp(-(at_s - time_s[0]) / lag_s)
     steps = np.diff(time_s)
     for row in np.argsort(-steps)[:MOST_PAUSES]:
         long_s = float(steps[row])
@@ -55,8 +59,8 @@ def unread_shifts(time_s: Array, values: Array, lag_s: float) -> Iterator[Array]
         u = (NODES + 1.0) / 2.0
         off = long_s * (before * u * (1.0 - u) ** 2 - behind * u**2 * (1.0 - u))
         acted = float(WEIGHTS @ (off * np.exp(-long_s * (1.0 - u) / lag_s))) * long_s / (2.0 * lag_s)
-        after = np.maximum(time_s - time_s[row + 1], 0.0)
-        yield np.where(np.arange(len(time_s)) > row, acted * np.exp(-after / lag_s), 0.0)
+        after = np.maximum(at_s - time_s[row + 1], 0.0)
+        yield np.where(at_s >= time_s[row + 1], acted * np.exp(-after / lag_s), 0.0)
 
 
 def _bend(time_s: Array, values: Array, row: int, within_s: float, way: int, expected: float) -> float:

@@ -437,7 +437,9 @@ def test_the_diagnosed_machine_explains_the_recording(name: str, tmp_path: Path)
     left = rms(along - np.array(origin)[again.placement])
     assert left < 0.8 * found.fit.rms_before_um
     if name != "unknown":
-        assert left == pytest.approx(found.fit.rms_after_um, rel=1e-3)
+        named = np.sum([one.share_um for one in found.findings], axis=0)
+        assert left == pytest.approx(rms(found.data.without_origins(found.data.um - named)), rel=1e-3)
+        assert left < found.fit.rms_after_um + 0.02  # what the laws leave out of their shapes is in no machine file
 
 
 def test_simulated_anew_the_diagnosed_machine_makes_the_same_errors(tmp_path: Path) -> None:

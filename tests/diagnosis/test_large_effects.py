@@ -35,8 +35,8 @@ def test_readings_however_far_off_are_named(off_um: float, rows: tuple[int, ...]
     assert found.fit.chi2_dof_after < 1.2
 
 
-def following(um_per_K: float, lag_s: float, pause_s: float) -> Recording:
-    """An origin that follows the air, which moves on while the gauge is laid anew and nobody reads the thermometer."""
+def following(um_per_K: float, lag_s: float, pause_s: float, column: str = "air_temperature_C") -> Recording:
+    """An origin that follows the air (or as much of another column), which moves on while the gauge is laid anew and nobody reads the thermometer."""
     recording = measured((turned(4.0), turned(80.0), turned(40.0)), 7, 10)
     frame = recording.frame.copy()
     frame["time_s"] += pause_s * (frame["placement"] - 1)
@@ -46,7 +46,7 @@ def following(um_per_K: float, lag_s: float, pause_s: float) -> Recording:
     for i in range(1, len(body)):
         body[i] = body[i - 1] + (air[i] - body[i - 1]) * -np.expm1(-step / lag_s)
     um = um_per_K * (np.interp(frame["time_s"], dense_s, body) - 20.0)
-    frame["air_temperature_C"] = np.interp(frame["time_s"], dense_s, air).round(3)
+    frame[column] = np.interp(frame["time_s"], dense_s, air).round(3)
     frame[POSITION[0]] += 1e-3 * um  # all of the machine but the gauge, along x
     return replace(recording, frame=frame)
 
@@ -64,3 +64,12 @@ def test_what_a_temperature_did_in_pauses_is_no_further_cause(um_per_K: float) -
     lag = one.parameters["lag_s"]
     assert lag.u is not None
     assert abs(lag.value - 240.0) < 3.0 * lag.u
+
+
+@pytest.mark.parametrize("um", [3.0, 25.0])
+def test_nor_is_what_a_humidity_did_in_pauses_of_which_no_law_is_known(um: float) -> None:
+    """At 80 times the scatter a form over the time was told in its place, or a drift after a pause beside it."""
+    found = told_of_steps(following(um, 240.0, 500.0, "humidity_pct"))
+    assert not found.findings
+    assert [one.covariate for one in found.unexplained] == ["humidity_pct"]
+    assert found.verdict == "unknown"

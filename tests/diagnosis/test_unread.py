@@ -41,13 +41,13 @@ def test_a_pause_acts_as_a_cubic_with_the_rates_at_its_ends(
     warmth = curve(dense, before, after, (20.0, 20.0 + rise))
     moving = followed(dense, warmth, [lag_s])[0] - before * lag_s * np.exp(-dense / lag_s)
     told = followed(dense[read], warmth[read], [lag_s])[0]
-    shifts = np.sum(list(unread_shifts(dense[read], warmth[read], lag_s)), axis=0)
+    shifts = np.sum(list(unread_shifts(dense[read], warmth[read], lag_s, dense[read])), axis=0)
     assert_allclose(told + shifts, moving[read], atol=2e-5)
 
 
 def test_where_the_readings_go_on_evenly_nothing_is_added() -> None:
     time_s = np.r_[np.arange(0.0, 300.0, 10.0), np.arange(900.0, 1200.0, 10.0)]
-    start, *pauses = unread_shifts(time_s, np.full(len(time_s), 21.5), 200.0)
+    start, *pauses = unread_shifts(time_s, np.full(len(time_s), 21.5), 200.0, time_s)
     assert_allclose([start, *pauses], 0.0, atol=1e-12)
-    _, *pauses = unread_shifts(time_s, 20.0 + 1e-3 * time_s, 200.0)
+    _, *pauses = unread_shifts(time_s, 20.0 + 1e-3 * time_s, 200.0, time_s)
     assert_allclose(pauses, 0.0, atol=1e-9)

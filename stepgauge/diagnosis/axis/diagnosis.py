@@ -30,6 +30,8 @@ from stepgauge.files.text import write_json, write_text
 
 OF_POSITION = ("position", "machine x", "face", WAY)
 """Covariates of forms that a law of the position may be a part of."""
+IN_FORMS = SCALE | {"effective_radius"}
+"""Such laws: a function of the position has a mean, too, which is an additive constant."""
 UNUSED = ("empirical", "inputs")
 """Parts of the JSON that are of a gauge on a machine, and are told otherwise here."""
 
@@ -72,15 +74,16 @@ def diagnose_axis(
     """What is behind the deviations of an axis; parameters as :func:`stepgauge.diagnosis.engine.diagnose`.
 
     Only effects that the sensor and the form of the recording can have are candidates. Beside a form over the position
-    no law of the position is told: some dozens of targets in one line hold both, and a law could be a part of the form.
+    no law of the position is told, and no constant: some dozens of targets in one line hold both, and a law could be a
+    part of the form.
     """
     data = axis_data(recording)
     absent = {*not_candidates(recording.sensor, recording.form, recording.units.axis == "rotary"), *without}
     found = diagnose_residuals(data.residuals, absent, priors)
     if any(one.covariate in OF_POSITION for one in found.unexplained) and any(
-        one.kind in SCALE for one in found.findings
+        one.kind in IN_FORMS for one in found.findings
     ):
-        found = diagnose_residuals(data.residuals, absent | (SCALE & set(effect_kinds())), priors)
+        found = diagnose_residuals(data.residuals, absent | (IN_FORMS & set(effect_kinds())), priors)
     return AxisDiagnosis(found, data, _said(found, data), (recording,))
 
 

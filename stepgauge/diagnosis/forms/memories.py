@@ -47,8 +47,8 @@ def _late(one: Covariate, lag_s: float, data: Residuals) -> Array:
     """A column as it acts after a lag, and beside it what it may have done while nobody read it, ``(1 + p, n)``."""
     time_s = data.probings.time_s
     late = followed(time_s, one.values, (lag_s,))
-    moved = np.array(list(shifts(time_s, one.values, lag_s))) / max(float(late[0, : one.known].std()), 1e-300)
-    return np.concatenate([standard(late, one.known), principal(moved)])
+    moved = shifts(time_s, one.values, lag_s, one.known) / max(float(late[0, : one.known].std()), 1e-300)
+    return np.concatenate([standard(late, one.known), principal(moved, one.known)])
 
 
 def _duration_s(data: Residuals, known: int | None) -> float:

@@ -135,7 +135,7 @@ def unread_columns(family: Family, data: Residuals, shape: Mapping[str, Any]) ->
         return nothing
     names = [family.choices[name] for name in ("column", "minus") if family.choices.get(name)]
     time_s, columns = data.probings.time_s, [data.probings.column(name) for name in names]
-    moved = np.array([shift for values in columns for shift in shifts(time_s, values, float(lag_s))])
+    moved = np.concatenate([shifts(time_s, values, float(lag_s)) for values in columns])
     return np.concatenate([principal(moved * per_K) for per_K in _per_K(family, shape, data)])
 
 

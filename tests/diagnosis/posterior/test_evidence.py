@@ -161,7 +161,7 @@ def test_products_of_mapped_columns_are_those_with_the_inverse_covariance(
     facets: dict[str, object], beside: tuple[Term, ...]
 ) -> None:
     one, evidence, scatter = made(facets)
-    metric = Metric(one, scatter, evidence.scatters, 0.4, beside)
+    metric = Metric(one, scatter, evidence.scatters, 0.4, [term.nuisance for term in beside])
     columns = np.random.default_rng(3).normal(size=(4, ROWS))
     inverse = np.linalg.inv(dense_covariance(one, scatter, beside, 0.4))
     wanted = columns @ inverse @ columns.T
@@ -181,7 +181,7 @@ def test_a_good_certificate_counts_beside_a_free_origin() -> None:
 @pytest.mark.parametrize("facets", FACETS.values(), ids=FACETS)
 def test_the_adjoint_is_the_transposed_map(facets: dict[str, object]) -> None:
     one, evidence, scatter = made(facets)
-    metric = Metric(one, scatter, evidence.scatters, 0.4, TERMS["a slope"])
+    metric = Metric(one, scatter, evidence.scatters, 0.4, [term.nuisance for term in TERMS["a slope"]])
     random = np.random.default_rng(4)
     x, y = random.normal(size=(3, ROWS)), random.normal(size=(ROWS, 2))
     np.testing.assert_allclose(metric(x) @ y, x @ metric.adjoint(y), rtol=1e-9)
