@@ -36,7 +36,10 @@ def test_readings_however_far_off_are_named(off_um: float, rows: tuple[int, ...]
 
 
 def following(um_per_K: float, lag_s: float, pause_s: float, column: str = "air_temperature_C") -> Recording:
-    """An origin that follows the air (or as much of another column), which moves on while the gauge is laid anew and nobody reads the thermometer."""
+    """An origin that follows the air, or as much of another column.
+
+    It moves on while the gauge is laid anew and nobody reads the thermometer.
+    """
     recording = measured((turned(4.0), turned(80.0), turned(40.0)), 7, 10)
     frame = recording.frame.copy()
     frame["time_s"] += pause_s * (frame["placement"] - 1)
