@@ -220,7 +220,10 @@ class Answer:
 
 
 def place_of(search: Search, best: State, place: int) -> Place:
-    """A term of a hypothesis with its rivals; those that only were rated count with their looks."""
+    """A term of a hypothesis with its rivals; those that only were rated count with their looks.
+
+    What the readings do not make more probable than it was explains nothing of the place: it counts as nothing there.
+    """
     base = search.without(best, place)
     looks = search.beside(base)
     own = next(look for look in looks if look.candidate is best.terms[place].candidate)
@@ -238,9 +241,12 @@ def place_of(search: Search, best: State, place: int) -> Place:
             worth.append((look, look.gain + exact - own.gain, None))
     share = special.softmax([0.0, *(value for _, value, _ in worth)])
     rivals = [
-        Rival(look.candidate, float(s), look, state) for (look, _, state), s in zip(worth, share[1:], strict=True)
+        Rival(look.candidate, float(s), look, state)
+        for (look, value, state), s in zip(worth, share[1:], strict=True)
+        if look is own or value > look.candidate.log_odds
     ]
-    return Place(place, (rivals[0], *sorted(rivals[1:], key=lambda one: -one.share)), float(share[0]))
+    nothing = 1.0 - sum(one.share for one in rivals)
+    return Place(place, (rivals[0], *sorted(rivals[1:], key=lambda one: -one.share)), nothing)
 
 
 def _has(scatter: Scatter, has: str) -> bool:
