@@ -268,6 +268,21 @@ def test_a_law_that_fits_as_well_at_its_best_is_not_excluded_for_the_range_of_it
     assert labels == ["one", "any"]
 
 
+def test_what_the_readings_do_not_speak_for_is_nothing() -> None:
+    """Thirty laws that explain nothing keep the odds that they had: together they are no cause of a faint slope."""
+    random = np.random.default_rng(5)
+    others = [law(f"other {i}", random.normal(size=(1, 1, ROWS))) for i in range(30)]
+    search = Search(problem(noise() + 0.12 * SLOPE, (law("slope", SLOPE[None, None]), *others)), shipped_priors())
+    best = search.added(search.start, next(one for one in search.beside(search.start) if one.candidate.kind == "slope"))
+    place = place_of(search, best, 0)
+    assert place.rivals[0].candidate.label == "slope"
+    assert len(place.rivals) < 25
+    assert place.nothing + sum(one.share for one in place.rivals) == pytest.approx(1.0)
+    for one in place.rivals[1:]:
+        gain = one.look.gain if one.state is None else one.state.log_posterior - search.start.log_posterior
+        assert gain > one.candidate.log_odds
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_one_face_beside_something_larger_is_no_certificate_whose_uncertainty_is_too_small(seed: int) -> None:
     """Laws alike are more probable than the face at first, and beside them all faces may be off by more than stated."""
