@@ -1,7 +1,7 @@
 """The rules by which results are stated; they use probabilities and sizes only.
 
-Each term of the best hypothesis is a place: it explains one structure of the residuals, and other candidates are its
-rivals.
+Each term of the best hypothesis is a place: it explains one structure of the residuals. Other candidates that the
+readings make more probable there are its rivals.
 
 1. In a place nothing is stated if the probability that there is no structure is larger than ``1 - stated``.
 2. A law is stated if the laws of the place together are more probable than its forms: the most probable kind, and as
