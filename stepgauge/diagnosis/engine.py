@@ -26,7 +26,7 @@ from stepgauge.diagnosis.posterior.search import Search
 from stepgauge.diagnosis.posterior.told import SURE_OUTLIER, answer_of, systematic
 from stepgauge.diagnosis.problem import bare_problem, make_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
-from stepgauge.diagnosis.result import Diagnosis, Finding, Fit, Located, Noise, Verdict
+from stepgauge.diagnosis.result import Diagnosis, Finding, Fit, Located, Noise, Verdict, rms
 from stepgauge.diagnosis.separate import with_separations
 from stepgauge.diagnosis.verdict import (
     Model,
@@ -331,7 +331,7 @@ def _fit(data: Residuals, noise: Noise, told: Sequence[Finding], beside_um: Arra
     repeating_um = problem.repeating_um(left_um) if noise.repeats else None
     used = np.isfinite(noise.by_row_um)
     # what moves a face from repeat to repeat is no repeatability: not more than the scatter of the stated model
-    stated_um = _rms(noise.by_row_um[used]) / problem.typical
+    stated_um = rms(noise.by_row_um[used]) / problem.typical
     sigma_um = max(min(stated_um, repeating_um or np.inf), SMALLEST_SIGMA_UM)
     scatters = Scatters(problem, shipped_priors())
     metric = Metric(problem, scatters.plain(), scatters, sigma_um)
@@ -349,16 +349,12 @@ def _fit(data: Residuals, noise: Noise, told: Sequence[Finding], beside_um: Arra
     return Fit(
         noise.sigma_um,
         noise.dof,
-        _rms(data.without_origins(data.um)[used]),
-        _rms(data.without_origins(left_um)[used]),
+        rms(data.without_origins(data.um)[used]),
+        rms(data.without_origins(left_um)[used]),
         holdout,
         float(before @ before) / dof,
         float(after @ after) / max(dof - free, 1),
     )
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt((values**2).mean())) if values.size else float("nan")
 
 
 def _insufficient(data: Residuals) -> Diagnosis:

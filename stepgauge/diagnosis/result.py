@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -189,3 +189,8 @@ def _numbers(finding: Finding) -> Iterator[tuple[str, dict[str, object]]]:
         yield name, {"value": estimate.value, "u": estimate.u, "unit": estimate.unit}
     if not finding.parameters:
         yield "", {"value": math.nan, "u": math.nan, "unit": ""}
+
+
+def rms(values: Sequence[float] | Array) -> float:
+    """Root mean square, NaN of nothing."""
+    return float(np.sqrt(np.mean(np.square(values)))) if len(values) else float("nan")

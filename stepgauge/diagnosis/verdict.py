@@ -38,7 +38,7 @@ from stepgauge.diagnosis.posterior.told import (
     told,
 )
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Finding, Located, Member
+from stepgauge.diagnosis.result import Finding, Located, Member, rms
 
 Array = NDArray[np.float64]
 FAINT = 0.3
@@ -68,8 +68,8 @@ class Model:
     @property
     def beside_um(self) -> Array:
         """What the stated laws move beside their signatures, along the approach, ``(n,)``."""
-        places = (self.state.place(one.term.candidate) for one in self.laws if len(one.term.beside))
-        return np.sum([self.state.beside_um(place) for place in places], axis=0) + np.zeros(len(self.state.left_um))
+        places = (self.state.place(one.term.candidate) for one in self.laws)
+        return sum((self.state.beside_um(place) for place in places), np.zeros(len(self.state.left_um)))
 
 
 def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) -> Model:
@@ -100,7 +100,7 @@ def _expected(said: Said, state: State) -> Family:
     be at most.
     """
     candidate = said.lead.candidate
-    place = next((i for i, term in enumerate(state.terms) if term is said.term), None)
+    place = state.where(said.term)
     sd = said.term.sd if place is None else candidate.sizes.expected(state.by_size[place])
     return _of_size(candidate.source, said.term.atom, sd)
 
@@ -157,12 +157,7 @@ def _oscillates(family: Family) -> bool:
 
 def _rms_um(said: Said, state: State) -> float:
     """Root mean square of the displacement of a term."""
-    place = state.place(said.term.candidate)
-    return _rms(state.amplitudes(place)[0] @ said.term.columns[: said.term.told])
-
-
-def _rms(um: Array) -> float:
-    return float(np.sqrt(np.mean(um**2)))
+    return rms(state.told_um(state.place(said.term.candidate)))
 
 
 def _lives_in(family: Family) -> set[str]:
@@ -278,7 +273,7 @@ def _fitted_shape(rival: Rival) -> Any:
 def _regime(said: Said, model: Model, data: Residuals) -> str:
     """The part of the record in which a smooth form differs from the rest, in words; empty for all of it."""
     form: Form = said.lead.candidate.source
-    place = next((i for i, term in enumerate(model.state.terms) if term is said.term), None)
+    place = model.state.where(said.term)
     covariate = next((one for one in covariates(data) if one.name == form.covariate), None)
     if form.shape != SMOOTH or form.beside or place is None or covariate is None:
         return ""
@@ -304,14 +299,9 @@ def nearest_laws(model: Model) -> Iterator[str]:
 def inexact_laws(model: Model) -> Iterator[str]:
     """What stated laws move beside their signatures, where it is seen, in words."""
     for one in model.laws:
-        if not len(one.term.beside):
-            continue
-        beside_um, own_um = (
-            _rms(model.state.beside_um(model.state.place(one.term.candidate))),
-            _rms_um(one, model.state),
-        )
+        beside_um = rms(model.state.beside_um(model.state.place(one.term.candidate)))
         if beside_um > TOLD_BESIDE * model.state.sigma_um:
-            share = f"{beside_um:.2g} um rms, {100.0 * beside_um / own_um:.1g} % of it"
+            share = f"{beside_um:.2g} um rms, {100.0 * beside_um / _rms_um(one, model.state):.1g} % of it"
             why = ", or to what its temperature did in pauses: record it all the time"
             yield (
                 f"{one.source.label} is not exactly of this shape: {share}, are put down to that"

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.maps.candidates import EMPIRICAL
 from stepgauge.diagnosis.maps.model import Term, build_probe, changed_table, predict
 from stepgauge.diagnosis.maps.result import MapDiagnosis, QuantityFit
+from stepgauge.diagnosis.result import rms
 from stepgauge.figures.style import COLORS, FORMATS, figure_style, new_figure, save_figure
 from stepgauge.physics.directions import unit_vectors
 
@@ -82,7 +83,7 @@ def residual_figure(found: MapDiagnosis) -> Figure:
         for panel, angle in zip(row, (found.data.azimuth_deg % 360.0, found.data.polar_deg), strict=True):
             _residuals(panel, angle, values, fit, found.kept, stage)
         row[0].set_ylabel(f"{WORDS[fit.name]}\nresidual {stage}".rstrip() + f" ({UNITS[fit.unit]})")
-        row[1].set_title(f"rms {_rms(values[found.kept]):.3g} {UNITS[fit.unit]}", loc="right")
+        row[1].set_title(f"rms {rms(values[found.kept]):.3g} {UNITS[fit.unit]}", loc="right")
     axes[-1][0].set_xlabel(AZIMUTH)
     axes[-1][1].set_xlabel(POLAR)
     _azimuth_ticks(axes[-1][0], found)
@@ -154,7 +155,7 @@ def panels(found: MapDiagnosis) -> list[Panel]:
     by_label = {term.candidate.label: term for term in found.terms}
     drawn = []
     for finding in found.findings:
-        strength = {name: _rms(share) / by_name[name].noise for name, share in finding.share.items()}
+        strength = {name: rms(share) / by_name[name].noise for name, share in finding.share.items()}
         largest = max(strength.values(), default=0.0)
         drawn += [
             Panel(finding.label.replace("_", " "), by_name[name], finding.share[name], by_label[finding.label])
@@ -182,10 +183,6 @@ def _law(panel: Panel, found: MapDiagnosis, polar_deg: Array, azimuth_deg: Array
 def _stages(fit: QuantityFit, found: MapDiagnosis) -> list[tuple[str, Array]]:
     """Residuals before and after; where nothing was changed there is one of them, and no word is needed."""
     return [("before", fit.before), ("after", fit.described)] if found.terms else [("", fit.before)]
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def _residuals(axes: Axes, angle: Array, values: Array, fit: QuantityFit, kept: Rows, stage: str) -> None:

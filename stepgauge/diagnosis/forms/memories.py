@@ -33,7 +33,8 @@ def lagged(told: Sequence[Covariate], position: Covariate | None, data: Residual
         if not one.further:
             continue
         lags = tuple(float(lag * _duration_s(data, one.known)) for lag in priors.forms.lags) if data.has_time else ()
-        late = [_late(one, lag_s, data) for lag_s in lags]
+        acting = followed(data.probings.time_s, one.values, lags) if lags else ()
+        late = [_with_unread(acts, lag_s, one, data) for acts, lag_s in zip(acting, lags, strict=True)]
         if late:
             yield OnSides(one.name, one.unit, LAGGED, late, lags, sides_of(one, data), priors.forms.lag)
         if length is None:
@@ -43,12 +44,10 @@ def lagged(told: Sequence[Covariate], position: Covariate | None, data: Residual
         yield OnSides(one.name, one.unit, LENGTH, grown, (0.0, *lags), sides, priors.forms.product, "position")
 
 
-def _late(one: Covariate, lag_s: float, data: Residuals) -> Array:
+def _with_unread(late: Array, lag_s: float, one: Covariate, data: Residuals) -> Array:
     """A column as it acts after a lag, and beside it what it may have done while nobody read it, ``(1 + p, n)``."""
-    time_s = data.probings.time_s
-    late = followed(time_s, one.values, (lag_s,))
-    moved = shifts(time_s, one.values, lag_s, one.known) / max(float(late[0, : one.known].std()), 1e-300)
-    return np.concatenate([standard(late, one.known), principal(moved, one.known)])
+    moved = shifts(data.probings.time_s, one.values, lag_s, one.known) / max(float(late[: one.known].std()), 1e-300)
+    return np.concatenate([standard(late, one.known)[None], principal(moved, one.known)])
 
 
 def _duration_s(data: Residuals, known: int | None) -> float:

@@ -11,9 +11,9 @@ And what follows a temperature with a lag depends on what nobody read of it (:mo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
-from functools import cached_property, partial
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,14 +23,13 @@ from scipy.linalg import svd
 from stepgauge.diagnosis.laws.library import Family, family_signatures
 from stepgauge.diagnosis.laws.usual import size_of_shape
 from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import left_beside
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.unread import principal, shifts
 from stepgauge.effects.following import Following
 from stepgauge.effects.probings import Probings
 
 Array = NDArray[np.float64]
-Source = Callable[[int, dict[str, Any]], Array]
-"""From the number of an atom and a shape near it to columns ``(p, n)``."""
 MOST_AMPLITUDES = 12
 NEGLIGIBLE = 1e-6
 """Most courses that are told apart, and the share of the law's own variance below which another does not matter."""
@@ -41,30 +40,40 @@ PERIOD = "period_s"
 LAG, UNREAD = "lag_s", "unread"
 
 
-class Beside:
-    """What a law moves beside its signature, for each of its shapes; ``sources``: by what, none for most laws."""
+@dataclass(frozen=True)
+class Untold:
+    """What a law moves beside its signature, for each of its shapes.
 
-    def __init__(self, family: Family, courses: Courses, data: Residuals, priors: Priors) -> None:
-        self.family, self.data, self.sources = family, data, list[Source]()
-        if is_process(family, frozenset(priors.laws.processes)):
-            self.sources.append(partial(_inexact, family, courses, data, priors.laws.discrepancy))
+    ``share``: what it has in other shapes, over its size (``discrepancy`` in the priors); 0 for a law that is exact.
+    """
+
+    family: Family
+    courses: Courses
+    data: Residuals
+    share: float
+
+    @property
+    def any(self) -> bool:
+        """Whether the law moves anything beside its signature."""
+        return self.share > 0.0 or follows_with_lag(self.family)
+
+    def __call__(self, atom: int, shape: dict[str, Any] | None = None) -> Array:
+        """For a shape of the grid or one near it, ``(p, n)``."""
+        family, data = self.family, self.data
+        shape = family.atoms[atom] if shape is None else shape
+        parts = [np.zeros((0, len(data)))]
+        if self.share > 0.0:
+            size = self.share * size_of_shape(family.kind, shape, family.atoms)
+            parts.append(size * discrepancy(family, self.courses, atom, shape, data))
         if follows_with_lag(family):
-            self.sources.append(lambda atom, shape: unread_columns(family, data, shape))
-
-    def of_atom(self, atom: int) -> Array:
-        """For a shape of the grid, ``(p, n)``."""
-        return self(atom, self.family.atoms[atom])
-
-    def __call__(self, atom: int, shape: dict[str, Any]) -> Array:
-        """For a shape near that of an atom, ``(p, n)``."""
-        return np.concatenate([np.zeros((0, len(self.data))), *(of(atom, shape) for of in self.sources)])
+            parts.append(unread_columns(family, data, shape))
+        return np.concatenate(parts)
 
 
-def _inexact(
-    family: Family, courses: Courses, data: Residuals, share: float, atom: int, shape: dict[str, Any]
-) -> Array:
-    size = share * size_of_shape(family.kind, shape, family.atoms)
-    return size * discrepancy(family, courses, atom, shape, data)
+def untold(family: Family, courses: Courses, data: Residuals, priors: Priors) -> Untold:
+    """What a law moves beside its signature by these priors."""
+    process = is_process(family, frozenset(priors.laws.processes))
+    return Untold(family, courses, data, priors.laws.discrepancy if process else 0.0)
 
 
 class Courses:
@@ -78,7 +87,7 @@ class Courses:
         """Coordinates ``(atoms, r)`` of the shapes, each of length one, and the courses ``(r, n)``."""
         length = np.maximum(np.linalg.norm(self.pattern[:, 0], axis=1, keepdims=True), 1e-300)
         left, size, courses = svd(self.pattern[:, 0] / length, full_matrices=False, check_finite=False)
-        keep = size**2 > NEGLIGIBLE**2 * size[0] ** 2
+        keep = size > NEGLIGIBLE * size[0]
         return left[:, keep] * size[keep], courses[keep]
 
     def beside(self, atom: int) -> Array:
@@ -109,15 +118,10 @@ def discrepancy(family: Family, courses: Courses, atom: int, shape: dict[str, An
     The law has a ``shape`` near that of an ``atom``; what would be the law itself again is taken out.
     """
     if PERIOD in shape:
-        return np.concatenate(list(_harmonics(family, shape, data)))
-    own = family_signatures(family, shape, data)
+        periods = ({**shape, PERIOD: shape[PERIOD] / order} for order in HARMONICS)
+        return np.concatenate([family_signatures(family, one, data) for one in periods])
     beside = np.concatenate([courses.beside(atom) * share for share in family.share_rows])
-    return np.asarray(beside - (beside @ np.linalg.pinv(own)) @ own)
-
-
-def _harmonics(family: Family, shape: dict[str, Any], data: Residuals) -> Iterator[Array]:
-    for order in HARMONICS:
-        yield family_signatures(family, {**shape, PERIOD: shape[PERIOD] / order}, data)
+    return left_beside(beside, family_signatures(family, shape, data))
 
 
 def follows_with_lag(family: Family) -> bool:

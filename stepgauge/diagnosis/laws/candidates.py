@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import solve
-from stepgauge.diagnosis.laws.beside import Beside, Courses
+from stepgauge.diagnosis.laws.beside import Courses, Untold, untold
 from stepgauge.diagnosis.laws.choices import choice_odds
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
 from stepgauge.diagnosis.laws.usual import odds_of, shape_range, size_of_shape, usual_shape, usual_size
@@ -43,7 +43,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
         if id(family.pattern) not in patterns:
             patterns[id(family.pattern)] = _usual_pattern(family)
             courses[id(family.pattern)] = Courses(family.pattern)
-        beside = Beside(family, courses[id(family.pattern)], data, priors)
+        beside = untold(family, courses[id(family.pattern)], data, priors)
         found.append(
             Law(
                 family.kind,
@@ -58,7 +58,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
                 positive=family.positive,
                 once=family.kind in OF_THE_PROBE,
                 refine=partial(_refined, family, data, metric, beside) if _has_shape(family) else None,
-                beside=beside.of_atom if beside.sources else None,
+                beside=beside if beside.any else None,
             )
         )
     return found
@@ -138,7 +138,7 @@ def _has_shape(family: Family) -> bool:
     return len(family.atoms) > 1 and any(isinstance(v, float | tuple) for v in family.atoms[-1].values())
 
 
-def _refined(family: Family, data: Residuals, metric: Metric, beside: Beside, atom: int, um: Array) -> Refined | None:
+def _refined(family: Family, data: Residuals, metric: Metric, beside: Untold, atom: int, um: Array) -> Refined | None:
     """The law with its shape fitted, starting from a shape of the grid; None if it leaves the range of the grid."""
     if not any(isinstance(v, float | tuple) for v in family.atoms[atom].values()):
         return None

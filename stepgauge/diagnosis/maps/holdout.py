@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.maps.data import MapData, Measured
 from stepgauge.diagnosis.maps.problem import MapRows
-from stepgauge.diagnosis.maps.result import QuantityFit, rms
+from stepgauge.diagnosis.maps.result import QuantityFit
+from stepgauge.diagnosis.result import rms
 
 Array = NDArray[np.float64]
 Stage = tuple[Array, Array]

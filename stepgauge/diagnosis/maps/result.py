@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
@@ -128,8 +127,3 @@ class MapDiagnosis(Shown):
 
         with open_set():
             return write_map_diagnosis(self, self.probe_path, folder, figure)
-
-
-def rms(values: Sequence[float] | Array) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))

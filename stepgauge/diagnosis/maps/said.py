@@ -12,8 +12,9 @@ import numpy as np
 from stepgauge import __version__
 from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.diagnosis.maps.practice import in_practice
-from stepgauge.diagnosis.maps.result import OUTLIERS, Law, MapDiagnosis, MapFinding, QuantityFit, rms
+from stepgauge.diagnosis.maps.result import OUTLIERS, Law, MapDiagnosis, MapFinding, QuantityFit
 from stepgauge.diagnosis.output.files import FORMAT, checksum, estimate_json, evidence_json, without_nan
+from stepgauge.diagnosis.result import rms
 
 _FLAT = ("noise", "rms_before", "rms_after", "holdout_rms_before", "holdout_rms_after")
 

@@ -31,7 +31,7 @@ from stepgauge.diagnosis.posterior.problem import Term as Chosen
 from stepgauge.diagnosis.posterior.search import Search
 from stepgauge.diagnosis.posterior.told import Said, answer_of, told
 from stepgauge.diagnosis.posterior.told import sure as is_sure
-from stepgauge.diagnosis.result import Check
+from stepgauge.diagnosis.result import Check, rms
 
 Array = NDArray[np.float64]
 PASSES = 4
@@ -162,7 +162,7 @@ def searched(model: MapModel, candidates: Sequence[Candidate], scatter: MapScatt
         problem = make_problem(rows, candidates, priors, remainder, fitted)
         found = _search(rows, SizedSearch(problem, priors, rows, seed), priors)
         exact = rows.moved(found.fitted.terms)
-        settled = min(_rms(exact - before), _rms(_signatures(found) + remainder - exact)) < SETTLED
+        settled = min(rms(exact - before), rms(_signatures(found) + remainder - exact)) < SETTLED
         if settled and _same(rows, found, scatter):
             break
         remainder = exact - sum((rows.moved((term,)) for term in found.fitted.terms), np.zeros(len(exact)))
@@ -316,10 +316,6 @@ def _same(rows: MapRows, found: Searched, scatter: MapScatter) -> bool:
     """Whether the ratio of the scatters of the quantities agrees with the one used."""
     change = np.array(_sigma(rows, found, scatter)) / np.array(rows.sigma)
     return float(change.max() / change.min()) < SAME_SCATTER
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def form_of(said: Said) -> tuple[Form, int]:

@@ -17,7 +17,7 @@ from scipy import special
 
 from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.look import Look
-from stepgauge.diagnosis.posterior.problem import Candidate, Term
+from stepgauge.diagnosis.posterior.problem import Candidate, Term, left_beside
 from stepgauge.diagnosis.posterior.scatter import Scatter
 from stepgauge.diagnosis.posterior.search import Search
 
@@ -158,8 +158,7 @@ class Answer:
 
     def _shown(self, term: Term) -> float:
         """Size of a term's signature beside what nothing is known of."""
-        free = self.search.problem.free
-        return float(np.linalg.norm(term.columns - (term.columns @ np.linalg.pinv(free)) @ free))
+        return float(np.linalg.norm(left_beside(term.columns, self.search.problem.free)))
 
     @cached_property
     def _likeliest(self) -> dict[frozenset[str], State]:
@@ -239,13 +238,13 @@ def place_of(search: Search, best: State, place: int) -> Place:
             computed += 1
         else:
             worth.append((look, look.gain + exact - own.gain, None))
-    share = special.softmax([0.0, *(value for _, value, _ in worth)])
-    rivals = [
-        Rival(look.candidate, float(s), look, state)
-        for (look, value, state), s in zip(worth, share[1:], strict=True)
-        if look is own or value > look.candidate.log_odds
-    ]
-    nothing = 1.0 - sum(one.share for one in rivals)
+    nothing, *shares = special.softmax([0.0, *(value for _, value, _ in worth)]).tolist()
+    rivals = []
+    for (look, value, found), share in zip(worth, shares, strict=True):
+        if look is own or value > look.candidate.log_odds:
+            rivals.append(Rival(look.candidate, share, look, found))
+        else:
+            nothing += share
     return Place(place, (rivals[0], *sorted(rivals[1:], key=lambda one: -one.share)), nothing)
 
 

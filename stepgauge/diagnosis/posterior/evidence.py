@@ -88,19 +88,32 @@ class State:
         """The place of a candidate among the terms, whose order is that of whoever asked for them first."""
         return next(i for i, term in enumerate(self.terms) if term.candidate is candidate)
 
+    def where(self, term: Term) -> int | None:
+        """The place of this very term; None for one that the hypothesis has otherwise or not at all."""
+        return next((i for i, own in enumerate(self.terms) if own is term), None)
+
     def amplitudes(self, place: int) -> tuple[Array, Array]:
         """Posterior mean ``(d,)`` and covariance ``(d, d)`` of the amplitudes of one term that are told."""
-        first, told = self._first(place), self.terms[place].told
-        own = slice(first, first + told)
+        own = self._told(place)
         return self.mean[own], self.covariance[own, own]
+
+    def told_um(self, place: int) -> Array:
+        """Mean of what one term moves by its signature, ``(n,)``."""
+        term = self.terms[place]
+        return np.asarray(self.mean[self._told(place)] @ term.columns[: term.told])
 
     def beside_um(self, place: int) -> Array:
         """Mean of what one term moves beside its signature, ``(n,)``."""
-        first, term = self._first(place), self.terms[place]
-        return np.asarray(self.mean[first + term.told : first + len(term.columns)] @ term.beside)
+        first, term = self._told(place).stop, self.terms[place]
+        return np.asarray(self.mean[first : first + len(term.beside)] @ term.beside)
 
-    def _first(self, place: int) -> int:
-        return self.count + sum(len(term.columns) for term in self.terms[:place])
+    def size(self, place: int) -> float:
+        """Length of the mean amplitudes of one term."""
+        return float(np.linalg.norm(self.mean[self._told(place)]))
+
+    def _told(self, place: int) -> slice:
+        first = self.count + sum(len(term.columns) for term in self.terms[:place])
+        return slice(first, first + self.terms[place].told)
 
 
 @dataclass(frozen=True)
@@ -408,8 +421,7 @@ def _in_proportion(state: State) -> Term | None:
     """A term that moves beside its signature by another measure than that of its amplitude, with that one; or None."""
     for place, term in enumerate(state.terms):
         if len(term.beside):
-            amplitude = float(np.linalg.norm(state.amplitudes(place)[0]))
-            near = FINE ** round(math.log(max(amplitude, 1e-300), FINE))
+            near = FINE ** round(math.log(max(state.size(place), 1e-300), FINE))
             if near != term.beside_sd:
                 return replace(term, beside_sd=near)
     return None

@@ -288,6 +288,11 @@ class Problem:
         return float(np.sqrt(((um - mean[self.group]) ** 2 * weight).sum() / dof))
 
 
+def left_beside(columns: Array, others: Array) -> Array:
+    """Columns ``(d, n)`` without what they have in common with others ``(m, n)``."""
+    return np.asarray(columns - (columns @ np.linalg.pinv(others)) @ others)
+
+
 def slices(counts: Iterable[int]) -> list[slice]:
     """The parts of an array that is put together of some, one after the other."""
     ends = np.cumsum([0, *counts]).tolist()

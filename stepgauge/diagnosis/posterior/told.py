@@ -132,7 +132,7 @@ def _told_state(search: Search, best: State, said: list[tuple[Place, Rival]]) ->
 
 def determined(state: State, term: Term, least: float) -> bool:
     """Whether the size of a term is more than ``least`` standard uncertainties (rule 3), for a fixed shape."""
-    place = next((i for i, other in enumerate(state.terms) if other is term), None)
+    place = state.where(term)
     if place is None:
         return True
     mean, covariance = state.amplitudes(place)
