@@ -36,7 +36,15 @@ from stepgauge.recording import join_recordings, read_recording
 BLIND = Path(__file__).resolve().parent.parent / "benchmarks" / "blind"
 GENERATOR = [
     *("kits", "scene", "scatter", "ways", "cause", "machine_causes", "run_causes", "outsiders"),
-    *("probe_causes", "axis_causes", "chain_causes", "temperature_causes", "families", "further_families"),
+    *(
+        "probe_causes",
+        "axis_causes",
+        "chain_causes",
+        "temperature_causes",
+        "volume_causes",
+        "families",
+        "further_families",
+    ),
     *("identify", "bound", "recipe", "catalogue", "further_catalogue", "writers", "generate"),
 ]
 SINGLE_KINDS = {recipe.name for recipe in SINGLES}

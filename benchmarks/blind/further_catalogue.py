@@ -9,13 +9,17 @@ import numpy as np
 
 from benchmarks.blind import axis_causes as axis
 from benchmarks.blind import chain_causes as chain
+from benchmarks.blind import machine_causes as machine
 from benchmarks.blind import probe_causes as probe
 from benchmarks.blind import run_causes as run
 from benchmarks.blind import temperature_causes as temperature
+from benchmarks.blind import volume_causes as volume
 from benchmarks.blind.recipe import Make, Random, Recipe, kits, pick
 from benchmarks.blind.scene import Chain, Design, Place
 
 SIZES = (1.0, 0.5)
+VOLUME_SIZES = (10.0, 3.0, 1.0)
+"""A machine without compensation is off by many times its repeatability."""
 STEPS_DEG = {3: (20.0, 40.0), 4: (15.0, 35.0), 5: (35.0, 35.0)}
 """Azimuths from placing to placing; none is a sixth of a turn, at which a tripod repeats itself."""
 
@@ -122,4 +126,10 @@ TEMPERATURE = (
     _warm("drift_beside_decoys", run.thermal_drift, _ROOM("x_y", "x_shifted", "y_shifted")),
     Recipe("temperature-null", "temperature", (), (*_ROOM("x_y", "x_shifted", "x_y_diagonal"), *_BEAM), nulls=0.1),
 )
-FURTHER = (*PROBE, *CHAIN, *TEMPERATURE)
+_LINES = kits("mirrored", "x_y_diagonal_space", "xz_mirrored", "yz_mirrored")
+_AND_PLAY = (volume.uncompensated, pick(machine.reversal_error, 0, 1))
+VOLUME = (
+    Recipe("volume", "uncompensated", (volume.uncompensated,), _LINES, sizes=VOLUME_SIZES),
+    Recipe("volume", "uncompensated_and_reversal", _AND_PLAY, _LINES, sizes=VOLUME_SIZES),
+)
+FURTHER = (*PROBE, *CHAIN, *TEMPERATURE, *VOLUME)

@@ -58,6 +58,7 @@ _COVARIATES = {
     "thermal_shift": "time order cycle",
     "thermal_expansion_of": "time order cycle machine gauge",
     "thermal_bending": "time order cycle machine gauge",
+    "geometric_errors": "machine gauge placement",
 }
 BEYOND = tuple(_COVARIATES)[: tuple(_COVARIATES).index("scale_error")]
 """Kinds that the vocabulary does not have."""

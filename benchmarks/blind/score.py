@@ -316,6 +316,7 @@ _RULES = {
     "probe": _right_names,
     "chain": _right_names,
     "temperature": _right_names,
+    "volume": _right_names,
     "probe-null": _right_null,
     "chain-null": _right_null,
     "temperature-null": _right_null,

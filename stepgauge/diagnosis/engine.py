@@ -17,6 +17,7 @@ from stepgauge.diagnosis.clock import clock_start_s, counted_from, told_by_clock
 from stepgauge.diagnosis.fits.solve import Estimate, Solved, solve
 from stepgauge.diagnosis.forms.words import CORRELATED, GROWING, located
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
+from stepgauge.diagnosis.laws import geometry
 from stepgauge.diagnosis.laws.library import carried
 from stepgauge.diagnosis.posterior.answer import Answer
 from stepgauge.diagnosis.posterior.metric import Metric
@@ -117,10 +118,11 @@ def diagnose_with_search(
 
 
 def _check_kinds(without: Collection[str]) -> None:
+    known = {*effect_kinds(), geometry.KIND}
     for kind in without:
-        if kind not in effect_kinds():
-            near = difflib.get_close_matches(kind, effect_kinds(), 1)
-            expected = f"{near[0]}?" if near else ", ".join(sorted(effect_kinds()))
+        if kind not in known:
+            near = difflib.get_close_matches(kind, known, 1)
+            expected = f"{near[0]}?" if near else ", ".join(sorted(known))
             raise InputError("without", "no such kind of effect", found=kind, expected=expected)
 
 
@@ -231,17 +233,21 @@ def _where(search: Search, model: Model, left: Sequence[Located], priors: Priors
 
 
 def _on_all_rows(told: Sequence[Finding], model: Model, data: Residuals) -> list[Finding]:
-    """The laws that were found in some rows, fitted to all rows; those not confirmed by these are dropped."""
+    """The laws that were found in some rows, fitted to all rows; those not confirmed by these are dropped.
+
+    Errors of the geometry, the last of them, stay as they are.
+    """
     problem = bare_problem(data)
     scatters = Scatters(problem, shipped_priors())
     metric = Metric(problem, scatters.plain(), scatters, model.state.sigma_um)
     families = [carried(one.family, one.effect, data) for one in model.fitted.solved]
     solved = solve(families, [0] * len(families), data, metric).solved
-    return [
+    fitted = [
         replace(one, effect=s.effect, parameters=s.parameters, share_um=s.displacement_um(data))
-        for one, s in zip(told, solved, strict=True)
+        for one, s in zip(told, solved, strict=False)
         if _confirmed(s)
     ]
+    return [*fitted, *(replace(one, share_um=geometry.moved_um(one.effects, data)) for one in told[len(solved) :])]
 
 
 def _confirmed(solved: Solved) -> bool:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.covariates import everywhere
 from stepgauge.diagnosis.forms.candidates import form_candidates
 from stepgauge.diagnosis.laws.candidates import law_candidates
+from stepgauge.diagnosis.laws.geometry import KIND, geometry_of
 from stepgauge.diagnosis.laws.parts import laws_in_parts
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors
@@ -35,6 +36,8 @@ def make_problem(data: Residuals, priors: Priors, without: Collection[str] = ())
     metric = Metric(bare, scatters.plain(), scatters, bare.within_um)
     laws = law_candidates(data, priors, metric, without)
     kinds = {law.kind for law in laws}
+    geometry = None if KIND in without else geometry_of(laws, data, priors)
+    laws += [] if geometry is None else [geometry]
     candidates = (*laws, *form_candidates(data, priors, bare.scale_um * bare.typical, kinds))
     return replace(bare, candidates=candidates, in_part=laws_in_parts(data, priors))
 

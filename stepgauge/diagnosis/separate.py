@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 TELLING = 9.0
 """Increase of chi-square from which an extra run is proposed."""
 NO_SEPARATION = "the same in every placement and at every speed within this travel; log the temperatures"
+MORE_LINES = "lay the gauge along further edges and diagonals of the volume, each line at two places"
 UNSOUGHT = "not looked for among many recordings; 'stepgauge diagnose' of this one does"
 
 
@@ -69,6 +70,9 @@ def with_separations(
     for place, finding in enumerate(findings):
         if not finding.confounded_with and not finding.alternatives:
             told.append(finding)
+            continue
+        if finding.effects:
+            told.append(replace(finding, reason=_reason(finding, data), separate_by=MORE_LINES))
             continue
         others = {one.label for one in finding.members} - {finding.label}
         rivals = [

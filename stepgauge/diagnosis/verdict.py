@@ -19,6 +19,7 @@ from stepgauge.diagnosis.fits.solve import Estimate, Fitted, Solved, solve, wide
 from stepgauge.diagnosis.forms.form import SMOOTH, Form
 from stepgauge.diagnosis.forms.words import UNDETERMINED, located, regime
 from stepgauge.diagnosis.laws.beside import follows_with_lag
+from stepgauge.diagnosis.laws.geometry import Geometry, moved_um
 from stepgauge.diagnosis.laws.library import Family
 from stepgauge.diagnosis.laws.usual import size_of_shape
 from stepgauge.diagnosis.posterior.answer import Answer, Rival
@@ -55,7 +56,8 @@ MOST_FORMS = 3
 class Model:
     """The hypothesis that is stated: laws, forms, and the fit of the laws beside the forms.
 
-    ``vague``: those of the forms that are laws whose size is not determined.
+    ``vague``: those of the forms that are laws whose size is not determined; ``geometry``: all geometric errors at
+    once, if they are stated: none of them has a fit of its own.
     """
 
     state: State
@@ -64,6 +66,7 @@ class Model:
     fitted: Fitted
     metric: Metric
     vague: tuple[Said, ...] = ()
+    geometry: tuple[Said, ...] = ()
 
     @property
     def beside_um(self) -> Array:
@@ -85,12 +88,15 @@ def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) 
     return replace(model, vague=tuple(vague))
 
 
-def _fitted(search: Search, state: State, laws: list[Said], forms: list[Said], data: Residuals) -> Model:
-    beside = [one.term.nuisance for one in forms]
+def _fitted(search: Search, state: State, every: list[Said], forms: list[Said], data: Residuals) -> Model:
+    geometry = [one for one in every if isinstance(one.source, Geometry)]
+    laws = [one for one in every if one not in geometry]
+    beside = [one.term.nuisance for one in (*forms, *geometry)]
     beside += [(one.term.beside, one.term.sds[one.term.told :]) for one in laws]
     metric = Metric(search.problem, state.scatter, search.scatters, state.sigma_um, beside)
     fitted = solve([_expected(one, state) for one in laws], [one.term.atom for one in laws], data, metric)
-    return Model(state, tuple(laws), tuple(forms), with_marginals(fitted, data, metric), metric)
+    told_laws = with_marginals(fitted, data, metric)
+    return Model(state, tuple(laws), tuple(forms), told_laws, metric, geometry=tuple(geometry))
 
 
 def _expected(said: Said, state: State) -> Family:
@@ -113,9 +119,10 @@ def with_doubts(model: Model, search: Search, answer: Answer, data: Residuals, p
     """The model without laws that are not determined (rule 3) with uncertainties times ``wider``."""
     pairs = zip(model.laws, model.fitted.solved, strict=True)
     vague = [said for said, solved in pairs if not _is_sure(said, solved, model.state, answer, priors, wider)]
+    vague += [one for one in model.geometry if not sure(one, model.state, answer, priors.decision, wider)]
     if not vague:
         return model
-    kept = [one for one in model.laws if one not in vague]
+    kept = [one for one in (*model.laws, *model.geometry) if one not in vague]
     return replace(_fitted(search, model.state, kept, [*model.forms, *vague], data), vague=(*model.vague, *vague))
 
 
@@ -160,8 +167,10 @@ def _rms_um(said: Said, state: State) -> float:
     return rms(state.told_um(state.place(said.term.candidate)))
 
 
-def _lives_in(family: Family) -> set[str]:
-    """The covariates whose free function may contain a law."""
+def _lives_in(family: Family | Geometry) -> set[str]:
+    """The covariates whose free function may contain a law; none for errors of all axes."""
+    if isinstance(family, Geometry):
+        return set()
     assert family.law is not None
     first = family.law.covariates[0]
     if first == "time":
@@ -206,6 +215,33 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
             ),
             where=solved.effect.when or "",
         )
+    left_um = data.um - sum((solved.displacement_um(data) for solved in model.fitted.solved), np.zeros(len(data)))
+    yield from (_of_geometry(one, left_um, model, answer, data, priors, wider) for one in model.geometry)
+
+
+def _of_geometry(
+    said: Said, left_um: Array, model: Model, answer: Answer, data: Residuals, priors: Priors, wider: float
+) -> Finding:
+    """All geometric errors at once, as the readings without the other laws, ``left_um (n,)``, tell them."""
+    term, state, geometry, decision = said.term, model.state, said.source, priors.decision
+    place = state.place(term.candidate)
+    mean = term.sd**2 * (model.metric(term.columns) @ model.metric(left_um))
+    effects = geometry.effects(mean)
+    estimates = geometry.estimates(mean, state.amplitudes(place)[1], term.sd)
+    label, rivals = term.candidate.label, rival_laws(said, decision)
+    others = together(answer.alternatives(LEAST_ODDS), label, label, decision)
+    return Finding(
+        geometry.kind,
+        label,
+        None,
+        {},
+        widened(estimates, spread_factor(answer, state, label, decision.in_set) * wider),
+        min(sum(one.share for one in rivals), 1.0),
+        moved_um(effects, data),
+        own=answer.probability([label]),
+        confounded_with=(*dict.fromkeys(one.candidate.kind for one in rivals[1:]), *others),
+        effects=effects,
+    )
 
 
 def _members(
@@ -216,7 +252,7 @@ def _members(
         return
     total = sum(one.share for one in rivals)
     place = model.laws.index(said)
-    for one in rivals:
+    for one in (one for one in rivals if not isinstance(one.candidate.source, Geometry)):
         solved = model.fitted.solved[place] if one is said.lead else _in_place(one, place, model, data)
         parameters = own if one is said.lead else solved.parameters
         chosen = choices_of(solved)
@@ -244,7 +280,7 @@ def _vague(said: Said, answer: Answer, data: Residuals) -> Located:
     return Located(where, "both", UNDETERMINED, words, 1.0, answer.probability([said.lead.candidate.label]))
 
 
-def covariate_of(family: Family, data: Residuals) -> str:
+def covariate_of(family: Family | Geometry, data: Residuals) -> str:
     """What a law depends on, of what this recording varies; the position where it varies nothing of that."""
     varied = {one.name for one in covariates(data)} | {"azimuth"}
     return min(_lives_in(family) & varied, default="position")

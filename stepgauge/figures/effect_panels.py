@@ -196,13 +196,12 @@ def covariate_values(covariate: str, data: Residuals) -> Array:
 
 
 def _panel_of(finding: Finding, data: Residuals) -> Panel:
-    assert finding.effect is not None
     title = finding.kind.replace("_", " ")
     chosen = [str(v) for v in finding.choices.values() if isinstance(v, str | int)]
     title = f"{title} ({', '.join(chosen)})" if chosen else title
     label, x = _against(finding.effect, data)
-    share = finding.share_um
-    along_gauge = _coherence(x, share * data.side) > _coherence(x, share)
+    share = data.without_origins(finding.share_um) if finding.effects else finding.share_um
+    along_gauge = bool(finding.effects) or _coherence(x, share * data.side) > _coherence(x, share)
     weight = mask(data, "gauge" if along_gauge else "approach")
     return Panel(title, label, x, share, _along("gauge" if along_gauge else "approach"), weight, sides(data))
 
@@ -215,8 +214,10 @@ def _coherence(x: Array, um: Array) -> float:
     return float((np.bincount(index, um) ** 2 / count).sum())
 
 
-def _against(effect: Effect, data: Residuals) -> tuple[str, Array]:
-    """The covariate of a panel; for a periodic effect, the position within its period."""
+def _against(effect: Effect | None, data: Residuals) -> tuple[str, Array]:
+    """The covariate of a panel; for a periodic effect, the position within its period, for many at once that at all."""
+    if effect is None:
+        return label_of("position"), covariate_values("position", data)
     values = {p.name: getattr(effect, p.name) for p in effect.parameters()}
     if "period_mm" in values:
         axis, period = values["axis"], values["period_mm"]

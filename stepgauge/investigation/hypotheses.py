@@ -16,6 +16,7 @@ from stepgauge.diagnosis.engine import Searched
 from stepgauge.diagnosis.fits.solve import solve
 from stepgauge.diagnosis.forms.candidates import form_candidates
 from stepgauge.diagnosis.laws.candidates import usual_signature
+from stepgauge.diagnosis.laws.geometry import Geometry
 from stepgauge.diagnosis.posterior.metric import Metric, nuisances
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Law
@@ -119,7 +120,7 @@ class Predicting:
         return [self._fit(one) for one in self.possible]
 
     def _fit(self, one: Hypothesis) -> tuple[Effect, ...]:
-        laws = [part for part in one.parts if part.candidate.named]
+        laws = [part for part in one.parts if not _is_summed(part)]
         families = [part.candidate.source for part in laws]
         solved = solve(families, [part.atom for part in laws], self.found.data, self._metric).solved
         return tuple(each.effect for each in solved)
@@ -153,7 +154,7 @@ class Predicting:
         columns, sd = [np.zeros((0, len(mean)))], [np.zeros(0)]
         for part in one.parts:
             own = _columns(part, more.data, forms)
-            if not part.candidate.named and len(own):
+            if _is_summed(part) and len(own):
                 mean = mean + self._formed(own, part.sd, mean)
             columns.append(own)
             sd.append(np.full(len(own), part.sd))
@@ -182,9 +183,16 @@ class Predicting:
         return np.asarray(amplitudes * sd @ columns)
 
 
+def _is_summed(part: Part) -> bool:
+    """Whether a part is a sum of many functions with amplitudes, and no law with a fit of its own."""
+    return not part.candidate.named or isinstance(part.candidate.source, Geometry)
+
+
 def _columns(part: Part, data: Residuals, forms: dict[str, Candidate]) -> Array:
     """How the rows of a lengthened recording change with the amplitudes of a part, ``(d, n)``."""
     source: Any = part.candidate.source
+    if isinstance(source, Geometry):
+        return source.columns(data)
     if part.candidate.named:
         return usual_signature(source, source.atoms[part.atom], data)
     form = forms.get(part.candidate.label)

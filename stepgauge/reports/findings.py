@@ -17,8 +17,8 @@ from stepgauge.diagnosis.output.words import line, significant
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
 Said = Mapping[str, Any]
-MOST_RIVALS, MOST_ROWS = 4, 8
-"""Rivals of a finding, and rows of the table, on the first page; the appendix has all rivals."""
+MOST_RIVALS, MOST_ROWS, MOST_NUMBERS = 4, 8, 8
+"""Rivals of a finding, rows of the table, and numbers of a finding, on the first page; the appendix has all."""
 FOUND = ("", "Cause", "Value", "u", "Probability", "What it means; repair")
 _SHARES = (0.0, 1.5, 0.0, 0.0, 0.0, 5.0)
 UNKNOWN_NAME = "structure without a known law"
@@ -193,9 +193,13 @@ def _form_row(row: Said, number: int) -> list[str]:
 
 
 def _numbers(one: Said) -> Iterator[tuple[str, Said]]:
-    for name, parameter in one["parameters"].items():
-        if "unit" in parameter and parameter.get("u"):
-            yield name, parameter
+    """The numbers with an uncertainty; of very many the ones that are determined, all are in the appendix."""
+    known = [(name, p) for name, p in one["parameters"].items() if "unit" in p and p.get("u")]
+    yield from known if len(known) <= MOST_NUMBERS else (each for each in known if _is_determined(each[1]))
+
+
+def _is_determined(parameter: Said) -> bool:
+    return bool(abs(parameter["value"]) > COVERAGE * parameter["u"])
 
 
 def values(one: Said) -> str:

@@ -69,6 +69,10 @@ def _additions(
     diagnosis: Diagnosis, laws: Sequence[UnknownLaw]
 ) -> Iterable[tuple[str, Effect, Mapping[str, Estimate]]]:
     for finding in diagnosis.findings:
+        for part in finding.effects:
+            (size,) = (p.name for p in part.parameters() if p.role == "linear")
+            heading = f"{part.label}, of {finding.label}, probability {finding.probability:.3f}"
+            yield heading, part, {size: finding.parameters[part.label]}
         effect = finding.effect or scatter_effect(finding)
         if effect is not None:
             yield f"{finding.label}, probability {finding.probability:.3f}", effect, finding.parameters

@@ -11,7 +11,7 @@ import numpy as np
 from stepgauge.diagnosis.output.aliases import even, in_words
 from stepgauge.diagnosis.output.machine_text import effect_table
 from stepgauge.diagnosis.output.sentences import FURTHER, Sentence, Values
-from stepgauge.diagnosis.output.words import in_um, length_mm, line, long, size, span_mm, towards
+from stepgauge.diagnosis.output.words import in_um, length_mm, line, listed, long, size, span_mm, towards
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Member
 from stepgauge.effects import effect_kinds
@@ -20,6 +20,8 @@ from stepgauge.recording import APPROACH
 
 def in_practice(finding: Finding | Member, data: Residuals) -> str:
     """Meaning of a finding, for the person at the machine."""
+    if isinstance(finding, Finding) and finding.effects:
+        return _of_geometry(finding, data)
     values = _values(finding)
     sentence = _SENTENCES.get(finding.kind)
     if sentence is not None:
@@ -27,6 +29,18 @@ def in_practice(finding: Finding | Member, data: Residuals) -> str:
         return part + sentence(values, data) + in_words(aliases_of(finding, data))
     kind = effect_kinds().get(finding.kind)
     return f"{kind.title()}: {kind.equation}." if kind is not None else finding.label
+
+
+def _of_geometry(finding: Finding, data: Residuals) -> str:
+    """What all geometric errors at once do, and which of them are determined at k = 2."""
+    known = [name for name, one in finding.parameters.items() if one.u is not None and abs(one.value) > 2.0 * one.u]
+    largest = float(np.abs(data.without_origins(finding.share_um)).max())
+    which = f": {listed([name_of(name) for name in known])}" if known else ""
+    return (
+        f"Scales, straightness, rotations and squareness of the machine err together, by up to {in_um(largest)} along"
+        f" the approach, as of a machine that is not compensated. This recording determines {len(known)} of"
+        f" {len(finding.parameters)} errors{which}; of the others it knows the sum along its lines only."
+    )
 
 
 def aliases_of(finding: Finding | Member, data: Residuals) -> dict[str, Any]:

@@ -28,6 +28,10 @@ _REMEDIES = {
         " machine file, with what is there.",
         "Enter a new linear correction of {axis}.",
     ),
+    "geometric_errors": Remedy(
+        "Look whether the error map of the machine is there, is switched on, and is the one of its last calibration.",
+        "Have the machine calibrated and compensated in its whole volume.",
+    ),
     "scale_curvature": Remedy(
         "Compare the error table of {axis} in the controller with the machine's last one.", _TABLE
     ),

@@ -60,7 +60,8 @@ class Candidate:
 
     ``kind``: a law's name, or the covariate of a form; ``label``: its unique name; ``named``: whether it
     is a law; ``log_odds``: log of its prior odds; ``sizes``: prior of its amplitudes; ``source``: the object that
-    the candidate was made from; ``once``: whether a hypothesis has one candidate of its kind only.
+    the candidate was made from; ``once``: whether a hypothesis has one candidate of its kind only; ``combined``:
+    whether it is several laws at once, which fit whatever one of them does.
     """
 
     kind: str
@@ -70,6 +71,7 @@ class Candidate:
     sizes: Sizes
     source: Any = None
     once: bool = False
+    combined: bool = False
 
     @property
     def atoms(self) -> int:

@@ -156,12 +156,13 @@ def rival_laws(said: Said, decision: Decision) -> list[Rival]:
     """The laws of a place that are told together, the stated one first.
 
     What a law pays for the range of its shapes says how rare these are, and nothing of the readings: a law that fits as
-    well at its best is not excluded.
+    well at its best is not excluded. Several laws at once always fit as well, so that they count as :func:`together`.
     """
     far = float(np.log(decision.excluded))
     least, fit = _by_readings(said.lead) - far, _fit(said.lead) - far
     others = (one for one in said.place.rivals if one.candidate.named and one is not said.lead)
     likely = (one for one in others if one.share > decision.in_set)
+    likely = (one for one in likely if not one.candidate.combined or one.share * decision.excluded >= said.lead.share)
     return [said.lead, *(one for one in likely if _by_readings(one) > least or _fit(one) > fit)]
 
 

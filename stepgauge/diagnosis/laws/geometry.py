@@ -1,0 +1,127 @@
+"""All geometric errors of a machine at once, as of one that was never compensated or whose error map is void.
+
+A machine has 21 error motions (ISO 230-1:2012), and a recording in a few placements cannot tell them all apart: which
+three of them "explain" what twenty do is chance. So one hypothesis has all of them, each in proportion to what its own
+law usually is, times a factor that they have in common. What the readings tell of each follows from the posterior.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.fits.solve import Estimate
+from stepgauge.diagnosis.laws.library import Family, fixed_values, whole
+from stepgauge.diagnosis.laws.usual import odds_of, usual_size
+from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Law
+from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.effects import Effect, along_approach_um
+
+Array = NDArray[np.float64]
+KIND = "geometric_errors"
+PARTS = {"angular_error", "error_motion", "roll", "scale_curvature", "scale_error", "squareness", "straightness"}
+"""Kinds of laws that are errors of the machine's geometry, smooth over its travel."""
+FEWEST_PLACEMENTS = 4
+"""Along three lines all errors together are hardly another curve than one of them."""
+ONE_LINE = 0.1
+"""Component across a line from which placements are not all along it."""
+UNSEEN = 1e-8
+"""Share of the largest variance of what the errors have together below which a combination of them is rounding."""
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Laws of the machine's geometry: families of one shape and one amplitude.
+
+    ``usual (m,)``: usual size of each, in the unit of its linear parameter; ``turn (m, d)``: what of each of these is
+    in the ``d`` orthogonal combinations that this recording shows.
+    """
+
+    families: tuple[Family, ...]
+    usual: Array
+    turn: Array
+    kind: str = KIND
+    label: str = KIND
+
+    def effects(self, mean: Array) -> tuple[Effect, ...]:
+        """The laws for amplitudes ``(d,)`` of the combinations."""
+        sizes = (self.usual * (self.turn @ mean)).tolist()
+        return tuple(_effect(family, size) for family, size in zip(self.families, sizes, strict=True))
+
+    def columns(self, data: Residuals) -> Array:
+        """The combinations in another recording, ``(d, n)``; origins are left in."""
+        units = (_effect(family, float(usual)) for family, usual in zip(self.families, self.usual, strict=True))
+        return np.asarray(self.turn.T @ np.array([along_approach_um(one, data.probings) for one in units]))
+
+    def estimates(self, mean: Array, covariance: Array, sd: float) -> dict[str, Estimate]:
+        """Size and standard uncertainty of each law by its label, the best determined first.
+
+        Of what this recording does not show of a law nothing is known but its prior, of the standard deviation ``sd``.
+        """
+        value = self.usual * (self.turn @ mean)
+        seen = (self.turn**2).sum(axis=1)
+        variance = np.einsum("md,de,me->m", self.turn, covariance, self.turn) + sd**2 * np.maximum(1.0 - seen, 0.0)
+        u = self.usual * np.sqrt(variance)
+        every = [
+            (family.label, Estimate(float(v), float(s), _linear(family).unit))
+            for family, v, s in zip(self.families, value, u, strict=True)
+        ]
+        return dict(sorted(every, key=lambda one: -abs(one[1].value) / (one[1].u or 1.0)))
+
+
+def moved_um(effects: Sequence[Effect], data: Residuals) -> Array:
+    """Displacement along the approach by some effects together, ``(n,)``."""
+    return np.sum([along_approach_um(effect, data.probings) for effect in effects], axis=0)
+
+
+def geometry_of(laws: Sequence[Law], data: Residuals, priors: Priors) -> Law | None:
+    """All laws of the machine's geometry as one candidate; None where gauges lay along too few lines."""
+    parts = [law.source for law in laws if law.kind in PARTS and not _is_roll(law.source)]
+    axes = np.array(list(data.probings.setting.axis.values()))
+    if len(parts) < 2 or len(axes) < FEWEST_PLACEMENTS:
+        return None
+    if np.linalg.svd(axes, compute_uv=False)[1:2].sum() < ONE_LINE * np.sqrt(len(axes)):
+        return None
+    usual = np.array([_usual(one, data, priors) for one in parts])
+    columns = usual[:, None] * np.concatenate([one.signature(0) for one in parts])
+    value, vector = np.linalg.eigh(columns @ columns.T)
+    turn = vector[:, value > UNSEEN * value[-1]]
+    return Law(
+        KIND,
+        KIND,
+        True,
+        float(np.log(odds_of(KIND, priors))),
+        priors.sizes.about(priors.laws.of(KIND).usual),
+        Geometry(tuple(parts), usual, turn),
+        combined=True,
+        pattern=(turn.T @ columns)[None],
+        shares=whole(len(data)),
+        log_weight=np.zeros(1),
+    )
+
+
+def _is_roll(family: Family) -> bool:
+    """Whether a rotation has its own law, ``roll``."""
+    return family.kind == "angular_error" and family.choices["travel_axis"] == family.choices["rotation_axis"]
+
+
+def _usual(family: Family, data: Residuals, priors: Priors) -> float:
+    assert family.law is not None
+    span_mm = float(np.ptp(data.probings.certified_mm()))
+    return usual_size(family.law, priors, data.gauge, data.machine, span_mm, family.choices).size
+
+
+def _linear(family: Family) -> Any:
+    assert family.law is not None
+    return next(p for p in family.law.parameters() if p.role == "linear")
+
+
+def _effect(family: Family, size: float) -> Effect:
+    assert family.law is not None
+    values: Mapping[str, Any] = {**fixed_values(family.law), **family.choices, _linear(family).name: size}
+    return family.law.model_construct(**values)
