@@ -247,7 +247,13 @@ def _on_all_rows(told: Sequence[Finding], model: Model, data: Residuals) -> list
         for one, s in zip(told, solved, strict=False)
         if _confirmed(s)
     ]
-    return [*fitted, *(replace(one, share_um=geometry.moved_um(one.effects, data)) for one in told[len(solved) :])]
+    return [
+        *fitted,
+        *(
+            replace(one, share_um=data.without_origins(geometry.moved_um(one.effects, data)))
+            for one in told[len(solved) :]
+        ),
+    ]
 
 
 def _confirmed(solved: Solved) -> bool:

@@ -237,7 +237,7 @@ def _of_geometry(
         {},
         widened(estimates, spread_factor(answer, state, label, decision.in_set) * wider),
         min(sum(one.share for one in rivals), 1.0),
-        moved_um(effects, data),
+        data.without_origins(moved_um(effects, data)),
         own=answer.probability([label]),
         confounded_with=(*dict.fromkeys(one.candidate.kind for one in rivals[1:]), *others),
         effects=effects,

@@ -200,7 +200,7 @@ def _panel_of(finding: Finding, data: Residuals) -> Panel:
     chosen = [str(v) for v in finding.choices.values() if isinstance(v, str | int)]
     title = f"{title} ({', '.join(chosen)})" if chosen else title
     label, x = _against(finding.effect, data)
-    share = data.without_origins(finding.share_um) if finding.effects else finding.share_um
+    share = finding.share_um
     along_gauge = bool(finding.effects) or _coherence(x, share * data.side) > _coherence(x, share)
     weight = mask(data, "gauge" if along_gauge else "approach")
     return Panel(title, label, x, share, _along("gauge" if along_gauge else "approach"), weight, sides(data))

@@ -68,7 +68,7 @@ class Geometry:
         variance = np.einsum("md,de,me->m", self.turn, covariance, self.turn) + sd**2 * np.maximum(1.0 - seen, 0.0)
         u = self.usual * np.sqrt(variance)
         every = [
-            (family.label, Estimate(float(v), float(s), _linear(family).unit))
+            (family.label, Estimate(float(v), float(s), _unit(family)))
             for family, v, s in zip(self.families, value, u, strict=True)
         ]
         return dict(sorted(every, key=lambda one: -abs(one[1].value) / (one[1].u or 1.0)))
@@ -119,6 +119,13 @@ def _usual(family: Family, data: Residuals, priors: Priors) -> float:
 def _linear(family: Family) -> Any:
     assert family.law is not None
     return next(p for p in family.law.parameters() if p.role == "linear")
+
+
+def _unit(family: Family) -> str:
+    """The unit of a size; of the two of an error motion that of its component."""
+    if "component" not in family.choices:
+        return str(_linear(family).unit)
+    return "urad" if family.choices["component"].startswith("r") else "um"
 
 
 def _effect(family: Family, size: float) -> Effect:

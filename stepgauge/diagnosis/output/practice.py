@@ -21,7 +21,7 @@ from stepgauge.recording import APPROACH
 def in_practice(finding: Finding | Member, data: Residuals) -> str:
     """Meaning of a finding, for the person at the machine."""
     if isinstance(finding, Finding) and finding.effects:
-        return _of_geometry(finding, data)
+        return _of_geometry(finding)
     values = _values(finding)
     sentence = _SENTENCES.get(finding.kind)
     if sentence is not None:
@@ -31,10 +31,10 @@ def in_practice(finding: Finding | Member, data: Residuals) -> str:
     return f"{kind.title()}: {kind.equation}." if kind is not None else finding.label
 
 
-def _of_geometry(finding: Finding, data: Residuals) -> str:
+def _of_geometry(finding: Finding) -> str:
     """What all geometric errors at once do, and which of them are determined at k = 2."""
     known = [name for name, one in finding.parameters.items() if one.u is not None and abs(one.value) > 2.0 * one.u]
-    largest = float(np.abs(data.without_origins(finding.share_um)).max())
+    largest = float(np.abs(finding.share_um).max())
     which = f": {listed([name_of(name) for name in known])}" if known else ""
     return (
         f"Scales, straightness, rotations and squareness of the machine err together, by up to {in_um(largest)} along"
