@@ -7,15 +7,15 @@ law usually is, times a factor that they have in common. What the readings tell 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.laws.library import Family, fixed_values, whole
+from stepgauge.diagnosis.laws.library import Family, fixed_values, signatures, whole
 from stepgauge.diagnosis.laws.usual import odds_of, usual_size
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Law
@@ -28,6 +28,8 @@ PARTS = {"angular_error", "error_motion", "roll", "scale_curvature", "scale_erro
 """Kinds of laws that are errors of the machine's geometry, smooth over its travel."""
 FEWEST_PLACEMENTS = 4
 """Along three lines all errors together are hardly another curve than one of them."""
+FURTHER = 2
+"""Powers beyond those that are laws of their own: guideways are no cubics, and what is large shows it."""
 ONE_LINE = 0.1
 """Component across a line from which placements are not all along it."""
 UNSEEN = 1e-8
@@ -81,14 +83,16 @@ def moved_um(effects: Sequence[Effect], data: Residuals) -> Array:
 
 def geometry_of(laws: Sequence[Law], data: Residuals, priors: Priors) -> Law | None:
     """All laws of the machine's geometry as one candidate; None where gauges lay along too few lines."""
-    parts = [law.source for law in laws if law.kind in PARTS and not _is_roll(law.source)]
+    own = [law.source for law in laws if law.kind in PARTS and not _is_roll(law.source)]
+    parts = [(one, _usual(one, data, priors)) for one in own]
+    parts += [finer for one, size in parts if one.kind == "error_motion" for finer in _further(one, size, data)]
     axes = np.array(list(data.probings.setting.axis.values()))
     if len(parts) < 2 or len(axes) < FEWEST_PLACEMENTS:
         return None
     if np.linalg.svd(axes, compute_uv=False)[1:2].sum() < ONE_LINE * np.sqrt(len(axes)):
         return None
-    usual = np.array([_usual(one, data, priors) for one in parts])
-    columns = usual[:, None] * np.concatenate([one.signature(0) for one in parts])
+    families, usual = tuple(one for one, _ in parts), np.array([size for _, size in parts])
+    columns = usual[:, None] * np.concatenate([one.signature(0) for one in families])
     value, vector = np.linalg.eigh(columns @ columns.T)
     turn = vector[:, value > UNSEEN * value[-1]]
     return Law(
@@ -97,12 +101,23 @@ def geometry_of(laws: Sequence[Law], data: Residuals, priors: Priors) -> Law | N
         True,
         float(np.log(odds_of(KIND, priors))),
         priors.sizes.about(priors.laws.of(KIND).usual),
-        Geometry(tuple(parts), usual, turn),
+        Geometry(families, usual, turn),
         combined=True,
         pattern=(turn.T @ columns)[None],
         shares=whole(len(data)),
         log_weight=np.zeros(1),
     )
+
+
+def _further(family: Family, usual: float, data: Residuals) -> Iterator[tuple[Family, float]]:
+    """Error motions of higher powers with their usual sizes: each moves the end of the travel as far as the first."""
+    assert family.law is not None
+    half_m = float(np.ptp(data.probings.setting.travel_mm["xyz".index(family.choices["axis"])])) * 5e-4
+    for more in range(1, FURTHER + 1):
+        choices = {**family.choices, "order": family.choices["order"] + more}
+        pattern = data.without_origins(signatures(family.law, choices, family.atoms, data))
+        label = family.law.model_construct(**(fixed_values(family.law) | choices)).label
+        yield replace(family, label=label, choices=choices, pattern=pattern), usual / half_m**more
 
 
 def _is_roll(family: Family) -> bool:
