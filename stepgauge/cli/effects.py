@@ -35,20 +35,46 @@ def command(kinds: tuple[str, ...], gauge: str | None, machine: str | None) -> N
     stepgauge effects gauge_bending -g step-gauge-420 -m my-machine.toml
     """
     from stepgauge.effects import effect_kinds
-    from stepgauge.errors import InputError
 
     known = effect_kinds(every=True)
-    for kind in kinds:
-        if kind not in known:
-            raise InputError(kind, "no such effect", expected=", ".join(sorted(known)))
     if kinds:
         given = _given(gauge, machine)
-        click.echo("\n\n".join(_describe(known[kind], given) for kind in kinds))
+        click.echo("\n\n".join(_explain(kind, known, given) for kind in kinds))
         return
     width = max(map(len, known))
     for kind in sorted(known):
         click.echo(f"{kind:<{width}}  {known[kind].title()}")
     click.echo("\n'stepgauge effects KIND' explains one: equation, parameters, units and bounds.")
+
+
+def _explain(kind: str, known: dict[str, type[Effect]], given: Given) -> str:
+    from stepgauge.diagnosis.laws.geometry import KIND
+    from stepgauge.errors import InputError
+
+    if kind == KIND:
+        return _describe_geometry()
+    if kind not in known:
+        raise InputError(kind, "no such effect", expected=", ".join(sorted(known)))
+    return _describe(known[kind], given)
+
+
+def _describe_geometry() -> str:
+    """What a diagnosis names that is no effect by itself, but all errors of the geometry together."""
+    from stepgauge.diagnosis.laws.geometry import FEWEST_PLACEMENTS, KIND, PARTS
+    from stepgauge.diagnosis.laws.usual import odds_of
+    from stepgauge.diagnosis.posterior.priors import shipped_priors
+
+    priors = shipped_priors()
+    prior = priors.laws.of(KIND)
+    every = textwrap.fill(f"every {', '.join(sorted(PARTS))} of the machine", 100, subsequent_indent="  ")
+    return f"""{KIND}: All geometric errors of a machine at once, as of one that is not compensated
+  {every}
+  source: ISO 230-1:2012, the 21 error motions of three axes; Zhang et al. 1985
+
+  A diagnosis names it from {FEWEST_PLACEMENTS} placements on, and writes every error as an effect of its own.
+
+  usual size: {prior.usual:g} {prior.unit} ({prior.why})
+  prior odds: 1 to {1.0 / odds_of(KIND, priors):.3g}"""
 
 
 def _given(gauge: str | None, machine: str | None) -> Given:

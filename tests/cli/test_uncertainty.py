@@ -182,3 +182,10 @@ def test_an_unknown_effect_is_an_error_with_the_known_ones() -> None:
     done = stepgauge("effects", "gremlins")
     assert done.returncode == 2
     assert "gremlins: no such effect; expected angular_error" in done.stderr
+
+
+def test_errors_of_the_geometry_together_are_explained_as_effects_are() -> None:
+    said = run("effects", "geometric_errors")
+    assert "straightness" in said
+    assert "from 4 placements on" in said
+    assert "prior odds: 1 to 100" in said
