@@ -87,6 +87,26 @@ def test_of_single_errors_no_more_is_said_than_six_lines_tell(found: Diagnosis) 
     assert len(sure) < 6
 
 
+def test_the_uncertainties_of_all_errors_hold_where_each_is_drawn_from_its_prior() -> None:
+    """Of many errors two thirds within u, 95 % within 2 u: also of those of which the lines tell nothing."""
+    empty = measured(LINES, 21)
+    law = next(
+        one
+        for one in make_problem(make_residuals(empty, gauge(), machine()), shipped_priors()).candidates
+        if one.kind == KIND
+    )
+    geometry: Geometry = law.source
+    drawn = np.random.default_rng(22).normal(0.0, 5.0, len(geometry.families))
+    true = dict(zip([one.label for one in geometry.families], (geometry.usual * drawn).tolist(), strict=True))
+    every = replace(geometry, turn=np.eye(len(drawn))).effects(drawn)
+    seen = make_residuals(empty, gauge(), machine()).probings
+    found = told(moved(empty, np.sum([along_approach_um(one, seen) for one in every], axis=0)))
+    finding = next(one for one in found.findings if one.kind == KIND)
+    off = np.array([(one.value - true[name]) / (one.u or 1.0) for name, one in finding.parameters.items()])
+    assert 0.6 < rms(off) < 1.3
+    assert (np.abs(off) < 2.0).mean() > 0.9
+
+
 def test_the_diagnosed_machine_has_the_errors(found: Diagnosis, tmp_path: Path) -> None:
     recording = uncompensated(5.0, 11)
     found.write(tmp_path / "out")

@@ -39,7 +39,8 @@ def _of_geometry(finding: Finding) -> str:
     return (
         f"Scales, straightness, rotations and squareness of the machine err together, by up to {in_um(largest)} along"
         f" the approach, as of a machine that is not compensated. This recording determines {len(known)} of"
-        f" {len(finding.parameters)} errors{which}; of the others it knows the sum along its lines only."
+        f" {len(finding.parameters)} errors{which}; of the others it knows the sum along its lines only. Single"
+        " values are no compensation."
     )
 
 
