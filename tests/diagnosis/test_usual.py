@@ -8,7 +8,6 @@ import pytest
 
 from stepgauge.cli import main
 from stepgauge.diagnosis.laws.choices import choice_odds
-from stepgauge.diagnosis.laws.library import NOT_LAWS
 from stepgauge.diagnosis.laws.usual import shape_range, size_of_shape, usual_size
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.effects import effect_kinds
@@ -25,11 +24,6 @@ def stretched(factor: float) -> Gauge:
 
 def usual(kind: str, *given: object) -> float:
     return usual_size(KINDS[kind], PRIORS, *given).size  # type: ignore[arg-type]
-
-
-def test_every_kind_that_is_sought_has_a_prior_and_a_unit() -> None:
-    assert set(KINDS) - NOT_LAWS == set(PRIORS.laws.kinds)
-    assert all(prior.unit for prior in PRIORS.laws.kinds.values())
 
 
 def test_a_bar_twice_as_long_sags_sixteen_times_as_much_and_one_twice_as_high_a_quarter() -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stepgauge.diagnosis.laws.geometry import KIND
 from stepgauge.diagnosis.maps.candidates import candidates_for
 from stepgauge.diagnosis.posterior.priors import priors_text, read_priors, shipped_priors
 from stepgauge.diagnosis.probe_map import read_probe_table
@@ -19,7 +20,9 @@ SCATTER = {"noise_growth", "outliers"}
 
 
 def test_every_kind_that_may_be_named_has_its_prior_and_no_other() -> None:
-    assert set(shipped_priors().laws.kinds) == set(effect_kinds()) - NEVER_NAMED - SCATTER
+    kinds = shipped_priors().laws.kinds
+    assert set(kinds) == {*effect_kinds(), KIND} - NEVER_NAMED - SCATTER
+    assert all(prior.unit for prior in kinds.values())
 
 
 def test_every_change_of_a_probe_has_its_prior_and_no_other() -> None:
