@@ -235,7 +235,7 @@ def _where(search: Search, model: Model, left: Sequence[Located], priors: Priors
 def _on_all_rows(told: Sequence[Finding], model: Model, data: Residuals) -> list[Finding]:
     """The laws that were found in some rows, fitted to all rows; those not confirmed by these are dropped.
 
-    Errors of the geometry, the last of them, stay as they are.
+    All errors of the geometry at once stay as they are.
     """
     problem = bare_problem(data)
     scatters = Scatters(problem, shipped_priors())
@@ -244,16 +244,10 @@ def _on_all_rows(told: Sequence[Finding], model: Model, data: Residuals) -> list
     solved = solve(families, [0] * len(families), data, metric).solved
     fitted = [
         replace(one, effect=s.effect, parameters=s.parameters, share_um=s.displacement_um(data))
-        for one, s in zip(told, solved, strict=False)
+        for one, s in zip((one for one in told if not one.effects), solved, strict=True)
         if _confirmed(s)
     ]
-    return [
-        *fitted,
-        *(
-            replace(one, share_um=data.without_origins(geometry.moved_um(one.effects, data)))
-            for one in told[len(solved) :]
-        ),
-    ]
+    return [*fitted, *(replace(one, share_um=geometry.moved_um(one.effects, data)) for one in told if one.effects)]
 
 
 def _confirmed(solved: Solved) -> bool:

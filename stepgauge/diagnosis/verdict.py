@@ -22,7 +22,7 @@ from stepgauge.diagnosis.laws.beside import follows_with_lag
 from stepgauge.diagnosis.laws.geometry import Geometry, moved_um
 from stepgauge.diagnosis.laws.library import Family
 from stepgauge.diagnosis.laws.usual import size_of_shape
-from stepgauge.diagnosis.posterior.answer import Answer, Rival
+from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Rival
 from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors
@@ -89,7 +89,7 @@ def make_model(search: Search, answer: Answer, data: Residuals, priors: Priors) 
 
 
 def _fitted(search: Search, state: State, every: list[Said], forms: list[Said], data: Residuals) -> Model:
-    geometry = [one for one in every if isinstance(one.source, Geometry)]
+    geometry = [one for one in every if one.lead.candidate.combined]
     laws = [one for one in every if one not in geometry]
     beside = [one.term.nuisance for one in (*forms, *geometry)]
     beside += [(one.term.beside, one.term.sds[one.term.told :]) for one in laws]
@@ -215,21 +215,27 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
             ),
             where=solved.effect.when or "",
         )
-    left_um = data.um - sum((solved.displacement_um(data) for solved in model.fitted.solved), np.zeros(len(data)))
-    yield from (_of_geometry(one, left_um, model, answer, data, priors, wider) for one in model.geometry)
+    yield from (_of_geometry(one, several, model, answer, data, priors, wider) for one in model.geometry)
 
 
 def _of_geometry(
-    said: Said, left_um: Array, model: Model, answer: Answer, data: Residuals, priors: Priors, wider: float
+    said: Said,
+    several: list[Alternative],
+    model: Model,
+    answer: Answer,
+    data: Residuals,
+    priors: Priors,
+    wider: float,
 ) -> Finding:
-    """All geometric errors at once, as the readings without the other laws, ``left_um (n,)``, tell them."""
+    """All geometric errors at once, as the readings without the other laws tell them."""
     term, state, geometry, decision = said.term, model.state, said.source, priors.decision
     place = state.place(term.candidate)
+    left_um = data.um - sum((solved.displacement_um(data) for solved in model.fitted.solved), np.zeros(len(data)))
     mean = term.sd**2 * (model.metric(term.columns) @ model.metric(left_um))
     effects = geometry.effects(mean)
     estimates = geometry.estimates(mean, state.amplitudes(place)[1], term.sd)
     label, rivals = term.candidate.label, rival_laws(said, decision)
-    others = together(answer.alternatives(LEAST_ODDS), label, label, decision)
+    others = together(several, label, label, decision)
     return Finding(
         geometry.kind,
         label,
@@ -237,7 +243,7 @@ def _of_geometry(
         {},
         widened(estimates, spread_factor(answer, state, label, decision.in_set) * wider),
         min(sum(one.share for one in rivals), 1.0),
-        data.without_origins(moved_um(effects, data)),
+        moved_um(effects, data),
         own=answer.probability([label]),
         confounded_with=(*dict.fromkeys(one.candidate.kind for one in rivals[1:]), *others),
         effects=effects,
@@ -252,7 +258,7 @@ def _members(
         return
     total = sum(one.share for one in rivals)
     place = model.laws.index(said)
-    for one in (one for one in rivals if not isinstance(one.candidate.source, Geometry)):
+    for one in (one for one in rivals if not one.candidate.combined):
         solved = model.fitted.solved[place] if one is said.lead else _in_place(one, place, model, data)
         parameters = own if one is said.lead else solved.parameters
         chosen = choices_of(solved)

@@ -16,7 +16,6 @@ from stepgauge.diagnosis.engine import Searched
 from stepgauge.diagnosis.fits.solve import solve
 from stepgauge.diagnosis.forms.candidates import form_candidates
 from stepgauge.diagnosis.laws.candidates import usual_signature
-from stepgauge.diagnosis.laws.geometry import Geometry
 from stepgauge.diagnosis.posterior.metric import Metric, nuisances
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Law
@@ -185,14 +184,14 @@ class Predicting:
 
 def _is_summed(part: Part) -> bool:
     """Whether a part is a sum of many functions with amplitudes, and no law with a fit of its own."""
-    return not part.candidate.named or isinstance(part.candidate.source, Geometry)
+    return not part.candidate.named or part.candidate.combined
 
 
 def _columns(part: Part, data: Residuals, forms: dict[str, Candidate]) -> Array:
     """How the rows of a lengthened recording change with the amplitudes of a part, ``(d, n)``."""
     source: Any = part.candidate.source
-    if isinstance(source, Geometry):
-        return source.columns(data)
+    if part.candidate.combined:
+        return np.asarray(source.columns(data))
     if part.candidate.named:
         return usual_signature(source, source.atoms[part.atom], data)
     form = forms.get(part.candidate.label)

@@ -29,7 +29,7 @@ from stepgauge.errors import InputError
 from stepgauge.investigation.hypotheses import Predicting, hypotheses
 from stepgauge.recording import APPROACH, POSITION, Recording
 from tests.diagnosis.made import gauge, machine
-from tests.diagnosis.test_further_laws import Axis, measured, moved, turned
+from tests.diagnosis.test_further_laws import Axis, measured, moved, told, turned
 
 LINES = (turned(3.0), turned(88.0), turned(44.0), turned(-46.0), turned(20.0, 35.0), turned(70.0, -35.0))
 TRAVEL_MM = 1000.0
@@ -58,10 +58,6 @@ def uncompensated_um(recording: Recording, size_um: float, seed: int) -> np.ndar
 def uncompensated(size_um: float, seed: int) -> Recording:
     recording = measured(LINES, 100 + seed)
     return moved(recording, uncompensated_um(recording, size_um, seed))
-
-
-def told(recording: Recording) -> Diagnosis:
-    return diagnose(recording, gauge(), machine())
 
 
 @pytest.fixture(scope="module")

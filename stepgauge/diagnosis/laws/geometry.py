@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Estimate
-from stepgauge.diagnosis.laws.library import Family, fixed_values, signatures, whole
+from stepgauge.diagnosis.laws.library import Family, family_signatures, fixed_values, signatures, whole
 from stepgauge.diagnosis.laws.usual import odds_of, usual_size
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Law
@@ -57,8 +57,8 @@ class Geometry:
 
     def columns(self, data: Residuals) -> Array:
         """The combinations in another recording, ``(d, n)``; origins are left in."""
-        units = (_effect(family, float(usual)) for family, usual in zip(self.families, self.usual, strict=True))
-        return np.asarray(self.turn.T @ np.array([along_approach_um(one, data.probings) for one in units]))
+        units = np.concatenate([family_signatures(one, one.atoms[0], data) for one in self.families])
+        return np.asarray(self.turn.T @ (self.usual[:, None] * units))
 
     def estimates(self, mean: Array, covariance: Array, sd: float) -> dict[str, Estimate]:
         """Size and standard uncertainty of each law by its label, the best determined first.
@@ -77,8 +77,8 @@ class Geometry:
 
 
 def moved_um(effects: Sequence[Effect], data: Residuals) -> Array:
-    """Displacement along the approach by some effects together, ``(n,)``."""
-    return np.sum([along_approach_um(effect, data.probings) for effect in effects], axis=0)
+    """Displacement along the approach by some effects together, without origins, ``(n,)``."""
+    return data.without_origins(np.sum([along_approach_um(effect, data.probings) for effect in effects], axis=0))
 
 
 def geometry_of(laws: Sequence[Law], data: Residuals, priors: Priors) -> Law | None:

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.laws.choices import goes_both_ways, temperatures
-from stepgauge.diagnosis.laws.geometry import Geometry
 from stepgauge.diagnosis.laws.library import SEEN_SHARE, Family, family_signatures, whole
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Law
@@ -103,8 +102,8 @@ def _parts_places(name: str, edge: float, data: Residuals) -> bool:
 
 def in_part(data: Residuals, priors: Priors, every: tuple[Condition, ...], law: Law, atom: int) -> list[Law]:
     """A law with one of its shapes, under every condition; none of a law that has a condition already."""
-    family: Family | Geometry = law.source
-    if isinstance(family, Geometry) or "when" in family.atoms[atom]:
+    family: Family = law.source
+    if law.combined or "when" in family.atoms[atom]:
         return []
     odds = law.log_odds + float(law.log_weight[atom])
     every = tuple(one for one in every if may_have(family, one.name))
