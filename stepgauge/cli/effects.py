@@ -48,14 +48,14 @@ def command(kinds: tuple[str, ...], gauge: str | None, machine: str | None) -> N
 
 
 def _explain(kind: str, known: dict[str, type[Effect]], given: Given) -> str:
-    from stepgauge.diagnosis.laws.geometry import KIND
+    if kind in known:
+        return _describe(known[kind], given)
+    from stepgauge.diagnosis.laws.geometry import KIND  # what fits it is not needed to explain an effect
     from stepgauge.errors import InputError
 
     if kind == KIND:
         return _describe_geometry()
-    if kind not in known:
-        raise InputError(kind, "no such effect", expected=", ".join(sorted(known)))
-    return _describe(known[kind], given)
+    raise InputError(kind, "no such effect", expected=", ".join(sorted(known)))
 
 
 def _describe_geometry() -> str:
