@@ -261,6 +261,20 @@ def test_a_screw_in_use_grows_towards_its_end_and_with_time() -> None:
     assert -0.02 < ratio[-1] < -0.01
 
 
+def test_a_bar_cools_from_block_to_block_and_anew_when_it_is_laid_anew() -> None:
+    scene = scene_of("x_y")
+    shown = np.abs(scene.along_mm) > 50.0
+    for anew in (False, True):
+        cause = temperature_causes.gauge_soaking(scene, random(), anew)
+        along = np.einsum("ij,ij->i", cause.displace(2.0), scene.axis)
+        course = np.abs(along[shown] / scene.along_mm[shown])
+        assert course.max() == pytest.approx(2.0 * 11.5e-3, rel=0.15)
+        falls = np.diff(course) <= 1e-9
+        assert falls.sum() == len(falls) - anew  # it is warmed once more, or never
+        assert cause.where == ("each_placement" if anew else "once")
+    assert temperature_causes.gauge_soaking(scene_of("x"), random(), True).where == "once"
+
+
 # --- which names fit --------------------------------------------------------------------------------------------------
 
 FAR = {
@@ -288,6 +302,8 @@ FAR = {
     "thermal_expansion": f"thermal_shift:{temperature_causes.DECOY}",
     "thermal_bending": f"thermal_shift:{temperature_causes.DECOY}",
     "scale_warm_up": "scale_error:x",
+    "gauge_soaking_once": "thermal_drift",
+    "gauge_soaking_each": "thermal_drift",
     "late_drift": "scale_error:x",
     "drift_beside_decoys": "scale_error:x",
 }

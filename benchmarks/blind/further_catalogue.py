@@ -122,6 +122,8 @@ TEMPERATURE = (
     _warm("thermal_expansion", pick(temperature.thermal_expansion_of, 0), _ROOM("x_shifted_y", "x_y_diagonal")),
     _warm("thermal_bending", pick(temperature.thermal_bending, (0, 1), (1, 0)), _BEAM),
     _warm("scale_warm_up", pick(temperature.scale_warm_up, 0), _X),
+    _warm("gauge_soaking_once", partial(temperature.gauge_soaking, anew=False), kits("x", "y", "x_y", "mirrored")),
+    _warm("gauge_soaking_each", partial(temperature.gauge_soaking, anew=True), kits("x_y", "mirrored", "x_shifted")),
     _warm("late_drift", temperature.late_drift, kits("x", "y", "diagonal", "x_y")),
     _warm("drift_beside_decoys", run.thermal_drift, _ROOM("x_y", "x_shifted", "y_shifted")),
     Recipe("temperature-null", "temperature", (), (*_ROOM("x_y", "x_shifted", "x_y_diagonal"), *_BEAM), nulls=0.1),

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 LAWS_OF_COLUMNS = ("thermal_shift", "thermal_expansion_of", "thermal_bending")
 FURTHER = (
     *("kinematic_pretravel", "seat_defect", "tip_change", "servo_lag"),
-    *("scale_joint", "reversal_wear", "stick_slip", "error_motion", "scale_warm_up"),
+    *("scale_joint", "reversal_wear", "stick_slip", "error_motion", "scale_warm_up", "gauge_soaking"),
     *LAWS_OF_COLUMNS,
 )
 """Kinds of this module; besides, ``thermal_drift:late`` is a drift that begins at any time."""
@@ -136,6 +136,11 @@ def _warm_ups(scene: Scene) -> Iterator[Family]:
         if np.abs(scene.approach[:, axis]).max() >= SEEN:
             yield "scale_warm_up", name, warm * scene.approach[:, axis] * scene.centre_mm[:, axis]
     yield "thermal_drift", "late", warm * scene.approach.T
+    since_s = t - np.array([t[scene.placement == place].min() for place in scene.placement])
+    for warmed, passed_s in (("once", t), ("each_placement", since_s)):
+        if warmed == "once" or np.ptp(scene.placement):
+            constants_s = passed_s.max() * np.geomspace(0.015, 8.0, 30)[:, None]
+            yield "gauge_soaking", warmed, (np.exp(-passed_s / constants_s) * scene.side * scene.along_mm)[:, None, :]
 
 
 def _temperatures(scene: Scene) -> Iterator[Family]:

@@ -55,6 +55,7 @@ _COVARIATES = {
     "stick_slip": "order direction machine gauge cycle",
     "error_motion": "machine gauge placement",
     "scale_warm_up": "time order cycle machine gauge",
+    "gauge_soaking": "time order cycle placement gauge",
     "thermal_shift": "time order cycle",
     "thermal_expansion_of": "time order cycle machine gauge",
     "thermal_bending": "time order cycle machine gauge",

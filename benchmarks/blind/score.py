@@ -49,6 +49,7 @@ FLEXIBLE = {
     "reversal_wear",
     "stick_slip",
     "scale_warm_up",
+    "gauge_soaking",
     "thermal_shift",
     "thermal_expansion_of",
     "thermal_bending",

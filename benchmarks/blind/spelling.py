@@ -26,6 +26,7 @@ _WHERE: dict[str, tuple[tuple[str, ...], ...]] = {
     "tip_change": (("placement",),),
     "scale_joint": (("axis",), ("order",)),
     "error_motion": (("axis",), ("component",), ("order",)),
+    "gauge_soaking": (("warmed",),),
     "thermal_shift": (("column",),),
     "thermal_expansion_of": (("column",), ("of",)),
     "thermal_bending": (("column",), ("axis",), ("component",)),

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from benchmarks.blind.cause import Cause, on_axis
 from benchmarks.blind.run_causes import direction_seen
-from benchmarks.blind.scene import Scene, Sensor
+from benchmarks.blind.scene import Scene, Sensor, contact_mm
 
 Array = NDArray[np.float64]
 Random = np.random.Generator
@@ -92,6 +92,29 @@ def _body(scene: Scene, random: Random, *columns: str) -> tuple[Array, float]:
     air = of[columns[0]].celsius - (of[columns[1]].celsius if len(columns) > 1 else 20.0)
     clock_s = of[columns[0]].clock_s
     return np.interp(scene.time_s, clock_s, lagged(clock_s, air, lag_s)), lag_s
+
+
+def gauge_soaking(scene: Scene, random: Random, anew: bool) -> Cause:
+    """A bar from a store, or out of the hands that laid it (anew: before every placing): it cools into the room.
+
+    Its outside follows the air at once for a twentieth of it, its core as a body; each block stands where its segments
+    have carried it.
+    """
+    first_s = scene.time_s[np.unique(scene.placement, return_index=True)[1]]
+    since_s = scene.time_s - (first_s[np.searchsorted(np.unique(scene.placement), scene.placement)] if anew else 0.0)
+    since_s -= 0.0 if anew else scene.time_s[0]
+    core_s = float(random.uniform(0.12, 0.5)) * float(since_s.max())
+    course = 0.95 * np.exp(-since_s / core_s) + 0.05 * np.exp(-since_s / (0.1 * core_s))
+    sign, segments = float(random.choice([-1.0, 1.0])), np.diff(scene.gauge.true_mm, prepend=0.0)
+
+    def displace(kelvin: float) -> Array:
+        warm = scene.gauge_temperature_C + sign * kelvin * course - 20.0
+        places = np.cumsum(segments * (1.0 + scene.gauge.true_expansion_per_K * warm[:, None]), axis=1)
+        moved = contact_mm(scene, along_mm=places[np.arange(len(scene)), scene.face - 1])
+        return np.asarray((moved - scene.centre_mm) * 1e3)
+
+    several = len(first_s) > 1
+    return Cause("gauge_soaking", displace, "each_placement" if anew and several else "once")
 
 
 def _chosen(random: Random) -> str:

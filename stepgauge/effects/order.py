@@ -63,6 +63,14 @@ def rest_s(probings: Probings) -> Array:
     return by_row(gap, order)
 
 
+def since_placed_s(probings: Probings) -> Array:
+    """Time since the first probing of the same placement, s, ``(n,)``."""
+    order, placement = in_order(probings)
+    time_s = probings.time_s[order]
+    first = np.diff(placement, prepend=np.nan) != 0
+    return by_row(time_s - time_s[first][np.cumsum(first) - 1], order)
+
+
 def rested(probings: Probings, touches: float) -> Array:
     """Exponentially weighted sum of the square roots of the rests, s^0.5, ``(n,)``."""
     order, _ = in_order(probings)

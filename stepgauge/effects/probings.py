@@ -247,6 +247,12 @@ class Probings:
             self._made["rest"] = order.rest_s(self)
         return self._made["rest"]
 
+    def since_placed_s(self) -> Array:
+        """Time since the first probing of the same placement, s."""
+        if "placed" not in self._made:
+            self._made["placed"] = order.since_placed_s(self)
+        return self._made["placed"]
+
     def rested(self, touches: float) -> Array:
         """Sum of the square roots of this and earlier rests, s^0.5, with weights that fall to 1/e over ``touches``.
 
@@ -337,6 +343,9 @@ class _Slice(Probings):
 
     def rest_s(self) -> Array:
         return self.whole.rest_s()[self.rows]
+
+    def since_placed_s(self) -> Array:
+        return self.whole.since_placed_s()[self.rows]
 
     def rested(self, touches: float) -> Array:
         return self.whole.rested(touches)[self.rows]

@@ -1,4 +1,4 @@
-"""Temperature: gauge and scales that are warmer than recorded, and drift.
+"""Temperature: gauge and scales that are warmer than recorded, a gauge that soaks, and drift.
 
 The reference temperature is 20 deg C. In a gauge at T each position is longer by alpha (T - 20). In a scale at T the
 graduation is expanded by 1 + alpha_s (T - 20) about machine zero: without compensation the indication is
@@ -8,7 +8,7 @@ indicates x if its sensor has no error.
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -46,6 +46,37 @@ class GaugeTemperature(Effect):
         """Proportional to the certified position of the face."""
         shift_um = probings.by_face(probings.gauge.position_mm * (probings.gauge.table.expansion_per_K * 1e3))
         return {"approach": probings.shifted_along_gauge(self.delta_K * shift_um)}
+
+
+class GaugeSoaking(Effect):
+    """The gauge takes on the temperature of its surroundings: at first its faces are off by alpha delta S.
+
+    It came from a store or a car, or hands warmed it when it was laid.
+    """
+
+    kind: ClassVar[str] = "gauge_soaking"
+    equation: ClassVar[str] = (
+        "d = expansion_per_K delta_K S exp(-t / time_constant_h) along the gauge axis;"
+        " t = time_s - start_s, nothing before; or since the first probing of each placement"
+    )
+    source: ClassVar[str] = "ISO/TR 16015; a body with one time constant in air (Newton's law of cooling)"
+    covariates: ClassVar[tuple[str, ...]] = ("position", "time")
+    warmed: Literal["once", "each_placement"] = parameter(
+        "once", unit="", role="choice", meaning="warmed once, before start_s, or anew before each placement"
+    )
+    delta_K: float = parameter(unit="K", meaning="at first warmer than recorded by", ge=-200, le=200, sensible=(-5, 5))
+    time_constant_h: float = parameter(
+        unit="h", role="nonlinear", meaning="time constant", gt=0, le=1e4, sensible=(0.05, 5)
+    )
+    start_s: float = begins_s()
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Proportional to the certified position of the face, and less with time."""
+        once = self.warmed == "once"
+        hours = (probings.time_s - self.start_s if once else probings.since_placed_s()) / 3600.0
+        warmer_K = self.delta_K * np.exp(-np.maximum(hours, 0.0) / self.time_constant_h) * (hours >= 0.0)
+        per_K = probings.by_face(probings.gauge.position_mm * (probings.gauge.table.expansion_per_K * 1e3))
+        return {"approach": probings.shifted_along_gauge(warmer_K * per_K)}
 
 
 class ScaleTemperature(Effect):

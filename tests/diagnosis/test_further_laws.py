@@ -225,6 +225,27 @@ def test_a_heater_that_goes_on_later_is_a_drift_from_that_event_on() -> None:
     assert "from" in in_practice(one, make_residuals(recording, STEPS, machine()))
 
 
+SOAKING = {"kind": "gauge_soaking", "time_constant_h": 0.1}
+
+
+@pytest.mark.parametrize("seed", [11, 12])
+@pytest.mark.parametrize("truth", [SOAKING | {"warmed": "once"}, SOAKING | {"warmed": "each_placement"}])
+def test_a_gauge_that_has_not_soaked_is_named_and_no_squareness_or_scale(truth: dict[str, Any], seed: int) -> None:
+    """It was told as a squareness of 86(23) urad, or as a scale error and a drift: it was not in the vocabulary."""
+    recording = measured((turned(4.0), turned(85.0)), seed, 6)
+    (one,) = told(bent(recording, truth | {"delta_K": 0.8})).findings
+    assert one.kind == "gauge_soaking"
+    assert one.choices["warmed"] == truth["warmed"]
+    assert off(one, "delta_K", 0.8) < 3.0
+    assert off(one, "time_constant_h", 0.1) < 3.0
+
+
+def test_of_one_placement_a_gauge_was_warmed_once() -> None:
+    data = make_residuals(measured((turned(4.0),), 13), STEPS, machine())
+    soaking = [one for one in effect_families(data, shipped_priors()) if one.kind == "gauge_soaking"]
+    assert [one.choices["warmed"] for one in soaking] == ["once"]
+
+
 def test_an_event_is_told_by_the_clock_that_ran_before_the_measurement() -> None:
     recording = measured((turned(4.0),), 15, cycles=10)
     late = replace(recording, frame=recording.frame.assign(time_s=recording.frame["time_s"] + 1e6))

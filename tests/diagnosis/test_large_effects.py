@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from stepgauge.effects.probings import followed
 from stepgauge.recording import POSITION, Recording
-from tests.diagnosis.test_further_laws import measured, named, turned
+from tests.diagnosis.test_further_laws import measured, moved, named, turned
 from tests.diagnosis.test_further_laws import told as told_of_steps
 from tests.diagnosis.test_selection import bent, told
 
@@ -67,6 +68,24 @@ def test_what_a_temperature_did_in_pauses_is_no_further_cause(um_per_K: float) -
     lag = one.parameters["lag_s"]
     assert lag.u is not None
     assert abs(lag.value - 240.0) < 3.0 * lag.u
+
+
+@pytest.mark.parametrize("share", [0.07, 0.14, 0.28])
+@pytest.mark.parametrize("um", [3.0, 10.0])
+def test_a_lag_of_which_no_law_is_known_is_found_between_those_of_the_grid(um: float, share: float) -> None:
+    """From ten times the scatter on, the difference to the nearest lag of the grid was told as a drift or a wave."""
+    recording = measured((turned(4.0), turned(80.0)), 7, 10)
+    time_s = recording.frame["time_s"].to_numpy()
+    lag_s = share * np.ptp(time_s)
+    humid = np.cumsum(np.random.default_rng(7).normal(0.0, 1.0, len(time_s))).round(2)
+    late = followed(time_s, humid, (lag_s,))[0]
+    side = np.where(recording.frame["face"] % 2 == 1, 1.0, -1.0)
+    humid_recording = replace(recording, frame=recording.frame.assign(humidity_pct=humid))
+    found = told_of_steps(moved(humid_recording, um * side * late / late.std()))
+    assert not found.findings
+    (one,) = found.unexplained
+    assert (one.covariate, one.form) == ("humidity_pct", "lagged")
+    assert one.numbers == pytest.approx(lag_s, rel=0.03)
 
 
 @pytest.mark.parametrize("um", [3.0, 25.0])

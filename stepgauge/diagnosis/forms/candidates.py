@@ -90,11 +90,18 @@ def _candidate(one: OnSides, side: str, share: Array, odds: float, sizes: Sizes)
             shares=share[None],
             log_weight=flat,
             refine=one.refine and partial(one.refine, share),
+            beside=one.unread and partial(_beside, one, share),
         )
         return
     features = tuple(_shown(columns * share) for columns in one.features)
     if all(len(columns) for columns in features):
         yield Smooth(one.covariate, label, False, odds, sizes, form, features=features)
+
+
+def _beside(one: OnSides, share: Array, atom: int) -> Array:
+    """What a shape of a form may do beside its signature, ``(p, n)``."""
+    assert one.unread is not None
+    return one.unread(one.kernels[atom]) * share
 
 
 def _own(one: OnSides, side: str, laws: Collection[str], one_way: bool) -> OnSides:

@@ -45,7 +45,8 @@ class OnSides:
     """A form on all the sides on which it may act.
 
     ``share``: its prior odds over those of an ordinary form; ``refine``: the fit of its shape between those of the
-    grid, as of a law, from its share in every row ``(n,)`` on; ``of``: as of the form.
+    grid, as of a law, from its share in every row ``(n,)`` on; ``of``: as of the form; ``unread``: from the numbers of
+    a shape to what it may do beside its signature, ``(p, n)`` before the share of each row.
     """
 
     covariate: str
@@ -58,3 +59,4 @@ class OnSides:
     beside: str = ""
     refine: Callable[[Array, int, Array], Refined] | None = None
     of: Callable[[Any], Array] | None = None
+    unread: Callable[[Any], Array] | None = None

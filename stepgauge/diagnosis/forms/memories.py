@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +11,9 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.covariates import NAMES, REST, WAY, Covariate, axes_shown, standard
 from stepgauge.diagnosis.forms.form import HYSTERESIS, LAGGED, LENGTH, LOOP, RESTS, SMOOTH, TREND, OnSides
 from stepgauge.diagnosis.forms.smooth import matern, sides_of
-from stepgauge.diagnosis.forms.waves import wave_sides
+from stepgauge.diagnosis.forms.waves import FINER, nearest, wave_sides
 from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Refined
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.unread import principal, shifts
 from stepgauge.effects.probings import followed
@@ -33,21 +35,56 @@ def lagged(told: Sequence[Covariate], position: Covariate | None, data: Residual
         if not one.further:
             continue
         lags = tuple(float(lag * _duration_s(data, one.known)) for lag in priors.forms.lags) if data.has_time else ()
-        acting = followed(data.probings.time_s, one.values, lags) if lags else ()
-        late = [_with_unread(acts, lag_s, one, data) for acts, lag_s in zip(acting, lags, strict=True)]
-        if late:
-            yield OnSides(one.name, one.unit, LAGGED, late, lags, sides_of(one, data), priors.forms.lag)
-        if length is None:
-            continue
-        grown = [value * length for value in [one.standard[None], *late]]
-        sides = ("gauge", *axes_shown(data))
-        yield OnSides(one.name, one.unit, LENGTH, grown, (0.0, *lags), sides, priors.forms.product, "position")
+        if lags:
+            yield _following(one, lags, sides_of(one, data), data, priors)
+        if length is not None:
+            yield _following(one, (0.0, *lags), ("gauge", *axes_shown(data)), data, priors, length)
 
 
-def _with_unread(late: Array, lag_s: float, one: Covariate, data: Residuals) -> Array:
-    """A column as it acts after a lag, and beside it what it may have done while nobody read it, ``(1 + p, n)``."""
-    moved = shifts(data.probings.time_s, one.values, lag_s, one.known) / max(float(late[: one.known].std()), 1e-300)
-    return np.concatenate([standard(late, one.known)[None], principal(moved, one.known)])
+def _following(
+    one: Covariate,
+    lags: tuple[float, ...],
+    sides: tuple[str, ...],
+    data: Residuals,
+    priors: Priors,
+    length: Array | None = None,
+) -> OnSides:
+    """What follows a column after one of some lags, or one between them; a length error where ``length`` is given."""
+    times = np.ones(len(data)) if length is None else length
+
+    def of(lag_s: float) -> Array:
+        return _late(one, lag_s, data)[None] * times
+
+    def unread(lag_s: float) -> Array:
+        return _unread(one, lag_s, data) * times
+
+    def refine(share: Array, atom: int, um: Array) -> Refined:
+        found, step = Refined(of(lags[atom]) * share, lags[atom]), lags[-1] / lags[-2] if len(lags) > 2 else 1.0
+        for ratio in (step, step ** (2.0 / FINER)):
+            near = (found.shape * ratio ** np.linspace(-1.0, 1.0, FINER)).tolist()
+            found = nearest(np.array([of(lag_s) for lag_s in near]), near, data, share, um)
+        return replace(found, columns=np.concatenate([found.columns, unread(found.shape) * share]))
+
+    shape, odds, beside = LAGGED, priors.forms.lag, ""
+    if length is not None:
+        shape, odds, beside = LENGTH, priors.forms.product, "position"
+    features = np.array([of(lag_s) for lag_s in lags])
+    return OnSides(one.name, one.unit, shape, features, lags, sides, odds, beside, refine, of, unread)
+
+
+def _late(one: Covariate, lag_s: float, data: Residuals) -> Array:
+    """A column as it acts after a lag, of unit variance, ``(n,)``."""
+    late = followed(data.probings.time_s, one.values, (lag_s,))[0] if lag_s else one.values
+    return standard(late, one.known)
+
+
+def _unread(one: Covariate, lag_s: float, data: Residuals) -> Array:
+    """What the column may have done beside this while nobody read it, ``(p, n)``."""
+    if not lag_s:
+        return np.zeros((0, len(data)))
+    time_s = data.probings.time_s
+    spread = max(float(followed(time_s, one.values, (lag_s,))[0][: one.known].std()), 1e-300)
+    return principal(shifts(time_s, one.values, lag_s, one.known) / spread, one.known)
 
 
 def _duration_s(data: Residuals, known: int | None) -> float:

@@ -6,8 +6,7 @@ is searched between the points of the grid where a hypothesis is computed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,13 +36,12 @@ def waves(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
     def of(period: float) -> Array:
         return _harmonics(passed, np.array([span / period]))[0]
 
-    def about(atom: int) -> tuple[Array, Sequence[object]]:
+    def refine(share: Array, atom: int, um: Array) -> Refined:
         near = turns[atom] + np.linspace(-1.0, 1.0, FINER) / PERIODS_PER_SPAN
-        return _harmonics(passed, near), (span / near).tolist()
+        return nearest(_harmonics(passed, near), (span / near).tolist(), data, share, um)
 
     features, periods, share = _harmonics(passed, turns), tuple((span / turns).tolist()), priors.forms.wave
-    sides, refine = wave_sides(one, data), partial(_nearest, data, about)
-    return OnSides(one.name, one.unit, WAVE, features, periods, sides, share, refine=refine, of=of)
+    return OnSides(one.name, one.unit, WAVE, features, periods, wave_sides(one, data), share, refine=refine, of=of)
 
 
 def _harmonics(passed: Array, turns: Array) -> Array:
@@ -65,14 +63,14 @@ def sawteeth(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
     def of(shape: tuple[float, float]) -> Array:
         return _teeth(passed, [(span / shape[0], shape[1])])[0]
 
-    def about(atom: int) -> tuple[Array, Sequence[object]]:
+    def refine(share: Array, atom: int, um: Array) -> Refined:
         f, phase = grid[atom]
         near = [(f + a, phase + b) for a in finer / TEETH_PER_SPAN for b in finer / PHASES]
-        return _teeth(passed, near), [(span / turns, phase) for turns, phase in near]
+        return nearest(_teeth(passed, near), [(span / turns, phase) for turns, phase in near], data, share, um)
 
     shapes = tuple((span / f, phase) for f, phase in grid)
     sides = tuple(side for side in wave_sides(one, data) if side != "approach")  # no probe does that
-    features, share, refine = _teeth(passed, grid, THROWN_BACK), priors.forms.wave, partial(_nearest, data, about)
+    features, share = _teeth(passed, grid, THROWN_BACK), priors.forms.wave
     return OnSides(one.name, one.unit, SAWTOOTH, features, shapes, sides, share, refine=refine, of=of)
 
 
@@ -105,14 +103,8 @@ def wave_sides(one: Covariate, data: Residuals) -> tuple[str, ...]:
     return ("gauge",) if one.name == "position" else ("approach", "gauge", *axes_shown(data))
 
 
-def _nearest(
-    data: Residuals, about: Callable[[int], tuple[Array, Sequence[object]]], share: Array, atom: int, um: Array
-) -> Refined:
-    """Of the shapes about a point of the grid the one that explains most beside the origins.
-
-    ``about``: from the number of an atom to the signatures ``(k, d, n)`` of these shapes, and the shapes.
-    """
-    signatures, shapes = about(atom)
+def nearest(signatures: Array, shapes: Sequence[object], data: Residuals, share: Array, um: Array) -> Refined:
+    """Of some shapes with signatures ``(k, d, n)`` the one that explains most beside the origins."""
     columns = signatures * share
     free = data.without_origins(columns)
     gram = free @ np.swapaxes(free, 1, 2)

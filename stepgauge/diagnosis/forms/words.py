@@ -69,9 +69,9 @@ def _words(form: Form, shape: str, number: object) -> str:
     if shape == SAWTOOTH and isinstance(number, tuple):
         return f"creeps with {name} and is thrown back, a sawtooth of period {number[0]:.4g}{unit}"
     if shape == LAGGED:
-        return f"proportional to {name} after a first-order lag, time constant {number:.3g} s"
+        return f"proportional to {name} after a first-order lag, time constant about {number:.2g} s"
     if shape == LENGTH:
-        late = f", time constant {number:.3g} s" if isinstance(number, float) and number > 0.0 else ""
+        late = f", time constant about {number:.2g} s" if isinstance(number, float) and number > 0.0 else ""
         return f"a length error that changes with {name}{late}"
     if shape == BEAT and isinstance(number, tuple):
         return f"periodic along the gauge, period {number[0]:.4g} mm, and in {name}, period {number[1]:.4g}{unit}"

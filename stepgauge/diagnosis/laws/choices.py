@@ -99,6 +99,8 @@ def _values_of(parameter: Parameter, data: Residuals, law: type[Effect]) -> Sequ
         return _beside_others(data)
     if parameter.name == "order":
         return _ORDERS[law.kind]
+    if parameter.name == "warmed":
+        return parameter.choices if data.placement.max() > 0 else ["once"]  # of one placement both are the same
     if parameter.name == "arm":
         return ["first"]  # the azimuth says which one
     return parameter.choices or (parameter.default,)

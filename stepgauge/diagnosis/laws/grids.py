@@ -34,6 +34,8 @@ SEAT_SHARE = 0.2
 """Of its reaction at rest, at which a bad seat opens: readings show its product with the compliance."""
 SPREAD, COARSE_SPREAD = np.linspace(-2.0, 2.0, 5), np.linspace(-1.5, 1.5, 3)
 """Points about what is usual, in standard deviations; of level gauges, which hardly show it, fewer."""
+LONGEST_SOAKING = 6.0
+"""Time constants over the record: what falls by less than a sixth in it is a gauge that is warmer."""
 MOST_TOUCHES = 50.0
 """A probe has settled after some dozens of touches; a longer relaxation depends on time, not on touches."""
 
@@ -103,6 +105,14 @@ def _times_s(_: dict[str, Any], data: Residuals) -> Array:
 def _time_constants_h(_: dict[str, Any], data: Residuals) -> list[float | None]:
     hours = _duration_s(data) / 3600.0
     return [None, *np.geomspace(hours / 60.0, hours * 1.5, 12)]
+
+
+def _soaking_h(choices: dict[str, Any], data: Residuals) -> Array:
+    """Of a soaking that goes on beyond the record its beginning shows."""
+    hours = _duration_s(data) / 3600.0
+    if choices["warmed"] == "each_placement":
+        hours = max(float(data.probings.since_placed_s().max()), 1.0) / 3600.0
+    return np.geomspace(hours / 60.0, hours * LONGEST_SOAKING, 14)
 
 
 def _lags_s(_: dict[str, Any], data: Residuals) -> list[float | None]:
@@ -194,6 +204,8 @@ _RULES: dict[str, Callable[[dict[str, Any], Residuals], Any]] = {
     "reversal_wear.at_mm": _worn_mm,
     "reversal_wear.width_mm": _worn_widths_mm,
     "scale_warm_up.start_s": lambda choices, data: [None],
+    "gauge_soaking.time_constant_h": _soaking_h,
+    "gauge_soaking.start_s": lambda choices, data: [None],
     "decay_mm": _decays_mm,
     "lag_s": _lags_s,
     "start_s": _starts_s,

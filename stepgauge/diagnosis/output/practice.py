@@ -188,6 +188,17 @@ def _gauge_temperature(v: Values, data: Residuals) -> str:
     )
 
 
+def _gauge_soaking(v: Values, data: Residuals) -> str:
+    um = v["delta_K"] * data.gauge.table.expansion_per_K * 1e3 * length_mm(data)
+    minutes = v["time_constant_h"] * 60.0
+    each = "Whenever it has been laid, the gauge is" if v["warmed"] == "each_placement" else "At first the gauge is"
+    return (
+        f"{each} {size(v['delta_K'])} K {'warmer' if v['delta_K'] > 0 else 'colder'} than recorded, {in_um(um)} over"
+        f" the {length_mm(data):.0f} mm measured, and takes on the temperature of its surroundings with a time constant"
+        f" of {minutes:.3g} min: let it soak for {3.0 * minutes:.2g} min."
+    )
+
+
 def _scale_temperature(v: Values, data: Residuals) -> str:
     axis, k = v["axis"], v["delta_K"]
     um = k * data.probings.setting.scale_expansion_per_K * 1e3 * span_mm(axis, data)
@@ -299,6 +310,7 @@ _SENTENCES: dict[str, Sentence] = {
     "lever_arm": _lever,
     "pretravel_scale": _pretravel_scale,
     "gauge_temperature": _gauge_temperature,
+    "gauge_soaking": _gauge_soaking,
     "scale_temperature": _scale_temperature,
     "thermal_drift": _drift,
     "temperature_cycle": _cycle,

@@ -358,8 +358,12 @@ class Search:
             yield self.evidence(state.terms, stated, state.sigma_um)
 
     def _ones(self, state: State, *places: int) -> list[State]:
-        """The hypothesis with one other term, or a pair of laws, in place of some; first without these."""
+        """The hypothesis with one other term, or a pair of laws, in place of some; first without these.
+
+        What is left alone has its shape fitted anew: it was that beside the others.
+        """
         base = self.without(state, *places)
+        base = self.polished(base) if len(base.terms) == 1 else base
         looks = self._proposed(base, 3)
         return [base, *(self.added(base, look) for look in looks), *self._paired(base, state.labels)]
 
