@@ -331,6 +331,15 @@ def test_a_cubic_fits_a_bow_before_a_short_gauge_only() -> None:
     assert leftovers(long, bow / bow.std() * long.sigma_um)["error_motion:x/x/3"] > 0.3 * len(long)
 
 
+def test_in_an_exact_rhythm_a_slow_wave_may_be_a_vibration_and_in_no_other() -> None:
+    even = make_scene(RECIPES["way-single:rhythm:temperature_cycle"].designs[0], random(4))
+    for scene, told in ((even, True), (scene_of("x"), False)):
+        wave = np.sin(2.0 * np.pi * scene.time_s / 250.0) * scene.approach[:, 0]
+        assert ("vibration" in leftovers(scene, wave)) is told
+    fast = np.sin(2.0 * np.pi * even.time_s * (1.0 / 5.0 + 1.0 / 250.0)) * even.approach[:, 0]
+    assert leftovers(even, fast / fast.std() * even.sigma_um)["vibration"] < 0.05 * len(even)
+
+
 def test_laws_of_temperature_are_names_where_a_temperature_is_recorded_and_nowhere_else() -> None:
     without, room = scene_of("x"), scene_of("x", sensors=thermometers)
     noise = random().standard_normal(len(without))

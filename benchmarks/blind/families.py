@@ -105,8 +105,17 @@ def _time(scene: Scene) -> Iterator[Family]:
     step, first = 0.15 / run_s, 1.5 / run_s
     count = min(int(np.ceil((1.0 / 115.0 - first) / step)), FREQUENCIES)
     wave = waves(step, count, first, t)[:, None, :] * scene.approach.T
-    yield "temperature_cycle", "", np.concatenate([wave.real, wave.imag], axis=1)
+    slow = np.concatenate([wave.real, wave.imag], axis=1)
+    yield "temperature_cycle", "", slow
+    if _in_beats(t):
+        yield "vibration", "", slow
     for place in np.unique(scene.placement):
         rows = np.flatnonzero(scene.placement == place)[1:]
         after = (t >= t[rows][:, None]) & (scene.placement == place)
         yield "step_change", "", (scene.side * after)[:, None, :]
+
+
+def _in_beats(t: Array) -> bool:
+    """Whether all touches came in one exact rhythm: there an oscillation of nearly that frequency is a slow wave."""
+    beats = t / max(float(np.diff(t).min()), 1e-9)
+    return bool(np.abs(beats - np.round(beats)).max() < 1e-6)

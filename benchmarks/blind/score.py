@@ -40,6 +40,7 @@ FLEXIBLE = {
     "periodic_scale_error",
     "local_scale_defect",
     "temperature_cycle",
+    "vibration",
     "thermal_drift",
     "approach_memory",
     "gauge_bending",
