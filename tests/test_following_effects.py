@@ -108,6 +108,15 @@ def test_a_scale_warms_after_its_event_and_not_before() -> None:
     assert_allclose(got[:, 0], np.where(hours > 0, -4.0 * np.expm1(-hours / 0.25), 0.0), atol=1e-12)
 
 
+def test_a_reversed_gauge_has_its_mirror_image() -> None:
+    """The last face is the first one: nothing at both ends, alike about the middle, and nothing twice reversed."""
+    reversed_, faces = {"kind": "gauge_reversed"}, GAUGE.position_mm
+    off = [bend(reversed_, face=np.full(len(MINUTES), face))[0, 0] for face in range(1, len(faces) + 1)]
+    assert (off[0], off[-1]) == (0.0, 0.0)
+    assert_allclose(off, off[::-1], atol=1e-9)
+    assert_allclose(np.add(faces * 1e3, off), (faces[-1] - faces)[::-1] * 1e3, atol=1e-9)
+
+
 def test_a_gauge_soaks_from_its_event_on_and_each_placement_anew() -> None:
     """23 um of a metre and 2 K at once, 1 / e of it after a time constant; nothing before."""
     face, soaking = np.full(len(MINUTES), 41), {"kind": "gauge_soaking", "delta_K": 2.0, "time_constant_h": 0.25}

@@ -1,4 +1,4 @@
-"""Effects of the gauge, alike everywhere in the machine: a defective face, bending, misalignment."""
+"""Effects of the gauge, alike everywhere in the machine: a defective face, a wrong way round, bending, misalignment."""
 
 from __future__ import annotations
 
@@ -28,6 +28,25 @@ class BlockDefect(Effect):
         if known is not None and self.face > known.n_faces:
             raise InputError("effects", "no such face", found=self.face, expected=f"1 to {known.n_faces}")
         return {"approach": probings.shifted_along_gauge(self.um * (probings.face == self.face))}
+
+
+class GaugeReversed(Effect):
+    """The gauge was laid the wrong way round: each face stands where the certificate has its mirror image.
+
+    Blocks and gaps of most gauges are nominally symmetrical, so that a program runs all the same.
+    """
+
+    kind: ClassVar[str] = "gauge_reversed"
+    equation: ClassVar[str] = "d = share (S_last - S_(n + 1 - face) - S_face) along the gauge axis, of n faces"
+    source: ClassVar[str] = "definition: certified positions counted from the other end"
+    covariates: ClassVar[tuple[str, ...]] = ("face",)
+    share: float = parameter(1.0, unit="1", meaning="1 if it is so", ge=0, le=2, sensible=(0.5, 1.5))
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Mirrored minus certified position of the face."""
+        faces = probings.gauge.position_mm
+        off_um = probings.by_face((faces[-1] - faces[::-1] - faces) * 1e3)
+        return {"approach": probings.shifted_along_gauge(self.share * off_um)}
 
 
 class Misalignment(Effect):

@@ -374,6 +374,7 @@ EXAMPLES: list[tuple[str, dict[str, Any], list[str]]] = [
         ["power 3", "um at the farthest"],
     ),
     ("scale_warm_up", {"axis": "x", "um_per_m": -9.0, "time_constant_h": 0.5}, ["30 min", "too short"]),
+    ("gauge_reversed", {"share": 1.02}, ["wrong way round", "share 1.02"]),
     (
         "gauge_soaking",
         {"warmed": "once", "delta_K": -0.5, "time_constant_h": 0.2},

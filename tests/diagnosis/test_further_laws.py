@@ -240,6 +240,20 @@ def test_a_gauge_that_has_not_soaked_is_named_and_no_squareness_or_scale(truth: 
     assert off(one, "time_constant_h", 0.1) < 3.0
 
 
+@pytest.mark.parametrize("seed", [11, 12])
+def test_a_gauge_laid_the_wrong_way_round_is_named_also_beside_a_scale_error(seed: int) -> None:
+    """It was told as a curve over its positions, without a cause."""
+    recording, faces = measured((turned(4.0), turned(85.0)), seed), STEPS.position_mm
+    mirrored = faces[-1] - faces[::-1]
+    side = np.where(recording.frame["face"] % 2 == 1, 1.0, -1.0)
+    laid = moved(recording, ((mirrored - faces) * 1e3)[recording.frame["face"] - 1] * side)
+    (one,) = told(laid).findings
+    assert one.kind == "gauge_reversed"
+    assert off(one, "share", 1.0) < 3.0
+    both = told(bent(laid, {"kind": "scale_error", "axis": "x", "ppm": 8.0}))
+    assert {one.kind for one in both.findings} == {"gauge_reversed", "scale_error"}
+
+
 def test_of_one_placement_a_gauge_was_warmed_once() -> None:
     data = make_residuals(measured((turned(4.0),), 13), STEPS, machine())
     soaking = [one for one in effect_families(data, shipped_priors()) if one.kind == "gauge_soaking"]

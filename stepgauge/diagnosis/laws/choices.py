@@ -27,6 +27,8 @@ PAUSE_JUMP = 1.25
 MOST_PAUSED = 0.15
 """Largest share of touches that follow a pause: what every touch follows is none."""
 SHORT_PAUSE_S = 10.0
+MOST_REVERSED_MM = 1.0
+"""Largest difference of a face to its mirror image at which a probe that searches still finds it."""
 LEAST_VARIED = 0.1
 """Share of a temperature above that at which a law is zero that must be variation, both root mean square."""
 TEMPERATURES = ("_C", "_K", "_degC")
@@ -180,6 +182,12 @@ def _may_show_a_tripod(data: Residuals) -> bool:
     return directions >= 3 and not isinstance(data.machine.sensor, MechanicalProbe)
 
 
+def _may_lie_reversed(data: Residuals) -> bool:
+    """Of a gauge that is not symmetrical a program would have missed the faces."""
+    faces = data.gauge.position_mm
+    return bool(np.abs(faces[-1] - faces[::-1] - faces).max() < MOST_REVERSED_MM)
+
+
 def _has_speeds(data: Residuals) -> bool:
     """Two speeds tell a constant and a proportion, a square needs a third."""
     return len(np.unique(data.speed)) >= FEWEST_SPEEDS
@@ -218,6 +226,7 @@ _SHOWN: dict[str, Callable[[Residuals], bool]] = {
     "kinematic_pretravel": _may_show_a_tripod,
     "seat_defect": _may_show_a_tripod,
     "servo_lag": _has_speeds,
+    "gauge_reversed": _may_lie_reversed,
     "stick_slip": goes_both_ways,
     "tip_change": _has_like_placements,
 }

@@ -188,6 +188,14 @@ def _gauge_temperature(v: Values, data: Residuals) -> str:
     )
 
 
+def _gauge_reversed(v: Values, data: Residuals) -> str:
+    return (
+        "The faces stand where the certificate has them if it is counted from the other end"
+        f" (share {v['share']:.2f}; 1 if it is so): the gauge was laid the wrong way round, or its blocks were numbered"
+        " from the wrong end."
+    )
+
+
 def _gauge_soaking(v: Values, data: Residuals) -> str:
     um = v["delta_K"] * data.gauge.table.expansion_per_K * 1e3 * length_mm(data)
     minutes = v["time_constant_h"] * 60.0
@@ -310,6 +318,7 @@ _SENTENCES: dict[str, Sentence] = {
     "lever_arm": _lever,
     "pretravel_scale": _pretravel_scale,
     "gauge_temperature": _gauge_temperature,
+    "gauge_reversed": _gauge_reversed,
     "gauge_soaking": _gauge_soaking,
     "scale_temperature": _scale_temperature,
     "thermal_drift": _drift,

@@ -80,6 +80,10 @@ _REMEDIES = {
         "Measure the temperature on the bar of the gauge with a calibrated thermometer, before and after a run.",
         "Wait until the gauge has the temperature of the machine; record its temperature.",
     ),
+    "gauge_reversed": Remedy(
+        "Look at which end of the gauge the beginning of its certificate is.",
+        "Turn the gauge round, or number its blocks from the other end; then measure again.",
+    ),
     "gauge_soaking": Remedy(
         "Log the temperature on the bar of the gauge from the moment it is laid.",
         "Let the gauge soak for three time constants before measuring; lay it with gloves.",
