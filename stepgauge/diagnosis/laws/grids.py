@@ -35,7 +35,7 @@ SEAT_SHARE = 0.2
 SPREAD, COARSE_SPREAD = np.linspace(-2.0, 2.0, 5), np.linspace(-1.5, 1.5, 3)
 """Points about what is usual, in standard deviations; of level gauges, which hardly show it, fewer."""
 LONGEST_SOAKING = 6.0
-"""Time constants over the record: what falls by less than a sixth in it is a gauge that is warmer."""
+"""Time constants over the record: bars of steel take hours. What falls by less than a sixth is a gauge that is warmer."""
 MOST_TOUCHES = 50.0
 """A probe has settled after some dozens of touches; a longer relaxation depends on time, not on touches."""
 
