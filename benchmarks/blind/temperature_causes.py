@@ -103,7 +103,7 @@ def gauge_soaking(scene: Scene, random: Random, anew: bool) -> Cause:
     first_s = scene.time_s[np.unique(scene.placement, return_index=True)[1]]
     since_s = scene.time_s - (first_s[np.searchsorted(np.unique(scene.placement), scene.placement)] if anew else 0.0)
     since_s -= 0.0 if anew else scene.time_s[0]
-    core_s = float(random.uniform(0.12, 0.5)) * float(since_s.max())
+    core_s = 3600.0 * float(random.uniform(0.15, 0.5))
     course = 0.95 * np.exp(-since_s / core_s) + 0.05 * np.exp(-since_s / (0.1 * core_s))
     sign, segments = float(random.choice([-1.0, 1.0])), np.diff(scene.gauge.true_mm, prepend=0.0)
 

@@ -34,8 +34,10 @@ SEAT_SHARE = 0.2
 """Of its reaction at rest, at which a bad seat opens: readings show its product with the compliance."""
 SPREAD, COARSE_SPREAD = np.linspace(-2.0, 2.0, 5), np.linspace(-1.5, 1.5, 3)
 """Points about what is usual, in standard deviations; of level gauges, which hardly show it, fewer."""
-LONGEST_SOAKING = 6.0
-"""Time constants over the record: bars of steel take hours. What falls by less than a sixth is a gauge that is warmer."""
+SOAKING_H, LONGEST_SOAKING = (0.05, 10.0), 6.0
+"""Time constants of gauges, from a thin bar in a draught to a thick one in still air: density times heat capacity times
+half the thickness over 10 W/(m2 K) is an hour for 20 mm of steel. And over the record: what falls by less than a sixth
+is a gauge that is warmer."""
 MOST_TOUCHES = 50.0
 """A probe has settled after some dozens of touches; a longer relaxation depends on time, not on touches."""
 
@@ -108,11 +110,12 @@ def _time_constants_h(_: dict[str, Any], data: Residuals) -> list[float | None]:
 
 
 def _soaking_h(choices: dict[str, Any], data: Residuals) -> Array:
-    """Of a soaking that goes on beyond the record its beginning shows."""
+    """What is possible for a bar, and shows: it has not soaked before the second touch, and not only after the run."""
     hours = _duration_s(data) / 3600.0
     if choices["warmed"] == "each_placement":
         hours = max(float(data.probings.since_placed_s().max()), 1.0) / 3600.0
-    return np.geomspace(hours / 60.0, hours * LONGEST_SOAKING, 14)
+    least, most = max(SOAKING_H[0], hours / 60.0), min(SOAKING_H[1], hours * LONGEST_SOAKING)
+    return np.geomspace(least, most, 14) if least < most else np.zeros(0)
 
 
 def _lags_s(_: dict[str, Any], data: Residuals) -> list[float | None]:
