@@ -100,6 +100,10 @@ class _Remembering(Probings):
         self.asked = True
         return super().rest_s()
 
+    def since_placed_s(self) -> Array:
+        self.asked = True
+        return super().since_placed_s()
+
     def rested(self, touches: float) -> Array:
         self.asked = True
         return super().rested(touches)
@@ -115,6 +119,10 @@ class _Remembering(Probings):
     def since_turning_mm(self) -> Array:
         self.asked = True
         return super().since_turning_mm()
+
+    def held_mm(self, column: str, way_mm: float) -> Array:
+        self.asked = True
+        return super().held_mm(column, way_mm)
 
     def run_mm(self, axis: str) -> Array:
         self.asked = True

@@ -11,8 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepgauge.effects import make_effects
+from stepgauge.effects import make_effects, probings
 from stepgauge.errors import InputError
+from stepgauge.live import cmm as live_cmm
 from stepgauge.live.clock import MachineClock
 from stepgauge.live.cmm import LiveCmm
 from stepgauge.live.codes import DmeError
@@ -66,6 +67,15 @@ def test_every_effect_acts_as_in_a_program_that_is_computed_at_once(table: dict[
     whole = run_program(replace(program, self_positioning=True), machine, gauge, lying(gauge), seed=7).recording
     assert live[:, :3] == pytest.approx(whole.position_mm, abs=2e-7)
     assert live[:, 3] == pytest.approx(whole.frame["time_s"].to_numpy(), abs=2e-4)
+
+
+def test_all_that_depends_on_earlier_touches_makes_the_machine_remember_them() -> None:
+    """What a block of rows takes from the whole recording, a machine asked touch by touch takes from all so far."""
+    of_blocks, remembered = (
+        {name for name, made in vars(one).items() if callable(made) and not name.startswith("_")} - {"column"}
+        for one in (probings._Slice, live_cmm._Remembering)
+    )
+    assert remembered == of_blocks
 
 
 def test_concealed_effects_act_like_those_of_the_machine_file() -> None:
