@@ -271,7 +271,7 @@ def test_a_bar_cools_from_block_to_block_and_anew_when_it_is_laid_anew() -> None
         assert course.max() == pytest.approx(2.0 * 11.5e-3, rel=0.15)
         falls = np.diff(course) <= 1e-9
         assert falls.sum() == len(falls) - anew  # it is warmed once more, or never
-        assert cause.where == ("each_placement" if anew else "once")
+        assert cause.where == ("anew" if anew else "once")
     assert temperature_causes.gauge_soaking(scene_of("x"), random(), True).where == "once"
 
 

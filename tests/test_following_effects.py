@@ -117,14 +117,14 @@ def test_a_reversed_gauge_has_its_mirror_image() -> None:
     assert_allclose(np.add(faces * 1e3, off), (faces[-1] - faces)[::-1] * 1e3, atol=1e-9)
 
 
-def test_a_gauge_soaks_from_its_event_on_and_each_placement_anew() -> None:
+def test_a_gauge_soaks_from_its_event_on_and_anew_anew() -> None:
     """23 um of a metre and 2 K at once, 1 / e of it after a time constant; nothing before."""
     face, soaking = np.full(len(MINUTES), 41), {"kind": "gauge_soaking", "delta_K": 2.0, "time_constant_h": 0.25}
     whole, hours = 23.0 * GAUGE.position_mm[40] * 1e-3, (MINUTES - 1800.0) / 3600.0
     once = bend(soaking | {"start_s": 1800.0}, face=face)[:, 0]
     assert_allclose(once, np.where(hours >= 0.0, whole * np.exp(-hours / 0.25), 0.0), atol=1e-12)
     placement = 1 + (MINUTES >= 1800.0)
-    anew = bend(soaking | {"warmed": "each_placement"}, face=face, placement=placement)[:, 0]
+    anew = bend(soaking | {"warmed": "anew"}, face=face, placement=placement)[:, 0]
     since = np.where(placement == 1, MINUTES - MINUTES[0], MINUTES - MINUTES[placement == 2].min())
     assert_allclose(anew, whole * np.exp(-since / 900.0), atol=1e-12)
 

@@ -137,7 +137,7 @@ def _warm_ups(scene: Scene) -> Iterator[Family]:
             yield "scale_warm_up", name, warm * scene.approach[:, axis] * scene.centre_mm[:, axis]
     yield "thermal_drift", "late", warm * scene.approach.T
     since_s = t - np.array([t[scene.placement == place].min() for place in scene.placement])
-    for warmed, passed_s in (("once", t), ("each_placement", since_s)):
+    for warmed, passed_s in (("once", t), ("anew", since_s)):
         if warmed == "once" or np.ptp(scene.placement):
             constants_s = passed_s.max() * np.geomspace(0.015, 8.0, 30)[:, None]
             yield "gauge_soaking", warmed, (np.exp(-passed_s / constants_s) * scene.side * scene.along_mm)[:, None, :]

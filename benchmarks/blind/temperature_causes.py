@@ -114,7 +114,7 @@ def gauge_soaking(scene: Scene, random: Random, anew: bool) -> Cause:
         return np.asarray((moved - scene.centre_mm) * 1e3)
 
     several = len(first_s) > 1
-    return Cause("gauge_soaking", displace, "each_placement" if anew and several else "once")
+    return Cause("gauge_soaking", displace, "anew" if anew and several else "once")
 
 
 def _chosen(random: Random) -> str:

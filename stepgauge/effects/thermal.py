@@ -61,7 +61,7 @@ class GaugeSoaking(Effect):
     )
     source: ClassVar[str] = "ISO/TR 16015; a body with one time constant in air (Newton's law of cooling)"
     covariates: ClassVar[tuple[str, ...]] = ("position", "time")
-    warmed: Literal["once", "each_placement"] = parameter(
+    warmed: Literal["once", "anew"] = parameter(
         "once", unit="", role="choice", meaning="warmed once, before start_s, or anew before each placement"
     )
     delta_K: float = parameter(unit="K", meaning="at first warmer than recorded by", ge=-200, le=200, sensible=(-5, 5))

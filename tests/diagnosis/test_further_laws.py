@@ -229,7 +229,7 @@ SOAKING = {"kind": "gauge_soaking", "time_constant_h": 0.1}
 
 
 @pytest.mark.parametrize("seed", [11, 12])
-@pytest.mark.parametrize("truth", [SOAKING | {"warmed": "once"}, SOAKING | {"warmed": "each_placement"}])
+@pytest.mark.parametrize("truth", [SOAKING | {"warmed": "once"}, SOAKING | {"warmed": "anew"}])
 def test_a_gauge_that_has_not_soaked_is_named_and_no_squareness_or_scale(truth: dict[str, Any], seed: int) -> None:
     """It was told as a squareness of 86(23) urad, or as a scale error and a drift: it was not in the vocabulary."""
     recording = measured((turned(4.0), turned(85.0)), seed, 6)

@@ -112,7 +112,7 @@ def _time_constants_h(_: dict[str, Any], data: Residuals) -> list[float | None]:
 def _soaking_h(choices: dict[str, Any], data: Residuals) -> Array:
     """What is possible for a bar, and shows: it has not soaked before the second touch, and not only after the run."""
     hours = _duration_s(data) / 3600.0
-    if choices["warmed"] == "each_placement":
+    if choices["warmed"] == "anew":
         hours = max(float(data.probings.since_placed_s().max()), 1.0) / 3600.0
     least, most = max(SOAKING_H[0], hours / 60.0), min(SOAKING_H[1], hours * LONGEST_SOAKING)
     return np.geomspace(least, most, 14) if least < most else np.zeros(0)

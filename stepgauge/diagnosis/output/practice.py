@@ -199,7 +199,7 @@ def _gauge_reversed(v: Values, data: Residuals) -> str:
 def _gauge_soaking(v: Values, data: Residuals) -> str:
     um = v["delta_K"] * data.gauge.table.expansion_per_K * 1e3 * length_mm(data)
     minutes = v["time_constant_h"] * 60.0
-    each = "Whenever it has been laid, the gauge is" if v["warmed"] == "each_placement" else "At first the gauge is"
+    each = "Whenever it has been laid, the gauge is" if v["warmed"] == "anew" else "At first the gauge is"
     return (
         f"{each} {size(v['delta_K'])} K {'warmer' if v['delta_K'] > 0 else 'colder'} than recorded, {in_um(um)} over"
         f" the {length_mm(data):.0f} mm measured, and takes on the temperature of its surroundings with a time constant"
