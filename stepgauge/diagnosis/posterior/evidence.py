@@ -29,11 +29,15 @@ ROUNDS = 12
 FIRST_STEP = 0.05
 """Half the width of the parabolas that find the most probable log sigma."""
 BESIDE = np.array([-1.0, 0.0, 1.0])
+LEAST_SIGMA = 1e-3
+"""Of the scatter over what is stated, where readings are on no steps."""
 RESIZED = 8
 """Most changes of a size on the way to the most probable ones."""
 FINE = 2.0
 """Ratio of neighbouring measures of what a law moves beside its signature."""
 LOG_2 = float(np.log(2.0))
+ROUNDING, MORE_ROUNDING = float(np.finfo(float).eps), (0.0, 1.0, 1e2, 1e4)
+"""Of products of columns, relative; sums of many are off by more, and differences of large ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +143,7 @@ class Evidence:
     def __init__(self, problem: Problem, priors: Priors) -> None:
         self.problem, self.scatters = problem, Scatters(problem, priors)
         self.log_scale, self.log_spread = float(np.log(problem.scale_um)), float(np.log(priors.scatter.sigma_factor))
+        self.least_um = max(problem.steps_um / np.sqrt(12.0), LEAST_SIGMA * problem.scale_um)
         self.visited: dict[tuple[object, ...], State] = {}
         self._bases: dict[tuple[object, ...], _Base] = {}
         self._columns: dict[tuple[object, ...], Array] = {}
@@ -229,7 +234,7 @@ class Evidence:
         base = self._base(scatter)
         gram = self._gram(terms, scatter, base)
         sd = np.concatenate([base.sd, *(term.sds for term in terms)])
-        likelihood = _Likelihood(gram, sd, base, len(self.problem), self.log_scale, self.log_spread)
+        likelihood = _Likelihood(gram, sd, base, len(self.problem), self.log_scale, self.log_spread, self.least_um)
         log_evidence, log_sigma = likelihood.integrated(near_um)
         factor, amplitudes = likelihood.solved(log_sigma)
         mean, first = sd * amplitudes, len(base.sd)
@@ -304,9 +309,12 @@ class _Likelihood:
     what is left beside them is as small as the terms are few.
     """
 
-    def __init__(self, gram: Array, sd: Array, base: _Base, n: int, log_scale: float, log_spread: float) -> None:
+    def __init__(
+        self, gram: Array, sd: Array, base: _Base, n: int, log_scale: float, log_spread: float, least_um: float
+    ) -> None:
         self.yy, self.b, self.g = float(gram[0, 0]), sd * gram[1:, 0], sd[:, None] * gram[1:, 1:] * sd
-        self.n, self.log_scale, self.log_spread = n, log_scale, log_spread
+        self.n, self.log_scale, self.log_spread, self.lowest = n, log_scale, log_spread, float(np.log(least_um))
+        self.rounding = ROUNDING * len(self.g) * float(self.g.diagonal().max(initial=0.0))
         count, self.value = len(base.value), base.value
         self.own, self.own_b = self.g[count:, count:], self.b[count:]
         self.beside, self.turned_b = base.turn.T @ self.g[:count, count:], base.turn.T @ self.b[:count]
@@ -320,7 +328,7 @@ class _Likelihood:
             left = self.own_b - (share * self.turned_b) @ self.beside
             schur = self.own - self.beside.T @ (share[:, :, None] * self.beside)
             for i, (dot, matrix) in enumerate(zip(left, schur, strict=True)):
-                factor = _factor(matrix / s2[i])
+                factor = _factor(matrix / s2[i], self.rounding / float(s2[i]))
                 explained[i] += dot @ POTRS(factor, dot, lower=1)[0]
                 log_det[i] += 2.0 * np.log(np.diag(factor)).sum()
         quad = np.maximum((self.yy - explained / s2) / s2, 0.0)
@@ -330,7 +338,7 @@ class _Likelihood:
     def solved(self, log_sigma: float) -> tuple[Array, Array]:
         """Cholesky factor of A, and amplitudes in units of their prior sd."""
         s2 = float(np.exp(2.0 * log_sigma))
-        factor = _factor(self.g / s2)
+        factor = _factor(self.g / s2, self.rounding / s2)
         return factor, POTRS(factor, self.b / s2, lower=1)[0]
 
     def square(self, amplitudes: Array, log_sigma: float) -> float:
@@ -339,16 +347,17 @@ class _Likelihood:
 
     def integrated(self, near_um: float) -> tuple[float, float]:
         """Logarithm of the integral over log sigma, and the most probable value, by repeated parabolas."""
-        at, step = float(np.log(near_um)), FIRST_STEP
+        lowest, step = self.lowest, FIRST_STEP
+        at = max(float(np.log(near_um)), lowest)
         for _ in range(ROUNDS):
             low, here, high = map(float, self(at + step * BESIDE))
             bend = low - 2.0 * here + high
             move = 0.5 * step * (low - high) / bend if bend < 0.0 else float(np.sign(high - low))
             curvature = max(-bend / step**2, 1.0)
             if bend < 0.0 and abs(move) < step:
-                at += move
+                at = max(at + move, lowest)
                 return float(self(np.array([at]))[0]) - 0.5 * float(np.log(curvature)), at
-            at += float(np.clip(move, -2.0, 2.0))
+            at = max(at + float(np.clip(move, -2.0, 2.0)), lowest)
         return here - 0.5 * float(np.log(curvature)), at
 
 
@@ -427,13 +436,19 @@ def _in_proportion(state: State) -> Term | None:
     return None
 
 
-def _factor(matrix: Array) -> Array:
-    """The lower Cholesky factor of one plus a matrix, which is overwritten."""
-    matrix.flat[:: len(matrix) + 1] += 1.0
-    factor, failed = POTRF(matrix, lower=1, overwrite_a=1)
-    if failed:
-        raise np.linalg.LinAlgError("the columns' products are not positive")
-    return np.asarray(factor)
+def _factor(matrix: Array, rounding: float) -> Array:
+    """The lower Cholesky factor of one plus a matrix, which is overwritten.
+
+    Products of columns are positive but for their ``rounding``. It shows beside a scatter that is next to nothing, as
+    of readings on the steps of a display, and is then allowed for.
+    """
+    diagonal = matrix.flat[:: len(matrix) + 1]
+    for times in MORE_ROUNDING:
+        matrix.flat[:: len(matrix) + 1] = diagonal + (1.0 + times * rounding)
+        factor, failed = POTRF(matrix, lower=1)
+        if not failed:
+            return np.asarray(factor)
+    raise np.linalg.LinAlgError("the columns' products are not positive")
 
 
 def _inverse(factor: Array) -> Array:

@@ -15,6 +15,9 @@ from scipy import special
 from scipy.linalg import solve_triangular
 
 Array = NDArray[np.float64]
+SAME, REPEATING = 0.05, 0.1
+"""Difference of repeats over their scatter below which they are the same (a thirtieth of them by chance), and the share
+of such from which readings are on steps."""
 FEWEST_REPEATS = 8
 """Degrees of freedom of repeats from which their scatter is told."""
 
@@ -261,6 +264,19 @@ class Problem:
         """
         latched = np.bincount(self.group, np.broadcast_to(np.square(self.latched_um), self.group.shape))
         return np.sqrt(self.step_um**2 / 12.0 + latched / np.maximum(np.bincount(self.group), 1))
+
+    @cached_property
+    def steps_um(self) -> float:
+        """The step in which repeats differ, 0 where they differ by anything, or not at all.
+
+        Readings on the steps of a display repeat exactly, or differ by a step and more. They scatter by no less than a
+        step over the root of twelve (GUM F.2.2.1): with tails for those that differ the scatter would vanish.
+        """
+        order = np.argsort(self.group, kind="stable")
+        apart = np.abs(np.diff(self.um[order]))[np.diff(self.group[order]) == 0]
+        same = apart < SAME * self.scale_um
+        few = same.all() or float(same.mean()) < REPEATING
+        return 0.0 if few else float(np.median(apart[~same]))
 
     @property
     def typical(self) -> float:
