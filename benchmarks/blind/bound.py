@@ -101,11 +101,9 @@ def _further_mechanisms(scene: Scene, seen: list[int], leaning: list[tuple[int, 
     if columns >= set(temperature.ROOM):
         yield temperature.thermal_shift
         yield from (partial(temperature.thermal_expansion_of, axis=axis) for axis in seen)
-    yield from (
-        partial(temperature.gauge_soaking, anew=anew) for anew in (False, True)[: 1 + int(np.ptp(scene.placement) > 0)]
-    )
     if temperature.TOP in columns:
         yield from (partial(temperature.thermal_bending, travel=a, sideways=b) for a, b in ways)
+    yield from (partial(temperature.gauge_soaking, anew=anew) for anew in (False, True))
 
 
 def signatures_of(scene: Scene, scatter: Scatter, concealed: Sequence[Cause], random: Random) -> Signatures:

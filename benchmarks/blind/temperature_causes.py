@@ -100,9 +100,8 @@ def gauge_soaking(scene: Scene, random: Random, anew: bool) -> Cause:
     Its outside follows the air at once for a twentieth of it, its core as a body; each block stands where its segments
     have carried it.
     """
-    first_s = scene.time_s[np.unique(scene.placement, return_index=True)[1]]
-    since_s = scene.time_s - (first_s[np.searchsorted(np.unique(scene.placement), scene.placement)] if anew else 0.0)
-    since_s -= 0.0 if anew else scene.time_s[0]
+    began_s = np.array([scene.time_s[scene.placement == place].min() for place in scene.placement])
+    since_s = scene.time_s - (began_s if anew else scene.time_s[0])
     core_s = 3600.0 * float(random.uniform(0.15, 0.5))
     course = 0.95 * np.exp(-since_s / core_s) + 0.05 * np.exp(-since_s / (0.1 * core_s))
     sign, segments = float(random.choice([-1.0, 1.0])), np.diff(scene.gauge.true_mm, prepend=0.0)
@@ -113,8 +112,7 @@ def gauge_soaking(scene: Scene, random: Random, anew: bool) -> Cause:
         moved = contact_mm(scene, along_mm=places[np.arange(len(scene)), scene.face - 1])
         return np.asarray((moved - scene.centre_mm) * 1e3)
 
-    several = len(first_s) > 1
-    return Cause("gauge_soaking", displace, "anew" if anew and several else "once")
+    return Cause("gauge_soaking", displace, "anew" if anew and np.ptp(scene.placement) else "once")
 
 
 def _chosen(random: Random) -> str:

@@ -31,6 +31,12 @@ def hours_since(start_s: float | Array, probings: Probings) -> Array:
     return np.maximum(probings.time_s - start_s, 0.0) / 3600.0
 
 
+def _expanded(warmer_K: float | Array, probings: Probings) -> Displacement:
+    """Of a gauge that is warmer than recorded, by a number or in every row, each face moves in proportion to S."""
+    shift_um = probings.by_face(probings.gauge.position_mm * (probings.gauge.table.expansion_per_K * 1e3))
+    return {"approach": probings.shifted_along_gauge(warmer_K * shift_um)}
+
+
 class GaugeTemperature(Effect):
     """The gauge is warmer than the recording says: its faces move alpha delta S along the gauge from face 1."""
 
@@ -44,8 +50,7 @@ class GaugeTemperature(Effect):
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Proportional to the certified position of the face."""
-        shift_um = probings.by_face(probings.gauge.position_mm * (probings.gauge.table.expansion_per_K * 1e3))
-        return {"approach": probings.shifted_along_gauge(self.delta_K * shift_um)}
+        return _expanded(self.delta_K, probings)
 
 
 class GaugeSoaking(Effect):
@@ -75,8 +80,7 @@ class GaugeSoaking(Effect):
         once = self.warmed == "once"
         hours = (probings.time_s - self.start_s if once else probings.since_placed_s()) / 3600.0
         warmer_K = self.delta_K * np.exp(-np.maximum(hours, 0.0) / self.time_constant_h) * (hours >= 0.0)
-        per_K = probings.by_face(probings.gauge.position_mm * (probings.gauge.table.expansion_per_K * 1e3))
-        return {"approach": probings.shifted_along_gauge(warmer_K * per_K)}
+        return _expanded(warmer_K, probings)
 
 
 class ScaleTemperature(Effect):
