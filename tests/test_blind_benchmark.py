@@ -19,8 +19,8 @@ import pytest
 from benchmarks.blind import machine_causes, run_causes
 from benchmarks.blind.catalogue import RECIPES, SINGLES
 from benchmarks.blind.cause import along, size, strength_for
-from benchmarks.blind.generate import Case, list_cases, make_case, make_cases, seal
-from benchmarks.blind.identify import leftovers
+from benchmarks.blind.generate import Case, list_cases, make_case, make_cases, seal, with_combinations
+from benchmarks.blind.identify import Names, leftovers
 from benchmarks.blind.left_out import deleted_kinds, forgetful, matrix, matrix_text, score_left_out
 from benchmarks.blind.reference_stepwise import main as reference
 from benchmarks.blind.run import benchmark, diagnose
@@ -333,6 +333,40 @@ def test_one_placing_confounds_scale_and_gauge_and_three_separate_them() -> None
         assert same or left["gauge_temperature"] > 36.0
 
 
+def test_two_kinds_together_leave_nothing_of_what_each_leaves_much_of() -> None:
+    scene = scene_of("x_y")
+    names = Names(scene)
+    radius, play = (
+        along(scene, cause.displace(strength_for(scene, cause, 1.0)))
+        for cause in (run_causes.effective_radius(scene, random()), machine_causes.reversal_error(scene, random(), 0))
+    )
+    both = radius + play
+    left = names.leftovers(both)
+    assert left["effective_radius"] > 36.0
+    assert left["reversal_error:x"] > 36.0
+    assert names.together(both, ["effective_radius", "reversal_error"]) < 0.1
+    assert names.together(both, ["reversal_error"]) == pytest.approx(
+        min(chi2 for key, chi2 in left.items() if key.startswith("reversal_error"))
+    )
+    assert names.together(both, ["effective_radius", "squareness"]) > 36.0
+
+
+def test_combinations_that_a_tool_tells_are_judged_in_the_measurement_of_the_case(tmp_path: Path) -> None:
+    truth = make_case(Case("probe:tripod", 1.0, 3042), tmp_path)
+    pair = frozenset({"effective_radius", "reversal_error"})
+    (cause,) = with_combinations(truth, [pair])["causes"]
+    alone = min(cause["leftover_chi2"].get(key, 100.0) for key in ("effective_radius", "reversal_error:x"))
+    assert cause["combined_chi2"]["effective_radius + reversal_error"] < min(alone, 36.0)
+    assert with_combinations(truth, []) == truth
+
+
+def test_no_carriage_rotates_more_than_carriages_do(tmp_path: Path) -> None:
+    """Of this seed the first measurement would need 1.6 mrad/m: its gauges hardly show a rotation."""
+    truth = make_case(Case("chain:rotation_in_chain_x_z", 1.0, 2912), tmp_path)
+    assert abs(truth["causes"][0]["parameters"]["urad_per_m"]) < 200.0
+    assert truth["bound"] > 0.9
+
+
 def test_the_certificate_may_take_up_what_it_is_unsure_of() -> None:
     """A face that is off by its stated uncertainty costs about one unit of chi2 to explain without any cause."""
     scene = scene_of("x_y")
@@ -388,6 +422,8 @@ def verdict(word: str, *effects: dict[str, Any], located: str = "") -> dict[str,
 
 SQUARE = cause_of("squareness", "xy", angular_error__x__x=0.1, scale_error__x=80.0)
 STRETCH = cause_of("scale_error", "x", scale_temperature__x=0.0, gauge_temperature=0.2, misalignment=0.2)
+SEAT = cause_of("seat_defect", effective_radius=80.0, reversal_error__x=60.0, tip_change__1=70.0, trigger_delay=20.0)
+SEAT["combined_chi2"] = {"effective_radius + reversal_error": 3.0, "effective_radius + tip_change": 50.0}
 
 
 @pytest.mark.parametrize(
@@ -409,6 +445,11 @@ STRETCH = cause_of("scale_error", "x", scale_temperature__x=0.0, gauge_temperatu
         (cause_of("angular_error", "x/z"), found("angular_error", travel="x", rotation="z"), True),
         (cause_of("angular_error", "x/z"), found("angular_error", travel="x", rotation="y"), False),
         (cause_of("thermal_drift"), found("step_change"), False),
+        (SEAT, found("seat_defect", "reversal_error + lever_arm"), True),  # an arm is a radius: they fit together
+        (SEAT, found("seat_defect", "effective_radius", "reversal_error"), False),  # neither does alone
+        (SEAT, found("seat_defect", "effective_radius + tip_change"), False),
+        (SEAT, found("seat_defect", "tip_change + trigger_delay"), True),  # one of them does alone
+        (SEAT, found("seat_defect", "tip_change + reversal_error"), False),
     ],
 )
 def test_a_name_is_right(cause: dict[str, Any], effect: dict[str, Any], right: bool) -> None:

@@ -41,6 +41,8 @@ WITHOUT_LAW = ("outliers", "noise_growth")
 """Kinds that are no function of the covariates; nothing of the vocabulary can stand in for them."""
 NOTED_CHI2 = 100.0
 """Leftovers up to this are written into the truth; scoring has its thresholds far below."""
+MOST_URAD_PER_M = 200.0
+"""Draws of rotations that would have to be larger at size 1 are drawn again: guideways reach tens of urad/m."""
 TRIES = 40
 OUTSIDE_CHI2 = 100.0
 """Draws of outsiders of which some known name leaves less at size 1 are drawn again, whatever the size of the case."""
@@ -171,11 +173,17 @@ def _realise(case: Case) -> tuple[Measurement, list[float]]:
 @lru_cache(maxsize=4096)
 def _is_fit(recipe: str, seed: int, attempt: int) -> bool:
     """Whether this draw asks what the recipe is to ask."""
-    asks = {"outsider": _is_outside, "temperature": _is_told_apart}.get(RECIPES[recipe].family)
+    asks = {"outsider": _is_outside, "temperature": _is_told_apart, "chain": _is_possible}.get(RECIPES[recipe].family)
     try:
         return asks is None or asks(_draw(recipe, seed, attempt))
     except ValueError:  # invisible
         return False
+
+
+def _is_possible(measurement: Measurement) -> bool:
+    """Whether no carriage must rotate more than any machine does, for a gauge that hardly shows it."""
+    turning = [cause for cause in measurement.causes if cause.kind == "angular_error"]
+    return all(strength_for(measurement.scene, cause, 1.0) < MOST_URAD_PER_M for cause in turning)
 
 
 def _is_told_apart(measurement: Measurement) -> bool:
@@ -249,6 +257,25 @@ def _turns_seen(measurement: Measurement, cause: Cause, strength: float, effect:
 def _together(measurement: Measurement, effects: list[Array]) -> dict[str, float]:
     """What single names leave of several causes at once; empty for one cause."""
     return _noted(measurement.names.leftovers(np.sum(effects, axis=0))) if len(effects) > 1 else {}
+
+
+def with_combinations(truth: dict[str, Any], combinations: Iterable[frozenset[str]]) -> dict[str, Any]:
+    """The truth with what some combinations of kinds leave of each cause, as ``combined_chi2`` by sorted kinds.
+
+    The measurement is drawn again: nobody knows beforehand which combinations a tool will tell.
+    """
+    wanted = sorted({tuple(sorted(kinds)) for kinds in combinations})
+    if not wanted or not truth["causes"]:
+        return truth
+    measurement, strengths = _realise(Case(f"{truth['family']}:{truth['name']}", truth["size"], truth["seed"]))
+    effects = [along(measurement.scene, c.displace(k)) for c, k in zip(measurement.causes, strengths, strict=True)]
+    causes = []
+    for number, cause in enumerate(truth["causes"]):
+        others = [other for k, other in enumerate(effects) if k != number]
+        beside = np.array(others) if others else None
+        left = {" + ".join(one): measurement.names.together(effects[number], one, beside) for one in wanted}
+        causes.append({**cause, "combined_chi2": left})
+    return {**truth, "causes": causes}
 
 
 def _noted(left: dict[str, float]) -> dict[str, float]:

@@ -8,7 +8,7 @@ is the chi2 by which data could tell it apart.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +23,8 @@ from benchmarks.blind.scene import Scene
 Array = NDArray[np.float64]
 NEAR_CHI2 = 36.0
 """A name that leaves less than this may be listed as confounded; one that leaves more is simply not the cause."""
+MOST_TRIED = 40
+"""Members of a kind that are tried together with those of another."""
 INVISIBLE = 1e-6
 """A column set whose norm after the nuisances is below this share of what it was cannot be seen at all."""
 
@@ -67,6 +69,28 @@ class Names:
             chi2 = _least(target, white, gram, base)
             left[key] = min(chi2, left.get(key, np.inf))
         return left
+
+    def together(self, effect_um: Array, kinds: Sequence[str], also_um: Array | None = None) -> float:
+        """Chi2 left of ``effect_um``, shape ``(n,)``, by the best members of several kinds in one model.
+
+        ``also_um`` as in :meth:`leftovers`. Of the members of all kinds but the last those are tried that alone leave
+        least, so that what is left may be less than this.
+        """
+        free = self._origins if also_um is None else np.vstack([self._origins, self.whiten(np.atleast_2d(also_um))])
+        return self._together(effect_um, sorted(kinds, key=self._count), free)
+
+    def _together(self, effect_um: Array, kinds: Sequence[str], free: Array) -> float:
+        first, *others = kinds
+        base, target = self._apart(effect_um, free)
+        sets = [(white, gram) for key, white, gram in self._sets if key.partition(":")[0] == first]
+        if not others:
+            return min((_least(target, white, gram, base) for white, gram in sets), default=np.inf)
+        left = [(chi2, white[i]) for white, gram in sets for i, chi2 in enumerate(_left(target, white, gram, base))]
+        near = sorted(left, key=lambda one: one[0])[:MOST_TRIED]
+        return min((self._together(effect_um, others, np.vstack([free, one])) for _, one in near), default=np.inf)
+
+    def _count(self, kind: str) -> int:
+        return sum(len(white) for key, white, _ in self._sets if key.partition(":")[0] == kind)
 
     def _apart(self, effect_um: Array, free: Array) -> tuple[Array, Array]:
         """An orthonormal base of what is free, and what it leaves of the effect, in units of the noise."""
@@ -115,6 +139,11 @@ def _by_matrix(scene: Scene, scatter: Scatter) -> Callable[[Array], Array]:
 
 
 def _least(target: Array, white: Array, gram: Array, base: Array) -> float:
+    return float(_left(target, white, gram, base).min())
+
+
+def _left(target: Array, white: Array, gram: Array, base: Array) -> Array:
+    """Chi2 left of the target by each of some column sets, ``(members,)``."""
     before = np.einsum("mkk->mk", gram)
     taken_up = white @ base
     gram = gram - np.matmul(taken_up, taken_up.transpose(0, 2, 1))
@@ -122,7 +151,7 @@ def _least(target: Array, white: Array, gram: Array, base: Array) -> float:
     scale = 1.0 / np.sqrt(np.where(after > INVISIBLE * np.maximum(before, 1e-30), after, np.inf))
     share = (white @ target) * scale
     if gram.shape[-1] == 1:
-        return float(max(target @ target - (share**2).max(), 0.0))
+        return np.maximum(target @ target - share[:, 0] ** 2, 0.0)
     inverse = np.linalg.pinv(gram * scale[:, :, None] * scale[:, None, :], rcond=1e-7, hermitian=True)
     taken = np.einsum("mk,mkl,ml->m", share, inverse, share)
-    return float(max(target @ target - taken.max(), 0.0))
+    return np.maximum(target @ target - taken, 0.0)

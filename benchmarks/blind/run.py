@@ -24,9 +24,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.blind.figure import draw_reliability
-from benchmarks.blind.generate import Case, add_selection, make_cases, seal, selected
+from benchmarks.blind.generate import Case, add_selection, make_cases, seal, selected, with_combinations
 from benchmarks.blind.left_out import KIND, deleted_kinds, forgetful, matrix, matrix_text, score_left_out
-from benchmarks.blind.score import score_case
+from benchmarks.blind.score import combinations_of, effects_of, score_case
 from benchmarks.blind.statements import statements
 from benchmarks.blind.table import summarise, text
 
@@ -112,6 +112,8 @@ def folders_by_tool(
 def score_one(truth: Mapping[str, Any], out: Path, answer: Mapping[str, Any], *, left_out: bool) -> dict[str, Any]:
     """Score what lies in the out folder of a case."""
     diagnosis = read_diagnosis(out / truth["case"] / "diagnosis.json")
+    if isinstance(diagnosis, Mapping) and not left_out:
+        truth = with_combinations(dict(truth), combinations_of(effects_of(diagnosis)))
     result = (score_left_out if left_out else score_case)(truth, diagnosis)
     said = [] if left_out else statements(truth, diagnosis)
     return {**result, "statements": said, "seconds": answer["seconds"], "error": answer["error"]}

@@ -9,7 +9,7 @@ from typing import Any
 
 from benchmarks.blind.identify import NEAR_CHI2
 from benchmarks.blind.scatter import CORRELATED
-from benchmarks.blind.spelling import axis_of, covariate, is_number, key_of, kinds_of, value_of
+from benchmarks.blind.spelling import alternatives_of, axis_of, covariate, is_number, key_of, kinds_of, value_of
 
 SAME_CHI2 = 1.0
 """A name that leaves less than this of the concealed effect cannot be told from the true one by anybody."""
@@ -74,6 +74,23 @@ def _kind_chi2(cause: Mapping[str, Any], kind: str) -> float:
     return min((chi2 for key, chi2 in left.items() if key.partition(":")[0] == kind), default=math.inf)
 
 
+def _chi2_of(cause: Mapping[str, Any], kinds: frozenset[str]) -> float:
+    """What a kind leaves of a cause, or several kinds in one model."""
+    kinds = _plain(kinds)
+    alone = min(_kind_chi2(cause, kind) for kind in kinds)
+    known: float = cause.get("combined_chi2", {}).get(" + ".join(sorted(kinds)), math.inf)
+    return min(alone, known)
+
+
+def combinations_of(effects: Iterable[Mapping[str, Any]]) -> set[frozenset[str]]:
+    """Combinations of kinds that effects are said to be confounded with."""
+    return {_plain(one) for effect in effects for one in alternatives_of(effect) if len(_plain(one)) > 1}
+
+
+def _plain(kinds: frozenset[str]) -> frozenset[str]:
+    return frozenset(SYNONYM.get(kind, kind) for kind in kinds)
+
+
 def rivals(cause: Mapping[str, Any]) -> set[str]:
     """Kinds that nobody can tell from the true one in this recording, and that an honest answer mentions."""
     kinds = {key.partition(":")[0] for key, chi2 in cause["leftover_chi2"].items() if chi2 < SAME_CHI2}
@@ -86,7 +103,8 @@ def explains(effect: Mapping[str, Any], cause: Mapping[str, Any], whole_set: Ite
     true_kind = cause["kind"]
     if true_kind not in kinds or not set(whole_set) <= kinds:
         return False
-    if any(_kind_chi2(cause, kind) >= NEAR_CHI2 for kind in kinds - {true_kind}):
+    others = alternatives_of(effect) | {frozenset({str(effect.get("kind"))})}
+    if any(_chi2_of(cause, other) >= NEAR_CHI2 for other in others - {frozenset({true_kind})}):
         return False
     if rivals(cause) and kinds == {true_kind}:
         return False

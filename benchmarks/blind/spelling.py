@@ -93,11 +93,16 @@ def axis_of(key: str) -> str:
 
 
 def kinds_of(effect: Mapping[str, Any]) -> set[str]:
-    """The kind named and all kinds it is said to be confounded with."""
+    """The kind named and all kinds it is said to be confounded with, those of combinations too."""
+    return {str(effect.get("kind"))}.union(*alternatives_of(effect))
+
+
+def alternatives_of(effect: Mapping[str, Any]) -> set[frozenset[str]]:
+    """What an effect is said to be confounded with: kinds, or combinations of kinds (``A + B``)."""
     others = effect.get("confounded_with") or []
     names = [other.get("kind") if isinstance(other, Mapping) else other for other in others]
-    terms = [term for name in names for term in re.split(r"\s*\+\s*|\s+and\s+", str(name))]
-    return {str(effect.get("kind"))} | {re.split(r"[\s:(\[]", term.strip())[0] for term in terms}
+    terms = [re.split(r"\s*\+\s*|\s+and\s+", str(name)) for name in names]
+    return {frozenset(re.split(r"[\s:(\[]", term.strip())[0] for term in several) for several in terms}
 
 
 def covariate(text: str) -> str:

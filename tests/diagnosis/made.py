@@ -49,14 +49,15 @@ def record(
     seed: int = 1,
     cycles: int = 5,
     order: str = "blocks",
+    centres: Sequence[Sequence[float]] | None = None,
 ) -> Recording:
-    """The first blocks of the gauge measured along each axis, one placement after the other."""
+    """The first blocks of the gauge measured along each axis, one placement after the other, about their centres."""
     steps, runs, start = gauge(), [], 0.0
     settings = ProbingSettings(standoff_mm=middle_standoff_mm(steps, 2.0))
     length = steps.block_centre_mm[BLOCKS - 1] - steps.block_centre_mm[0]
     for number, axis in enumerate(axes, 1):
         a = np.asarray(axis, float) / np.linalg.norm(axis)
-        c1 = np.array([350.0, 600.0, 250.0]) - a * length / 2.0
+        c1 = np.array((350.0, 600.0, 250.0) if centres is None else centres[number - 1]) - a * length / 2.0
         placement = make_placement(c1, c1 + a * length, 1, BLOCKS)
         program = make_program(placement, steps, PlanOptions(1, BLOCKS, cycles=cycles, order=order), settings)
         run = run_program(program, on, steps, placement, seed + 1000 * number, Conditions(20.0, number, start))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.engine import diagnose
-from tests.diagnosis.made import ALONG_X, gauge, machine
+from tests.diagnosis.made import ALONG_X, gauge, machine, record
 from tests.diagnosis.test_selection import NOISE_UM, bent, clean, names, side, told
 
 NEAR_X = (1.0, float(np.tan(np.radians(0.3))), 0.0)
@@ -39,6 +39,19 @@ def test_what_needs_a_size_that_does_not_occur_is_not_listed() -> None:
     """A gauge 0.3 degrees off an axis is 3 ppm too long: or the axes are 600 urad off square, which nobody delivers."""
     said = stretched(3.0, NEAR_X)
     assert said >= STRETCH
+    assert "squareness" not in said
+
+
+@pytest.mark.parametrize("seed", [1, 5])
+def test_gauges_along_the_axes_do_not_make_an_angle_a_squareness_of_a_millimetre_per_metre(seed: int) -> None:
+    """They lie a few mrad off: 800 urad off square would show as much there as 10 urad/m of yaw beside the y axis."""
+    axes = ((-0.0013, 1.0, 0.0), (-0.0073, 1.0, 0.0), (1.0, 0.0008, 0.0))
+    centres = ((150.0, 600.0, 250.0), (600.0, 600.0, 250.0), (350.0, 600.0, 250.0))
+    yaw = ({"kind": "angular_error", "travel_axis": "y", "rotation_axis": "z", "urad_per_m": -10.0},)
+    recording = record(machine(yaw, noise_um=1.0), axes, seed=seed, centres=centres)
+    found = diagnose(recording, gauge(), machine(noise_um=1.0))
+    said = {name for one in found.findings for name in (one.kind, *one.confounded_with)}
+    assert "angular_error" in said
     assert "squareness" not in said
 
 

@@ -226,18 +226,16 @@ def place_of(search: Search, best: State, place: int) -> Place:
     base = search.without(best, place)
     looks = search.beside(base)
     own = next(look for look in looks if look.candidate is best.terms[place].candidate)
-    exact = best.log_posterior - base.log_posterior
-    worth: list[tuple[Look, float, State | None]] = [(own, exact, best)]
-    computed = 0
-    for look in looks:
-        if look is own or look.gain < own.gain - NEAR:
-            continue
-        if computed < COMPUTED or look.gain > own.gain:  # a look at a rival does not tell that it is more probable
-            state = search.added(base, look)
-            worth.append((look, state.log_posterior - base.log_posterior, state))
-            computed += 1
-        else:
-            worth.append((look, look.gain + exact - own.gain, None))
+    near = [look for look in looks if look is not own and look.gain >= own.gain - NEAR]
+    # a look at a rival does not tell that it is more probable
+    computed = [look for i, look in enumerate(near) if i < COMPUTED or look.gain > own.gain]
+    states = [(own, best), *((look, search.added(base, look)) for look in computed)]
+    worth: list[tuple[Look, float, State | None]] = [
+        (one, s.log_posterior - base.log_posterior, s) for one, s in states
+    ]
+    # of a signature that nearly vanishes beside the origins a look in single precision sees less than there is
+    lower = float(np.median([value - look.gain for look, value, _ in worth]))
+    worth += [(look, look.gain + lower, None) for look in near[len(computed) :]]
     nothing, *shares = special.softmax([0.0, *(value for _, value, _ in worth)]).tolist()
     rivals = []
     for (look, value, found), share in zip(worth, shares, strict=True):

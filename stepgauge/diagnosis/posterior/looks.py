@@ -92,7 +92,8 @@ class Looker:
     def pairs(self, state: State, most: int, without: frozenset[str]) -> list[tuple[Look, Look]]:
         """The most probable pairs of laws of one shape and one amplitude each.
 
-        Two laws may explain together what neither does alone; all pairs are rated, at each step of the sizes.
+        Two laws may explain together what neither does alone; all pairs are rated, at each step of the sizes. A law
+        that cannot be so large has its largest size.
         """
         keep = [i for i, law in enumerate(self.plain[0]) if law.label not in without]
         if len(keep) < 2:
@@ -103,9 +104,10 @@ class Looker:
         first, second = np.triu_indices(len(laws), 1)
         odds = np.array([law.log_odds for law in laws])
         found: list[tuple[float, int, int, int]] = []
-        for k in range(min(len(law.sizes.sd) for law in laws)):
-            sd = np.array([law.sizes.sd[k] for law in laws])
-            weight = odds + np.array([law.sizes.log_weight[k] for law in laws])
+        sizes = [law.sizes for law in laws]
+        for k in range(max(len(one.sd) for one in sizes)):
+            sd = np.array([one.sd[min(k, len(one.sd) - 1)] for one in sizes])
+            weight = odds + np.array([one.log_weight[min(k, len(one.sd) - 1)] for one in sizes])
             ridge = beside.scatter / sd**2
             a, b, c = gram[first, first] + ridge[first], gram[first, second], gram[second, second] + ridge[second]
             det = np.maximum(a * c - b**2, ridge[first] * ridge[second])
@@ -145,7 +147,7 @@ class Looker:
 
 def _alone(law: Law, size: int, gain: float) -> Look:
     """The look of a law of one shape with one of its sizes."""
-    return Look(law, gain, float(law.log_weight[0]), 0, float(law.sizes.sd[size]))
+    return Look(law, gain, float(law.log_weight[0]), 0, float(law.sizes.sd[min(size, len(law.sizes.sd) - 1)]))
 
 
 class Looks:

@@ -5,9 +5,9 @@ readings make more probable there are its rivals.
 
 1. In a place nothing is stated if the probability that there is no structure is larger than ``1 - stated``.
 2. A law is stated if the laws of the place together are more probable than its forms: the most probable kind, and as
-   its set the laws that have more than ``in_set`` of the probability of the place and are not excluded by the readings:
-   a Bayes factor of ``excluded`` against them, and as large a ratio of likelihoods at their best. Otherwise the most
-   probable form is stated.
+   its set the laws that have more than ``in_set`` of the probability of the place, without those that are ``excluded``
+   times less probable, by readings alone (a Bayes factor) and at their best, too. Otherwise the most probable form is
+   stated.
 3. A law is not named, however likely, if its size may be of either sign: if that is less sure than at ``determined``
    standard uncertainties from zero. Nor is a law beside a form over the covariate that the law depends on, for the
    form may contain the law.
@@ -155,15 +155,20 @@ def sure(said: Said, state: State, answer: Answer, decision: Decision, wider: fl
 def rival_laws(said: Said, decision: Decision) -> list[Rival]:
     """The laws of a place that are told together, the stated one first.
 
-    What a law pays for the range of its shapes says how rare these are, and nothing of the readings: a law that fits as
-    well at its best is not excluded. Several laws at once always fit as well, so that they count as :func:`together`.
+    A law that is less probable by more than ``excluded`` is not told with it if the readings exclude it. What a law
+    pays for the range of its shapes says how rare these are, and nothing of the readings: a law that fits as well at
+    its best is not excluded. Several laws at once always fit as well, so that they count as :func:`together`.
     """
-    far = float(np.log(decision.excluded))
-    least, fit = _by_readings(said.lead) - far, _fit(said.lead) - far
-    others = (one for one in said.place.rivals if one.candidate.named and one is not said.lead)
-    likely = (one for one in others if one.share > decision.in_set)
-    likely = (one for one in likely if not one.candidate.combined or one.share * decision.excluded >= said.lead.share)
-    return [said.lead, *(one for one in likely if _by_readings(one) > least or _fit(one) > fit)]
+    far, lead = float(np.log(decision.excluded)), said.lead
+    least, fit = _by_readings(lead) - far, _fit(lead) - far
+
+    def excluded(one: Rival) -> bool:
+        if one.share * decision.excluded >= lead.share:
+            return False
+        return one.candidate.combined or (_by_readings(one) <= least and _fit(one) <= fit)
+
+    others = (one for one in said.place.rivals if one.candidate.named and one is not lead)
+    return [lead, *(one for one in others if one.share > decision.in_set and not excluded(one))]
 
 
 def _by_readings(rival: Rival) -> float:

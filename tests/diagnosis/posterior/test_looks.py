@@ -163,3 +163,17 @@ def test_rounding_makes_no_evidence_of_many_amplitudes_that_are_two(seed: int) -
     dot = mix @ np.array([3.0, 4.0])
     solved, _ = _solve(rounded[None], unseen, np.array([1e-14]), dot[None])
     assert dot @ solved[0] == pytest.approx(25.0, rel=1e-3)
+
+
+def test_pairs_have_all_their_sizes_beside_a_law_that_cannot_be_large() -> None:
+    """Two laws whose sum tells little of each: they are tried as large as they are, whatever a third one may be."""
+    slope, near = coordinate(), coordinate() + 0.01 * np.sin(7.0 * turns())
+    small = replace(law("small", turns()[None, None]), sizes=Sizes(np.array([0.01, 0.02]), np.log([0.5, 0.5])))
+    wide = Sizes(np.array([0.1, 1.0, 10.0, 100.0]), np.log(np.full(4, 0.25)))
+    pair = [replace(law(label, um[None, None]), sizes=wide) for label, um in (("one", slope), ("other", near))]
+    one = problem(noise() + 80.0 * (near - slope), (small, *pair))
+    evidence = Evidence(one, shipped_priors())
+    state = evidence((), evidence.scatters.plain())
+    (first, second), *_ = Looks(one).pairs(state, evidence.scatters, 3, frozenset())
+    assert {first.candidate.label, second.candidate.label} == {"one", "other"}
+    assert first.sd == second.sd == 100.0

@@ -16,7 +16,7 @@ from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Place, Riv
 from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.problem import Candidate, Refined, Term
+from stepgauge.diagnosis.posterior.problem import Candidate, Refined, Sizes, Term
 from stepgauge.diagnosis.posterior.search import Search
 from stepgauge.diagnosis.posterior.told import Said, _completed, answer_of, rival_laws, together
 from tests.diagnosis.posterior.made import (
@@ -245,12 +245,14 @@ def test_several_laws_for_one_are_told_from_a_twentieth_of_its_probability_on() 
     assert together([near], "other", "sum", decision) == ()
 
 
-def test_what_stands_in_a_set_is_what_the_readings_do_not_exclude() -> None:
-    """A rare law that fits as well is listed, a common one that fits twenty times worse is not; nor is a form."""
-    lead, rare = rival("lead", 0.8, 0.05), rival("rare", 0.03, 0.002)
-    worse, form, faint = rival("worse", 0.1, 0.2), rival("form", 0.05, 0.05, named=False), rival("faint", 0.01, 0.001)
-    said = Said(Place(0, (rare, lead, worse, form, faint), 0.01), lead, Term(lead.candidate, 0, SLOPE[None], 1.0, 0.0))
-    assert [one.candidate.label for one in rival_laws(said, shipped_priors().decision)] == ["lead", "rare"]
+def test_what_stands_in_a_set_is_probable_or_not_excluded_by_the_readings() -> None:
+    """A rare law that fits as well is listed, and so is what has a tenth of the probability, however common it is."""
+    lead, rare, tenth = rival("lead", 0.75, 0.05), rival("rare", 0.03, 0.002), rival("tenth", 0.1, 0.2)
+    worse, form, faint = rival("worse", 0.03, 0.2), rival("form", 0.05, 0.05, named=False), rival("faint", 0.01, 0.001)
+    rivals = (rare, lead, tenth, worse, form, faint)
+    said = Said(Place(0, rivals, 0.03), lead, Term(lead.candidate, 0, SLOPE[None], 1.0, 0.0))
+    labels = [one.candidate.label for one in rival_laws(said, shipped_priors().decision)]
+    assert labels == ["lead", "rare", "tenth"]
 
 
 def test_a_law_that_fits_as_well_at_its_best_is_not_excluded_for_the_range_of_its_shapes() -> None:
@@ -281,6 +283,24 @@ def test_what_the_readings_do_not_speak_for_is_nothing() -> None:
     for one in place.rivals[1:]:
         gain = one.look.gain if one.state is None else one.state.log_posterior - search.start.log_posterior
         assert gain > one.candidate.log_odds
+
+
+def test_a_signature_next_to_the_origin_does_not_lend_rivals_a_probability() -> None:
+    """What nearly vanishes beside the origins is seen in double precision only: a look takes it for nothing."""
+    side = problem(np.zeros(ROWS)).free[0]
+    wide = Sizes(np.array([1.0, 3000.0]), np.log([0.5, 0.5]))
+    hidden = replace(law("hidden", (side + 5e-4 * SLOPE)[None, None]), sizes=wide)
+    random = np.random.default_rng(5)
+    others = [law(f"other {i}", random.normal(size=(1, 1, ROWS))) for i in range(30)]
+    search = Search(problem(noise() + SLOPE, (hidden, law("slope", SLOPE[None, None]), *others)), shipped_priors())
+    own = next(one for one in search.beside(search.start) if one.candidate is hidden)
+    best = search.added(search.start, own)
+    assert best.log_posterior > search.start.log_posterior + own.gain + 10.0
+    place = place_of(search, best, 0)
+    share = {one.candidate.label: one.share for one in place.rivals}
+    assert share["hidden"] > 0.05
+    assert share["slope"] > 0.05
+    assert sum(share.values()) - share["hidden"] - share["slope"] < 0.01
 
 
 @pytest.mark.parametrize("seed", range(3))
