@@ -12,18 +12,18 @@ from benchmarks.blind import axis_causes, chain_causes, probe_causes, temperatur
 from benchmarks.blind.catalogue import RECIPES
 from benchmarks.blind.cause import Cause, along, strength_for
 from benchmarks.blind.figure import TITLES
-from benchmarks.blind.further_catalogue import CHAINS, FURTHER, LEVEL
+from benchmarks.blind.further_catalogue import CHAINS, FURTHER, LEVEL, SEVERAL
 from benchmarks.blind.generate import Case, make_case
 from benchmarks.blind.identify import leftovers
 from benchmarks.blind.probe_causes import Tripod, normals, qualifying_normals, stylus_frame
 from benchmarks.blind.scene import Chain, Design, Scene, make_scene
-from benchmarks.blind.score import off_by, score_case
+from benchmarks.blind.score import off_by, rivals, score_case
 from benchmarks.blind.spelling import key_of
 from benchmarks.blind.statements import GROUPS
 from benchmarks.blind.table import summarise, text
 from benchmarks.blind.temperature_causes import lagged, thermometers, two_of_a_beam
 
-WITH_CAUSES = [recipe for recipe in FURTHER if recipe.causes and recipe.family != "volume"]
+WITH_CAUSES = [recipe for recipe in FURTHER if len(recipe.causes) == 1 and recipe.family != "volume"]
 """Those of which the judge has a name of its own: of all errors at once only the true name is right."""
 
 
@@ -448,6 +448,24 @@ def test_what_cannot_be_seen_must_not_be_named_though_it_fits() -> None:
 def test_a_late_drift_is_one_that_begins_late(where: str, start_s: float, left: float, right: bool) -> None:
     truth = truth_with("thermal_drift", where, leftover_chi2={"thermal_drift": left, "thermal_drift:late": 0.0})
     assert score_case(truth, answer(effect("thermal_drift", start_s=start_s)))["right"] is right
+
+
+CHOICE = {"scale_error": "axis", "squareness": "plane", "reversal_error": "axis", "block_defect": "face"}
+
+
+def told_of(cause: dict[str, Any]) -> dict[str, Any]:
+    """The right effect for a cause, with all that nobody can tell from it."""
+    choice = {CHOICE[cause["kind"]]: cause["where"]} if cause["kind"] in CHOICE else {}
+    return effect(cause["kind"], *sorted(rivals(cause)), **choice)
+
+
+def test_of_eight_causes_each_has_an_effect_of_its_own(tmp_path: Path) -> None:
+    recipe = max(SEVERAL, key=lambda one: len(one.causes))
+    truth = make_case(Case(f"several:{recipe.name}", 3.0, 9981), tmp_path)
+    assert len(truth["causes"]) == len(recipe.causes) == 8
+    effects = [told_of(cause) for cause in reversed(truth["causes"])]
+    assert score_case(truth, {"verdict": "effects", "effects": effects})["right"]
+    assert not score_case(truth, {"verdict": "effects", "effects": effects[1:]})["right"]
 
 
 def test_every_group_of_statements_has_a_panel() -> None:

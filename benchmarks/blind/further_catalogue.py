@@ -20,6 +20,7 @@ from benchmarks.blind.scene import Chain, Design, Place
 SIZES = (1.0, 0.5)
 VOLUME_SIZES = (10.0, 3.0, 1.0)
 """A machine without compensation is off by many times its repeatability."""
+SEVERAL_SIZES = (3.0, 1.0)
 STEPS_DEG = {3: (20.0, 40.0), 4: (15.0, 35.0), 5: (35.0, 35.0)}
 """Azimuths from placing to placing; none is a sixth of a turn, at which a tripod repeats itself."""
 
@@ -134,4 +135,40 @@ VOLUME = (
     Recipe("volume", "uncompensated", (volume.uncompensated,), _LINES, sizes=VOLUME_SIZES),
     Recipe("volume", "uncompensated_and_reversal", _AND_PLAY, _LINES, sizes=VOLUME_SIZES),
 )
-FURTHER = (*PROBE, *CHAIN, *TEMPERATURE, *VOLUME)
+CAUSES: dict[str, Make] = {
+    "scale_x": pick(machine.scale_error, 0),
+    "scale_y": pick(machine.scale_error, 1),
+    "curve": pick(machine.scale_curvature, 0),
+    "period": pick(machine.periodic_scale_error, 0),
+    "square": pick(machine.squareness, "xy"),
+    "yaw": pick(machine.angular_error, (1, 2)),
+    "play_x": pick(machine.reversal_error, 0),
+    "play_y": pick(machine.reversal_error, 1),
+    "radius": run.effective_radius,
+    "delay": run.trigger_delay,
+    "warm": run.gauge_temperature,
+    "block": run.block_defect,
+    "drift": run.thermal_drift,
+    "cycle": run.temperature_cycle,
+    "step": run.step_change,
+    "dust": run.outliers,
+}
+
+
+def _several(kit: str, *causes: str) -> Recipe:
+    makes = tuple(CAUSES[name] for name in causes)
+    return Recipe("several", "+".join(causes), makes, kits(kit, speeds=2), sizes=SEVERAL_SIZES)
+
+
+SEVERAL = (
+    _several("five", "scale_x", "scale_y", "square", "play_x", "radius"),
+    _several("seven", "scale_x", "square", "play_y", "warm", "drift", "radius"),
+    _several("five", "scale_y", "play_x", "play_y", "radius", "block", "drift"),
+    _several("seven", "scale_x", "scale_y", "square", "play_x", "play_y", "radius", "drift"),
+    _several("five", "scale_x", "period", "step", "radius", "block"),
+    _several("seven", "square", "yaw", "scale_y", "play_x", "cycle"),
+    _several("five", "curve", "radius", "delay", "warm", "drift", "dust"),
+    _several("seven", "scale_x", "scale_y", "square", "play_x", "radius", "drift", "block", "cycle"),
+)
+"""What machines in use have: five to eight causes at once."""
+FURTHER = (*PROBE, *CHAIN, *TEMPERATURE, *VOLUME, *SEVERAL)

@@ -319,7 +319,7 @@ def add_selection(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--sizes", default="", help="effect over noise, e.g. 1,0.5 (default: those of every class)")
     parser.add_argument(
         "--families",
-        default="single,pair,triple,confounded,outsider,null,scatter,way,probe,chain,temperature,volume",
+        default="single,pair,triple,confounded,outsider,null,scatter,way,probe,chain,temperature,volume,several",
         help="families of cases, or what such names begin with (default %(default)s)",
     )
     parser.add_argument("--names", default="", help="only recipes whose family:name contains this")

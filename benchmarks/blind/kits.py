@@ -29,6 +29,8 @@ KITS: dict[str, list[str]] = {
     "yz_mirrored": ["y", "yz", "yz_mirrored", "x"],
     "crossed": ["diagonal", "diagonal_mirrored"],
     "corner": ["x_front", "x_rear", "y_right"],
+    "five": ["x", "y", "diagonal", "diagonal_mirrored", "space"],
+    "seven": ["x", "y", "diagonal", "diagonal_mirrored", "xz", "yz", "space"],
     "azimuths": ["azimuth_0", "azimuth_30", "azimuth_60", "azimuth_90"],
 }
 """Which placings of the gauge a measurement consists of."""

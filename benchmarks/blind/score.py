@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from itertools import permutations
 from typing import Any
 
 from benchmarks.blind.identify import NEAR_CHI2
@@ -143,10 +142,23 @@ def assign(
     effects: list[Mapping[str, Any]], causes: list[Mapping[str, Any]], whole_set: Iterable[str] = ()
 ) -> list[int] | None:
     """For every cause the index of its own effect; ``None`` where some cause has none."""
-    for choice in permutations(range(len(effects)), len(causes)):
-        if all(explains(effects[k], cause, whole_set) for k, cause in zip(choice, causes, strict=True)):
-            return list(choice)
-    return None
+    owner: dict[int, int] = {}
+    fits = [[k for k, effect in enumerate(effects) if explains(effect, cause, whole_set)] for cause in causes]
+    if not all(_has_own(cause, fits, owner, set()) for cause in range(len(causes))):
+        return None
+    own = {cause: k for k, cause in owner.items()}
+    return [own[cause] for cause in range(len(causes))]
+
+
+def _has_own(cause: int, fits: list[list[int]], owner: dict[int, int], tried: set[int]) -> bool:
+    """Whether a cause gets an effect of its own, if need be one whose owner takes another (Kuhn 1955)."""
+    for k in fits[cause]:
+        if k not in tried:
+            tried.add(k)
+            if k not in owner or _has_own(owner[k], fits, owner, tried):
+                owner[k] = cause
+                return True
+    return False
 
 
 def effects_of(diagnosis: Mapping[str, Any]) -> list[Mapping[str, Any]]:
@@ -160,7 +172,7 @@ def score_case(truth: Mapping[str, Any], diagnosis: Mapping[str, Any] | None) ->
     if not isinstance(diagnosis, Mapping) or not isinstance(diagnosis.get("verdict"), str):
         return {**base, **NO_ANSWER}
     effects = effects_of(diagnosis)
-    chosen = assign(effects[:6], truth["causes"], truth["whole_set"])
+    chosen = assign(effects, truth["causes"], truth["whole_set"])
     right = _RULES[truth["family"]](truth, diagnosis, effects, chosen)
     right = right and not {effect.get("kind") for effect in effects} & set(truth.get("not_named", ()))
     matched = [] if chosen is None else list(zip([effects[k] for k in chosen], truth["causes"], strict=True))
@@ -337,6 +349,7 @@ _RULES = {
     "chain": _right_names,
     "temperature": _right_names,
     "volume": _right_names,
+    "several": _right_names,
     "probe-null": _right_null,
     "chain-null": _right_null,
     "temperature-null": _right_null,

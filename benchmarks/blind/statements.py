@@ -30,7 +30,7 @@ GROUPS = {
     "recordings": ("single", "pair", "triple", "confounded", "outsider", "null"),
     "scatters": ("scatter-null", "scatter-single", "scatter-pair"),
     "ways": ("way-null", "way-single", "way-pair", "way-outside"),
-    "further": ("probe", "probe-null", "chain", "chain-null", "temperature", "temperature-null", "volume"),
+    "further": ("probe", "probe-null", "chain", "chain-null", "temperature", "temperature-null", "volume", "several"),
 }
 Statement = dict[str, Any]
 

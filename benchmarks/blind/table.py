@@ -30,7 +30,7 @@ BARS: dict[tuple[str, float], float] = {
 }
 """Per cent right that is asked for, by family and size."""
 NULLS = ("null", "scatter-null", "way-null", "probe-null", "chain-null", "temperature-null")
-FURTHER = ("probe", "chain", "temperature", "volume")
+FURTHER = ("probe", "chain", "temperature", "volume", "several")
 FURTHER_BARS = {1.0: 97.0, 0.5: 90.0}
 """Per cent asked for of tripods, of rotations and squarenesses, and of laws of temperature, by size."""
 BARRED = ("tripod", "rotation", "squareness", "thermal")

@@ -29,7 +29,7 @@ from stepgauge.errors import InputError
 from stepgauge.investigation.hypotheses import Predicting, hypotheses
 from stepgauge.recording import APPROACH, POSITION, Recording
 from tests.diagnosis.made import gauge, machine
-from tests.diagnosis.test_further_laws import Axis, measured, moved, told, turned
+from tests.diagnosis.test_further_laws import Axis, bent, measured, moved, told, turned
 
 LINES = (turned(3.0), turned(88.0), turned(44.0), turned(-46.0), turned(20.0, 35.0), turned(70.0, -35.0))
 TRAVEL_MM = 1000.0
@@ -150,6 +150,26 @@ def test_one_geometric_error_is_named_by_itself(table: dict[str, object]) -> Non
     found = told(moved(recording, along_approach_um(effect, seen)))
     assert [one.kind for one in found.findings] == [table["kind"]]
     assert KIND not in found.findings[0].confounded_with
+
+
+SEVERAL: tuple[dict[str, object], ...] = (
+    {"kind": "scale_error", "axis": "x", "ppm": -22.0},
+    {"kind": "scale_error", "axis": "y", "ppm": 22.0},
+    {"kind": "squareness", "plane": "xy", "urad": 35.0},
+    {"kind": "reversal_error", "axis": "x", "um": 8.0},
+    {"kind": "effective_radius", "um": -1.3},
+)
+
+
+@pytest.mark.parametrize("seed", [4, 5])
+def test_three_geometric_errors_beside_two_others_are_told_one_by_one(seed: int) -> None:
+    """All at once are one term for three, so that the search has to go from there to each of them."""
+    found = told(bent(measured(LINES[:5], seed), *SEVERAL))
+    said = {name for one in found.findings for name in (one.label, *one.confounded_with)}
+    assert {"reversal_error_x", "effective_radius"} <= said
+    alone = {"scale_error_x", "scale_error_y", "squareness_xy"} <= said
+    assert alone or {KIND, "scale_error + scale_error + squareness"} <= said
+    assert found.fit.rms_after_um < 1.1 * found.fit.noise_um
 
 
 @pytest.mark.parametrize("lines", [LINES[:3], [turned(30.0)] * 4])

@@ -30,7 +30,7 @@ class Step:
 
 
 BEAM = 2
-MOST_TERMS = 6
+MOST_TERMS = 8
 PROPOSED, PROPOSED_FORMS = 4, 2
 """Laws and forms that are tried for addition to a hypothesis."""
 PROPOSED_PAIRS = 3
@@ -42,7 +42,7 @@ HOPELESS = -6.0
 FARTHER = 4.0
 """Difference to the best hypothesis up to which a hypothesis stays in the beam, nats."""
 NEEDED = 25.0
-"""Loss of the log posterior by dropping a term from which that hypothesis is not computed, nats."""
+"""Loss of the log posterior from which a hypothesis with less terms, or with others, is not gone on with, nats."""
 ROUNDS = 4
 SETTLED = 0.5
 WEIGHING = 3
@@ -73,8 +73,24 @@ class Search:
                 break
             best = self._better(best, heads[0])
             laws = max((one for one in heads if one.named), key=_worth, default=laws)
-        found = self._in_parts(self._exchanged(best))
+        found = self._one_by_one(self._in_parts(self._exchanged(best)))
         return self._independent(found) if found.scatter.correlated else found
+
+    def _one_by_one(self, best: State) -> State:
+        """The best also from single laws in place of a combination of many, one after the other while needed."""
+        for term in [one for one in best.terms if one.candidate.combined]:
+            other, without = self.without(best, best.place(term.candidate)), frozenset({term.candidate.label})
+            trail = list(self.trail)
+            while len(other.terms) < MOST_TERMS:
+                laws = (look for look in self._proposed(other, 2, without) if look.candidate.named)
+                more = max((self.added(other, look) for look in laws), key=_worth, default=other)
+                if more.log_posterior <= other.log_posterior:
+                    break
+                other = more
+            if other.log_posterior > best.log_posterior - NEEDED:
+                other, self.trail = self._exchanged(self.polished(other)), trail
+            best = self._better(best, other)
+        return best
 
     def _independent(self, best: State) -> State:
         """The best from the best terms with independent scatter, for which correlated scatter may stand."""
