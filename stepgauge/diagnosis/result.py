@@ -63,8 +63,8 @@ class Finding:
     """A named effect.
 
     ``effect``: ready for a machine file; ``effects``: those of a finding that is many errors at once; ``choices``:
-    axis, plane, face, ... ; ``probability``: of the set; ``own``: of this member of it; ``confounded_with``: other
-    kinds that this recording cannot discriminate from it; ``alternatives``: other choices of the same kind;
+    axis, plane, face, ... ; ``own``: its probability, ``probability``: with all of ``confounded_with``, the other kinds
+    that this recording cannot discriminate from it; ``alternatives``: other choices of the same kind;
     ``members``: all of the set with their own values; ``several``: sets of several laws that may replace it, each as
     labels with its odds; ``where``: the part of the record in which it acts, empty for all of it; ``reason``: why the
     set cannot be discriminated; ``share_um (n,)``: its displacement.

@@ -31,8 +31,10 @@ from stepgauge.diagnosis.posterior.told import (
     LEAST_ODDS,
     Said,
     determined,
+    instead,
     one_of_each_kind,
     rival_laws,
+    set_probability,
     spread_factor,
     sure,
     together,
@@ -187,6 +189,7 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
     for said, solved in zip(model.laws, model.fitted.solved, strict=True):
         rivals = rival_laws(said, priors.decision)
         label = said.lead.candidate.label
+        combined = instead(several, label, solved.family.kind, priors.decision)
         kinds = tuple(dict.fromkeys(one.candidate.kind for one in rivals if one.candidate.kind != solved.family.kind))
         same = tuple(
             dict.fromkeys(
@@ -202,10 +205,10 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
             solved.effect,
             choices_of(solved),
             wide,
-            min(sum(one.share for one in rivals), 1.0),
+            set_probability(answer, rivals, combined),
             solved.displacement_um(data),
             own=answer.probability([label]),
-            confounded_with=(*kinds, *together(several, label, solved.family.kind, priors.decision)),
+            confounded_with=(*kinds, *together(combined)),
             alternatives=same,
             members=tuple(_members(said, rivals, wide, model, data)),
             several=tuple(
@@ -235,17 +238,17 @@ def _of_geometry(
     effects = geometry.effects(mean)
     estimates = geometry.estimates(mean, state.amplitudes(place)[1], term.sd)
     label, rivals = term.candidate.label, rival_laws(said, decision)
-    others = together(several, label, label, decision)
+    combined = instead(several, label, label, decision)
     return Finding(
         geometry.kind,
         label,
         None,
         {},
         widened(estimates, spread_factor(answer, state, label, decision.in_set) * wider),
-        min(sum(one.share for one in rivals), 1.0),
+        set_probability(answer, rivals, combined),
         moved_um(effects, data),
         own=answer.probability([label]),
-        confounded_with=(*dict.fromkeys(one.candidate.kind for one in rivals[1:]), *others),
+        confounded_with=(*dict.fromkeys(one.candidate.kind for one in rivals[1:]), *together(combined)),
         effects=effects,
     )
 

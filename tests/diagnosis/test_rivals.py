@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 from stepgauge.diagnosis.engine import diagnose
+from stepgauge.diagnosis.laws.library import effect_families
+from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.residuals import make_residuals
 from tests.diagnosis.made import ALONG_X, gauge, machine, record
 from tests.diagnosis.test_selection import NOISE_UM, bent, clean, names, side, told
 
@@ -15,7 +18,10 @@ NEAR_X = (1.0, float(np.tan(np.radians(0.3))), 0.0)
 STRETCH = {"scale_error", "gauge_temperature", "scale_temperature"}
 
 
-def stretched(ppm: float, axis: tuple[float, float, float]) -> set[str]:
+Axis = tuple[float, float, float]
+
+
+def stretched(ppm: float, axis: Axis) -> set[str]:
     """What is said of one placement that is too long: all names of the one finding, none without a finding."""
     recording = clean((axis,))
     found = told(bent(lambda r: ppm * 1e-3 * (r.frame["x_mm"].to_numpy() - 350.0) * side(r), recording))
@@ -53,6 +59,15 @@ def test_gauges_along_the_axes_do_not_make_an_angle_a_squareness_of_a_millimetre
     said = {name for one in found.findings for name in (one.kind, *one.confounded_with)}
     assert "angular_error" in said
     assert "squareness" not in said
+
+
+@pytest.mark.parametrize(("axes", "shown"), [((ALONG_X, ALONG_Y), False), ((ALONG_X, (0.2, 1.0, 0.0)), True)])
+def test_axes_that_lean_show_along_a_gauge_between_them_only(axes: tuple[Axis, ...], shown: bool) -> None:
+    data = make_residuals(clean(axes), gauge(), machine(noise_um=NOISE_UM))
+    labels = {one.label for one in effect_families(data, shipped_priors())}
+    assert ("squareness_xy" in labels) is shown
+    assert {"scale_error_x", "scale_error_y"} <= labels
+    assert "squareness_xz" not in labels
 
 
 def test_squareness_of_a_usual_size_is_named_where_it_shows() -> None:

@@ -140,14 +140,15 @@ def effect_families(data: Residuals, priors: Priors, without: Collection[str] = 
 
 
 def _is_shown(law: type[Effect], choices: dict[str, Any], atom: dict[str, Any], data: Residuals) -> bool:
-    """Whether a motion along one machine axis shows along some gauge, and of two axes that lean both do.
+    """Whether a motion along one machine axis shows along some gauge, and two axes that lean along one and the same.
 
     Where it does not, a step of some millimetres along that axis would stand for one of some micrometres along the
-    gauge, and how the gauge happens to lie for an axis that leans.
+    gauge, and how the gauges happen to lie for an axis that leans.
     """
-    reached = reached_axes(data)
-    if not set(choices.get("plane", "")) <= set(reached):
+    reach, plane = np.abs(list(data.probings.setting.axis.values())), ["xyz".index(a) for a in choices.get("plane", "")]
+    if plane and reach[:, plane].min(axis=1).max() <= SEEN_SHARE:
         return False
+    reached = reached_axes(data)
     linear = [p.name for p in law.parameters() if p.role == "linear"]
     moved = _made(law, fixed_values(law) | choices | atom | dict.fromkeys(linear, 1.0)).displacement_um(data.probings)
     if len(moved) != 1 or not set(moved) <= set("xyz"):

@@ -22,13 +22,16 @@ from stepgauge.diagnosis.maps.result import OUTLIERS, Law, MapDiagnosis, MapFind
 from stepgauge.diagnosis.maps.scatter import MapScatter, estimate_scatter
 from stepgauge.diagnosis.maps.search import Searched, form_of, searched
 from stepgauge.diagnosis.maps.separate import reason, separate
+from stepgauge.diagnosis.posterior.answer import Alternative
 from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
 from stepgauge.diagnosis.posterior.scatter import OUTLYING
 from stepgauge.diagnosis.posterior.told import (
     LEAST_ODDS,
     SURE_OUTLIER,
     Said,
+    instead,
     rival_laws,
+    set_probability,
     spread_factor,
     systematic,
     together,
@@ -158,12 +161,16 @@ def _findings(found: Searched, by_row: Sequence[Array]) -> Iterator[MapFinding]:
         candidate, decision = found.laws[place].lead.candidate, found.priors.decision
         spread = spread_factor(found.answer, found.state, candidate.label, decision.in_set)
         factor = max(spread, float(found.moved_by_slight[place])) * found.wider
-        others = together(several, candidate.label, candidate.kind, decision)
-        yield _finding(found, place, widened(parameters, factor), others, by_row)
+        combined = instead(several, candidate.label, candidate.kind, decision)
+        yield _finding(found, place, widened(parameters, factor), combined, by_row)
 
 
 def _finding(
-    found: Searched, place: int, parameters: dict[str, Estimate], others: Sequence[str], by_row: Sequence[Array]
+    found: Searched,
+    place: int,
+    parameters: dict[str, Estimate],
+    combined: Sequence[Alternative],
+    by_row: Sequence[Array],
 ) -> MapFinding:
     said, term = found.laws[place], found.fitted.terms[place]
     candidate, rivals = term.candidate, rival_laws(said, found.priors.decision)
@@ -178,10 +185,10 @@ def _finding(
         None,
         {},
         parameters,
-        min(sum(one.share for one in rivals), 1.0),
+        set_probability(found.answer, rivals, combined),
         found.rows.stacked(list(share.values())),
         own=found.answer.probability([said.lead.candidate.label]),
-        confounded_with=(*kinds, *others),
+        confounded_with=(*kinds, *together(combined)),
         alternatives=tuple(one.candidate.label for one in same if one is not said.lead),
         reason="; ".join(dict.fromkeys(reason(candidate.kind, kind) for kind in kinds)),
         separate_by=words,

@@ -7,7 +7,7 @@ were only rated (:mod:`looks`), not computed, count with this rating on the scal
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -120,10 +120,15 @@ class Answer:
         """Posterior probability of each hypothesis, normalised over those computed."""
         return np.asarray(special.softmax([one.log_posterior for one in self.hypotheses]))
 
-    def probability(self, labels: Sequence[str]) -> float:
+    def probability(self, labels: Iterable[str]) -> float:
         """Probability that any candidate with one of these labels is a term."""
-        wanted = set(labels)
-        return float(sum(w for w, one in zip(self.weights, self.hypotheses, strict=True) if wanted & one.labels))
+        return self.probability_of_any(frozenset({label}) for label in labels)
+
+    def probability_of_any(self, sets: Iterable[frozenset[str]]) -> float:
+        """Probability that all candidates with the labels of one of these sets are terms."""
+        wanted = list(sets)
+        pairs = zip(self.weights, self.hypotheses, strict=True)
+        return float(sum(w for w, one in pairs if any(own <= one.labels for own in wanted)))
 
     def probability_of_scatter(self, has: str) -> float:
         """Of a property of the scatter: ``growth``, ``correlation``, ``certificate``, ``outlying`` or ``heavy``."""

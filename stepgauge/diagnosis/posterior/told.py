@@ -157,7 +157,7 @@ def rival_laws(said: Said, decision: Decision) -> list[Rival]:
 
     A law that is less probable by more than ``excluded`` is not told with it if the readings exclude it. What a law
     pays for the range of its shapes says how rare these are, and nothing of the readings: a law that fits as well at
-    its best is not excluded. Several laws at once always fit as well, so that they count as :func:`together`.
+    its best is not excluded. Several laws at once always fit as well, so that they count as :func:`instead`.
     """
     far, lead = float(np.log(decision.excluded)), said.lead
     least, fit = _by_readings(lead) - far, _fit(lead) - far
@@ -181,16 +181,30 @@ def _fit(rival: Rival) -> float:
     return -np.inf if rival.state is None else rival.state.log_fit
 
 
-def together(several: Sequence[Alternative], label: str, kind: str, decision: Decision) -> tuple[str, ...]:
-    """Combinations of laws that may replace one law, as their kinds: ``scale_error + squareness``.
+def instead(several: Sequence[Alternative], label: str, kind: str, decision: Decision) -> list[Alternative]:
+    """Combinations of laws that may replace one law, with others or alone.
 
     More laws fit as well as fewer, so that readings do not exclude them: they must not be ``excluded`` times less
     probable, prior odds included. Those with its own kind are left out: in them it is a cause as well, with another
     one beside it.
     """
-    near = [one for one in several if one.gone == (label,) and one.odds * decision.excluded >= 1.0]
-    instead = [sorted(c.kind for c in one.come) for one in near if all(c.named for c in one.come)]
-    return tuple(dict.fromkeys(" + ".join(kinds) for kinds in instead if kind not in kinds))
+    near = (one for one in several if label in one.gone and one.odds * decision.excluded >= 1.0)
+    return [one for one in near if all(c.named and c.kind != kind for c in one.come)]
+
+
+def together(several: Sequence[Alternative]) -> tuple[str, ...]:
+    """Combinations of laws as their kinds: ``scale_error + squareness``."""
+    return tuple(dict.fromkeys(" + ".join(sorted(c.kind for c in one.come)) for one in several))
+
+
+def set_probability(answer: Answer, rivals: Sequence[Rival], several: Sequence[Alternative]) -> float:
+    """Probability that a law or another one of its set is a cause, averaged over all hypotheses.
+
+    It is at most the share of the set in its place: where two laws may be replaced together, neither place shows it.
+    """
+    every = [frozenset({one.candidate.label}) for one in rivals]
+    every += [frozenset(c.label for c in one.come) for one in several]
+    return min(sum(one.share for one in rivals), answer.probability_of_any(every), 1.0)
 
 
 def spread_factor(answer: Answer, state: State, label: str, least: float) -> float:

@@ -18,7 +18,15 @@ from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Refined, Sizes, Term
 from stepgauge.diagnosis.posterior.search import Search
-from stepgauge.diagnosis.posterior.told import Said, _completed, answer_of, rival_laws, together
+from stepgauge.diagnosis.posterior.told import (
+    Said,
+    _completed,
+    answer_of,
+    instead,
+    rival_laws,
+    set_probability,
+    together,
+)
 from tests.diagnosis.posterior.made import (
     NOISE_UM,
     ROWS,
@@ -239,10 +247,30 @@ def test_several_laws_for_one_are_told_from_a_twentieth_of_its_probability_on() 
     start = Search(problem(noise()), shipped_priors()).start
     near, far = (Alternative(("sum",), come, odds, start) for odds in (0.06, 0.04))
     decision = shipped_priors().decision
-    assert together([near], "sum", "sum", decision) == ("slope + wave",)
-    assert together([far], "sum", "sum", decision) == ()
-    assert together([near], "sum", "slope", decision) == ()
-    assert together([near], "other", "sum", decision) == ()
+    assert together(instead([near, far], "sum", "sum", decision)) == ("slope + wave",)
+    assert instead([far], "sum", "sum", decision) == []
+    assert instead([near], "sum", "slope", decision) == []
+    assert instead([near], "other", "sum", decision) == []
+
+
+def test_two_laws_that_two_others_may_replace_are_as_probable_as_they_are_together() -> None:
+    """The sum of two laws is that of two others: in the place of each alone nothing else fits."""
+    one, two, swap = coordinate(), np.cos(9.0 * turns()), np.sin(23.0 * turns())
+    pairs = {"a": one, "b": two, "c": one + swap, "d": two - swap}
+    laws = [law(label, um[None, None]) for label, um in pairs.items()]
+    answer = answer_of(Search(problem(noise() + one + two, laws), shipped_priors()), shipped_priors().decision)
+    assert answer.best.labels in ({"a", "b"}, {"c", "d"})
+    several = answer.alternatives(1e-4)
+    for place in answer.places:
+        lead = place.rivals[0]
+        label = lead.candidate.label
+        assert lead.share > 0.99
+        alone = set_probability(answer, [lead], [])
+        assert alone == pytest.approx(answer.probability([label]))
+        assert 0.1 < alone < 0.9
+        combined = instead(several, label, label, shipped_priors().decision)
+        assert together(combined) in (("c + d",), ("a + b",))
+        assert set_probability(answer, [lead], combined) > 0.99
 
 
 def test_what_stands_in_a_set_is_probable_or_not_excluded_by_the_readings() -> None:
