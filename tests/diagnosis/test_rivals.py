@@ -11,7 +11,7 @@ from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.laws.library import effect_families
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.residuals import make_residuals
-from tests.diagnosis.made import ALONG_X, gauge, machine, record
+from tests.diagnosis.made import ALONG_X, ALONG_Y, gauge, machine, record
 from tests.diagnosis.test_selection import NOISE_UM, bent, clean, names, side, told
 
 NEAR_X = (1.0, float(np.tan(np.radians(0.3))), 0.0)
