@@ -81,6 +81,18 @@ def test_rivals_have_their_own_probability_and_add_up() -> None:
     assert len({row[2] for row in rows}) == len(rows)
 
 
+def test_what_two_laws_may_do_together_has_the_rest_of_the_probability() -> None:
+    found = case("scale")
+    (one,) = found.findings
+    alone = replace(one, probability=0.98, own=0.69, members=(), confounded_with=("squareness + reversal_error",))
+    text = markdown(diagnosis_story(diagnosis_to_dict(replace(found, findings=(alone,)), Inputs(found.recordings)), ()))
+    first = text.split("## Evidence")[0]
+    rows = [line.split(" | ") for line in first.splitlines() if line.startswith(("| 1 |", "| or |"))]
+    assert [row[1] for row in rows] == ["scale error x", "squareness + reversal error"]
+    assert [row[4] for row in rows] == ["0.69", "0.29"]
+    assert "0.98 that it is one of the set, 0.69 that it is the first of it" in text
+
+
 def test_nothing_is_repaired_while_a_finding_has_rivals() -> None:
     steps = first_of(said("scale, one placement"))
     assert [line for line in steps if line.startswith("repair: ")] == [

@@ -190,6 +190,8 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
         rivals = rival_laws(said, priors.decision)
         label = said.lead.candidate.label
         combined = instead(several, label, solved.family.kind, priors.decision)
+        probability = set_probability(answer, rivals, combined)
+        alone = set_probability(answer, rivals, []) / max(probability, 1e-300)
         kinds = tuple(dict.fromkeys(one.candidate.kind for one in rivals if one.candidate.kind != solved.family.kind))
         same = tuple(
             dict.fromkeys(
@@ -205,12 +207,12 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
             solved.effect,
             choices_of(solved),
             wide,
-            set_probability(answer, rivals, combined),
+            probability,
             solved.displacement_um(data),
             own=answer.probability([label]),
             confounded_with=(*kinds, *together(combined)),
             alternatives=same,
-            members=tuple(_members(said, rivals, wide, model, data)),
+            members=tuple(_members(said, rivals, alone, wide, model, data)),
             several=tuple(
                 (tuple(c.source.label for c in one.come if c.named), one.odds)
                 for one in several
@@ -254,12 +256,15 @@ def _of_geometry(
 
 
 def _members(
-    said: Said, rivals: list[Rival], own: dict[str, Estimate], model: Model, data: Residuals
+    said: Said, rivals: list[Rival], alone: float, own: dict[str, Estimate], model: Model, data: Residuals
 ) -> Iterator[Member]:
-    """All laws of a set, each with its own values from a fit in its place; none for a set of one."""
+    """All laws of a set, each with its own values from a fit in its place; none for a set of one.
+
+    ``alone``: their share of the probability of the finding, of which combinations have the rest.
+    """
     if len(rivals) < 2:
         return
-    total = sum(one.share for one in rivals)
+    total = sum(one.share for one in rivals) / alone
     place = model.laws.index(said)
     for one in (one for one in rivals if not one.candidate.combined):
         solved = model.fitted.solved[place] if one is said.lead else _in_place(one, place, model, data)

@@ -134,7 +134,7 @@ def _facts(effect: Said) -> Iterator[str]:
         if "unit" in p and p["unit"] != "count":
             yield f"{name if name != p['unit'] else 'size'} = {plus_minus(p)}{' (k = 2)' if p.get('u') else ''}"
     several = f" that it is one of the set, {probability(effect['own_probability'])} that it is the first of it"
-    yield f"probability {probability(effect['probability'])}{several if effect['set'] else ''}"
+    yield f"probability {probability(effect['probability'])}{several if effect['confounded_with'] else ''}"
     if effect["where"]:
         yield f"acts {effect['where']}"
 

@@ -359,7 +359,7 @@ def _facts(effect: Said) -> Iterator[str]:
             " approach"
         )
     several = f" that it is one of the set, {probability(effect['own_probability'])} that it is the first of it"
-    yield f"probability {probability(effect['probability'])}{several if effect['set'] else ''}"
+    yield f"probability {probability(effect['probability'])}{several if effect['confounded_with'] else ''}"
     alone = [*effect["confounded_with"], *effect["alternatives"]] if not effect["set"] else []
     if alone:
         yield f"not discriminated by this recording from {', '.join(name_of(label) for label in alone)}"

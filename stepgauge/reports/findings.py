@@ -155,6 +155,9 @@ def found_part(said: Said, told: Words, *more: Block | None) -> dict[str, Any]:
         for one in rivals:
             inner.append(len(rows))
             rows.append(_row("or", told.member(one), one, _of_set(one, effect), told))
+        if others := _combinations(effect):
+            inner.append(len(rows))
+            rows.append(_together_row(others, effect))
     rows += [_form_row(row, number) for number, row in _forms(said)]
     if not rows:
         return part("What was found", words(_nothing(said)), *more)
@@ -173,12 +176,27 @@ def _rivals(said: Said, effect: Said) -> list[Said]:
 def _own(effect: Said) -> float:
     """Probability of the cause that is named first."""
     members = _members(effect)
-    return _of_set(members[0], effect) or 0.0 if members else float(effect["probability"])
+    if not members:
+        return min(float(effect["own_probability"]), float(effect["probability"]))
+    return _of_set(members[0], effect) or 0.0
 
 
 def _of_set(one: Said, effect: Said) -> float | None:
     """Probability of a member of a set; None where only that of the first one is known."""
     return None if one["share"] is None else float(one["share"] * effect["probability"])
+
+
+def _combinations(effect: Said) -> list[str]:
+    """What may be instead of a finding and is no member of its set: several laws, or one for several findings."""
+    known = {effect["kind"], *(one["kind"] for one in _members(effect))}
+    return [name for name in effect["confounded_with"] if name not in known]
+
+
+def _together_row(others: Sequence[str], effect: Said) -> list[str]:
+    members = [_of_set(one, effect) or 0.0 for one in _members(effect)] or [_own(effect)]
+    p = max(float(effect["probability"]) - sum(members), 0.0)
+    text = "In place of this finding, or of this and others: see the appendix. No size is told."
+    return ["or", "; ".join(name_of(name) for name in others), "", "", probability(p), text]
 
 
 def _row(first: str, name: str, one: Said, p: float | None, told: Words) -> list[str]:
@@ -232,7 +250,7 @@ def _unit(parameter: Said) -> str:
 
 
 def _note(said: Said, left_out: int) -> str:
-    sets = any(len(_members(effect)) > 1 for effect in said["effects"])
+    sets = any(len(_members(effect)) > 1 or _combinations(effect) for effect in said["effects"])
     note = "u: standard uncertainty."
     if sets:
         note += (

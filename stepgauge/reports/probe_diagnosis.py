@@ -262,7 +262,7 @@ def _facts(effect: Said, said: Said) -> Iterator[str]:
             moved = f"{significant(value)} {unit} rms, {largest} {unit} at most"
             yield f"moves the {QUANTITIES[name]} of this map by {moved}"
     several = f" that it is one of the set, {probability(effect['own_probability'])} that it is the first of it"
-    yield f"probability {probability(effect['probability'])}{several if effect['set'] else ''}"
+    yield f"probability {probability(effect['probability'])}{several if effect['confounded_with'] else ''}"
     if effect["reason"]:
         yield f"why they are not discriminated: {effect['reason']}"
 

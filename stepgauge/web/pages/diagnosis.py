@@ -65,7 +65,8 @@ def _finding(number: int, effect: dict[str, Any]) -> dict[str, Any]:
     from stepgauge.diagnosis.output.practice import name_of
     from stepgauge.reports.findings import uncertainties, values
 
-    members = effect["set"] or [{**effect, "share": 1.0}]
+    own = min(effect["own_probability"] / max(effect["probability"], 1e-300), 1.0)
+    members = effect["set"] or [{**effect, "share": own}]
     first = max(one["share"] for one in members) or 1.0
     rivals = [
         {
