@@ -434,6 +434,8 @@ SEAT["combined_chi2"] = {"effective_radius + reversal_error": 3.0, "effective_ra
         (SQUARE, found("squareness", plane="xz"), False),
         (SQUARE, found("squareness", "scale_error", plane="xy"), False),  # says too much
         (SQUARE, found("squareness", "angular_error", plane="xy"), True),
+        (SQUARE, found("squareness", "geometric_errors", plane="xy"), True),  # of which it is one
+        (SQUARE, found("geometric_errors", "squareness"), False),
         (SQUARE, found("scale_error", "squareness", axis="x"), False),
         (STRETCH, found("scale_error", axis="x"), False),  # silent about what nobody can tell apart
         (STRETCH, found("scale_error", "gauge_temperature", axis="x"), True),

@@ -61,6 +61,9 @@ UNSIGNED = {("angular_error", "urad_per_m"), ("block_defect", "um")}
 """Parameters whose sign DESIGN does not fix."""
 SYNONYM = {"roll": "angular_error", "lever_arm": "effective_radius"}
 """Kinds that are judged as another: same displacement along the approach in every recording made here."""
+GEOMETRY = {"scale_error", "scale_curvature", "squareness", "straightness", "angular_error", "error_motion"}
+"""Kinds that are part of all geometric errors at once, which leave no more than one of them; as companions, not as the
+name."""
 PHASE_DEG = 10.0
 """A tripod's arm is found where its azimuth is right to this."""
 VALUED = {"arm_azimuth_deg", "lag_s"}
@@ -69,8 +72,9 @@ VALUED = {"arm_azimuth_deg", "lag_s"}
 
 def _kind_chi2(cause: Mapping[str, Any], kind: str) -> float:
     kind = SYNONYM.get(kind, kind)
+    kinds = {kind, *GEOMETRY} if kind == "geometric_errors" else {kind}
     left = cause["leftover_chi2"]
-    return min((chi2 for key, chi2 in left.items() if key.partition(":")[0] == kind), default=math.inf)
+    return min((chi2 for key, chi2 in left.items() if key.partition(":")[0] in kinds), default=math.inf)
 
 
 def _chi2_of(cause: Mapping[str, Any], kinds: frozenset[str]) -> float:
