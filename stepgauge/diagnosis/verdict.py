@@ -210,7 +210,7 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
             probability,
             solved.displacement_um(data),
             own=answer.probability([label]),
-            confounded_with=(*kinds, *together(combined)),
+            confounded_with=tuple(dict.fromkeys((*kinds, *together(combined)))),
             alternatives=same,
             members=tuple(_members(said, rivals, alone, wide, model, data)),
             several=tuple(
@@ -250,7 +250,7 @@ def _of_geometry(
         set_probability(answer, rivals, combined),
         moved_um(effects, data),
         own=answer.probability([label]),
-        confounded_with=(*dict.fromkeys(one.candidate.kind for one in rivals[1:]), *together(combined)),
+        confounded_with=tuple(dict.fromkeys((*(one.candidate.kind for one in rivals[1:]), *together(combined)))),
         effects=effects,
     )
 

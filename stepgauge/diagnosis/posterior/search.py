@@ -42,7 +42,7 @@ HOPELESS = -6.0
 FARTHER = 4.0
 """Difference to the best hypothesis up to which a hypothesis stays in the beam, nats."""
 NEEDED = 25.0
-"""Loss of the log posterior from which a hypothesis with less terms, or with others, is not gone on with, nats."""
+"""Loss of the log posterior from which a hypothesis with fewer terms, or with others, is not gone on with, nats."""
 ROUNDS = 4
 SETTLED = 0.5
 WEIGHING = 3
