@@ -129,7 +129,7 @@ def make_case(case: Case, public: Path) -> dict[str, Any]:
     recipe, scatter = RECIPES[case.recipe], SCATTERS[RECIPES[case.recipe].scatter]
     measurement, strengths = _realise(case)
     scene, causes, random = measurement.scene, measurement.causes, deepcopy(measurement.random)
-    effects = [along(scene, cause.displace(k)) for cause, k in zip(causes, strengths, strict=True)]
+    effects = _effects_um(measurement, strengths)
     total = sum(effects, np.zeros(len(scene)))
     recorded = recorded_um(scene, total + scatter.noise_um(random, scene), scatter.step_um)
     indicated = indicated_mm(scene, recorded, random)
@@ -168,6 +168,17 @@ def _realise(case: Case) -> tuple[Measurement, list[float]]:
         except ValueError:
             continue
     raise RuntimeError(f"{case.recipe}, seed {case.seed}: no measurement in {TRIES} shows it")
+
+
+def _effects_um(measurement: Measurement, strengths: list[float]) -> list[Array]:
+    """What each cause moves along the approach."""
+    return [along(measurement.scene, c.displace(k)) for c, k in zip(measurement.causes, strengths, strict=True)]
+
+
+def _others_um(effects: list[Array], number: int) -> Array | None:
+    """All effects but one, None if it is alone."""
+    others = [other for k, other in enumerate(effects) if k != number]
+    return np.array(others) if others else None
 
 
 @lru_cache(maxsize=4096)
@@ -222,10 +233,9 @@ def _truths(measurement: Measurement, strengths: list[float], effects: list[Arra
     truths = []
     share = np.sqrt(np.mean(measurement.scene.approach**2, axis=0))
     for number, (cause, strength, effect) in enumerate(zip(measurement.causes, strengths, effects, strict=True)):
-        others = [other for k, other in enumerate(effects) if k != number]
         left = {}
         if cause.kind not in WITHOUT_LAW:
-            left = measurement.names.leftovers(effect, np.array(others) if others else None)
+            left = measurement.names.leftovers(effect, _others_um(effects, number))
         truths.append(
             {
                 "kind": cause.kind,
@@ -268,11 +278,10 @@ def with_combinations(truth: dict[str, Any], combinations: Iterable[frozenset[st
     if not wanted or not truth["causes"]:
         return truth
     measurement, strengths = _realise(Case(f"{truth['family']}:{truth['name']}", truth["size"], truth["seed"]))
-    effects = [along(measurement.scene, c.displace(k)) for c, k in zip(measurement.causes, strengths, strict=True)]
+    effects = _effects_um(measurement, strengths)
     causes = []
     for number, cause in enumerate(truth["causes"]):
-        others = [other for k, other in enumerate(effects) if k != number]
-        beside = np.array(others) if others else None
+        beside = _others_um(effects, number)
         left = {" + ".join(one): measurement.names.together(effects[number], one, beside) for one in wanted}
         causes.append({**cause, "combined_chi2": left})
     return {**truth, "causes": causes}

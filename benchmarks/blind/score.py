@@ -87,7 +87,8 @@ def _chi2_of(cause: Mapping[str, Any], kinds: frozenset[str]) -> float:
 
 def combinations_of(effects: Iterable[Mapping[str, Any]]) -> set[frozenset[str]]:
     """Combinations of kinds that effects are said to be confounded with."""
-    return {_plain(one) for effect in effects for one in alternatives_of(effect) if len(_plain(one)) > 1}
+    every = (_plain(one) for effect in effects for one in alternatives_of(effect))
+    return {one for one in every if len(one) > 1}
 
 
 def _plain(kinds: frozenset[str]) -> frozenset[str]:

@@ -264,13 +264,15 @@ def _members(
     """
     if len(rivals) < 2:
         return
-    total = sum(one.share for one in rivals) / alone
+    total = sum(one.share for one in rivals)
     place = model.laws.index(said)
     for one in (one for one in rivals if not one.candidate.combined):
         solved = model.fitted.solved[place] if one is said.lead else _in_place(one, place, model, data)
         parameters = own if one is said.lead else solved.parameters
         chosen = choices_of(solved)
-        yield Member(solved.family.kind, solved.family.label, one.share / total, solved.effect, chosen, parameters)
+        yield Member(
+            solved.family.kind, solved.family.label, alone * one.share / total, solved.effect, chosen, parameters
+        )
 
 
 def _in_place(rival: Rival, place: int, model: Model, data: Residuals) -> Solved:

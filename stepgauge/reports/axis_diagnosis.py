@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from stepgauge.diagnosis.axis.words import kind_name
-from stepgauge.diagnosis.output.report import VERDICTS, percent, plus_minus, probability
+from stepgauge.diagnosis.output.report import VERDICTS, percent, plus_minus, probability, probability_of
 from stepgauge.diagnosis.output.summary import name_at_axis
 from stepgauge.diagnosis.output.words import listed, significant
 from stepgauge.diagnosis.posterior.told import MOST_LOCATED
@@ -133,8 +133,7 @@ def _facts(effect: Said) -> Iterator[str]:
     for name, p in effect["parameters"].items():
         if "unit" in p and p["unit"] != "count":
             yield f"{name if name != p['unit'] else 'size'} = {plus_minus(p)}{' (k = 2)' if p.get('u') else ''}"
-    several = f" that it is one of the set, {probability(effect['own_probability'])} that it is the first of it"
-    yield f"probability {probability(effect['probability'])}{several if effect['confounded_with'] else ''}"
+    yield probability_of(effect)
     if effect["where"]:
         yield f"acts {effect['where']}"
 

@@ -19,6 +19,7 @@ from stepgauge.diagnosis.output.report import (
     percent,
     plus_minus,
     probability,
+    probability_of,
     summary,
     um,
     wrapped_sum,
@@ -358,8 +359,7 @@ def _facts(effect: Said) -> Iterator[str]:
             f" {um(effect['rms_um'])} rms along the"
             " approach"
         )
-    several = f" that it is one of the set, {probability(effect['own_probability'])} that it is the first of it"
-    yield f"probability {probability(effect['probability'])}{several if effect['confounded_with'] else ''}"
+    yield probability_of(effect)
     alone = [*effect["confounded_with"], *effect["alternatives"]] if not effect["set"] else []
     if alone:
         yield f"not discriminated by this recording from {', '.join(name_of(label) for label in alone)}"

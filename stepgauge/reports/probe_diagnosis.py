@@ -8,7 +8,7 @@ from typing import Any
 
 from stepgauge.diagnosis.maps.report import QUANTITIES, limits, summary
 from stepgauge.diagnosis.output.practice import name_of
-from stepgauge.diagnosis.output.report import percent, plus_minus, probability
+from stepgauge.diagnosis.output.report import percent, plus_minus, probability, probability_of
 from stepgauge.diagnosis.output.words import significant
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
 from stepgauge.reports.diagnosis import check_blocks, odds_blocks, shown_figures, story, trail_blocks
@@ -261,8 +261,7 @@ def _facts(effect: Said, said: Said) -> Iterator[str]:
             largest = significant(effect["largest"][name])
             moved = f"{significant(value)} {unit} rms, {largest} {unit} at most"
             yield f"moves the {QUANTITIES[name]} of this map by {moved}"
-    several = f" that it is one of the set, {probability(effect['own_probability'])} that it is the first of it"
-    yield f"probability {probability(effect['probability'])}{several if effect['confounded_with'] else ''}"
+    yield probability_of(effect)
     if effect["reason"]:
         yield f"why they are not discriminated: {effect['reason']}"
 

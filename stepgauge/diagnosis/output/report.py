@@ -156,6 +156,12 @@ def plus_minus(parameter: Mapping[str, Any]) -> str:
     return f"{value:.{decimals}f} ± {expanded:.{decimals}f} {unit}".strip()
 
 
+def probability_of(effect: Mapping[str, Any]) -> str:
+    """The probability of a finding in words, and that of the cause it names where something else may stand for it."""
+    own = f" that it is one of the set, {probability(effect['own_probability'])} that it is the first of it"
+    return f"probability {probability(effect['probability'])}{own if effect['confounded_with'] else ''}"
+
+
 def probability(value: float) -> str:
     """A probability to two digits; above ``SURE`` only that it is above."""
     if value > SURE:

@@ -127,8 +127,12 @@ class Answer:
     def probability_of_any(self, sets: Iterable[frozenset[str]]) -> float:
         """Probability that all candidates with the labels of one of these sets are terms."""
         wanted = list(sets)
-        pairs = zip(self.weights, self.hypotheses, strict=True)
-        return float(sum(w for w, one in pairs if any(own <= one.labels for own in wanted)))
+        pairs = zip(self.weights, self._labels, strict=True)
+        return float(sum(w for w, labels in pairs if any(own <= labels for own in wanted)))
+
+    @cached_property
+    def _labels(self) -> list[frozenset[str]]:
+        return [one.labels for one in self.hypotheses]
 
     def probability_of_scatter(self, has: str) -> float:
         """Of a property of the scatter: ``growth``, ``correlation``, ``certificate``, ``outlying`` or ``heavy``."""
