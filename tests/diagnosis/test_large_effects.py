@@ -36,16 +36,25 @@ def test_readings_however_far_off_are_named(off_um: float, rows: tuple[int, ...]
     assert found.fit.chi2_dof_after < 1.2
 
 
-def following(um_per_K: float, lag_s: float, pause_s: float, column: str = "air_temperature_C") -> Recording:
+def following(
+    um_per_K: float,
+    lag_s: float,
+    pause_s: float,
+    column: str = "air_temperature_C",
+    doors_s: tuple[float, ...] = (),
+) -> Recording:
     """An origin that follows the air, or as much of another column.
 
-    It moves on while the gauge is laid anew and nobody reads the thermometer.
+    It moves on while the gauge is laid anew and nobody reads the thermometer. ``doors_s``: when a door lets in air that
+    is 1 K colder and mixes in three minutes.
     """
     recording = measured((turned(4.0), turned(80.0), turned(40.0)), 7, 10)
     frame = recording.frame.copy()
     frame["time_s"] += pause_s * (frame["placement"] - 1)
     dense_s = np.linspace(0.0, float(frame["time_s"].max()), 40_001)
     air = 20.0 + 0.8 * np.sin(2.0 * np.pi * dense_s / 3000.0) * np.minimum(dense_s / 300.0, 1.0)
+    for opened_s in doors_s:
+        air -= np.where(dense_s > opened_s, np.exp(-np.maximum(dense_s - opened_s, 0.0) / 180.0), 0.0)
     step, body = dense_s[1], np.full(len(dense_s), air[0])
     for i in range(1, len(body)):
         body[i] = body[i - 1] + (air[i] - body[i - 1]) * -np.expm1(-step / lag_s)
@@ -66,6 +75,16 @@ def test_what_a_temperature_did_in_pauses_is_no_further_cause(um_per_K: float) -
     one = named(found, "thermal_shift")
     assert one.choices["column"] == "air_temperature_C"
     lag = one.parameters["lag_s"]
+    assert lag.u is not None
+    assert abs(lag.value - 240.0) < 3.0 * lag.u
+
+
+@pytest.mark.parametrize("opened_s", [700.0, 1000.0])
+def test_nor_is_a_door_that_was_opened_in_a_pause(opened_s: float) -> None:
+    """As it was opened while the gauge was probed: a step after the pause was told, with 1.0."""
+    found = told_of_steps(following(25.0, 240.0, 500.0, doors_s=(250.0, opened_s, 1900.0)))
+    assert [one.kind for one in found.findings] == ["thermal_shift"]
+    lag = named(found, "thermal_shift").parameters["lag_s"]
     assert lag.u is not None
     assert abs(lag.value - 240.0) < 3.0 * lag.u
 
