@@ -41,8 +41,10 @@ WITHOUT_LAW = ("outliers", "noise_growth")
 """Kinds that are no function of the covariates; nothing of the vocabulary can stand in for them."""
 NOTED_CHI2 = 100.0
 """Leftovers up to this are written into the truth; scoring has its thresholds far below."""
-MOST_URAD_PER_M = 200.0
-"""Draws of rotations that would have to be larger at size 1 are drawn again: guideways reach tens of urad/m."""
+MOST = {"angular_error": 200.0, "thermal_shift": 40.0, "thermal_expansion_of": 30.0, "thermal_bending": 160.0}
+"""Draws of which a cause would have to be stronger at size 1 are drawn again (urad/m, um/K, um/(m K), urad/m per K):
+guideways rotate by tens of urad/m, 40 um/K are two metres of aluminium or three of steel, which grow by 12 to 24
+um/(m K), and a beam of aluminium 0.15 m high is bent by 160 urad/m for a kelvin between top and bottom."""
 TRIES = 40
 OUTSIDE_CHI2 = 100.0
 """Draws of outsiders of which some known name leaves less at size 1 are drawn again, whatever the size of the case."""
@@ -184,7 +186,9 @@ def _others_um(effects: list[Array], number: int) -> Array | None:
 @lru_cache(maxsize=4096)
 def _is_fit(recipe: str, seed: int, attempt: int) -> bool:
     """Whether this draw asks what the recipe is to ask."""
-    asks = {"outsider": _is_outside, "temperature": _is_told_apart, "chain": _is_possible}.get(RECIPES[recipe].family)
+    asks = {"outsider": _is_outside, "temperature": _is_possible_and_told_apart, "chain": _is_possible}.get(
+        RECIPES[recipe].family
+    )
     try:
         return asks is None or asks(_draw(recipe, seed, attempt))
     except ValueError:  # invisible
@@ -192,9 +196,14 @@ def _is_fit(recipe: str, seed: int, attempt: int) -> bool:
 
 
 def _is_possible(measurement: Measurement) -> bool:
-    """Whether no carriage must rotate more than any machine does, for a gauge that hardly shows it."""
-    turning = [cause for cause in measurement.causes if cause.kind == "angular_error"]
-    return all(strength_for(measurement.scene, cause, 1.0) < MOST_URAD_PER_M for cause in turning)
+    """Whether no cause must be stronger than on any machine, for a gauge that hardly shows it."""
+    scene = measurement.scene
+    bounded = [cause for cause in measurement.causes if cause.kind in MOST]
+    return all(abs(strength_for(scene, cause, 1.0)) < MOST[cause.kind] for cause in bounded)
+
+
+def _is_possible_and_told_apart(measurement: Measurement) -> bool:
+    return _is_possible(measurement) and _is_told_apart(measurement)
 
 
 def _is_told_apart(measurement: Measurement) -> bool:

@@ -50,8 +50,8 @@ def _sensor(column: str, time_s: Array, celsius: Array) -> Sensor:
 
 
 def thermometers(time_s: Array, random: Random) -> tuple[Sensor, ...]:
-    """Room, bridge and column, partly alike as one room has them, and a coolant that does not matter."""
-    common, kelvin = _weather(time_s, random, 0.5), random.uniform(0.8, 2.0)
+    """Room, bridge and column of a workshop, partly alike as one room has them, and a coolant that does not matter."""
+    common, kelvin = _weather(time_s, random, 0.5), random.uniform(1.0, 4.0)
     seen = [
         _sensor(name, time_s, 20.0 + random.normal(0.0, 0.2) + kelvin * (common + _weather(time_s, random, 1.0)))
         for name in ROOM
@@ -63,7 +63,7 @@ def thermometers(time_s: Array, random: Random) -> tuple[Sensor, ...]:
 
 def two_of_a_beam(time_s: Array, random: Random) -> tuple[Sensor, ...]:
     """Top and bottom of the bridge, a gradient apart, and the coolant."""
-    beam, gradient = _weather(time_s, random, 1.2), _weather(time_s, random, random.uniform(0.6, 1.2))
+    beam, gradient = _weather(time_s, random, 2.0), _weather(time_s, random, random.uniform(1.0, 4.0))
     coolant = 21.0 + _weather(time_s, random, random.uniform(1.0, 3.0))
     middle = 20.0 + random.normal(0.0, 0.1)
     return (

@@ -14,6 +14,8 @@ Random = np.random.Generator
 RHYTHM_S = 5.0
 MONTH_S = 365.25 * 86400.0 / 12.0
 LONG_TRAVEL_MM = np.array([[0.0, 6000.0], [0.0, 1000.0], [0.0, 600.0]])
+LARGE_TRAVEL_MM = np.array([[0.0, 2000.0], [0.0, 3000.0], [0.0, 1000.0]])
+"""Of a bed of six metres, and of a large bridge."""
 
 
 def _turned(degrees: float) -> tuple[float, float, float]:
@@ -48,8 +50,26 @@ def along_the_bed(random: Random) -> list[Place]:
     return [((1.0, 0.0, 0.0), (3000.0, 420.0, 200.0))]
 
 
+def corners(random: Random) -> list[Place]:
+    """A large bridge: in two opposite corners along one diagonal, in the others along the other."""
+    low, high = (random.uniform(500.0, 700.0, 2) * share for share in (1.0, np.array([2.2, 3.6])))
+    rising, falling = _turned(45.0), _turned(135.0)
+    middles = (
+        (rising, low[0], low[1]),
+        (falling, high[0], low[1]),
+        (rising, high[0], high[1]),
+        (falling, low[0], high[1]),
+    )
+    return [(axis, (float(x), float(y), 300.0)) for axis, x, y in middles]
+
+
 def _short(random: Random) -> tuple[Gauge, int]:
     return make_gauge(random, 200.0), int(random.integers(4, 7))
+
+
+def metre(random: Random) -> tuple[Gauge, int]:
+    """A gauge of 0.6 to 1 m, in two or three cycles."""
+    return certified_gauge(random, 40.0, int(random.integers(16, 26)), 20.0), int(random.integers(2, 4))
 
 
 def _metres(random: Random) -> tuple[Gauge, int]:

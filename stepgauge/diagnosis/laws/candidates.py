@@ -22,7 +22,7 @@ from stepgauge.diagnosis.posterior.problem import Law, Refined, Sizes
 from stepgauge.diagnosis.residuals import Residuals
 
 Array = NDArray[np.float64]
-LATE = ("lag_s", "start_s")
+LAG, START = "lag_s", "start_s"
 OF_THE_PROBE = ("kinematic_pretravel", "seat_defect")
 """Laws of which a recording has one, since it was made with one probe."""
 BEYOND = 1.1
@@ -105,7 +105,7 @@ def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
 
     For a period or a frequency every decade of the physically possible range is equally likely, so that each point of
     the grid has the share of its step. A shape of which something is usual is log-normal about it. All other shapes are
-    equally likely, except late ones: all with a lag or with a beginning during the measurement have the odds of a lag.
+    equally likely, except that all with a lag, or with a beginning during the measurement, have odds of their own.
     """
     count = len(family.atoms)
     for name in priors.shapes:
@@ -121,10 +121,10 @@ def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
     if family.about:
         weight = np.array([family.log_prior(atom) for atom in family.atoms])
         return weight - np.logaddexp.reduce(weight)
-    late = np.array([any(atom.get(name) is not None for name in LATE) for atom in family.atoms])
+    late = np.array([any(atom.get(name) is not None for name in (LAG, START)) for atom in family.atoms])
     if late.any() and not late.all():
-        share = np.where(late, priors.forms.lag / late.sum(), 1.0 / (~late).sum()) / (1.0 + priors.forms.lag)
-        return np.asarray(np.log(share))
+        odds = priors.laws.lag if LAG in family.atoms[0] else priors.laws.late
+        return np.asarray(np.log(np.where(late, odds / late.sum(), 1.0 / (~late).sum()) / (1.0 + odds)))
     return np.full(count, -np.log(count))
 
 
