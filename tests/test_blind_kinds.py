@@ -13,7 +13,7 @@ from benchmarks.blind.catalogue import RECIPES
 from benchmarks.blind.cause import Cause, along, strength_for
 from benchmarks.blind.figure import TITLES
 from benchmarks.blind.further_catalogue import CHAINS, FURTHER, LEVEL, SEVERAL
-from benchmarks.blind.generate import Case, make_case
+from benchmarks.blind.generate import MOST, Case, make_case
 from benchmarks.blind.identify import leftovers
 from benchmarks.blind.probe_causes import Tripod, normals, qualifying_normals, stylus_frame
 from benchmarks.blind.scene import Chain, Design, Scene, make_scene
@@ -355,6 +355,15 @@ def test_same_seed_same_files_of_the_later_kinds(key: str, tmp_path: Path) -> No
     files = [{p.name: p.read_bytes() for p in (tmp_path / n / case.case_id).iterdir()} for n in "ab"]
     assert files[0] == files[1]
     assert truths[0] == truths[1]
+
+
+@pytest.mark.parametrize("name", ["thermal_shift", "thermal_expansion", "thermal_bending", "rotation_x_about_z"])
+def test_no_cause_is_stronger_than_on_any_machine(name: str, tmp_path: Path) -> None:
+    (recipe,) = (recipe for recipe in RECIPES if recipe.endswith(f":{name}"))
+    for seed in (5, 6):
+        (cause,) = make_case(Case(recipe, 1.0, seed), tmp_path)["causes"]
+        assert 0.0 < abs(cause["strength"]) < MOST.get(cause["kind"], np.inf)
+    assert {"angular_error", "thermal_shift", "thermal_expansion_of", "thermal_bending"} <= MOST.keys()
 
 
 def test_the_public_files_state_thermometers_chain_and_stylus(tmp_path: Path) -> None:
