@@ -12,7 +12,7 @@ from typing import Any
 
 from stepgauge.diagnosis.output.practice import name_of
 from stepgauge.diagnosis.output.remedies import Remedy, remedy, remedy_of_form
-from stepgauge.diagnosis.output.report import COVERAGE, chosen, plus_minus, probability, remaining, without
+from stepgauge.diagnosis.output.report import COVERAGE, chosen, members_of, plus_minus, probability, remaining, without
 from stepgauge.diagnosis.output.words import line, significant
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
@@ -111,7 +111,7 @@ def _forms(said: Said) -> Iterator[tuple[int, Said]]:
 
 
 def _has_rivals(effect: Said) -> bool:
-    several = len(_members(effect)) > 1 or effect["confounded_with"] or effect["alternatives"]
+    several = len(members_of(effect)) > 1 or effect["confounded_with"] or effect["alternatives"]
     return bool(several or effect.get("aliases"))
 
 
@@ -138,26 +138,22 @@ def _remedy(effect: Said, told: Words) -> Remedy:
     return remedy(effect["kind"], effect["parameters"], told.of)
 
 
-def _members(effect: Said) -> list[Said]:
-    """All causes of a finding, the stated one first, each with its own values; none where it has no rivals."""
-    return list(effect.get("set", []))
-
-
 def found_part(said: Said, told: Words, *more: Block | None) -> dict[str, Any]:
     """The part with the table of findings: each cause with its own value, uncertainty, probability and instruction."""
     rows: list[list[str]] = []
     inner: list[int] = []
     left_out = 0
     for number, effect in enumerate(said["effects"], 1):
-        rows.append(_row(str(number), told.name(effect), effect, _own(effect), told))
+        rows.append(_row(str(number), told.name(effect), effect, _of_set(members_of(effect)[0], effect), told))
         rivals = _rivals(said, effect)
-        left_out += max(len(_members(effect)) - 1 - len(rivals), 0)
+        left_out += max(len(members_of(effect)) - 1 - len(rivals), 0)
         for one in rivals:
             inner.append(len(rows))
             rows.append(_row("or", told.member(one), one, _of_set(one, effect), told))
-        if others := _combinations(effect):
+        others, p = combinations(effect)
+        if others:
             inner.append(len(rows))
-            rows.append(_together_row(others, effect))
+            rows.append(_together_row(others, p))
     rows += [_form_row(row, number) for number, row in _forms(said)]
     if not rows:
         return part("What was found", words(_nothing(said)), *more)
@@ -168,17 +164,9 @@ def found_part(said: Said, told: Words, *more: Block | None) -> dict[str, Any]:
 
 def _rivals(said: Said, effect: Said) -> list[Said]:
     """The rivals of a finding for the first page, the most probable first: one, or more where findings are few."""
-    sets = sum(len(_members(one)) > 1 for one in said["effects"])
+    sets = sum(len(members_of(one)) > 1 for one in said["effects"])
     room = (MOST_ROWS - len(said["effects"])) // max(sets, 1)
-    return _members(effect)[1:][: min(max(room, 1), MOST_RIVALS)]
-
-
-def _own(effect: Said) -> float:
-    """Probability of the cause that is named first."""
-    members = _members(effect)
-    if not members:
-        return min(float(effect["own_probability"]), float(effect["probability"]))
-    return _of_set(members[0], effect) or 0.0
+    return members_of(effect)[1:][: min(max(room, 1), MOST_RIVALS)]
 
 
 def _of_set(one: Said, effect: Said) -> float | None:
@@ -186,17 +174,20 @@ def _of_set(one: Said, effect: Said) -> float | None:
     return None if one["share"] is None else float(one["share"] * effect["probability"])
 
 
-def _combinations(effect: Said) -> list[str]:
-    """What may be instead of a finding and is no member of its set: several laws, or one for several findings."""
-    known = {effect["kind"], *(one["kind"] for one in _members(effect))}
-    return [name for name in effect["confounded_with"] if name not in known]
+def combinations(effect: Said) -> tuple[list[str], float]:
+    """What may be instead of a finding and is no member of its set: several laws, or one for several findings.
+
+    Their names, and the probability that is left for all of them.
+    """
+    members = members_of(effect)
+    known = {one["kind"] for one in members}
+    left = float(effect["probability"]) - sum(_of_set(one, effect) or 0.0 for one in members)
+    return [name_of(name) for name in effect["confounded_with"] if name not in known], max(left, 0.0)
 
 
-def _together_row(others: Sequence[str], effect: Said) -> list[str]:
-    members = [_of_set(one, effect) or 0.0 for one in _members(effect)] or [_own(effect)]
-    p = max(float(effect["probability"]) - sum(members), 0.0)
+def _together_row(others: Sequence[str], p: float) -> list[str]:
     text = "In place of this finding, or of this and others: see the appendix. No size is told."
-    return ["or", "; ".join(name_of(name) for name in others), "", "", probability(p), text]
+    return ["or", "; ".join(others), "", "", probability(p), text]
 
 
 def _row(first: str, name: str, one: Said, p: float | None, told: Words) -> list[str]:
@@ -250,7 +241,7 @@ def _unit(parameter: Said) -> str:
 
 
 def _note(said: Said, left_out: int) -> str:
-    sets = any(len(_members(effect)) > 1 or _combinations(effect) for effect in said["effects"])
+    sets = any(len(members_of(effect)) > 1 or combinations(effect)[0] for effect in said["effects"])
     note = "u: standard uncertainty."
     if sets:
         note += (

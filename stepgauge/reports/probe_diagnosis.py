@@ -8,7 +8,7 @@ from typing import Any
 
 from stepgauge.diagnosis.maps.report import QUANTITIES, limits, summary
 from stepgauge.diagnosis.output.practice import name_of
-from stepgauge.diagnosis.output.report import percent, plus_minus, probability, probability_of
+from stepgauge.diagnosis.output.report import members_of, percent, plus_minus, probability, probability_of
 from stepgauge.diagnosis.output.words import significant
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
 from stepgauge.reports.diagnosis import check_blocks, odds_blocks, shown_figures, story, trail_blocks
@@ -26,7 +26,7 @@ def map_story(said: Said, figures: Sequence[str] = (), pictures: Mapping[str, st
     """The content of a page; parameters as :func:`stepgauge.reports.diagnosis.diagnosis_story`."""
     shown = shown_figures(figures, pictures)
     drawn = [figure(name, _caption(name, said), pictures or {}) for name in shown]
-    probe, plain, told = said["inputs"]["probe"], _plain(said), _words(said)
+    probe, plain, told = said["inputs"]["probe"], plain_of(said), _words(said)
     parts = [
         do_first(plain, told),
         found_part(plain, told, *drawn[:1]),
@@ -38,7 +38,7 @@ def map_story(said: Said, figures: Sequence[str] = (), pictures: Mapping[str, st
 
 def first_of(said: Said) -> list[str]:
     """What to do first, in lines for a terminal."""
-    return first_lines(_plain(said), _words(said))
+    return first_lines(plain_of(said), _words(said))
 
 
 def _words(said: Said) -> Words:
@@ -47,8 +47,8 @@ def _words(said: Said) -> Words:
     return Words(lacking, _name, of="map", compare=compare if said["effects"] or said["unexplained"] else "")
 
 
-def _plain(said: Said) -> dict[str, Any]:
-    """The diagnosis with its forms and sets as those of recordings are."""
+def plain_of(said: Said) -> dict[str, Any]:
+    """The diagnosis of a map with its forms and sets as those of recordings are."""
     forms = {key: _without_unit(said[key]) for key in ("located", "unexplained")}
     return {**said, **forms, "effects": [{**effect, "set": _set(effect)} for effect in said["effects"]]}
 
@@ -67,14 +67,15 @@ def _without_unit(forms: Sequence[Said]) -> list[dict[str, Any]]:
     return [{**one, "covariate": one["covariate"].replace("_deg", "")} for one in forms]
 
 
-def _set(effect: Said) -> list[dict[str, Any]]:
+def _set(effect: Said) -> list[Said]:
     """A cause and its rivals as the sets of recordings have them; of a rival the change of its values is known."""
     labels = [*effect["confounded_with"], *effect["alternatives"]]
     if not labels:
         return []
-    own = effect["own_probability"] / effect["probability"] if effect["probability"] else 1.0
-    lead = {**effect, "share": min(own, 1.0)}
-    return [lead, *({"kind": label, "label": label, "share": None, **_instead(effect, label)} for label in labels)]
+    return [
+        *members_of(effect),
+        *({"kind": label, "label": label, "share": None, **_instead(effect, label)} for label in labels),
+    ]
 
 
 def _instead(effect: Said, label: str) -> dict[str, Any]:

@@ -61,6 +61,14 @@ def chosen(effect: Mapping[str, Any]) -> list[Any]:
     return [p["value"] for name, p in parameters if "unit" not in p and name not in ("rows", *NO_CHOICE)]
 
 
+def members_of(effect: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """The causes of a finding, the stated one first, each with its ``share``; the finding itself where it is alone."""
+    if effect.get("set"):
+        return list(effect["set"])
+    own = effect["own_probability"] / effect["probability"] if effect["probability"] else 1.0
+    return [{**effect, "share": min(float(own), 1.0)}]
+
+
 def limits(said: Mapping[str, Any]) -> list[str]:
     """What this recording cannot show, whatever the verdict."""
     measured, found = said["measured"], []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -45,47 +46,54 @@ def show(request: Request) -> Response:
 
 def _told(site: Site, name: str) -> dict[str, Any]:
     """What the page says of a diagnosis, from its file."""
-    from stepgauge.reports.diagnosis import read_said, told_story
+    from stepgauge.reports.diagnosis import read_said, told_effects, told_story
 
     said, _ = read_said(existing(site.folder, name))
     story = told_story(said, ())
     unit = next((key.removeprefix("noise_") for key in said["fit"] if key.startswith("noise_")), "")
-    effects = [_finding(number, effect) for number, effect in enumerate(said["effects"], 1)]
+    effects = [_finding(number, effect) for number, effect in enumerate(told_effects(said), 1)]
     steps = [block for block in story["parts"][0]["blocks"] if block["kind"] != "code"]
     return {
         "story": story,
         "verdict": said["verdict"],
         "unit": unit,
         "effects": effects,
+        "can_exclude": "map" not in said["inputs"],
         "steps": steps,
     }
 
 
-def _finding(number: int, effect: dict[str, Any]) -> dict[str, Any]:
-    from stepgauge.diagnosis.output.practice import name_of
-    from stepgauge.reports.findings import uncertainties, values
+def _finding(number: int, effect: Mapping[str, Any]) -> dict[str, Any]:
+    from stepgauge.diagnosis.output.report import members_of
+    from stepgauge.reports.findings import combinations
 
-    own = min(effect["own_probability"] / max(effect["probability"], 1e-300), 1.0)
-    members = effect["set"] or [{**effect, "share": own}]
-    first = max(one["share"] for one in members) or 1.0
-    rivals = [
-        {
-            "kind": one["kind"],
-            "name": name_of(one["label"]),
-            "values": _with_u(values(one), uncertainties(one)),
-            "probability": one["share"] * effect["probability"],
-            "odds": one["share"] / first,
-            "means": one["in_practice"],
-        }
-        for one in members
-    ]
+    members = members_of(effect)
+    first = max(one["share"] or 0.0 for one in members) or 1.0
+    together, p = combinations(effect)
     return {
         "number": number,
         "kind": effect["kind"],
         "probability": effect["probability"],
-        "rivals": rivals,
+        "rivals": [_rival(one, effect["probability"], first) for one in members],
+        "together": {"names": together, "probability": p} if together else None,
         "next": effect["separate_by"].split(": stepgauge")[0].replace("_", " "),
         "can_plan": bool(effect["commands"]),
+    }
+
+
+def _rival(one: Mapping[str, Any], probability: float, first: float) -> dict[str, Any]:
+    """A cause of a finding; of a probe's map the probability is known of the first cause alone."""
+    from stepgauge.diagnosis.output.practice import name_of
+    from stepgauge.reports.findings import uncertainties, values
+
+    share = one["share"]
+    return {
+        "kind": one["kind"],
+        "name": name_of(one["label"]),
+        "values": _with_u(values(one), uncertainties(one)),
+        "probability": None if share is None else share * probability,
+        "odds": None if share is None else share / first,
+        "means": one["in_practice"],
     }
 
 
@@ -156,11 +164,14 @@ def diagnose(request: Request, form: Form) -> Response:
 
 def without(request: Request, form: Form) -> Response:
     """The same diagnosis, without a cause that somebody has excluded."""
+    from stepgauge.diagnosis.output.report import members_of
     from stepgauge.reports.diagnosis import read_said
 
     site = site_of(request)
     said, place = read_said(existing(site.folder, form.text("result")))
-    kinds = {one["kind"] for effect in said["effects"] for one in [effect, *effect["set"]]}
+    if "map" in said["inputs"]:
+        raise InputError("result", "of a probe's map no cause can be left out")
+    kinds = {one["kind"] for effect in said["effects"] for one in members_of(effect)}
     if form.text("kind") not in kinds:
         raise InputError("kind", "is no finding of this diagnosis", found=form.text("kind"))
     files = [relative(site.folder, one["path"]) for one in said["inputs"]["recordings"]]

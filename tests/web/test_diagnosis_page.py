@@ -1,0 +1,63 @@
+"""The page of a diagnosis: of a probe's map, and of what two causes together may stand for."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import stepgauge as sg
+from stepgauge.files.text import write_json
+from tests.conftest import ROOT
+from tests.diagnosis.test_files import said as said_of
+from tests.web.conftest import Served, make_project
+from tests.web.test_run import post
+
+FEA = ROOT / "examples/omp40-fea"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A project with a probe, its map, and the diagnosis of that."""
+    folder = make_project(tmp_path / "project")
+    for name in ("map.csv", "existing-method.toml"):
+        shutil.copy(FEA / name, folder / name)
+    sg.diagnose_probe_map(folder / "map.csv", folder / "existing-method.toml").write(folder / "results/map")
+    return folder
+
+
+def said(folder: Path) -> dict[str, Any]:
+    return dict(json.loads((folder / "diagnosis.json").read_text()))
+
+
+def test_the_map_of_a_probe_has_a_page_with_all_its_causes(folder: Path) -> None:
+    """The page failed: only findings of recordings have sets. And no cause is left out of a map's diagnosis."""
+    first = said(folder / "results/map")["effects"][0]
+    with Served(folder) as server:
+        status, _, body = server.ask("/diagnosis?result=results/map")
+        assert status == 200
+        for label in (first["label"], *first["confounded_with"], *first["alternatives"]):
+            assert label.replace("_", " ") in body.decode()
+        assert b"/diagnosis/without" not in body
+        status, body = post(server, "/diagnosis/without", result="results/map", kind=first["kind"])
+        assert status == 422
+        assert b"no cause can be left out" in body
+
+
+def test_causes_that_stand_for_a_finding_together_have_a_row_and_a_probability(tmp_path: Path) -> None:
+    """The first page had that row; in the browser a reader missed what the probabilities lack to one."""
+    data, folder = said_of("scale"), make_project(tmp_path / "project")
+    first = data["effects"][0]
+    rival = {**first, "kind": "gauge_temperature", "label": "gauge_temperature", "share": 0.25}
+    first |= {"probability": 0.9, "own_probability": 0.45, "set": [{**first, "share": 0.5}, rival]}
+    first["confounded_with"] = ["gauge_temperature", "scale_temperature + thermal_drift"]
+    (folder / "results/one").mkdir(parents=True)
+    write_json(folder / "results/one/diagnosis.json", data)
+    with Served(folder) as server:
+        body = server.ask("/diagnosis?result=results/one")[2].decode()
+    assert "scale temperature + thermal drift" in body
+    assert body.count("22.5 %") == 2  # the rival, and what 0.9 (1 - 0.5 - 0.25) is
+    assert body.count("/diagnosis/without") == 2
