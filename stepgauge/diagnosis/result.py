@@ -59,15 +59,24 @@ class Member:
 
 
 @dataclass(frozen=True)
+class Replacement:
+    """Laws that may be in place of a finding, and of ``others`` with it; their odds against what is stated."""
+
+    laws: tuple[str, ...]
+    others: tuple[str, ...]
+    odds: float
+
+
+@dataclass(frozen=True)
 class Finding:
     """A named effect.
 
     ``effect``: ready for a machine file; ``effects``: those of a finding that is many errors at once; ``choices``:
     axis, plane, face, ... ; ``own``: its probability, ``probability``: with all of ``confounded_with``, the other kinds
     that this recording cannot discriminate from it; ``alternatives``: other choices of the same kind;
-    ``members``: all of the set with their own values; ``several``: sets of several laws that may replace it, each as
-    labels with its odds; ``where``: the part of the record in which it acts, empty for all of it; ``reason``: why the
-    set cannot be discriminated; ``share_um (n,)``: its displacement.
+    ``members``: all of the set with their own values; ``several``: laws that may replace it together; ``where``: the
+    part of the record in which it acts, empty for all of it; ``reason``: why the set cannot be discriminated;
+    ``share_um (n,)``: its displacement.
     """
 
     kind: str
@@ -81,7 +90,7 @@ class Finding:
     confounded_with: tuple[str, ...] = ()
     alternatives: tuple[str, ...] = ()
     members: tuple[Member, ...] = ()
-    several: tuple[tuple[tuple[str, ...], float], ...] = ()
+    several: tuple[Replacement, ...] = ()
     where: str = ""
     reason: str = ""
     separate_by: str = ""

@@ -41,7 +41,7 @@ from stepgauge.diagnosis.posterior.told import (
     told,
 )
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.result import Finding, Located, Member, rms
+from stepgauge.diagnosis.result import Finding, Located, Member, Replacement, rms
 
 Array = NDArray[np.float64]
 FAINT = 0.3
@@ -213,14 +213,21 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
             confounded_with=tuple(dict.fromkeys((*kinds, *together(combined)))),
             alternatives=same,
             members=tuple(_members(said, rivals, alone, wide, model, data)),
-            several=tuple(
-                (tuple(c.source.label for c in one.come if c.named), one.odds)
-                for one in several
-                if label in one.gone and all(c.named for c in one.come)
-            ),
+            several=_replacements(several, label),
             where=solved.effect.when or "",
         )
     yield from (_of_geometry(one, several, model, answer, data, priors, wider) for one in model.geometry)
+
+
+def _replacements(several: list[Alternative], label: str) -> tuple[Replacement, ...]:
+    """Combinations of laws in place of one and perhaps of others, the most probable first."""
+    found: dict[tuple[tuple[str, ...], tuple[str, ...]], float] = {}
+    for one in several:
+        if label in one.gone and all(c.named for c in one.come):
+            come = tuple(sorted(c.source.label for c in one.come))
+            others = tuple(sorted(other.partition(" #")[0] for other in one.gone if other != label))
+            found[come, others] = max(found.get((come, others), 0.0), one.odds)
+    return tuple(Replacement(*key, odds) for key, odds in sorted(found.items(), key=lambda item: -item[1]))
 
 
 def _of_geometry(

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from stepgauge.diagnosis.result import Diagnosis
 
 Said = Mapping[str, Any]
+MOST_REPLACED = 5
+"""Combinations that may replace a finding, in the appendix; the file has all."""
 STORY = "story"
 FIGURES = ("overview", "residuals", "directions", "effects")
 """Figures beside a diagnosis, the one of the first page first."""
@@ -370,13 +372,15 @@ def _facts(effect: Said) -> Iterator[str]:
     alone = [*effect["confounded_with"], *effect["alternatives"]] if not effect["set"] else []
     if alone:
         yield f"not discriminated by this recording from {', '.join(name_of(label) for label in alone)}"
-    for other in effect["several"]:
-        yield (
-            f"a combination of effects may replace it: {' and '.join(name_of(label) for label in other['labels'])}"
-            f" (odds {significant(other['odds'], 2)} to 1 against the stated one)"
-        )
+    yield from (_replaced(other) for other in effect["several"][:MOST_REPLACED])
     if effect["reason"]:
         yield f"why they are not discriminated: {effect['reason']}"
+
+
+def _replaced(other: Said) -> str:
+    laws, others = ([name_of(label) for label in other.get(key, ())] for key in ("labels", "others"))
+    besides = f", and in that of {' and '.join(others)}" if others else ""
+    return f"{' and '.join(laws)} may stand in its place{besides} (odds 1 to {significant(1.0 / other['odds'], 2)})"
 
 
 def trail_blocks(said: Said) -> Iterator[Block]:

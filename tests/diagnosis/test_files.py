@@ -71,6 +71,19 @@ def numbers(value: Any) -> Iterator[float]:
         yield value
 
 
+def test_the_appendix_says_what_may_stand_for_a_finding_and_for_which_others_with_it() -> None:
+    """A combination stood there once for each of its companions, which were not named."""
+    data = said("scale")
+    data["effects"][0]["several"] = [
+        {"labels": ["geometric_errors"], "others": ["squareness_xy"], "odds": 0.04},
+        *({"labels": ["roll_x", f"block_defect_{k}"], "others": [], "odds": 1e-3} for k in range(1, 8)),
+    ]
+    lines = [line for line in report_text(data).splitlines() if "may stand in its place" in line]
+    assert lines[0] == "- geometric errors may stand in its place, and in that of squareness xy (odds 1 to 25)"
+    assert lines[1] == "- roll x and block defect 1 may stand in its place (odds 1 to 1000)"
+    assert len(lines) == 5
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_the_json_keeps_the_contract(name: str) -> None:
     data = said(name)

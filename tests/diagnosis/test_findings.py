@@ -227,7 +227,7 @@ def test_a_warm_gauge_and_a_long_scale_are_no_other_scale_and_squareness_for_cer
         assert longer_y.value == pytest.approx(4.0, abs=4.0 * (longer_y.u or 0.0))
     else:  # its size hangs on the partner's
         assert ("machine y", "undetermined") in [(one.covariate, one.form) for one in found.unexplained]
-    pairs = {frozenset(laws) for one in found.findings for laws, _ in one.several}
+    pairs = {frozenset(other.laws) for one in found.findings for other in one.several}
     # or one of the two is named, and the other one is in the set of what is beside it
     pairs |= {
         frozenset({a.label, m.label}) for a in found.findings for b in found.findings if a is not b for m in b.members

@@ -179,7 +179,9 @@ def _finding(finding: Finding, diagnosis: Diagnosis, inputs: Inputs, folder: Pat
         "confounded_with": list(finding.confounded_with),
         "alternatives": list(finding.alternatives),
         "set": [_member(one, diagnosis.data) for one in finding.members],
-        "several": [{"labels": list(labels), "odds": odds} for labels, odds in finding.several],
+        "several": [
+            {"labels": list(one.laws), "others": list(one.others), "odds": one.odds} for one in finding.several
+        ],
         "where": finding.where,
         "aliases": aliases_of(finding, diagnosis.data),
         "reason": finding.reason,
