@@ -130,3 +130,17 @@ def test_a_thermometer_on_another_part_is_less_likely_to_tell_of_a_length(part: 
     odds = choice_odds("thermal_expansion_of", {"of": part, "column": column}, PRIORS)
     assert odds == (1.0 / PRIORS.laws.same_part if other else 1.0)
     assert choice_odds("scale_error", {"axis": "x"}, PRIORS) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("part", "column", "most"),
+    [("gauge", "gauge_temperature_C", 6.0), ("x", "scale_temperature_x_C", 6.0), ("x", "room_C", 30.0)],
+)
+def test_where_the_evaluation_corrects_no_more_is_possible_than_of_the_coefficient(
+    part: str, column: str, most: float
+) -> None:
+    """A squareness was told as a gauge that grows by 34 um/(m K) with its own thermometer, by which it is corrected."""
+    law = KINDS["thermal_expansion_of"]
+    found = usual_size(law, PRIORS, choices={"of": part, "column": column})
+    assert found.most == pytest.approx(most)
+    assert PRIORS.sizes.about(found.size, found.most).sd.max() <= most

@@ -91,13 +91,13 @@ def sizes_of(family: Family, priors: Priors, data: Residuals) -> Sizes:
     """
     assert family.law is not None
     span_mm = float(np.ptp(data.probings.certified_mm()))
-    usual = usual_size(family.law, priors, data.gauge, data.machine, span_mm, family.choices).size
+    usual = usual_size(family.law, priors, data.gauge, data.machine, span_mm, family.choices)
     if family.kind == "misalignment":
-        wide = priors.sizes.about(usual)
+        wide = priors.sizes.about(usual.size)
         return Sizes(wide.sd**2, wide.log_weight)
     if not any(p.role == "linear" for p in family.law.parameters()):
         return Sizes(np.ones(1), np.zeros(1))
-    return priors.sizes.about(usual, priors.laws.of(family.kind).most)
+    return priors.sizes.about(usual.size, usual.most)
 
 
 def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:

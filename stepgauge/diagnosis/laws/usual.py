@@ -24,10 +24,14 @@ SAG_LENGTH_MM, SAG_HEIGHT_MM, STYLUS_MM = 1000.0, 30.0, 50.0
 
 @dataclass(frozen=True)
 class Usual:
-    """``size``: median, in the unit of the linear parameter; ``factors``: what multiplied that of the table."""
+    """``size``: median, in the unit of the linear parameter; ``factors``: what multiplied that of the table.
+
+    ``most``: the largest standard deviation of the size that is possible.
+    """
 
     size: float
     factors: dict[str, float]
+    most: float
 
 
 def usual_size(
@@ -44,18 +48,19 @@ def usual_size(
     those of the law, such as its column.
     """
     prior = priors.laws.of(law.kind)
-    factors = dict(_BASES[prior.basis](priors.sizes, gauge, machine))
+    factors, most = dict(_BASES[prior.basis](priors.sizes, gauge, machine)), prior.most
     if choices is not None and is_corrected(law.kind, choices):
         factors["the evaluation corrects for this temperature: what is left is of the coefficient"] = (
             priors.laws.corrected
         )
+        most *= priors.laws.corrected
     if gauge is not None and is_per_length(law):
         span = float(gauge.position_mm[-1]) if span_mm is None else span_mm
         if 0.0 < span < priors.sizes.shortest_mm:
             factors[f"over {span:g} mm an error is as large, in um, as over {priors.sizes.shortest_mm:g} mm"] = (
                 priors.sizes.shortest_mm / span
             )
-    return Usual(prior.usual * float(np.prod(list(factors.values()))), factors)
+    return Usual(prior.usual * float(np.prod(list(factors.values()))), factors, most)
 
 
 PART_OF = {"gauge_temperature_C": "gauge"} | {f"scale_temperature_{axis}_C": axis for axis in "xyz"}

@@ -43,6 +43,8 @@ FARTHER = 4.0
 """Difference to the best hypothesis up to which a hypothesis stays in the beam, nats."""
 NEEDED = 25.0
 """Loss of the log posterior from which a hypothesis with fewer terms, or with others, is not gone on with, nats."""
+MOST_PLAIN, THREE_AXES, LEAST = 24, 3, 3
+"""Laws of one shape that are tried all at once, and of a kind; terms of which the one that is needed least may go."""
 ROUNDS = 4
 SETTLED = 0.5
 WEIGHING = 3
@@ -66,31 +68,44 @@ class Search:
         heads = [self.start] if beam is self.start else [self.start, beam]
         for depth in range(MOST_TERMS):
             heads = self._forward(heads)
+            if depth and heads and heads[0].log_posterior > best.log_posterior:
+                heads = sorted([*heads, self._of_plain(heads[0])], key=_worth, reverse=True)
             if not heads or heads[0].log_posterior < best.log_posterior - (FARTHER if depth < 2 else 0.0):
                 # a form may stand for several laws that are more probable together, each of them less
                 heads = [one for one in heads if one.named and one.log_posterior > laws.log_posterior + FARTHER]
             if not heads:
                 break
             best = self._better(best, heads[0])
+            heads = [one for one in heads if len(one.terms) < MOST_TERMS]
             laws = max((one for one in heads if one.named), key=_worth, default=laws)
         found = self._one_by_one(self._in_parts(self._exchanged(best)))
         return self._independent(found) if found.scatter.correlated else found
 
     def _one_by_one(self, best: State) -> State:
-        """The best also from single laws in place of a combination of many, one after the other while needed."""
+        """The best also from single laws in place of a combination of many."""
         for term in [one for one in best.terms if one.candidate.combined]:
-            other, without = self.without(best, best.place(term.candidate)), frozenset({term.candidate.label})
-            trail = list(self.trail)
-            while len(other.terms) < MOST_TERMS:
-                laws = (look for look in self._proposed(other, 2, without) if look.candidate.named)
-                more = max((self.added(other, look) for look in laws), key=_worth, default=other)
-                if more.log_posterior <= other.log_posterior:
-                    break
-                other = more
+            other, trail = self._of_plain(self.without(best, best.place(term.candidate))), list(self.trail)
             if other.log_posterior > best.log_posterior - NEEDED:
                 other, self.trail = self._exchanged(self.polished(other)), trail
             best = self._better(best, other)
         return best
+
+    def _of_plain(self, base: State) -> State:
+        """A hypothesis with those that are needed of all likely laws of one shape besides."""
+        plain = (look for look in self.beside(base) if look.gain > HOPELESS and _is_plain(look.candidate))
+        looks = islice(_few_of_a_kind(plain, THREE_AXES), MOST_PLAIN)
+        terms = (*base.terms, *(look.term() for look in looks))
+        return self._needed(self.evidence(terms, base.scatter, base.sigma_um))
+
+    def _needed(self, state: State) -> State:
+        """Without the terms that matter least, one after the other, until all are needed."""
+        while len(state.terms) > 1:
+            least = sorted(range(len(state.terms)), key=partial(_significance, state))[:LEAST]
+            fewer = max((self.without(state, place) for place in least), key=_worth)
+            if fewer.log_posterior <= state.log_posterior and len(state.terms) <= MOST_TERMS:
+                return state
+            state = fewer
+        return state
 
     def _independent(self, best: State) -> State:
         """The best from the best terms with independent scatter, for which correlated scatter may stand."""
@@ -181,8 +196,8 @@ class Search:
     def _proposed(self, state: State, most: int = PROPOSED, without: frozenset[str] = frozenset()) -> Iterator[Look]:
         """Looks worth trying: the best laws, at most two of a kind, and the best forms."""
         looks = [one for one in self.beside(state) if one.gain > HOPELESS and one.candidate.label not in without]
-        yield from islice(_two_of_a_kind(look for look in looks if look.candidate.named), most)
-        yield from islice(_two_of_a_kind(look for look in looks if not look.candidate.named), PROPOSED_FORMS)
+        yield from islice(_few_of_a_kind(look for look in looks if look.candidate.named), most)
+        yield from islice(_few_of_a_kind(look for look in looks if not look.candidate.named), PROPOSED_FORMS)
 
     def _paired(self, state: State, without: frozenset[str] = frozenset()) -> Iterator[State]:
         """The hypothesis with two more laws that explain together what neither does alone."""
@@ -416,12 +431,23 @@ def _worth(state: State) -> float:
     return state.log_posterior
 
 
-def _two_of_a_kind(looks: Iterator[Look]) -> Iterator[Look]:
+def _significance(state: State, place: int) -> float:
+    """Square of the amplitudes of a term over their standard uncertainties, for each of them."""
+    mean, covariance = state.amplitudes(place)
+    return float(mean @ np.linalg.pinv(covariance) @ mean) / len(mean)
+
+
+def _is_plain(candidate: Candidate) -> bool:
+    """Whether it is a law of one shape, but not many in one."""
+    return isinstance(candidate, Law) and candidate.named and candidate.atoms == 1 and not candidate.combined
+
+
+def _few_of_a_kind(looks: Iterator[Look], most: int = 2) -> Iterator[Look]:
     count: dict[str, int] = {}
     for look in looks:
         kind = look.candidate.kind
         count[kind] = count.get(kind, 0) + 1
-        if count[kind] <= 2:
+        if count[kind] <= most:
             yield look
 
 
