@@ -13,7 +13,7 @@ from stepgauge.web.texts import LANGUAGES, Words, best_language, catalogue
 
 ROOM = Path(stepgauge.web.__file__).parent
 FAMILIES = (
-    *("nav.", "look.", "kind.", "place.", "state.", "steer.", "verdict."),
+    *("nav.", "look.", "kind.", "place.", "state.", "steer.", "verdict.", "verdict_map."),
     *(
         "plan_field.",
         "plan_choice.",

@@ -50,15 +50,16 @@ def _told(site: Site, name: str) -> dict[str, Any]:
 
     said, _ = read_said(existing(site.folder, name))
     story = told_story(said, ())
+    of_map = "map" in said["inputs"]
     unit = next((key.removeprefix("noise_") for key in said["fit"] if key.startswith("noise_")), "")
     effects = [_finding(number, effect) for number, effect in enumerate(told_effects(said), 1)]
     steps = [block for block in story["parts"][0]["blocks"] if block["kind"] != "code"]
     return {
         "story": story,
         "verdict": said["verdict"],
-        "unit": unit,
+        "unit": "σ" if of_map else unit,  # of a map, whose quantities have several
         "effects": effects,
-        "can_exclude": "map" not in said["inputs"],
+        "of_map": of_map,
         "steps": steps,
     }
 
