@@ -13,7 +13,7 @@ from stepgauge.web.texts import LANGUAGES, Words, best_language, catalogue
 
 ROOM = Path(stepgauge.web.__file__).parent
 FAMILIES = (
-    *("nav.", "look.", "kind.", "place.", "state.", "steer.", "verdict.", "verdict_map."),
+    *("nav.", "look.", "kind.", "place.", "state.", "steer.", "verdict."),
     *(
         "plan_field.",
         "plan_choice.",
