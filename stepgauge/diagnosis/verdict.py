@@ -58,8 +58,8 @@ MOST_FORMS = 3
 class Model:
     """The hypothesis that is stated: laws, forms, and the fit of the laws beside the forms.
 
-    ``vague``: those of the forms that are laws whose size is not determined; ``geometry``: all geometric errors at
-    once, if they are stated: none of them has a fit of its own.
+    ``vague``: those of the forms that are laws whose size is not determined, or is none that they can have
+    (``impossible``); ``geometry``: all geometric errors at once, if they are stated: none of them has a fit of its own.
     """
 
     state: State
@@ -69,6 +69,7 @@ class Model:
     metric: Metric
     vague: tuple[Said, ...] = ()
     geometry: tuple[Said, ...] = ()
+    impossible: tuple[Said, ...] = ()
 
     @property
     def beside_um(self) -> Array:
@@ -118,14 +119,17 @@ def _of_size(family: Family, atom: int, sd: float) -> Family:
 
 
 def with_doubts(model: Model, search: Search, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Model:
-    """The model without laws that are not determined (rule 3) with uncertainties times ``wider``."""
-    pairs = zip(model.laws, model.fitted.solved, strict=True)
+    """The model without laws that are not determined (rule 3) with uncertainties times ``wider``, or not possible."""
+    pairs = list(zip(model.laws, model.fitted.solved, strict=True))
+    impossible = tuple(said for said, solved in pairs if not solved.is_possible)
     vague = [said for said, solved in pairs if not _is_sure(said, solved, model.state, answer, priors, wider)]
+    vague += [one for one in impossible if one not in vague]
     vague += [one for one in model.geometry if not sure(one, model.state, answer, priors.decision, wider)]
     if not vague:
         return model
     kept = [one for one in (*model.laws, *model.geometry) if one not in vague]
-    return replace(_fitted(search, model.state, kept, [*model.forms, *vague], data), vague=(*model.vague, *vague))
+    fewer = _fitted(search, model.state, kept, [*model.forms, *vague], data)
+    return replace(fewer, vague=(*model.vague, *vague), impossible=impossible)
 
 
 def _is_sure(said: Said, solved: Solved, state: State, answer: Answer, priors: Priors, wider: float) -> bool:
@@ -187,11 +191,14 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
     """The laws that are stated; ``wider``: factor on uncertainties from the predictive check."""
     several = answer.alternatives(LEAST_ODDS)
     for said, solved in zip(model.laws, model.fitted.solved, strict=True):
-        rivals = rival_laws(said, priors.decision)
+        every = rival_laws(said, priors.decision)
+        fits = {one.candidate.label: _in_place(one, said, model, data) for one in every if not one.candidate.combined}
+        rivals = [one for one in every if one.candidate.combined or fits[one.candidate.label].is_possible]
         label = said.lead.candidate.label
         combined = instead(several, label, solved.family.kind, priors.decision)
-        probability = set_probability(answer, rivals, combined)
-        alone = set_probability(answer, rivals, []) / max(probability, 1e-300)
+        probability = set_probability(answer, every, combined)
+        alone = set_probability(answer, every, []) / max(probability, 1e-300)
+        possible = sum(one.share for one in rivals) / sum(one.share for one in every)
         kinds = tuple(dict.fromkeys(one.candidate.kind for one in rivals if one.candidate.kind != solved.family.kind))
         same = tuple(
             dict.fromkeys(
@@ -209,10 +216,10 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
             wide,
             probability,
             solved.displacement_um(data),
-            own=answer.probability([label]),
+            own=min(answer.probability([label]) / possible, probability),
             confounded_with=tuple(dict.fromkeys((*kinds, *together(combined)))),
             alternatives=same,
-            members=tuple(_members(said, rivals, alone, wide, model, data)),
+            members=tuple(_members(rivals, fits, alone, wide)),
             several=_replacements(several, label),
             where=solved.effect.when or "",
         )
@@ -262,27 +269,26 @@ def _of_geometry(
     )
 
 
-def _members(
-    said: Said, rivals: list[Rival], alone: float, own: dict[str, Estimate], model: Model, data: Residuals
-) -> Iterator[Member]:
+def _members(rivals: list[Rival], fits: dict[str, Solved], alone: float, own: dict[str, Estimate]) -> Iterator[Member]:
     """All laws of a set, each with its own values from a fit in its place; none for a set of one.
 
-    ``alone``: their share of the probability of the finding, of which combinations have the rest.
+    The stated one is first and has its ``own`` values; ``alone``: their share of the probability of the finding, of
+    which combinations have the rest.
     """
     if len(rivals) < 2:
         return
     total = sum(one.share for one in rivals)
-    place = model.laws.index(said)
     for one in (one for one in rivals if not one.candidate.combined):
-        solved = model.fitted.solved[place] if one is said.lead else _in_place(one, place, model, data)
-        parameters = own if one is said.lead else solved.parameters
-        chosen = choices_of(solved)
-        yield Member(
-            solved.family.kind, solved.family.label, alone * one.share / total, solved.effect, chosen, parameters
-        )
+        solved = fits[one.candidate.label]
+        parameters, share = own if one is rivals[0] else solved.parameters, alone * one.share / total
+        yield Member(solved.family.kind, solved.family.label, share, solved.effect, choices_of(solved), parameters)
 
 
-def _in_place(rival: Rival, place: int, model: Model, data: Residuals) -> Solved:
+def _in_place(rival: Rival, said: Said, model: Model, data: Residuals) -> Solved:
+    """A law as it is fitted in the place of a stated one, beside the other laws."""
+    place = model.laws.index(said)
+    if rival is said.lead:
+        return model.fitted.solved[place]
     families = [_expected(one, model.state) for one in model.laws]
     atoms = [one.term.atom for one in model.laws]
     families[place], atoms[place] = _of_size(rival.candidate.source, rival.look.atom, rival.look.sd), rival.look.atom
@@ -296,10 +302,11 @@ def choices_of(solved: Solved) -> dict[str, object]:
     return {**solved.family.choices, "direction": getattr(solved.effect, "direction", None)}
 
 
-def _vague(said: Said, answer: Answer, data: Residuals) -> Located:
-    """A place in which a law fits with a size that is not determined: structure without a name."""
+def _vague(said: Said, model: Model, answer: Answer, data: Residuals) -> Located:
+    """A place in which a law fits with a size that is not determined, or not possible: structure without a name."""
     where = covariate_of(said.source, data)
-    words = f"similar to {said.source.label}, whose size this recording does not determine"
+    why = "but larger than that can be" if said in model.impossible else "whose size this recording does not determine"
+    words = f"similar to {said.source.label}, {why}"
     return Located(where, "both", UNDETERMINED, words, 1.0, answer.probability([said.lead.candidate.label]))
 
 
@@ -314,7 +321,7 @@ def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, w
     for said in model.forms:
         if said.named:
             if said in model.vague or not sure(said, model.state, answer, priors.decision, wider):
-                yield _vague(said, answer, data)
+                yield _vague(said, model, answer, data)
             continue
         likely = (one for one in one_of_each_kind(said.place, False) if one.share > priors.decision.in_set)
         for one in islice(likely, MOST_FORMS):

@@ -8,9 +8,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from stepgauge.diagnosis.forms.formula import model_unknown
+from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict
+from stepgauge.diagnosis.residuals import make_residuals
+from stepgauge.effects import along_approach_um, make_effects
 from stepgauge.effects.probings import followed
 from stepgauge.recording import APPROACH, POSITION, Recording
-from tests.diagnosis.test_further_laws import measured, moved, named, turned
+from tests.diagnosis.made import machine
+from tests.diagnosis.test_further_laws import STEPS, measured, moved, named, turned
+from tests.diagnosis.test_further_laws import bent as bent_of_steps
 from tests.diagnosis.test_further_laws import told as told_of_steps
 from tests.diagnosis.test_selection import bent, told
 
@@ -125,3 +131,29 @@ def test_readings_on_the_steps_of_a_display_scatter_by_no_less_than_the_steps(st
     assert found.verdict in ("adequate", "unknown")
     assert not found.findings
     assert found.noise.sigma_um > 0.99 * step_um / np.sqrt(12.0)
+
+
+@pytest.mark.parametrize(("ppm", "possible"), [(300.0, True), (3000.0, False)])
+def test_what_would_have_to_be_larger_than_can_be_is_no_cause(ppm: float, possible: bool) -> None:
+    """A scale that is too long by 3 mm/m stood in a set with a scale at -241 deg C."""
+    recording = measured((turned(4.0),), 3)
+    found = told_of_steps(bent_of_steps(recording, {"kind": "scale_error", "axis": "x", "ppm": ppm}))
+    one = named(found, "scale_error")
+    assert one.parameters["ppm"].value == pytest.approx(ppm, abs=3.0)
+    assert ("scale_temperature" in one.confounded_with) == possible
+    assert sum(member.share for member in one.members) == pytest.approx(1.0) if possible else not one.members
+    assert one.probability > 0.9
+    assert one.own > (0.5 if possible else 0.9)
+
+
+def test_a_law_that_would_have_to_be_larger_than_it_can_be_is_not_named_and_nothing_fails() -> None:
+    """Twenty times the compliance of a soft stylus: the command ended with an error about its own finding."""
+    recording = measured(tuple(turned(angle) for angle in (4.0, 32.0, 58.0, 86.0)), 6)
+    seen = make_residuals(recording, STEPS, machine()).probings
+    (soft,) = make_effects([{"kind": "seat_defect", "um_per_N": 500.0, "lever_mm": 65.0, "share": 0.2}], "test")
+    um = 10.0 * np.asarray(along_approach_um(soft, seen))
+    found = told_of_steps(moved(recording, um))
+    assert "seat_defect" not in [one.kind for one in found.findings]
+    assert any("larger than that can be" in one.where for one in found.unexplained)
+    assert found.verdict == "unknown"
+    assert diagnosis_to_dict(found, Inputs((recording,)), model_unknown(found))["verdict"] == "unknown"

@@ -56,6 +56,13 @@ class Solved:
     effect: Effect
     parameters: dict[str, Estimate]
 
+    @property
+    def is_possible(self) -> bool:
+        """Whether all numbers are such as the effect may have."""
+        known = {p.name: p for p in type(self.effect).parameters()}
+        values = ((known[name], one.value) for name, one in self.parameters.items() if name in known)
+        return all(p.low <= value <= p.high for p, value in values)
+
     def displacement_um(self, data: Residuals, **changed: float) -> Array:
         """Displacement along the approach, shape ``(n,)``, optionally with some parameters changed."""
         effect = self.effect.model_copy(update=changed) if changed else self.effect
