@@ -134,7 +134,7 @@ def test_a_thermometer_on_another_part_is_less_likely_to_tell_of_a_length(part: 
 
 @pytest.mark.parametrize(
     ("part", "column", "most"),
-    [("gauge", "gauge_temperature_C", 6.0), ("x", "scale_temperature_x_C", 6.0), ("x", "room_C", 30.0)],
+    [("gauge", "gauge_temperature_C", 12.0), ("x", "scale_temperature_x_C", 12.0), ("x", "room_C", 30.0)],
 )
 def test_where_the_evaluation_corrects_no_more_is_possible_than_of_the_coefficient(
     part: str, column: str, most: float

@@ -43,7 +43,7 @@ def test_from_sixteen_points_to_the_cause_and_the_printed_report(folder: Path, w
         page.get_by_role("button", name="Diagnose").click()
 
         page.locator("#residuals[data-ready]").wait_for()
-        page.get_by_text("Known effects explain").wait_for()
+        page.get_by_text("Known causes explain").wait_for()
         noise, now = float(page.locator("#noise").inner_text()), float(page.locator("#now").inner_text())
         assert now < 1.3 * noise
         page.locator("[data-finding='0']").uncheck()

@@ -53,7 +53,7 @@ def usual_size(
         factors["the evaluation corrects for this temperature: what is left is of the coefficient"] = (
             priors.laws.corrected
         )
-        most *= priors.laws.corrected
+        most = min(most, priors.laws.corrected_most)
     if gauge is not None and is_per_length(law):
         span = float(gauge.position_mm[-1]) if span_mm is None else span_mm
         if 0.0 < span < priors.sizes.shortest_mm:

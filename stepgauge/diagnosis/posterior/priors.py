@@ -124,16 +124,18 @@ class LawPriors(Table):
     ``part``: odds of one in a part of the record only, over one everywhere; ``same_part``: odds that a law follows
     thermometers on the part that it moves, over others: a bending the difference of two on one part, an expansion no
     thermometer that is documented to be on another part; ``corrected``: size of what follows a temperature for which
-    the evaluation corrects, over that of what follows others; ``lag``: odds of a body that takes time to follow, over
-    one that follows at once; ``late``: those of a beginning during the measurement; ``unqualified``: odds of the whole
-    pre-travel of a tripod, over its variation about the mean of a qualification; ``discrepancy``: standard deviation of
-    what laws with a shape in ``processes`` leave out, as a share of their size.
+    the evaluation corrects, over that of what follows others, ``corrected_most``: its largest standard deviation;
+    ``lag``: odds of a body that takes time to follow, over one that follows at once; ``late``: those of a beginning
+    during the measurement; ``unqualified``: odds of the whole pre-travel of a tripod, over its variation about the mean
+    of a qualification; ``discrepancy``: standard deviation of what laws with a shape in ``processes`` leave out, as a
+    share of their size.
     """
 
     odds: float = Field(gt=0.0)
     part: float = Field(0.01, gt=0.0)
     same_part: float = Field(10.0, gt=0.0)
     corrected: float = Field(0.2, gt=0.0)
+    corrected_most: float = Field(12.0, gt=0.0)
     lag: float = Field(1.0, gt=0.0)
     late: float = Field(0.2, gt=0.0)
     unqualified: float = Field(0.03, gt=0.0)
