@@ -8,13 +8,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 if TYPE_CHECKING:
     from stepgauge.effects.probings import Probings
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
+Order = NDArray[np.int64] | slice
+"""Rows in an order: all of them where they are in it already."""
+
+
+SHORT = 1e-3
+"""Time over lag below which (1 - exp(-h)) / h is a series: 1 - exp(-h) would lose its digits."""
 
 
 def followed(time_s: Array, values: Array, lags_s: Sequence[float] | Array) -> Array:
@@ -23,13 +28,25 @@ def followed(time_s: Array, values: Array, lags_s: Sequence[float] | Array) -> A
     Between rows a column goes straight from one value to the next; before the first row it had that value for ever. So
     d = output - value satisfies d_i = exp(-h) d_(i-1) - (v_i - v_(i-1)) (1 - exp(-h)) / h, h: time between over lag.
     """
-    order = np.argsort(time_s, kind="stable")
-    steps = np.diff(time_s[order], prepend=time_s[order[0]])
-    changes = np.diff(values[order], prepend=values[order[0]])
+    in_time = bool((time_s[1:] >= time_s[:-1]).all())
+    order: Order = slice(None) if in_time else np.argsort(time_s, kind="stable")
+    steps = np.diff(time_s[order], prepend=time_s[order][:1])
+    changes = np.diff(values[order], prepend=values[order][:1])
     late = np.empty((len(lags_s), len(values)))
     for lag, one in zip(lags_s, late, strict=True):
-        one[order] = values[order] + kept(np.exp(-steps / lag), -changes * special.exprel(-steps / lag))
+        h = steps / lag
+        part = np.exp(-h)
+        one[order] = values[order] + kept(part, -changes * _mean_share(h, part))
     return late
+
+
+def _mean_share(h: Array, part: Array) -> Array:
+    """(1 - exp(-h)) / h from ``part``, which is exp(-h)."""
+    long = h > SHORT
+    share = np.divide(1.0 - part, h, where=long, out=np.empty(len(h)))
+    few = h[~long]
+    share[~long] = 1.0 - few * (0.5 - few * (1.0 / 6.0 - few / 24.0))
+    return share
 
 
 def kept(part: Array, added: Array) -> Array:
@@ -41,7 +58,7 @@ def kept(part: Array, added: Array) -> Array:
     return np.asarray(dtbsv(1, bands, added, lower=1, diag=1))
 
 
-def in_order(probings: Probings) -> tuple[Rows, Array]:
+def in_order(probings: Probings) -> tuple[Order, Array]:
     """Rows by placement and then by time (as recorded if there are no times), and the placements in that order.
 
     Every placement may have a clock of its own.
@@ -49,8 +66,11 @@ def in_order(probings: Probings) -> tuple[Rows, Array]:
     count = len(probings)
     placement = probings.column("placement") if "placement" in probings.columns else np.ones(count, int)
     time_s = probings.time_s if "time_s" in probings.columns else np.arange(count)
+    later, same = time_s[1:] >= time_s[:-1], placement[1:] == placement[:-1]
+    if (same & later | (placement[1:] > placement[:-1])).all():  # as most programs run
+        return slice(None), placement.astype(float)
     order = np.lexsort((time_s, placement))
-    return order.astype(np.int64), placement[order].astype(float)
+    return order.astype(np.int64, copy=False), placement[order].astype(float)
 
 
 def rest_s(probings: Probings) -> Array:
@@ -74,7 +94,7 @@ def since_placed_s(probings: Probings) -> Array:
 def rested(probings: Probings, touches: float) -> Array:
     """Exponentially weighted sum of the square roots of the rests, s^0.5, ``(n,)``."""
     order, _ = in_order(probings)
-    rest = np.diff(probings.time_s[order], prepend=probings.time_s[order[0]])
+    rest = np.diff(probings.time_s[order], prepend=probings.time_s[order][0])
     rest[rest < 0.0] = rest.max()
     return by_row(kept(np.full(len(rest), np.exp(-1.0 / touches)), np.sqrt(rest)), order)
 
@@ -95,7 +115,7 @@ def since_turning_mm(probings: Probings) -> Array:
     return by_row(gone - start, order)
 
 
-def along_gauge_mm(probings: Probings) -> tuple[Rows, Array]:
+def along_gauge_mm(probings: Probings) -> tuple[Order, Array]:
     """Rows in order, and the path along the gauge from the previous probing, 0 for the first of a placement."""
     order, placement = in_order(probings)
     position = probings.certified_mm()[order]
@@ -120,8 +140,8 @@ def held_mm(probings: Probings, column: str, way_mm: float) -> Array:
     """
     order, placement = in_order(probings)
     path = probings.certified_mm() if column == "position_mm" else probings.coordinate_mm(column[0])
-    steps = np.diff(path[..., order], axis=-1, prepend=path[..., order[:1]])
-    parts = np.split(np.arange(len(order)), np.flatnonzero(np.diff(placement)) + 1)
+    steps = np.diff(path[..., order], axis=-1, prepend=path[..., order][..., :1])
+    parts = np.split(np.arange(len(placement)), np.flatnonzero(np.diff(placement)) + 1)
     stretched = [np.apply_along_axis(_stretched, -1, steps[..., part], way_mm) for part in parts]
     return by_row(np.concatenate(stretched, axis=-1), order)
 
@@ -136,12 +156,12 @@ def touches_since(probings: Probings, pause_s: float) -> Array:
     """Number of probings since a pause or a new placement, ``(n,)``."""
     order, placement = in_order(probings)
     apart = (np.diff(probings.time_s[order]) > pause_s) | (np.diff(placement) != 0)
-    count = np.arange(len(order), dtype=float)
+    count = np.arange(len(placement), dtype=float)
     count -= np.maximum.accumulate(np.where(np.concatenate([[True], apart]), count, 0.0))
     return by_row(count, order)
 
 
-def by_row(values: Array, order: Rows) -> Array:
+def by_row(values: Array, order: Order) -> Array:
     """Values in order, ``(..., n)``, as values by row."""
     found = np.empty(values.shape)
     found[..., order] = values
