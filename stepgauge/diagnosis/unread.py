@@ -15,6 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.diagnosis.result import rms
 from stepgauge.effects.order import followed
 
 Array = NDArray[np.float64]
@@ -68,24 +69,28 @@ def unread_shifts(time_s: Array, values: Array, lag_s: float, at_s: Array) -> It
 
 def departures(time_s: Array, values: Array, lag_s: float, at_s: Array) -> Iterator[Array]:
     """The same shifts, for an input that departs from the chord of a pause as it does where it is read, one sigma."""
+    steps = np.diff(time_s)
+    shortest_s = READ * float(np.median(steps)) if len(steps) else 0.0
     for row, long_s in _pauses(time_s):
-        if usual := _departure(time_s, values, lag_s, long_s):
+        if long_s <= shortest_s:  # and all that follow
+            return
+        if usual := _departure(time_s, values, lag_s, long_s, shortest_s):
             yield usual * _fading(at_s - time_s[row + 1], lag_s)
 
 
-def _departure(time_s: Array, values: Array, lag_s: float, long_s: float) -> float:
+def _departure(time_s: Array, values: Array, lag_s: float, long_s: float, shortest_s: float) -> float:
     """How far the lagged values are, after a stretch of a record, from those of its chord: root mean square.
 
-    Over all stretches of some duration that are read; if there are too few, over shorter ones, 0 if these have no
-    readings inside.
+    Over all stretches of some duration that are read; if there are too few, over shorter ones down to ``shortest_s``,
+    which has hardly a reading inside, else 0.
     """
     steps = np.diff(time_s)
-    while long_s > READ * np.median(steps):
+    while long_s > shortest_s:
         unread_s = np.concatenate([[0.0], np.cumsum(np.where(steps > long_s / READ, steps, 0.0))])
         whole = time_s + long_s <= time_s[-1]
         whole &= np.interp(time_s + long_s, time_s, unread_s) == unread_s
         if whole.sum() >= FEWEST_STRETCHES:
-            return _root_mean_square(_beyond_chord(time_s, values, lag_s, np.flatnonzero(whole), long_s))
+            return rms(_beyond_chord(time_s, values, lag_s, np.flatnonzero(whole), long_s))
         long_s /= 2.0
     return 0.0
 
@@ -98,10 +103,6 @@ def _beyond_chord(time_s: Array, values: Array, lag_s: float, rows: NDArray[np.i
     kept, slope = np.exp(-long_s / lag_s), (last - first) / long_s
     of_chord = last - slope * lag_s + (late[rows] - first + slope * lag_s) * kept
     return np.asarray(late[len(time_s) :] - of_chord)
-
-
-def _root_mean_square(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def _pauses(time_s: Array) -> Iterator[tuple[int, float]]:

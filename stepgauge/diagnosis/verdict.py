@@ -193,7 +193,10 @@ def findings(model: Model, answer: Answer, data: Residuals, priors: Priors, wide
     for said, solved in zip(model.laws, model.fitted.solved, strict=True):
         every = rival_laws(said, priors.decision)
         fits = {one.candidate.label: _in_place(one, said, model, data) for one in every if not one.candidate.combined}
-        rivals = [one for one in every if one.candidate.combined or fits[one.candidate.label].is_possible]
+        # the stated one was possible when the others were told, and stays
+        rivals = [
+            one for one in every if one is said.lead or one.candidate.combined or fits[one.candidate.label].is_possible
+        ]
         label = said.lead.candidate.label
         combined = instead(several, label, solved.family.kind, priors.decision)
         probability = set_probability(answer, every, combined)

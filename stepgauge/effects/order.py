@@ -14,10 +14,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
-Order = NDArray[np.int64] | slice
+Order = Rows | slice
 """Rows in an order: all of them where they are in it already."""
-
-
 SHORT = 1e-3
 """Time over lag below which (1 - exp(-h)) / h is a series: 1 - exp(-h) would lose its digits."""
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import solve
-from stepgauge.diagnosis.laws.beside import Courses, Untold, untold
+from stepgauge.diagnosis.laws.beside import LAG, Courses, Untold, untold
 from stepgauge.diagnosis.laws.choices import choice_odds
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
 from stepgauge.diagnosis.laws.usual import odds_of, shape_range, size_of_shape, usual_shape, usual_size
@@ -22,7 +22,7 @@ from stepgauge.diagnosis.posterior.problem import Law, Refined, Sizes
 from stepgauge.diagnosis.residuals import Residuals
 
 Array = NDArray[np.float64]
-LAG, START = "lag_s", "start_s"
+START = "start_s"
 OF_THE_PROBE = ("kinematic_pretravel", "seat_defect")
 """Laws of which a recording has one, since it was made with one probe."""
 BEYOND = 1.1
