@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.problem import Problem
+from stepgauge.diagnosis.posterior.state import State
 from stepgauge.diagnosis.result import Check
 
 Array = NDArray[np.float64]

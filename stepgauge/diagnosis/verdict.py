@@ -23,10 +23,10 @@ from stepgauge.diagnosis.laws.geometry import Geometry, moved_um
 from stepgauge.diagnosis.laws.library import Family
 from stepgauge.diagnosis.laws.usual import size_of_shape
 from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Rival
-from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.search import Search
+from stepgauge.diagnosis.posterior.state import State
 from stepgauge.diagnosis.posterior.told import (
     LEAST_ODDS,
     Said,

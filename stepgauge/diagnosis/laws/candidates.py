@@ -121,10 +121,11 @@ def shape_weights(family: Family, priors: Priors, data: Residuals) -> Array:
     if family.about:
         weight = np.array([family.log_prior(atom) for atom in family.atoms])
         return weight - np.logaddexp.reduce(weight)
-    late = np.array([any(atom.get(name) is not None for name in (LAG, START)) for atom in family.atoms])
-    if late.any() and not late.all():
-        odds = priors.laws.lag if LAG in family.atoms[0] else priors.laws.late
-        return np.asarray(np.log(np.where(late, odds / late.sum(), 1.0 / (~late).sum()) / (1.0 + odds)))
+    for name in (name for name in (LAG, START) if name in family.atoms[0]):
+        late = np.array([atom[name] is not None for atom in family.atoms])
+        if late.any() and not late.all():
+            odds = priors.laws.lag if name == LAG else priors.laws.late
+            return np.asarray(np.log(np.where(late, odds / late.sum(), 1.0 / (~late).sum()) / (1.0 + odds)))
     return np.full(count, -np.log(count))
 
 

@@ -22,13 +22,13 @@ from stepgauge.diagnosis.maps.model import MapModel, Term
 from stepgauge.diagnosis.maps.problem import LOBES, MapRows, Point, make_problem, signature
 from stepgauge.diagnosis.maps.scatter import MapScatter
 from stepgauge.diagnosis.posterior.answer import Answer, Rival
-from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Law, Problem
 from stepgauge.diagnosis.posterior.problem import Term as Chosen
 from stepgauge.diagnosis.posterior.search import Search
+from stepgauge.diagnosis.posterior.state import State
 from stepgauge.diagnosis.posterior.told import Said, answer_of, told
 from stepgauge.diagnosis.posterior.told import sure as is_sure
 from stepgauge.diagnosis.result import Check, rms

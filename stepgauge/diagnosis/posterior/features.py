@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.posterior.look import Beside, Look
 from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.parallel import each
 from stepgauge.diagnosis.posterior.problem import Smooth, slices
 
 Array = NDArray[np.float64]
@@ -48,7 +49,7 @@ class Features:
     def __init__(self, kernels: Kernels, metric: Metric) -> None:
         self.smooth = kernels.smooth
         mapped = metric(kernels.features) if len(kernels.features) else np.zeros((0, 0))
-        turned = [_turned(mapped[own]) for own in kernels.slices]
+        turned = each(lambda own: _turned(mapped[own]), kernels.slices)
         self.value = np.concatenate([value for value, _ in turned]) if turned else np.zeros(0)
         self.white = np.concatenate([white for _, white in turned]) if turned else np.zeros((0, 0))
         self.slices = slices([len(value) for value, _ in turned])

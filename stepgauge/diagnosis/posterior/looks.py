@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, cholesky, solve_triangular
 
-from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.features import Features, Kernels
 from stepgauge.diagnosis.posterior.look import UNLOST, Beside, Look, Span
 from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.parallel import each
 from stepgauge.diagnosis.posterior.patterns import Patterns, grouped
 from stepgauge.diagnosis.posterior.problem import Law, Problem, Smooth, Term
 from stepgauge.diagnosis.posterior.scatter import Scatters
+from stepgauge.diagnosis.posterior.state import State
 from stepgauge.diagnosis.posterior.tables import Table, tables
 
 Array = NDArray[np.float64]
@@ -54,31 +55,30 @@ class Looker:
         """All candidates for addition to a hypothesis, but for the first ``known`` tables."""
         beside, tables = self._beside(state), self.tables[known:]
         dots = self._dots(beside, dict.fromkeys(place for table in tables for place, _ in table.sets))
-        found = [look for table in tables for look in table.looks(dots, beside)]
+        found = [look for own in each(lambda table: list(table.looks(dots, beside)), tables) for look in own]
         return found if known else [*found, *self.smooth.looks(beside)]
 
     def _dots(self, beside: Beside, places: Collection[int]) -> dict[int, Array]:
         """Products of patterns with residual and loss, ``(r, atoms, depth, 1 + q)``, by their place."""
         if beside.spans and beside.turn is None:
-            vectors = self.metric.adjoint(np.column_stack([beside.left, beside.lost]))
-            return {place: self.patterns[place].dots(vectors) for place in places}
-        left = self.metric.adjoint(beside.left[:, None])
-        dots = {place: self.patterns[place].dots(left) for place in places}
+            return self._products(np.column_stack([beside.left, beside.lost]), places)
+        dots = self._products(beside.left[:, None], places)
         if beside.turn is None:
             return dots
         for span in beside.spans:
-            self._fill(span, [place for place in places if place not in span.dots])
+            more = self._products(span.rows.T, [place for place in places if place not in span.dots])
+            span.dots |= {place: products.astype(np.float32) for place, products in more.items()}
         turn = beside.turn.astype(np.float32)
         for place in places:
-            lost = np.concatenate([span.dots[place] for span in beside.spans], axis=3) @ turn
+            products = np.concatenate([span.dots[place] for span in beside.spans], axis=3)
+            lost = (products.reshape(-1, len(turn)) @ turn).reshape(*products.shape[:3], -1)
             dots[place] = np.concatenate([dots[place], lost], axis=3)
         return dots
 
-    def _fill(self, span: Span, places: Sequence[int]) -> None:
-        """Products of a span with patterns that it has not met."""
-        if places:
-            vectors = self.metric.adjoint(span.rows.T)
-            span.dots |= {place: self.patterns[place].dots(vectors).astype(np.float32) for place in places}
+    def _products(self, mapped: Array, places: Collection[int]) -> dict[int, Array]:
+        """Products of patterns with mapped columns ``(n, q)``, by their place."""
+        vectors = self.metric.adjoint(mapped)
+        return dict(zip(places, each(lambda place: self.patterns[place].dots(vectors), places), strict=True))
 
     def _span(self, term: Term) -> Span:
         """The span of a term; those used last are kept."""

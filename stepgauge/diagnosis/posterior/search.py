@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, islice
@@ -10,12 +10,15 @@ from itertools import combinations, islice
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.evidence import Evidence, State
+from stepgauge.diagnosis.posterior.evidence import Evidence
+from stepgauge.diagnosis.posterior.facets import FARTHER, Facets
 from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.looks import Looks
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Term
-from stepgauge.diagnosis.posterior.scatter import HEAVY, NORMAL, OUTLYING, Scatter
+from stepgauge.diagnosis.posterior.scatter import NORMAL
+from stepgauge.diagnosis.posterior.sizes import needed
+from stepgauge.diagnosis.posterior.state import State, worth
 
 Array = NDArray[np.float64]
 
@@ -39,16 +42,12 @@ COARSE, PEAKS = 5.0, 4
 """Gain of a fitted shape over that of the grid from which the grid is too coarse, nats; peaks that are tried then."""
 HOPELESS = -6.0
 """Gain of a look below which a candidate is not tried, nats."""
-FARTHER = 4.0
-"""Difference to the best hypothesis up to which a hypothesis stays in the beam, nats."""
 NEEDED = 25.0
 """Loss of the log posterior from which a hypothesis with fewer terms, or with others, is not gone on with, nats."""
 MOST_PLAIN, THREE_AXES, LEAST = 24, 3, 3
 """Laws of one shape that are tried all at once, and of a kind; terms of which the one that is needed least may go."""
 ROUNDS = 4
 SETTLED = 0.5
-WEIGHING = 3
-"""Rounds in which rows are weighted anew by their residuals."""
 
 
 class Search:
@@ -57,7 +56,7 @@ class Search:
     def __init__(self, problem: Problem, priors: Priors) -> None:
         self.problem, self.priors = problem, priors
         self.evidence, self.looks = Evidence(problem, priors), Looks(problem)
-        self.scatters = self.evidence.scatters
+        self.scatters, self._facets = self.evidence.scatters, Facets(self.evidence, problem, priors.scatter)
         self.start = self.evidence((), self.scatters.plain())
         self.trail: list[Step] = []
         self._added: dict[tuple[object, ...], State] = {}
@@ -69,7 +68,7 @@ class Search:
         for depth in range(MOST_TERMS):
             heads = self._forward(heads)
             if depth and heads and heads[0].log_posterior > best.log_posterior:
-                heads = sorted([*heads, self._of_plain(heads[0])], key=_worth, reverse=True)
+                heads = sorted([*heads, self._of_plain(heads[0])], key=worth, reverse=True)
             if not heads or heads[0].log_posterior < best.log_posterior - (FARTHER if depth < 2 else 0.0):
                 # a form may stand for several laws that are more probable together, each of them less
                 heads = [one for one in heads if one.named and one.log_posterior > laws.log_posterior + FARTHER]
@@ -77,44 +76,47 @@ class Search:
                 break
             best = self._better(best, heads[0])
             heads = [one for one in heads if len(one.terms) < MOST_TERMS]
-            laws = max((one for one in heads if one.named), key=_worth, default=laws)
+            laws = max((one for one in heads if one.named), key=worth, default=laws)
         found = self._one_by_one(self._in_parts(self._exchanged(best)))
         return self._independent(found) if found.scatter.correlated else found
 
     def _one_by_one(self, best: State) -> State:
         """The best also from single laws in place of a combination of many."""
         for term in [one for one in best.terms if one.candidate.combined]:
-            other, trail = self._of_plain(self.without(best, best.place(term.candidate))), list(self.trail)
+            other = self._of_plain(self.without(best, best.place(term.candidate)))
             if other.log_posterior > best.log_posterior - NEEDED:
-                other, self.trail = self._exchanged(self.polished(other)), trail
-            best = self._better(best, other)
+                best = self._from_another(best, self.polished(other))
         return best
 
     def _of_plain(self, base: State) -> State:
         """A hypothesis with those that are needed of all likely laws of one shape besides."""
         plain = (look for look in self.beside(base) if look.gain > HOPELESS and _is_plain(look.candidate))
         looks = islice(_few_of_a_kind(plain, THREE_AXES), MOST_PLAIN)
-        terms = (*base.terms, *(look.term() for look in looks))
-        return self._needed(self.evidence(terms, base.scatter, base.sigma_um))
+        every = self.evidence((*base.terms, *(look.term() for look in looks)), base.scatter, base.sigma_um)
+        return self._needed(self.evidence(needed(every, MOST_TERMS), base.scatter, base.sigma_um))
 
     def _needed(self, state: State) -> State:
         """Without the terms that matter least, one after the other, until all are needed."""
         while len(state.terms) > 1:
             least = sorted(range(len(state.terms)), key=partial(_significance, state))[:LEAST]
-            fewer = max((self.without(state, place) for place in least), key=_worth)
+            fewer = max((self.without(state, place) for place in least), key=worth)
             if fewer.log_posterior <= state.log_posterior and len(state.terms) <= MOST_TERMS:
                 return state
             state = fewer
         return state
 
     def _independent(self, best: State) -> State:
-        """The best from the best terms with independent scatter, for which correlated scatter may stand."""
+        """The best also from the best terms with independent scatter, for which correlated scatter may stand."""
         every = (one for one in self.evidence.visited.values() if one.terms and not one.scatter.correlated)
-        first, trail = max(every, key=_worth, default=None), list(self.trail)
-        other = best if first is None else self._in_parts(self._exchanged(self._current(first)))
-        if other.log_posterior <= best.log_posterior:
-            self.trail = trail
-        return max(best, other, key=_worth)
+        first = max(every, key=worth, default=None)
+        return best if first is None else self._from_another(best, self._current(first))
+
+    def _from_another(self, best: State, start: State) -> State:
+        """The better one of the best and what another start leads to; its own steps are not recorded."""
+        trail = list(self.trail)
+        other = self._in_parts(self._exchanged(start))
+        self.trail = trail
+        return self._better(best, other)
 
     def _better(self, best: State, other: State) -> State:
         """The more probable one; the change is recorded."""
@@ -142,10 +144,10 @@ class Search:
 
     def _shaped(self, state: State, look: Look) -> State:
         grid = self._with(state, look.term())
-        best = max(grid, self._between(state, look, look.atom, grid), key=_worth)
+        best = max(grid, self._between(state, look, look.atom, grid), key=worth)
         if best.log_posterior > grid.log_posterior + COARSE:
             others = (self._between(state, look, atom, grid) for atom in look.peaks(PEAKS))
-            best = max((best, *others), key=_worth)
+            best = max((best, *others), key=worth)
         return best
 
     def _between(self, state: State, look: Look, atom: int, grid: State) -> State:
@@ -182,16 +184,18 @@ class Search:
 
     def _forward(self, heads: list[State]) -> list[State]:
         """The most probable hypotheses with one term more: of laws alone, and of all."""
-        found: dict[int, State] = {}
-        for head in heads:
-            for state in (*(self.added(head, look) for look in self._proposed(head)), *self._paired(head)):
-                state = self._weeded(state, head.labels)
-                found[id(state)] = state
-        ranked = sorted(found.values(), key=_worth, reverse=True)
+        more = [(state, head.labels) for head in heads for state in self._with_one_more(head)]
+        least = max((worth(state) for state, _ in more), default=0.0) - NEEDED
+        weeded = [self._weeded(state, old) for state, old in more if state.log_posterior > least]
+        ranked = sorted({id(state): state for state in weeded}.values(), key=worth, reverse=True)
         laws = [state for state in ranked if state.named][:BEAM]
         chosen = laws + [state for state in ranked[:1] if state not in laws]
         shaped = {id(state): state for state in map(self.reshaped, chosen)}
-        return sorted(shaped.values(), key=_worth, reverse=True)
+        return sorted(shaped.values(), key=worth, reverse=True)
+
+    def _with_one_more(self, head: State) -> Iterator[State]:
+        yield from (self.added(head, look) for look in self._proposed(head))
+        yield from self._paired(head)
 
     def _proposed(self, state: State, most: int = PROPOSED, without: frozenset[str] = frozenset()) -> Iterator[Look]:
         """Looks worth trying: the best laws, at most two of a kind, and the best forms."""
@@ -219,14 +223,12 @@ class Search:
         terms = tuple(term for i, term in enumerate(state.terms) if i not in places)
         return self.evidence(terms, state.scatter, state.sigma_um)
 
-    # -- the scatter ---------------------------------------------------------------------------------------------
-
     def reshaped(self, state: State) -> State:
         """The most probable model of the scatter for the same terms, changing one property after the other."""
         for _ in range(ROUNDS):
-            best = self._current(max(self._facets(state), key=_worth, default=state))
+            best = self._current(max(self._facets(state), key=worth, default=state))
             if best.log_posterior <= state.log_posterior + SETTLED:
-                return max(state, best, key=_worth)
+                return max(state, best, key=worth)
             state = best
         return state
 
@@ -245,91 +247,17 @@ class Search:
         own = next((look for look in self.beside(base) if look.candidate is candidate), None)
         return self._with(base, state.terms[place]) if own is None else self.added(base, own)
 
-    def _facets(self, state: State) -> Iterator[State]:
-        prior, scatter, change = self.priors.scatter, state.scatter, self.scatters.changed
-
-        def tried(other: Scatter) -> State:
-            return self.evidence(state.terms, other, state.sigma_um)
-
-        if scatter.growth is not None:
-            yield tried(change(scatter, growth=None))
-        else:
-            yield tried(change(scatter, growth=self._likeliest_growth(state)))
-        yield from self._correlated(state, tried)
-        yield from (tried(change(scatter, certificate=f)) for f in (1.0, *prior.certificate_factors))
-        if self.problem.rounded_um.any():
-            yield tried(change(scatter, rounded=not scatter.rounded))
-        yield from self._tails(state, tried)
-
-    def _likeliest_growth(self, state: State) -> tuple[str, float]:
-        """The covariate and rate with which the squared residuals grow, by their likelihood."""
-        square = self.evidence.squares(state)
-        n, stated = len(square), self.scatters.ordinary(state.scatter)
-
-        def gain(name: str, rate: float) -> float:
-            grown = self.scatters.ordinary(replace(state.scatter, growth=(name, rate))) / stated
-            return -0.5 * float(np.log(grown).sum() + n * np.log((square / grown).mean()))
-
-        every = [(name, rate) for name in self.problem.growing for rate in self.priors.scatter.growth_rates]
-        return max(every, key=lambda one: gain(*one))
-
-    def _correlated(self, state: State, tried: Callable[[Scatter], State]) -> Iterator[State]:
-        """Correlations about the present one, farther as long as they are more probable; 1/f noise if one is near."""
-        every = [0.0, *self.priors.scatter.correlations]
-        here, near = every.index(state.scatter.correlation), state.scatter.correlated
-        for step in (1, -1):
-            last, place = state, here + step
-            while 0 <= place < len(every):
-                found = tried(self.scatters.changed(state.scatter, correlation=every[place], flicker=0.0))
-                near = near or found.log_posterior > state.log_posterior - FARTHER
-                yield found
-                if found.log_posterior < last.log_posterior - (FARTHER if last is state else 0.0):
-                    break
-                last, place = found, place + step
-        if here > 1 or state.scatter.flicker:
-            yield tried(self.scatters.changed(state.scatter, correlation=0.0, flicker=0.0))
-        shares = [one for one in self.priors.scatter.flicker_shares if near and one != state.scatter.flicker]
-        yield from (tried(self.scatters.changed(state.scatter, correlation=0.0, flicker=one)) for one in shares)
-
-    def _tails(self, state: State, tried: Callable[[Scatter], State]) -> Iterator[State]:
-        """Outliers and heavy tails, weighted by the residuals of the state; normal tails if these are more probable."""
-        normal = self.scatters.without_tails(state.scatter)
-        if state.scatter.tails != NORMAL:
-            yield tried(normal)
-        first = self._robust(state)
-        if state.scatter.tails == OUTLYING or (first.max() > NEAR_OUTLYING and first.max() > 0.0):
-            yield self._weighed(tried, first, partial(self.scatters.outlying, normal))
-        if state.scatter.tails == HEAVY or _kurtosis(first) > 0.0:
-            for freedom in self.priors.scatter.heavy_freedoms:
-                yield self._weighed(tried, first, partial(self.scatters.heavy, normal, freedom))
-
-    def _robust(self, state: State) -> Array:
-        """Squared residuals over the variance of the middle half of the rows: outliers do not mask one another."""
-        square = self.evidence.squares(state)
-        return square / min(float(np.median(square)) / MEDIAN_SQUARE, 1.0)
-
-    def _weighed(self, tried: Callable[[Scatter], State], square: Array, weigh: Callable[[Array], Scatter]) -> State:
-        best = None
-        for _ in range(WEIGHING):
-            state = tried(weigh(square))
-            best = state if best is None else max(best, state, key=_worth)
-            square = self.evidence.squares(state)
-        assert best is not None
-        return best
-
-    # -- exchanges -----------------------------------------------------------------------------------------------
-
     def _exchanged(self, best: State) -> State:
         """Exchanges of one term for one, one for two, two for one, until nothing improves; two at once if one fails."""
         for _ in range(ROUNDS):
             old = best
             for state in self._plainer(old):
-                best = max((best, *(self._instead(state, place) for place in range(len(old.terms)))), key=_worth)
+                best = max((best, *(self._instead(state, place) for place in range(len(old.terms)))), key=worth)
                 if len(old.terms) < MOST_TERMS:
-                    best = max((best, *(self.added(state, look) for look in self._proposed(state, 2))), key=_worth)
+                    best = max((best, *(self.added(state, look) for look in self._proposed(state, 2))), key=worth)
             if best.log_posterior <= old.log_posterior + SETTLED:
                 pairs = combinations(range(len(old.terms)), 2)
-                best = max((best, *(one for places in pairs for one in self._ones(old, *places))), key=_worth)
+                best = max((best, *(one for places in pairs for one in self._ones(old, *places))), key=worth)
             best = self._better(old, self.polished(self.reshaped(best)))
             if best.log_posterior <= old.log_posterior + SETTLED:
                 break
@@ -341,7 +269,7 @@ class Search:
         The best ones join the candidates, so that they are rivals of each other like any.
         """
         for _ in range(ROUNDS):
-            every = sorted(self._with_parts(best), key=_worth, reverse=True)
+            every = sorted(self._with_parts(best), key=worth, reverse=True)
             first = self.reshaped(every[0]) if every else best
             if first.log_posterior <= best.log_posterior + SETTLED:
                 break
@@ -401,7 +329,7 @@ class Search:
     def _instead(self, state: State, place: int) -> State:
         """The best with one or two other terms in place of one; terms that become superfluous are dropped."""
         base, *ones = self._ones(state, place)
-        others = sorted((one for one in ones if one.labels != state.labels), key=_worth, reverse=True)
+        others = sorted((one for one in ones if one.labels != state.labels), key=worth, reverse=True)
         # what is nearly as likely stands there by itself; beside what is not, something else may be missing
         near = (one for one in others if one.log_posterior > state.log_posterior - FARTHER)
         rivals = [one for one in near if len(one.terms) == len(state.terms)]
@@ -411,24 +339,15 @@ class Search:
         laws = [one for one in others if one.named] if not state.terms[place].candidate.named else []
         firsts = {id(one): one for one in (*others[:1], *lesser[:1], *laws[:1])}.values()
         twos = [(self.added(one, look), one.labels) for one in firsts for look in self._proposed(one, 1, alone)]
-        weeded = (self._weeded(*one) for one in (*((other, base.labels) for other in others), *twos))
-        return max((base, *ones, *weeded), key=_worth)
+        more = [*((other, base.labels) for other in others), *twos]
+        weeded = (self._weeded(*one) for one in more if one[0].log_posterior > state.log_posterior - NEEDED)
+        return max((base, *ones, *weeded), key=worth)
 
     def polished(self, state: State) -> State:
         """Shape and size of each term fitted again with the others."""
         for candidate in [term.candidate for term in state.terms]:
-            state = max(state, self._anew(state, candidate), key=_worth)
+            state = max(state, self._anew(state, candidate), key=worth)
         return state
-
-
-NEAR_OUTLYING = 9.0
-"""Squared residual over the variance from which a row may be an outlier."""
-MEDIAN_SQUARE = 0.4549
-"""Median of chi-square with one degree of freedom."""
-
-
-def _worth(state: State) -> float:
-    return state.log_posterior
 
 
 def _significance(state: State, place: int) -> float:
@@ -449,9 +368,3 @@ def _few_of_a_kind(looks: Iterator[Look], most: int = 2) -> Iterator[Look]:
         count[kind] = count.get(kind, 0) + 1
         if count[kind] <= most:
             yield look
-
-
-def _kurtosis(square: Array) -> float:
-    """Excess of the fourth moment, in its standard deviations for normal scatter."""
-    excess = float((square**2).mean() / square.mean() ** 2) - 3.0
-    return excess / float(np.sqrt(24.0 / len(square)))

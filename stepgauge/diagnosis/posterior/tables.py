@@ -11,6 +11,7 @@ from scipy import special
 
 from stepgauge.diagnosis.posterior.look import UNSEEN, Beside, Look
 from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.parallel import each
 from stepgauge.diagnosis.posterior.patterns import Patterns, mixed
 from stepgauge.diagnosis.posterior.problem import Law
 
@@ -48,17 +49,17 @@ class Table:
         diagonal = np.arange(d)
         own[:, diagonal, diagonal] = np.maximum(own[:, diagonal, diagonal], 0.0) + self.unseen
         found = np.full(self.sizes.shape, -np.inf)
-        found[-1], most = _sized(own, self.unseen, dot, self.sizes[-1], self.positive, beside)
+        found[-1:], most = _sized(own, self.unseen, dot, self.sizes[-1:], self.positive, beside)
         if len(found) > 1:
-            keep = np.flatnonzero(most > np.maximum.reduceat(most, self.first)[self.owner] - WORTH_A_SIZE)
-            every, smaller = np.tile(keep, len(found) - 1), self.sizes[:-1, keep].ravel()
-            sized, _ = _sized(own[every], self.unseen[every], dot[every], smaller, self.positive[every], beside)
-            found[:-1, keep] = sized.reshape(-1, len(keep))
+            keep = np.flatnonzero(most[0] > np.maximum.reduceat(most[0], self.first)[self.owner] - WORTH_A_SIZE)
+            sizes, positive = self.sizes[:-1, keep], self.positive[keep]
+            found[:-1, keep], _ = _sized(own[keep], self.unseen[keep], dot[keep], sizes, positive, beside)
         yield from self._summed(found + self.weight)
 
     def _summed(self, evidence: Array) -> Iterator[Look]:
         """The looks of all laws from log evidences ``(t, rows)``, priors included."""
-        by_row = np.logaddexp.reduce(evidence, axis=0)
+        by_row = evidence.max(axis=0)
+        by_row += np.log(np.exp(evidence - by_row).sum(axis=0))
         highest = np.maximum.reduceat(by_row, self.first)
         total = highest + np.log(np.add.reduceat(np.exp(by_row - highest[self.owner]), self.first))
         ends = np.r_[self.first[1:], len(by_row)]
@@ -73,8 +74,9 @@ class Table:
 def tables(patterns: Sequence[Patterns], metric: Metric, first: int) -> list[Table]:
     """Tables of some patterns, of which the first one has the place ``first``."""
     rows: dict[int, list[tuple[int, Array, list[Law], Array, Array]]] = {}
-    for place, one in enumerate(patterns, first):
-        length, white = one.grams(metric)
+    for (place, one), (length, white) in zip(
+        enumerate(patterns, first), each(lambda one: one.grams(metric), patterns), strict=True
+    ):
         for laws, mix in one.sets:
             gram = mixed(white, mix)
             rows.setdefault(gram.shape[1], []).append((place, mix, laws, gram, _unseen(length, mix)))
@@ -129,54 +131,51 @@ def _mixed_dots(dots: Array, mix: Array, d: int) -> Array:
 def _sized(
     gram: Array, unseen: Array, dot: Array, sd: Array, positive: NDArray[np.bool_], beside: Beside
 ) -> tuple[Array, Array]:
-    """Log evidence ``(rows,)`` for one size of each, with and without its Occam factor.
+    """Log evidence ``(t, rows)`` for some sizes of each, with and without its Occam factor.
 
     ``gram`` with the limits of rounding ``unseen`` on its diagonal.
     """
-    d, s2 = gram.shape[1], beside.scatter
-    ridge = s2 / sd**2
-    solved, log_det = _solve(gram, unseen, ridge, dot)
-    most = beside.student((dot * solved).sum(axis=1))
-    price = 0.5 * (np.maximum(log_det, d * np.log(ridge)) - d * np.log(ridge))
+    ridge = beside.scatter / sd**2
+    explained, log_det = _explained(gram, unseen, ridge, dot)
+    most = beside.student(explained)
     if positive.any():
-        z = dot[:, 0] / np.sqrt((gram[:, 0, 0] + ridge) * s2)
-        most = np.where(positive, most + special.log_ndtr(z) + np.log(2.0), most)
-    return most - price, most
+        z = dot[positive, 0] / np.sqrt((gram[positive, 0, 0] + ridge[:, positive]) * beside.scatter)
+        most[:, positive] += special.log_ndtr(z) + np.log(2.0)
+    return most - 0.5 * np.maximum(log_det, 0.0), most
 
 
-def _solve(gram: Array, unseen: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
-    """Solutions ``(rows, d)`` and log determinants with a ridge; written out for one and two amplitudes.
+def _explained(gram: Array, unseen: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
+    """What signatures explain beside ridges, and log determinants in units of these; each ``(t, rows)``.
 
-    Determinants and pivots are at least those that follow from ``unseen`` and ridge, if rounding made them smaller.
+    Written out for one and two amplitudes. Determinants and pivots are at least those that follow from ``unseen`` and
+    ridge, if rounding made them smaller.
     """
     if gram.shape[1] == 1:
         a = gram[:, 0, 0] + ridge
-        return dot / a[:, None], np.log(a)
+        return dot[:, 0] ** 2 / a, np.log(a / ridge)
     if gram.shape[1] == 2:
         a, b, c = gram[:, 0, 0] + ridge, gram[:, 0, 1], gram[:, 1, 1] + ridge
         u, v = unseen[:, 0] + ridge, unseen[:, 1] + ridge
         det = np.maximum(a * c - b**2, u * c + v * a - u * v)
         b = np.sign(b) * np.sqrt(np.maximum(a * c - det, 0.0))
-        x, y = (c * dot[:, 0] - b * dot[:, 1]) / det, (a * dot[:, 1] - b * dot[:, 0]) / det
-        return np.stack([x, y], axis=1), np.log(det)
-    return _cholesky(gram, unseen, ridge, dot)
+        x, y = dot[:, 0], dot[:, 1]
+        return (c * x**2 - 2.0 * b * x * y + a * y**2) / det, np.log(det / ridge**2)
+    return _factored(gram, unseen, ridge, dot)
 
 
-def _cholesky(gram: Array, unseen: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
-    """The same by one factorisation of all rows: there are thousands of small matrices."""
-    a = np.array(gram.transpose(1, 2, 0), order="C")
-    x = np.array(dot.T, order="C")
-    log_det = np.zeros(len(gram))
-    for j in range(len(a)):
-        square = np.maximum(a[j, j] + ridge, unseen[:, j] + ridge)
-        log_det += np.log(square)
-        a[j, j] = np.sqrt(square)
-        a[j + 1 :, j] /= a[j, j]
-        x[j] /= a[j, j]
-        below = a[j + 1 :, j]
+def _factored(gram: Array, unseen: Array, ridge: Array, dot: Array) -> tuple[Array, Array]:
+    """The same by one factorisation (Cholesky) of all rows and sizes: there are thousands of small matrices."""
+    d = gram.shape[1]
+    a = np.array(np.broadcast_to(gram.transpose(1, 2, 0)[:, :, None], (d, d, *ridge.shape)), order="C")
+    x = np.array(np.broadcast_to(dot.T[:, None], (d, *ridge.shape)), order="C")
+    explained, log_det = np.zeros(ridge.shape), np.zeros(ridge.shape)
+    for j in range(d):
+        square = np.maximum(a[j, j], unseen[:, j]) + ridge
+        log_det += np.log(square / ridge)
+        root = np.sqrt(square)
+        x[j] /= root
+        explained += x[j] ** 2
+        below = a[j + 1 :, j] / root
         a[j + 1 :, j + 1 :] -= below[:, None] * below
         x[j + 1 :] -= below * x[j]
-    for j in range(len(a) - 1, -1, -1):
-        x[j] /= a[j, j]
-        x[:j] -= a[j, :j] * x[j]
-    return x.T, log_det
+    return explained, log_det

@@ -29,11 +29,11 @@ import numpy as np
 from scipy import special
 
 from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Place, Rival, place_of
-from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.priors import Decision
 from stepgauge.diagnosis.posterior.problem import Term
 from stepgauge.diagnosis.posterior.search import HOPELESS, MOST_TERMS, Search
+from stepgauge.diagnosis.posterior.state import State
 
 SURE_OUTLIER = 0.5
 """Probability from which a row is listed as an outlier."""

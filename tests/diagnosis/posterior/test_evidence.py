@@ -16,6 +16,8 @@ from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.problem import Problem, Sizes, Term
 from stepgauge.diagnosis.posterior.scatter import Scatter
+from stepgauge.diagnosis.posterior.sizes import needed
+from stepgauge.diagnosis.posterior.state import worth
 from tests.diagnosis.posterior.made import (
     NOISE_UM,
     ROWS,
@@ -220,6 +222,35 @@ def test_the_sizes_of_a_term_are_summed_whichever_it_was_proposed_with(facets: d
     state = evidence((wide,), scatter)
     assert state.log_posterior == pytest.approx(np.logaddexp.reduce(each + SEVERAL.log_weight) + constant, abs=0.1)
     assert state.terms[0].sd == SEVERAL.sd[int(np.argmax(each + SEVERAL.log_weight))]
+
+
+@pytest.mark.parametrize("um", [0.0, 0.1, 0.4, 3.0])
+@pytest.mark.parametrize("facets", FACETS.values(), ids=FACETS)
+def test_terms_that_are_needed_are_those_that_are_more_probable_there_than_not(
+    facets: dict[str, object], um: float
+) -> None:
+    """From one posterior of amplitudes; the hypothesis without each term is computed to compare. The scatter is known.
+
+    Only a term about which there is doubt may be kept or dropped either way.
+    """
+    values = noise() + um * (coordinate() + np.sin(2.0 * np.pi * 3.5 * turns()))
+    priors = shipped_priors()
+    known = priors.model_copy(update={"scatter": priors.scatter.model_copy(update={"sigma_factor": 1.001})})
+    evidence = Evidence(problem(values), known)
+    scatter = evidence.scatters.changed(evidence.scatters.plain(), **facets)
+    terms = (*TERMS["a slope"], *TERMS["a wave and a function"])
+    kept, state = needed(evidence(terms, scatter), 8), evidence(terms, scatter)
+    while len(state.terms) > len(kept):
+        fewer = [evidence(tuple(o for o in state.terms if o is not one), scatter) for one in state.terms]
+        best = max(fewer, key=worth)
+        assert best.log_posterior > state.log_posterior - 0.2
+        state = best
+    assert set(state.labels) == {one.candidate.label for one in kept}
+    assert len(kept) == 1 or all(
+        evidence(tuple(o for o in kept if o is not one), scatter).log_posterior < state.log_posterior + 0.2
+        for one in kept
+    )
+    assert len(needed(evidence(terms, scatter), 1)) == 1
 
 
 def test_two_laws_alike_are_as_probable_in_whatever_order_they_come() -> None:

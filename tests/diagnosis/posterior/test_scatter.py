@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from scipy import special, stats
 from scipy.integrate import trapezoid
 
-from stepgauge.diagnosis.posterior.evidence import Evidence, State
+from stepgauge.diagnosis.posterior.evidence import Evidence
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.problem import Problem
 from stepgauge.diagnosis.posterior.scatter import Scatter, Scatters
+from stepgauge.diagnosis.posterior.state import State
 from tests.diagnosis.posterior.made import NOISE_UM
 
 Array = NDArray[np.float64]

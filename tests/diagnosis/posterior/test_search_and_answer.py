@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis import posterior
 from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Place, Rival, place_of
-from stepgauge.diagnosis.posterior.evidence import State
 from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Refined, Sizes, Term
 from stepgauge.diagnosis.posterior.search import Search
+from stepgauge.diagnosis.posterior.state import State
 from stepgauge.diagnosis.posterior.told import (
     Said,
     _completed,

@@ -1,0 +1,112 @@
+"""Sizes of terms, and terms that may go, from the posterior of their amplitudes.
+
+Of its amplitudes the likelihood is normal: their posterior without their prior.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.posterior.problem import Term
+from stepgauge.diagnosis.posterior.state import State
+
+Array = NDArray[np.float64]
+FINE = 2.0
+"""Ratio of neighbouring measures of what a law moves beside its signature."""
+
+
+def by_size(state: State) -> Iterator[Array]:
+    """Log evidence of each size of each term, its weight included, over that of the size that the term has."""
+    if not state.terms:
+        return
+    every, covariance = state.of_terms
+    for term, whole in zip(state.terms, state.parts, strict=True):
+        own = slice(whole.start, whole.start + term.told)
+        sizes = term.candidate.sizes
+        if len(sizes.sd) == 1 and sizes.sd[0] == term.sd:
+            yield sizes.log_weight
+        else:
+            evidence = _evidence(np.append(sizes.sd, term.sd), term.sd, every[own], covariance[own, own])
+            yield evidence[:-1] - evidence[-1] + sizes.log_weight
+
+
+def _evidence(sd: Array, present: float, mean: Array, covariance: Array) -> Array:
+    """Log evidence of some sizes ``(t,)`` from the posterior of amplitudes that have one of these."""
+    if len(mean) == 1:
+        value, product = max(float(covariance[0, 0]), 1e-300), float(mean[0])
+        precision = max(1.0 / value - present**-2.0, 0.0)
+        return np.asarray(0.5 * ((product / value) ** 2 / (precision + sd**-2.0) - np.log1p(precision * sd**2)))
+    axes, turn = np.linalg.eigh(covariance)
+    axes = np.maximum(axes, 1e-300)
+    precision, s2 = np.maximum(1.0 / axes - present**-2.0, 0.0), sd[:, None] ** 2
+    products = turn.T @ mean / axes
+    return np.asarray(0.5 * (products**2 / (precision + 1.0 / s2) - np.log1p(precision * s2)).sum(axis=1))
+
+
+def resized(state: State) -> Term | None:
+    """The term that gains most by another size, with that size; None if all have their most probable ones."""
+    found, most = None, 0.0
+    for term, evidence in zip(state.terms, state.by_size, strict=True):
+        sd = term.candidate.sizes.sd
+        best = int(evidence.argmax())
+        present = np.flatnonzero(sd == term.sd)
+        gain = float(evidence[best] - evidence[present[0]]) if present.size else np.inf
+        if gain > most:
+            found, most = replace(term, sd=float(sd[best])), gain
+    return found
+
+
+def in_proportion(state: State) -> Term | None:
+    """A term that moves beside its signature by another measure than that of its amplitude, with that one; or None."""
+    for place, term in enumerate(state.terms):
+        if len(term.beside):
+            near = FINE ** round(math.log(max(state.size(place), 1e-300), FINE))
+            if near != term.beside_sd:
+                return replace(term, beside_sd=near)
+    return None
+
+
+def needed(state: State, most: int) -> tuple[Term, ...]:
+    """Terms that are more probable beside the others than not, at most so many; for the scatter that all leave.
+
+    The least probable one goes first. What is known of the others without it is what is known of them on condition that
+    its amplitudes are zero.
+    """
+    mean, covariance = state.of_terms
+    left = list(zip(state.terms, state.parts, strict=True))
+    while len(left) > 1:
+        odds = [_log_odds(term, mean[own], covariance[own, own]) for term, own in left]
+        least = int(np.argmin(odds))
+        if odds[least] > 0.0 and len(left) <= most:
+            break
+        _, own = left.pop(least)
+        share = covariance[:, own] @ np.linalg.pinv(covariance[own, own])
+        mean, covariance = mean - share @ mean[own], covariance - share @ covariance[own]
+    return tuple(term for term, _ in left)
+
+
+def _log_odds(term: Term, mean: Array, covariance: Array) -> float:
+    """Log posterior odds of a term over nothing in its place, from the posterior of its amplitudes; sizes summed."""
+    sizes, told = term.candidate.sizes, slice(0, term.told)
+    evidence = _evidence(sizes.sd, term.sd, mean[told], covariance[told, told]) + sizes.log_weight
+    return term.log_prior + float(np.logaddexp.reduce(evidence))
+
+
+def square_without(state: State, place: int) -> float:
+    """Least sum of squares over the variance without a term, if all other terms have their largest sizes."""
+    mean, narrow = state.mean[state.count :], state.prior_sd[state.count :]
+    own = state.parts[place]
+    narrowest = [0.0 if i == place else float(t.candidate.sizes.sd.max()) for i, t in enumerate(state.terms)]
+    sd = np.concatenate([np.maximum(t.sds, least) for t, least in zip(state.terms, narrowest, strict=True)])
+    root = np.tril(state.factor[state.count :, state.count :]) / narrow[:, None]
+    precision = root @ root.T
+    product = precision @ mean
+    wide = np.linalg.inv(precision + np.diag(sd**-2.0 - narrow**-2.0))
+    amplitudes = (wide @ product)[own]
+    square = state.square + float(product @ (mean - wide @ product))
+    return square + float(amplitudes @ np.linalg.solve(wide[own, own], amplitudes))

@@ -1,0 +1,111 @@
+"""A hypothesis with what was computed of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepgauge.diagnosis.posterior.likelihood import inverse
+from stepgauge.diagnosis.posterior.problem import Candidate, Term, slices
+from stepgauge.diagnosis.posterior.scatter import Scatter
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A hypothesis: its terms and scatter, and the quantities that follow from them.
+
+    ``log_posterior``: up to a constant of the problem; ``sigma_um``: standard deviation of an ordinary row; ``left_um
+    (n,)``: residuals after terms and nuisance parameters; ``mean (k,)``: posterior mean of the amplitudes of ``count``
+    nuisance parameters and of the terms, ``prior_sd`` their prior standard deviations, ``factor`` that of their
+    precision in units of these; ``square``: sum of squares at the most probable sigma, over its variance, with that of
+    the amplitudes over theirs; ``by_size``: of each term, log evidence of its sizes over that of its present one.
+    """
+
+    terms: tuple[Term, ...]
+    scatter: Scatter
+    log_posterior: float
+    sigma_um: float
+    left_um: Array
+    factor: Array
+    prior_sd: Array
+    mean: Array
+    count: int
+    square: float
+    by_size: tuple[Array, ...] = ()
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Posterior covariance of nuisance parameters and amplitudes at the most probable sigma."""
+        return np.asarray(self.prior_sd[:, None] * inverse(self.factor) * self.prior_sd)
+
+    @property
+    def labels(self) -> frozenset[str]:
+        """Labels of the terms, without their shapes."""
+        return frozenset(term.candidate.label for term in self.terms)
+
+    @property
+    def named(self) -> bool:
+        """Whether all terms are laws."""
+        return all(term.candidate.named for term in self.terms)
+
+    @property
+    def log_fit(self) -> float:
+        """Log likelihood at the most probable amplitudes and sigma, up to a constant of the scatter."""
+        return -len(self.left_um) * float(np.log(self.sigma_um)) - 0.5 * self.square
+
+    @property
+    def current(self) -> bool:
+        """Whether no term has the volume of correlated scatter where the scatter is independent."""
+        return self.scatter.correlated or not any(term.correlated for term in self.terms)
+
+    def place(self, candidate: Candidate) -> int:
+        """The place of a candidate among the terms, whose order is that of whoever asked for them first."""
+        return next(i for i, term in enumerate(self.terms) if term.candidate is candidate)
+
+    def where(self, term: Term) -> int | None:
+        """The place of this very term; None for one that the hypothesis has otherwise or not at all."""
+        return next((i for i, own in enumerate(self.terms) if own is term), None)
+
+    def amplitudes(self, place: int) -> tuple[Array, Array]:
+        """Posterior mean ``(d,)`` and covariance ``(d, d)`` of the amplitudes of one term that are told."""
+        own = self._told(place)
+        return self.mean[own], self.covariance[own, own]
+
+    def told_um(self, place: int) -> Array:
+        """Mean of what one term moves by its signature, ``(n,)``."""
+        term = self.terms[place]
+        return np.asarray(self.mean[self._told(place)] @ term.columns[: term.told])
+
+    def beside_um(self, place: int) -> Array:
+        """Mean of what one term moves beside its signature, ``(n,)``."""
+        first, term = self._told(place).stop, self.terms[place]
+        return np.asarray(self.mean[first : first + len(term.beside)] @ term.beside)
+
+    def size(self, place: int) -> float:
+        """Length of the mean amplitudes of one term."""
+        return float(np.linalg.norm(self.mean[self._told(place)]))
+
+    def _told(self, place: int) -> slice:
+        first = self.count + sum(len(term.columns) for term in self.terms[:place])
+        return slice(first, first + self.terms[place].told)
+
+    @property
+    def parts(self) -> list[slice]:
+        """Where the amplitudes of each term are among those of all terms."""
+        return slices(len(term.columns) for term in self.terms)
+
+    @property
+    def of_terms(self) -> tuple[Array, Array]:
+        """Posterior mean and covariance of the amplitudes of all terms: the last corner of the precision's factor."""
+        count, sd = self.count, self.prior_sd[self.count :]
+        return self.mean[count:], sd[:, None] * inverse(self.factor[count:, count:].copy()) * sd
+
+
+def worth(state: State) -> float:
+    """What hypotheses are compared by."""
+    return state.log_posterior
