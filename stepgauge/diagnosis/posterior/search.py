@@ -184,9 +184,7 @@ class Search:
 
     def _forward(self, heads: list[State]) -> list[State]:
         """The most probable hypotheses with one term more: of laws alone, and of all."""
-        more = [(state, head.labels) for head in heads for state in self._with_one_more(head)]
-        least = max((worth(state) for state, _ in more), default=0.0) - NEEDED
-        weeded = [self._weeded(state, old) for state, old in more if state.log_posterior > least]
+        weeded = [self._weeded(state, head.labels) for head in heads for state in self._with_one_more(head)]
         ranked = sorted({id(state): state for state in weeded}.values(), key=worth, reverse=True)
         laws = [state for state in ranked if state.named][:BEAM]
         chosen = laws + [state for state in ranked[:1] if state not in laws]
