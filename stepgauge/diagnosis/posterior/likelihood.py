@@ -20,7 +20,7 @@ ROUNDING, MORE_ROUNDING = float(np.finfo(float).eps), (0.0, 1.0, 1e2, 1e4)
 
 @dataclass(frozen=True)
 class SigmaPrior:
-    """Prior of sigma: log-normal about what is stated, but for ``least_um``; ``factor``: that of one standard deviation."""
+    """Log-normal prior of sigma about what is stated, above ``least_um``; ``factor``: of one standard deviation."""
 
     stated_um: float
     factor: float
