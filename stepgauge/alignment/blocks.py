@@ -38,10 +38,12 @@ class Blocks:
 
     @property
     def axis(self) -> Array:
+        """Unit vectors of the gauge axis, (..., 3): from the first block to the last."""
         return unit(self.centre_mm[..., 1, :] - self.centre_mm[..., 0, :])
 
     @property
     def side(self) -> Array:
+        """Unit vectors across the gauge, (..., 3): to the right when one looks along it."""
         return np.cross(self.axis, self.up)
 
     @property

@@ -179,6 +179,7 @@ def limits_option(names: Sequence[str], text: str) -> Decorator:
     """``--limit NAME=NUMBER``, repeatable: positive numbers by name."""
 
     def parsed(_: click.Context, param: click.Parameter, given: Sequence[str]) -> dict[str, float]:
+        """Positive numbers by name; a usage error for any other name or number."""
         limits = {}
         for one in given:
             name, _sign, number = one.partition("=")

@@ -59,6 +59,7 @@ class Quantity:
         return any(one == kind or one.startswith(f"{kind}_") for one in self.kinds)
 
     def is_of(self, dimension: Dimension) -> bool:
+        """Whether the values have a unit of this dimension."""
         return self.unit.dimension == dimension
 
     def scaled(self, dimension: Dimension, factor: float) -> Array:

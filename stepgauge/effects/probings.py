@@ -169,14 +169,17 @@ class Probings:
 
     @property
     def time_s(self) -> Array:
+        """Times of the probings, (n,) in s."""
         return self.column("time_s")
 
     @property
     def speed_mm_s(self) -> Array:
+        """Measuring speeds, (n,) in mm/s."""
         return self.column("speed_mm_s")
 
     @property
     def face(self) -> Array:
+        """Numbers of the faces, (n,), from 1."""
         return self.column("face")
 
     @property

@@ -240,10 +240,12 @@ class Readings:
 
     @property
     def face(self) -> NDArray[np.int64]:
+        """Number of the face of each reading, (n,), from 1."""
         return self.by_face.face
 
     @property
     def off_mm(self) -> Array:
+        """Position along the gauge minus certified position of each reading, (n,) in mm."""
         return self.by_face.off_mm
 
 

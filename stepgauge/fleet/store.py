@@ -62,6 +62,7 @@ class Entry:
 
     @property
     def month(self) -> str:
+        """Month of the measurement, e.g. ``2026-03``: the part of the store it belongs to."""
         return f"{self.measured_at:%Y-%m}"
 
 

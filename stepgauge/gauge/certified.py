@@ -122,14 +122,17 @@ class Gauge(Shown):
 
     @property
     def n_faces(self) -> int:
+        """Number of faces, two per block."""
         return len(self.position_mm)
 
     @property
     def n_blocks(self) -> int:
+        """Number of blocks."""
         return self.n_faces // 2
 
     @property
     def rail_width_mm(self) -> float:
+        """Width of the rail, mm; 10 mm beyond the block on each side where the file does not state it."""
         return self.table.rail_width_mm or self.table.block_width_mm + 20.0
 
     def temperature_C(self, measured: float | None) -> float:

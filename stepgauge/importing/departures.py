@@ -39,6 +39,7 @@ class Comparison:
 
     @cached_property
     def known(self) -> frozenset[int]:
+        """All keys of points, for look-up."""
         return frozenset(self.key.tolist())
 
 

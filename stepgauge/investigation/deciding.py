@@ -77,6 +77,7 @@ class Rated:
 
     @property
     def nats(self) -> float:
+        """What the run is expected to tell in all, nats."""
         return self.rivals_nats + self.hidden.nats
 
     def as_json(self) -> dict[str, Any]:

@@ -73,6 +73,7 @@ class Runner:
 
     @property
     def folder(self) -> Path:
+        """Folder of the investigation."""
         return self.steps.path.parent
 
     @property

@@ -197,6 +197,7 @@ class LiveCmm:
 
     @property
     def tip_radius_mm(self) -> float:
+        """True radius of the tip ball, mm."""
         return self.machine.probe.tip_radius_mm
 
     @property

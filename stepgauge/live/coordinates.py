@@ -40,6 +40,7 @@ class Transformation:
 
     @property
     def origin_mm(self) -> Array:
+        """Where the machine's origin lies in the part's coordinates, (3,) in mm."""
         return np.array(self.numbers[:3])
 
     def to_part(self, machine_mm: Array) -> Array:

@@ -46,6 +46,7 @@ class Inputs:
 
     @property
     def names(self) -> tuple[str, ...]:
+        """Names of the inputs: the scalars, then the groups that are drawn as a whole."""
         groups = [CERTIFICATE] * self.certificate + [REPEATABILITY] * self.repeatability
         return (*(scalar.key for scalar in self.scalars), *groups)
 

@@ -96,6 +96,7 @@ class Model:
 
     @property
     def n_rows(self) -> int:
+        """Number of probings over all parts."""
         return sum(len(part) for part in self.parts)
 
     def values(self, seed: int, runs: Sequence[int], only: str | None = None) -> Array:

@@ -38,6 +38,7 @@ class Tool:
 
     @property
     def tip_radius_mm(self) -> float:
+        """Radius of the tip ball, mm."""
         return self.parts[0].radius_mm
 
 
@@ -63,6 +64,7 @@ class Obstacles:
 
     @property
     def rail_row(self) -> int:
+        """Row of the rail, the last one; the blocks come before it."""
         return len(self.low_mm) - 1
 
     def name(self, row: int) -> str:

@@ -51,6 +51,7 @@ class Move:
 
     @property
     def is_measure(self) -> bool:
+        """Whether the move probes a face."""
         return self.approach is not None
 
 
@@ -85,10 +86,12 @@ class Program:
 
     @property
     def is_measure(self) -> NDArray[np.bool_]:
+        """Which moves probe a face, (moves,)."""
         return ~np.isnan(self.approach[:, 0])
 
     @property
     def n_points(self) -> int:
+        """Number of measuring points."""
         return int(self.is_measure.sum())
 
     def moves(self, point: int) -> Iterator[Move]:
@@ -110,6 +113,7 @@ class ProgramBuilder:
 
     @property
     def last_position(self) -> Sequence[float] | None:
+        """End of the last move so far, x, y, z in mm; None before the first."""
         return self._rows[-1][0] if self._rows else None
 
     @property
@@ -161,6 +165,7 @@ class Path:
 
     @property
     def length_mm(self) -> Array:
+        """Lengths of the pieces, (pieces,) in mm."""
         return np.linalg.norm(self.end_mm - self.start_mm, axis=1)
 
     def until(self, stop_piece: int | None) -> Path:

@@ -46,6 +46,7 @@ class Section:
 
     @property
     def area_mm2(self) -> float:
+        """Area of the cross-section, mm2."""
         return np.pi / 4.0 * (self.diameter_mm**2 - self.bore_mm**2)
 
     @property
@@ -55,10 +56,12 @@ class Section:
 
     @property
     def modulus_N_mm2(self) -> float:
+        """Young's modulus, N/mm2."""
         return self.modulus_GPa * N_PER_MM2_IN_GPA
 
     @property
     def mass_kg(self) -> float:
+        """Mass of the section, kg."""
         return self.area_mm2 * self.length_mm * self.density_kg_m3 * _KG_PER_MM3
 
     @property
@@ -73,6 +76,7 @@ Stylus = Sequence[Section]
 
 
 def length_mm(stylus: Stylus) -> float:
+    """Length of all sections together, mm."""
     return float(sum(section.length_mm for section in stylus))
 
 

@@ -54,11 +54,15 @@ class ProbeTable(Table):
 
 
 class ConstantTable(ProbeTable):
+    """``model = "constant"``: the same pre-travel in all directions."""
+
     model: Literal["constant"] = "constant"
     pretravel_um: float = Field(0.0, ge=0, le=1000, description="travel from contact to trigger, um")
 
 
 class LobedTable(ProbeTable):
+    """``model = "lobed"``: a mean with three lobes in the approach azimuth."""
+
     model: Literal["lobed"]
     pretravel_um: float = Field(ge=0, le=1000, description="mean travel from contact to trigger, um")
     amplitude_um: float = Field(ge=0, le=1000, description="half of peak to valley of the three lobes, um")
@@ -66,6 +70,8 @@ class LobedTable(ProbeTable):
 
 
 class MapTable(ProbeTable):
+    """``model = "table"``: a map of directions from a file."""
+
     model: Literal["table"]
     map: str = Field(description="CSV with polar_deg,azimuth_deg,pretravel_um, beside this file")
     symmetry: Symmetry = Field("none", description='"none", "three-fold" (120 deg) or "mirrored" (0 to 60 deg)')
@@ -135,6 +141,8 @@ class SensorTable(Table):
 
 
 class KinematicTable(ProbeTable):
+    """``model = "kinematic"``: a tripod on six contacts that open."""
+
     model: Literal["kinematic"]
     seat: SeatTable = Field(description="table [probe.seat]")
     stylus: list[SectionTable] = Field(min_length=1, description="tables [[probe.stylus]], from body to tip")
@@ -142,10 +150,13 @@ class KinematicTable(ProbeTable):
 
     @property
     def shank_length_mm(self) -> float:
+        """From the tip centre to the probe body: all sections of the stylus, mm."""
         return sum(section.length_mm for section in self.stylus)
 
 
 class PiezoTable(KinematicTable):
+    """``model = "piezo"``: a kinematic probe whose sensing element latches before the contacts open."""
+
     model: Literal["piezo"]  # type: ignore[assignment]
     sensor: SensorTable = Field(description="table [probe.sensor]")
 

@@ -55,6 +55,7 @@ class Dialect:
 
     @property
     def template(self) -> str:
+        """File name of the template, which dialects of one family share."""
         return f"{self.family or self.name}.j2"
 
     def with_options(self, said: Mapping[str, str]) -> Dialect:

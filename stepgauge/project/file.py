@@ -47,6 +47,7 @@ class Project:
 
     @property
     def folder(self) -> Path:
+        """Folder of the project, from which its paths count."""
         return self.path.parent
 
     @property

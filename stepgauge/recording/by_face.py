@@ -29,6 +29,7 @@ class FaceStatistics:
 
     @property
     def front(self) -> NDArray[np.bool_]:
+        """Which faces are fronts, (faces,): those with odd numbers."""
         return self.faces % 2 == 1
 
 

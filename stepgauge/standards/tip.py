@@ -29,6 +29,7 @@ class TipDiameter:
 
     @property
     def own_block(self) -> bool:
+        """Whether the diameter comes from a block of the gauge itself."""
         return self.origin == OWN_BLOCK
 
 

@@ -37,6 +37,7 @@ class Asked:
     resume: bool = False
 
     def as_json(self) -> str:
+        """One line for the process that measures."""
         return json.dumps(asdict(self))
 
     def command(self) -> str:

@@ -26,6 +26,7 @@ class Form:
     files: Mapping[str, bytes]
 
     def text(self, name: str, default: str = "") -> str:
+        """What was entered in a field."""
         return self.texts.get(name, default)
 
     def has(self, name: str) -> bool:

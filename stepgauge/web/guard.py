@@ -112,6 +112,7 @@ def _limited(receive: Receive) -> Receive:
     taken = 0
 
     async def counting() -> Message:
+        """:class:`TooLargeError` once more than :data:`LARGEST_UPLOAD_BYTES` have come."""
         nonlocal taken
         message = await receive()
         taken += len(message.get("body", b""))
@@ -124,6 +125,7 @@ def _limited(receive: Receive) -> Receive:
 
 def _with_headers(send: Send) -> Send:
     async def sending(message: MutableMapping[str, Any]) -> None:
+        """Adds the headers that the answer does not set itself."""
         if message["type"] == "http.response.start":
             known = {name.lower() for name, _ in message["headers"]}
             own = [(name.lower().encode(), value.encode()) for name, value in HEADERS.items()]

@@ -64,6 +64,7 @@ class Run:
 
     @property
     def is_running(self) -> bool:
+        """Whether it measures or may go on."""
         return self.status["state"] in RUNNING
 
     def say(self, word: str) -> None:
@@ -87,9 +88,11 @@ class Runs:
         self._folder, self._lock, self._all = folder, threading.Lock(), dict[str, Run]()
 
     def get(self, output: str) -> Run | None:
+        """The run that writes to a folder, if there is one."""
         return self._all.get(output)
 
     def running(self) -> list[Run]:
+        """Those that have not ended."""
         return [one for one in self._all.values() if one.is_running]
 
     def start(self, asked: Asked) -> Run:

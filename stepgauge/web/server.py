@@ -34,6 +34,7 @@ class Listening:
 
     @property
     def is_loopback(self) -> bool:
+        """Whether only this computer can reach the address."""
         try:
             return ipaddress.ip_address(self.host).is_loopback
         except ValueError:

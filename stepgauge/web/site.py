@@ -48,6 +48,7 @@ class Site:
 
     @property
     def has_project(self) -> bool:
+        """Whether the folder has a project file."""
         return (self.folder / NAME).is_file()
 
     def project(self) -> Project:

@@ -42,14 +42,17 @@ class Work:
 
     @property
     def is_running(self) -> bool:
+        """Whether the process has not ended."""
         return self.process.poll() is None
 
     @property
     def has_failed(self) -> bool:
+        """Whether it ended with an error."""
         return self.process.poll() not in (None, 0)
 
     @property
     def seconds(self) -> float:
+        """Time since it began, s."""
         return time.monotonic() - self.began_s
 
     def words(self) -> list[str]:

@@ -72,6 +72,7 @@ class Control:
             self.began = (self.began[0] + rested, self.began[1])
 
     def wants_stop(self) -> bool:
+        """Whether ``stop`` was heard."""
         return self.stopped
 
 

@@ -232,6 +232,7 @@ def _seasons(columns: Columns, fleet: Crossing, expands: Array, priors: FleetPri
     """A temperature that follows the year, at some phases."""
 
     def phases(day: Array) -> list[tuple[str, float, Array, float]]:
+        """Courses as :func:`courses` gives them: a sine of one year at each of ``PHASES`` phases."""
         turns = np.arange(PHASES) / (2.0 * PHASES)
         angle = 2.0 * np.pi * (day / 365.25 - turns[:, None])
         return [

@@ -142,6 +142,7 @@ class Shown:
 
     @property
     def placement(self) -> Mapping[str, Any]:
+        """The placement asked for, as ``evaluation.json`` has it."""
         found: Mapping[str, Any] = self.data["placements"][self.index]
         return found
 
