@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepgauge.files.notation import aligned, uncertain
+from stepgauge.files.notation import aligned, rounded, uncertain
 
 
 @pytest.mark.parametrize(
@@ -27,6 +27,24 @@ from stepgauge.files.notation import aligned, uncertain
 )
 def test_by_hand(value: float | None, expanded: float | None, printed: tuple[str, str]) -> None:
     assert uncertain(value, expanded) == printed
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "said"),
+    [
+        (138.6, 2, "140"),
+        (12345.0, 3, "12300"),
+        (-2.5e6, 2, "-2500000"),
+        (0.5, 2, "0.5"),
+        (9.96, 2, "10"),
+        (4.2e-6, 2, "0.0000042"),
+        (0.0, 3, "0"),
+    ],
+)
+def test_a_number_that_is_read_out_has_no_exponent(value: float, digits: int, said: str) -> None:
+    assert rounded(value, digits) == said
+    assert rounded(value, digits, plus=True).removeprefix("+") == said
+    assert rounded(value, digits, plus=True)[0] in "+-"
 
 
 @given(st.floats(-1e4, 1e4), st.floats(1e-3, 1e3))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from stepgauge.cli.options import GAUGE_VARIABLE, machine_option
+from stepgauge.files.notation import rounded
 
 if TYPE_CHECKING:
     from stepgauge.effects import Effect, Parameter
@@ -74,7 +75,7 @@ def _describe_geometry() -> str:
   A diagnosis names it from {FEWEST_PLACEMENTS} placements on, and writes every error as an effect of its own.
 
   usual size: {prior.usual:g} {prior.unit} ({prior.why})
-  prior odds: 1 to {1.0 / odds_of(KIND, priors):.3g}"""
+  prior odds: 1 to {rounded(1.0 / odds_of(KIND, priors), 3)}"""
 
 
 def _given(gauge: str | None, machine: str | None) -> Given:
@@ -105,26 +106,30 @@ def _usual(effect: type[Effect], gauge: Gauge | None, machine: Machine | None) -
         return []
     prior, usual = priors.laws.of(effect.kind), usual_size(effect, priors, gauge, machine)
     sizes = (usual.size, usual.size / priors.sizes.below, usual.size * priors.sizes.above)
-    middle, low, high = (f"{value:.2g}" for value in sizes)
+    middle, low, high = (rounded(value, 2) for value in sizes)
     unit = f" {prior.unit}" if prior.unit else ""
     lines = ["", f"  usual size: {middle}{unit}, nearly two thirds of what occurs from {low} to {high}{unit}"]
     lines += [f"    {prior.usual:g}{unit}: {prior.why or 'what is usual on coordinate measuring machines'}"]
     if math.isfinite(prior.most):
-        lines.append(f"    standard deviation at most {prior.most:.3g}{unit}: no more is physically possible")
-    lines += [f"    times {factor:.3g}: {reason}" for reason, factor in usual.factors.items()]
+        lines.append(f"    standard deviation at most {rounded(prior.most, 3)}{unit}: no more is physically possible")
+    lines += [f"    times {rounded(factor, 3)}: {reason}" for reason, factor in usual.factors.items()]
     lines += [f"    {_MISSING[prior.basis]}"] if prior.basis and not usual.factors and prior.basis in _MISSING else []
     for p in effect.parameters():
         if p.name in priors.shapes:
             axes = "xyz" if machine is not None and p.name == "period_mm" else [""]
-            ends = {axis: "{:.4g} to {:.4g}".format(*shape_range(p.name, priors, machine, axis)) for axis in axes}
+            ends = {axis: _span(*shape_range(p.name, priors, machine, axis), 4) for axis in axes}
             told = ", ".join(f"{axis} {words}".strip() for axis, words in ends.items())
             lines.append(f"  {p.name}: {told} {p.unit}, as likely in every decade")
         if (about := usual_shape(p.name, priors, machine)) is not None:
             centre, factor, reason = about[0], math.exp(about[1]), priors.usual_shapes[p.name].why
-            range_ = f"{centre / factor:.3g} to {centre * factor:.3g}"
-            lines.append(f"  {p.name}: usually {centre:.3g} {p.unit}, two thirds from {range_} {p.unit} ({reason})")
+            usually, reach = rounded(centre, 3), _span(centre / factor, centre * factor, 3)
+            lines.append(f"  {p.name}: usually {usually} {p.unit}, two thirds from {reach} {p.unit} ({reason})")
     odds = 1.0 / odds_of(effect.kind, priors)
-    return [*lines, f"  prior odds: 1 to {odds:.2g}, shared among its axes, faces and columns"]
+    return [*lines, f"  prior odds: 1 to {rounded(odds, 2)}, shared among its axes, faces and columns"]
+
+
+def _span(low: float, high: float, digits: int) -> str:
+    return f"{rounded(low, digits)} to {rounded(high, digits)}"
 
 
 _MISSING = {
@@ -169,7 +174,7 @@ def _example(parameter: Parameter) -> str:
         return f'"{parameter.choices[0]}"'
     if parameter.sensible is not None:
         low, high = parameter.sensible
-        return f"{high / 4 if low <= 0 else (low * high) ** 0.5:.3g}"
+        return rounded(high / 4 if low <= 0 else (low * high) ** 0.5, 3)
     return "1.0"
 
 

@@ -42,6 +42,7 @@ from stepgauge.diagnosis.posterior.told import (
 )
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Located, Member, Replacement, rms
+from stepgauge.files.notation import rounded
 
 Array = NDArray[np.float64]
 FAINT = 0.3
@@ -370,7 +371,8 @@ def inexact_laws(model: Model) -> Iterator[str]:
     for one in model.laws:
         beside_um = rms(model.state.beside_um(model.state.place(one.term.candidate)))
         if beside_um > TOLD_BESIDE * model.state.sigma_um:
-            share = f"{beside_um:.2g} um rms, {100.0 * beside_um / _rms_um(one, model.state):.1g} % of it"
+            percent = 100.0 * beside_um / _rms_um(one, model.state)
+            share = f"{rounded(beside_um, 2)} um rms, {rounded(percent, 1)} % of it"
             why = ", or to what its temperature did in pauses: record it all the time"
             yield (
                 f"{one.source.label} is not exactly of this shape: {share}, are put down to that"
@@ -379,4 +381,4 @@ def inexact_laws(model: Model) -> Iterator[str]:
 
 
 def _times(odds: float) -> str:
-    return f"{odds:.2g}" if odds < 1e4 else f"10^{np.log10(odds):.0f}"
+    return rounded(odds, 2) if odds < 1e4 else f"10^{np.log10(odds):.0f}"

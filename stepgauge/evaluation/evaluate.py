@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.evaluation.face_errors import REffOrigin, band_um, face_errors, radius_blocks, reference_face
+from stepgauge.files.notation import rounded
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Shown, as_lines, figures
 from stepgauge.gauge.certified import Gauge
@@ -335,14 +336,14 @@ def _doubts(readings: Readings, seen: FaceStatistics, gauge: Gauge) -> list[str]
     u_um = np.hypot(gauge.u_um[seen.faces - 1], repeat_um)
     sizes = odd_blocks(seen.faces, seen.mean_mm * 1e3, u_um)
     if sizes:
-        shown = ", ".join(f"block {block} by {um:+.3g} um" for block, um in sizes[:10])
+        shown = ", ".join(f"block {block} by {rounded(um, 3, plus=True)} um" for block, um in sizes[:10])
         notes.append(f"read longer (+) or shorter (-) than the other blocks: {shown}: its faces, or its certificate")
     if gauge.table.reference_temperature_C != REFERENCE_C:
         reference = gauge.table.reference_temperature_C
         notes.append(f"the certificate holds at {reference:g} deg C, not at {REFERENCE_C:g} (ISO 1)")
     odd = odd_faces(seen.faces, gauge.position_mm[seen.faces - 1], seen.mean_mm * 1e3, u_um)
     if odd:
-        shown = ", ".join(f"face {face} ({um:+.3g} um)" for face, um in odd[:10])
+        shown = ", ".join(f"face {face} ({rounded(um, 3, plus=True)} um)" for face, um in odd[:10])
         why = "the face, its certificate, or the scale there; repeats cannot tell"
         notes.append(f"off the line between their neighbours: {shown}: {why}")
     return notes

@@ -42,6 +42,7 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Diagnosis, Finding
 from stepgauge.effects import Effect
 from stepgauge.figures.style import CYCLE
+from stepgauge.files.notation import rounded
 
 Array = NDArray[np.float64]
 Drawn = Literal["line", "stairs", "marks"]
@@ -223,7 +224,8 @@ def _against(effect: Effect | None, data: Residuals) -> tuple[str, Array]:
         axis, period = values["axis"], values["period_mm"]
         return f"machine {axis} within the period of {period:.4g} mm (mm)", data.probings.coordinate_mm(axis) % period
     if "period_s" in values:
-        return f"time within the period of {values['period_s']:.4g} s (s)", data.probings.time_s % values["period_s"]
+        period = values["period_s"]
+        return f"time within the period of {rounded(period, 4)} s (s)", data.probings.time_s % period
     if "frequency_hz" in values:
         phase = data.probings.time_s * values["frequency_hz"] % 1.0
         return f"phase at {values['frequency_hz']:.5g} Hz (periods)", phase
@@ -276,10 +278,11 @@ def _law_against(law: UnknownLaw, data: Residuals) -> tuple[str, Array]:
     x = covariate_values(name, data)
     if law.period is None:
         return label_of(name), x
+    period = rounded(law.period, 4)
     if name == "time":
-        return f"time within the period of {law.period:.4g} s (s)", np.asarray(data.probings.time_s % law.period, float)
+        return f"time within the period of {period} s (s)", np.asarray(data.probings.time_s % law.period, float)
     words, _, unit = label_of(name).removesuffix(")").partition(" (")
-    of_period = f"{law.period:.4g} {unit}" if unit and unit != AS_RECORDED else f"{law.period:.4g}"
+    of_period = f"{period} {unit}" if unit and unit != AS_RECORDED else period
     label = f"{words} within the period of {of_period}" + (f" ({unit})" if unit else "")
     return label, np.asarray(x % law.period, float)
 

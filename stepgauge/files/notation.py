@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from decimal import Decimal
 
 UNDEFINED = "–"
 FIGURE_SPACE, POINT_SPACE = "\u2007", "\u2008"
@@ -16,6 +17,16 @@ def number(value: float | None, decimals: int) -> str:
         return UNDEFINED
     text = f"{value:.{decimals}f}"
     return text.removeprefix("-") if float(text) == 0.0 else text.replace("-", "−")
+
+
+def rounded(value: float, digits: int, plus: bool = False) -> str:
+    """A number to some significant digits as one reads it out: 140, never 1.4e+02; ``plus``: with a sign if positive.
+
+    Zeros at the end behind the point are left out.
+    """
+    sign = "+" if plus else ""
+    text = f"{value:{sign}.{digits}g}"
+    return f"{Decimal(text):{sign}f}" if "e" in text else text
 
 
 def uncertain(value: float | None, expanded: float | None, most: int = 5) -> tuple[str, str]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from stepgauge.files.notation import rounded
+
 LENGTH_MM = {
     "mm": 1.0,
     "millimetre": 1.0,
@@ -104,7 +106,8 @@ def unit_hint(found_mm: float, expected_mm: float, tolerance: float = 0.05) -> s
     ratio = found_mm / expected_mm
     for factor, unit in _LOOKS:
         if abs(ratio / factor - 1.0) < tolerance:
-            return f" (looks like {unit}: a span of {found_mm:.4g} where {expected_mm:.4g} mm is expected)"
+            found, expected = rounded(found_mm, 4), rounded(expected_mm, 4)
+            return f" (looks like {unit}: a span of {found} where {expected} mm is expected)"
     return ""
 
 

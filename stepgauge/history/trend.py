@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.notation import rounded
 from stepgauge.history.entries import QUANTITIES, HistoryEntry
 
 Array = NDArray[np.float64]
@@ -183,8 +184,8 @@ def judge(series: Sequence[Series], limits: Mapping[str, float]) -> list[Alert]:
         found += _beyond_limit(one, limits.get(one.quantity), unit)
         found += _beyond_control(one, unit)
         if one.trend is not None and one.trend.significant:
-            text = f"drifts by {one.trend.per_year:+.3g} +- {one.trend.u_per_year:.2g} {unit} a year"
-            found.append(_warning("drift", one, len(one.entries) - 1, text))
+            rate = f"{rounded(one.trend.per_year, 3, plus=True)} +- {rounded(one.trend.u_per_year, 2)}"
+            found.append(_warning("drift", one, len(one.entries) - 1, f"drifts by {rate} {unit} a year"))
     return sorted(found, key=lambda warning: (warning.measured_at, warning.quantity))
 
 
@@ -194,15 +195,16 @@ def _beyond_limit(one: Series, limit: float | None, unit: str) -> list[Alert]:
     size = np.abs(one.value) if QUANTITIES[one.quantity].signed else one.value
     said = f"{unit}, beyond the limit {limit:g} {unit}"
     return [
-        _warning("limit", one, row, f"{one.value[row]:.3g} {said}") for row in np.flatnonzero(size > limit).tolist()
+        _warning("limit", one, row, f"{rounded(one.value[row], 3)} {said}")
+        for row in np.flatnonzero(size > limit).tolist()
     ]
 
 
 def _beyond_control(one: Series, unit: str) -> list[Alert]:
     found = []
     for row in np.flatnonzero(one.beyond).tolist():
-        chart = f"{one.centre[row]:.3g} +- {one.reach:.2g} {unit}"
-        found.append(_warning("control", one, row, f"{one.value[row]:.3g} {unit}, outside its control chart {chart}"))
+        value, chart = rounded(one.value[row], 3), f"{rounded(one.centre[row], 3)} +- {rounded(one.reach, 2)}"
+        found.append(_warning("control", one, row, f"{value} {unit}, outside its control chart {chart} {unit}"))
     return found
 
 

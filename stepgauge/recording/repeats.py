@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.notation import rounded
 from stepgauge.recording.by_face import ByFace
 
 Array = NDArray[np.float64]
@@ -64,7 +65,8 @@ class LeftOut:
         }
 
     def __str__(self) -> str:
-        return f"face {self.face} in cycle {self.cycle} ({self.off_um:+.4g} um, limit {self.limit_um:.2g} um)"
+        off, limit = rounded(self.off_um, 4, plus=True), rounded(self.limit_um, 2)
+        return f"face {self.face} in cycle {self.cycle} ({off} um, limit {limit} um)"
 
 
 def slips(readings: ByFace, resolution_mm: float = 0.0) -> tuple[Rows, Array, Array]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from stepgauge.files.notation import rounded
 from stepgauge.files.text import read_result
 from stepgauge.fleet.crossed.answer import WORDS, began, owner_of, words_of
 from stepgauge.reports.blocks import Block, bullets, figure, heading, part, table, words
@@ -70,8 +71,8 @@ def _causes(said: Said) -> Iterator[Block]:
         (
             owner_of(one),
             words_of(one),
-            f"{one['size']:+.3g} {one['unit']}",
-            f"{2.0 * one['u']:.2g}",
+            f"{rounded(one['size'], 3, plus=True)} {one['unit']}",
+            rounded(2.0 * one["u"], 2),
             began(one) or "before the first visit",
             f"{one['probability']:.3f}{' *' if one.get('instead') else ''}",
         )
@@ -140,10 +141,10 @@ def _kind(kind: str) -> str:
 
 def _alone(one: Said) -> str:
     visit = f"{one['recording'][:DIGITS]}, placement {one['placement']}"
-    size = f"{one['size']:+.3g} (U = {2.0 * one['u']:.2g})"
+    size = f"{rounded(one['size'], 3, plus=True)} (U = {rounded(2.0 * one['u'], 2)})"
     return f"{visit}: {_kind(one['kind'])} {size}, probability {one['probability']:.3f}"
 
 
 def _in_order(said: Said) -> Iterator[Block]:
     yield words("Standard deviations of what machines in order, days and visits differ by, estimated over the fleet.")
-    yield bullets([f"{name}: {sd:.2g}" for name, sd in said["in_order"].items()])
+    yield bullets([f"{name}: {rounded(sd, 2)}" for name, sd in said["in_order"].items()])

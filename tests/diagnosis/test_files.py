@@ -393,7 +393,7 @@ EXAMPLES: list[tuple[str, dict[str, Any], list[str]]] = [
         {"warmed": "once", "delta_K": -0.5, "time_constant_h": 0.2},
         ["At first", "0.5 K colder", "12 min", "soak for 36 min"],
     ),
-    ("gauge_soaking", {"warmed": "anew", "delta_K": 0.5, "time_constant_h": 0.2}, ["Whenever", "warmer"]),
+    ("gauge_soaking", {"warmed": "anew", "delta_K": 0.5, "time_constant_h": 0.77}, ["Whenever", "soak for 140 min"]),
     ("reversal_wear", {"axis": "x", "at_mm": 300.0, "width_mm": 90.0, "um": 2.0}, ["2.0 um larger about x = 300 mm"]),
     ("stick_slip", {"axis": "x", "um": 2.0, "decay_mm": 4.0}, ["lags by 1.0 um", "4 mm of way"]),
     ("scale_joint", {"axis": "x", "order": 0, "at_mm": 300.0, "size": 2.0}, ["gap of 2.0 um", "reads more"]),

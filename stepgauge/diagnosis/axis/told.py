@@ -15,6 +15,7 @@ from typing import Any
 from stepgauge.axis.units import AxisUnits
 from stepgauge.diagnosis.axis.residuals import Scaling
 from stepgauge.diagnosis.axis.words import kind_name
+from stepgauge.files.notation import rounded
 
 _NUMBER = r"(?<![\w.])([-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?) "
 _KEY = re.compile(r"^(.*_)?(um|mm)$")
@@ -109,7 +110,7 @@ class Teller:
 
     def _scaled(self, match: re.Match[str]) -> str:
         factor, unit = self.factors[match[2]]
-        return f"{float(match[1]) * factor:.4g} {unit}"
+        return f"{rounded(float(match[1]) * factor, 4)} {unit}"
 
 
 def _of_joint(parameters: Mapping[str, Any]) -> dict[str, Any]:

@@ -24,6 +24,7 @@ from stepgauge.diagnosis.forms.form import (
 )
 from stepgauge.diagnosis.posterior.problem import Candidate
 from stepgauge.diagnosis.result import Located
+from stepgauge.files.notation import rounded
 
 Array = NDArray[np.float64]
 CORRELATED, GROWING, UNDETERMINED = "correlated scatter", "growing scatter", "undetermined"
@@ -60,28 +61,29 @@ def _moved(side: str) -> str:
     return f", along machine {side}" if side in AXES else ", along the approach"
 
 
-def _words(form: Form, shape: str, number: object) -> str:
+def _words(form: Form, shape: str, number: Any) -> str:
     name, unit = form.covariate, f" {form.unit}".rstrip()
     if shape in WORDS:
         return WORDS[shape].format(name=name)
     if shape == WAVE:
-        return f"a periodic function of {name}, period {number:.4g}{unit}"
+        return f"a periodic function of {name}, period {rounded(number, 4)}{unit}"
     if shape == SAWTOOTH and isinstance(number, tuple):
-        return f"creeps with {name} and is thrown back, a sawtooth of period {number[0]:.4g}{unit}"
+        return f"creeps with {name} and is thrown back, a sawtooth of period {rounded(number[0], 4)}{unit}"
     if shape == LAGGED:
-        return f"proportional to {name} after a first-order lag, time constant about {number:.2g} s"
+        return f"proportional to {name} after a first-order lag, time constant about {rounded(number, 2)} s"
     if shape == LENGTH:
-        late = f", time constant about {number:.2g} s" if isinstance(number, float) and number > 0.0 else ""
+        late = f", time constant about {rounded(number, 2)} s" if isinstance(number, float) and number > 0.0 else ""
         return f"a length error that changes with {name}{late}"
     if shape == BEAT and isinstance(number, tuple):
-        return f"periodic along the gauge, period {number[0]:.4g} mm, and in {name}, period {number[1]:.4g}{unit}"
+        along, beside = (rounded(one, 4) for one in number)
+        return f"periodic along the gauge, period {along} mm, and in {name}, period {beside}{unit}"
     if shape == RESTS:
-        return f"follows the rests before the last {number:.2g} probings, as the roots of their times"
+        return f"follows the rests before the last {rounded(number, 2)} probings, as the roots of their times"
     if shape == HYSTERESIS and isinstance(number, tuple):
         way = f", held back for {number[0] * 1e-3:.3g}{unit} after a turn" if len(number) == 1 else ""
         return f"hysteresis of {name}: depends on where its travel turned before{way}"
-    beside = f" and {form.beside}" if form.beside else ""
-    return f"a smooth function of {name}{beside}"
+    other = f" and {form.beside}" if form.beside else ""
+    return f"a smooth function of {name}{other}"
 
 
 def regime(x: Array, columns: Array, mean: Array, covariance: Array, unit: str) -> str:
@@ -96,8 +98,8 @@ def regime(x: Array, columns: Array, mean: Array, covariance: Array, unit: str) 
     if not QUIET <= max(flat, back) < 1.0:
         return ""
     if flat >= back:
-        return f"only above {x[int(flat * len(x)) - 1]:.4g}{unit}"
-    return f"only below {x[len(x) - int(back * len(x))]:.4g}{unit}"
+        return f"only above {rounded(x[int(flat * len(x)) - 1], 4)}{unit}"
+    return f"only below {rounded(x[len(x) - int(back * len(x))], 4)}{unit}"
 
 
 def _flat_share(columns: Array, mean: Array, covariance: Array) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from stepgauge.diagnosis.maps.result import OUTLIERS, MapFinding
+from stepgauge.diagnosis.output.words import size
 
 Values = Mapping[str, float]
 
@@ -42,14 +43,14 @@ def _more(word: str, more: str, less: str, name: str, unit: str) -> Callable[[Va
 def _compliance(v: Values) -> str:
     way = "softer" if v["factor"] > 1.0 else "stiffer"
     return (
-        f"The stylus with its holder is {abs(100.0 * (v['factor'] - 1.0)):.2g} % {way} than computed from its sections:"
+        f"The stylus with its holder is {size(100.0 * (v['factor'] - 1.0))} % {way} than computed from its sections:"
         f" {v['lateral_um_per_N']:.3g} um/N across."
     )
 
 
 def _percent(v: Values) -> str:
     excess = v["factor"] - 1.0
-    return f"The force gauge indicates {abs(100.0 * excess):.2g} % too {_much(excess)}; this is no error of the probe."
+    return f"The force gauge indicates {size(100.0 * excess)} % too {_much(excess)}; this is no error of the probe."
 
 
 def _offset(v: Values) -> str:

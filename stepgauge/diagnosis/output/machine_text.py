@@ -16,6 +16,7 @@ from stepgauge.diagnosis.result import Diagnosis, Finding
 from stepgauge.effects import Effect, make_effects
 from stepgauge.effects.scatter import NoiseGrowth
 from stepgauge.errors import InputError
+from stepgauge.files.notation import rounded
 from stepgauge.files.text import read_text
 
 DIGITS = 9
@@ -101,7 +102,7 @@ def _table(heading: str, effect: Effect, estimates: Mapping[str, Estimate]) -> s
     for name, value in effect_table(effect).items():
         if isinstance(value, dict):
             inside = ", ".join(f"{key} = {_toml(number)}" for key, number in value.items())
-            u = "; ".join(f"{key} {e.u:.2g}" for key, e in estimates.items() if e.u is not None)
+            u = "; ".join(f"{key} {rounded(e.u, 2)}" for key, e in estimates.items() if e.u is not None)
             lines.append(f"{name} = {{ {inside} }}" + (f"  # u = {u}" if u else ""))
         else:
             lines.append(f"{name} = {_toml(value)}{_uncertainty(estimates.get(name))}")
@@ -111,7 +112,7 @@ def _table(heading: str, effect: Effect, estimates: Mapping[str, Estimate]) -> s
 def _uncertainty(estimate: Estimate | None) -> str:
     if estimate is None or estimate.u is None:
         return ""
-    return f"  # u = {estimate.u:.2g} {estimate.unit}".rstrip()
+    return f"  # u = {rounded(estimate.u, 2)} {estimate.unit}".rstrip()
 
 
 def _plain(value: object) -> Any:

@@ -15,6 +15,7 @@ from stepgauge.diagnosis.output.words import in_um, length_mm, line, listed, lon
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Member
 from stepgauge.effects import effect_kinds
+from stepgauge.files.notation import rounded
 from stepgauge.recording import APPROACH
 
 
@@ -164,7 +165,7 @@ def _delay(v: Values, data: Residuals) -> str:
     )
     speeds = np.unique(np.round(speed, 6))
     at = ", ".join(f"{in_um(v['ms'] * s)} at {s:g} mm/s" for s in speeds[:3])
-    return f"The position is latched {abs(v['ms']):.3g} ms {'late' if v['ms'] > 0 else 'early'}: {at}."
+    return f"The position is latched {rounded(abs(v['ms']), 3)} ms {'late' if v['ms'] > 0 else 'early'}: {at}."
 
 
 def _lever(v: Values, data: Residuals) -> str:
@@ -203,7 +204,7 @@ def _gauge_soaking(v: Values, data: Residuals) -> str:
     return (
         f"{each} {size(v['delta_K'])} K {'warmer' if v['delta_K'] > 0 else 'colder'} than recorded, {in_um(um)} over"
         f" the {length_mm(data):.0f} mm measured, and takes on the temperature of its surroundings with a time constant"
-        f" of {minutes:.3g} min: let it soak for {3.0 * minutes:.2g} min."
+        f" of {rounded(minutes, 3)} min: let it soak for {size(3.0 * minutes)} min."
     )
 
 
@@ -220,30 +221,30 @@ def _drift(v: Values, data: Residuals) -> str:
     rate, tau = v["rate_um_per_h"], v.get("time_constant_h")
     since = max(float(v.get("start_s", 0.0)), float(data.probings.time_s.min()))
     hours = (float(data.probings.time_s.max()) - since) / 3600.0
-    begun = f" from {since:.4g} s on" if since > data.probings.time_s.min() else ""
+    begun = f" from {rounded(since, 4)} s on" if since > data.probings.time_s.min() else ""
     if tau is None:
         return (
             f"Relative to the machine the gauge drifts{begun} towards {towards(v['direction'], rate)} at"
-            f" {abs(rate):.3g} um/h: {in_um(rate * hours)} in the {hours * 60:.0f} min that were measured."
+            f" {rounded(abs(rate), 3)} um/h: {in_um(rate * hours)} in the {hours * 60:.0f} min that were measured."
         )
     return (
         f"Relative to the machine the gauge settles{begun} towards {towards(v['direction'], rate)} with a time constant"
-        f" of {tau * 60:.3g} min, by {in_um(rate * tau)} in all: it is at rest after three time constants."
+        f" of {rounded(tau * 60, 3)} min, by {in_um(rate * tau)} in all: it is at rest after three time constants."
     )
 
 
 def _cycle(v: Values, data: Residuals) -> str:
     return (
         f"The gauge oscillates along {line(v['direction'])} by +-{in_um(v['amplitude_um'])} every"
-        f" {v['period_s']:.4g} s, as with an air conditioning or a coolant unit that switches on and off."
+        f" {rounded(v['period_s'], 4)} s, as with an air conditioning or a coolant unit that switches on and off."
     )
 
 
 def _step(v: Values, data: Residuals) -> str:
     before = int((data.probings.time_s < v["time_s"]).sum())
     return (
-        f"At {v['time_s']:.4g} s, between probings {before} and {before + 1} in order of time, the origin changed by"
-        f" {in_um(v['um'])} towards {towards(v['direction'], v['um'])}: a knock or a slipped clamp."
+        f"At {rounded(v['time_s'], 4)} s, between probings {before} and {before + 1} in order of time, the origin"
+        f" changed by {in_um(v['um'])} towards {towards(v['direction'], v['um'])}: a knock or a slipped clamp."
     )
 
 

@@ -11,6 +11,7 @@ from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 from stepgauge.diagnosis.forms.form import HYSTERESIS, LOOP, RESTS, SAWTOOTH, WAVE
+from stepgauge.files.notation import rounded
 
 
 class Remedy(NamedTuple):
@@ -273,4 +274,4 @@ def _names(text: str) -> list[str]:
 
 
 def _short(value: Any) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else str(value)
+    return rounded(value, 5) if isinstance(value, float) else str(value)

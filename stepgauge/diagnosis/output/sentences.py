@@ -11,6 +11,7 @@ from stepgauge.diagnosis.laws.grids import lie_level
 from stepgauge.diagnosis.output.words import in_um, length_mm, line, long, size
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.effects import along_approach_um, make_effects
+from stepgauge.files.notation import rounded
 
 Values = Mapping[str, Any]
 Sentence = Callable[[Values, Residuals], str]
@@ -49,7 +50,7 @@ def _seat(v: Values, data: Residuals) -> str:
 def _column(v: Values) -> str:
     """The column, or the difference of two, and how late it acts."""
     name = f"{v['column']} minus {v['minus']}" if v.get("minus") else str(v["column"])
-    return f"{name}, {v['lag_s']:.3g} s late" if v.get("lag_s") else name
+    return f"{name}, {rounded(v['lag_s'], 3)} s late" if v.get("lag_s") else name
 
 
 def _change_K(v: Values, data: Residuals) -> float:
@@ -100,8 +101,8 @@ def _motion(v: Values, data: Residuals) -> str:
 def _warm_up(v: Values, data: Residuals) -> str:
     end = in_um(v["um_per_m"] * length_mm(data) * 1e-3)
     return (
-        f"The {v['axis']} scale warms with a time constant of {v['time_constant_h'] * 60.0:.3g} min and reads too"
-        f" {long(v['um_per_m'])} in the end, by {end} over {length_mm(data):.0f} mm: move the axis until it is warm"
+        f"The {v['axis']} scale warms with a time constant of {rounded(v['time_constant_h'] * 60.0, 3)} min and reads"
+        f" too {long(v['um_per_m'])} in the end, by {end} over {length_mm(data):.0f} mm: move the axis until it is warm"
         " before measuring."
     )
 

@@ -9,19 +9,22 @@ from typing import Any
 import numpy as np
 
 from stepgauge.diagnosis.residuals import Residuals
+from stepgauge.files.notation import rounded
 
 
 def span_mm(axis: str, data: Residuals) -> float:
+    """Travel of an axis that the probings used, mm."""
     return float(np.ptp(data.probings.coordinate_mm(axis)))
 
 
 def length_mm(data: Residuals) -> float:
+    """Certified length that the probings covered, mm."""
     return float(np.ptp(data.probings.certified_mm()))
 
 
 def size(value: float) -> str:
-    """The magnitude in two significant digits, without an exponent where a number has few."""
-    return f"{float(f'{abs(value):.2g}'):g}"
+    """The magnitude in two significant digits."""
+    return rounded(abs(value), 2)
 
 
 def in_um(value: float, digits: int = 2) -> str:
@@ -32,6 +35,7 @@ def in_um(value: float, digits: int = 2) -> str:
 
 
 def long(value: float) -> str:
+    """What an error of this sign makes a length: too ``long``, too ``short``."""
     return "long" if value > 0 else "short"
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from stepgauge import __version__
 from stepgauge.errors import InputError
+from stepgauge.files.notation import rounded
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Summarized, as_lines
 from stepgauge.files.text import write_json, write_text
@@ -175,7 +176,7 @@ def began(said: Mapping[str, Any]) -> str:
 
 def cause_line(said: Mapping[str, Any]) -> str:
     """Owner, what is wrong, size with U (k = 2), since when, probability, of a cause in JSON types."""
-    size = f"{said['size']:+.3g} {said['unit']} (U = {2.0 * said['u']:.2g})"
+    size = f"{rounded(said['size'], 3, plus=True)} {said['unit']} (U = {rounded(2.0 * said['u'], 2)})"
     others = ", ".join(f"{owner_of(rival)} ({words_of(rival)})" for rival in said.get("instead", ()))
     either = f"; or instead: {others}" if others else ""
     since = f", {'' if said['course'] == 'growing' else 'began '}{began(said)}" if began(said) else ""

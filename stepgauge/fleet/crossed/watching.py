@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stepgauge.files.notation import rounded
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Summarized, as_lines, figures
 from stepgauge.fleet.crossed.answer import FleetInference, date_text
@@ -71,8 +72,11 @@ class FleetWatch(Summarized):
 def _line(one: Watched) -> str:
     """What of a quantity needs a look, empty where nothing does."""
     said = [f"changed between {date_text(first)} and {date_text(last)}" for first, last in one.changes]
-    said += [f"drifts by {one.rate:+.3g} {one.unit} a year (U = {2.0 * one.u_rate:.2g})"] if one.drifts else []
-    said += [f"beside its peers ({one.peers[0]:+.3g} {one.unit})"] if one.leaves_peers and one.peers else []
+    if one.drifts:
+        rate, expanded = rounded(one.rate, 3, plus=True), rounded(2.0 * one.u_rate, 2)
+        said.append(f"drifts by {rate} {one.unit} a year (U = {expanded})")
+    if one.leaves_peers and one.peers:
+        said.append(f"beside its peers ({rounded(one.peers[0], 3, plus=True)} {one.unit})")
     said += [one.outcome] if one.outcome is not None and one.outcome != "conforms" else []
-    size = f"{one.level[-1]:+.3g} {one.unit} (U = {2.0 * one.u[-1]:.2g})"
+    size = f"{rounded(one.level[-1], 3, plus=True)} {one.unit} (U = {rounded(2.0 * one.u[-1], 2)})"
     return f"{one.owner_kind} {one.owner} {one.quantity} {size}: {', '.join(said)}" if said else ""
