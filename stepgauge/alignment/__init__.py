@@ -198,32 +198,25 @@ def _uncertainty(
 ) -> dict[str, Any]:
     """Standard uncertainties by linear propagation of independent coordinate errors (GUM 5.1.2), ``(16,)`` in um."""
     step = 1e-3
-
-    def quantities(at: Array) -> Array:
-        found = solve_blocks(at, gauge, blocks, up)
-        axis, centre = found.axis, found.centre_mm
-        length = np.linalg.norm(centre[:, 1] - centre[:, 0], axis=-1)
-        scalars = [np.arctan2(axis[:, 1], axis[:, 0]), np.arcsin(axis[:, 2]), length, found.tip_radius_mm]
-        return np.column_stack([centre.reshape(-1, 6), _tilt(found).reshape(-1, 4), *scalars])
-
     steps = step * np.eye(48).reshape(48, 16, 3)
-    plus, minus = quantities(points + steps), quantities(points - steps)
+    plus, minus = (_quantities(solve_blocks(at, gauge, blocks, up)) for at in (points + steps, points - steps))
     change = plus - minus
     change[:, 10] = np.angle(np.exp(1j * change[:, 10]))  # yaw jumps by a turn at 180 deg
     each = np.repeat(sigma_um, 3)[:, None]
     u = np.sqrt(((change / (2.0 * step) * each) ** 2).sum(axis=0))
-
-    def digits(values: Array) -> list[float]:
-        return [round(float(v), 4) for v in values]
-
     n1, n2 = np.hypot(u[6], u[7]) * 1e3, np.hypot(u[8], u[9]) * 1e3
+    scalars = (u[10] * 1e3, u[11] * 1e3, n1, n2, u[12], u[13])
+    names = ("yaw_urad", "pitch_urad", "n1_urad", "n2_urad", "length_um", "tip_radius_um")
     return {
-        "c1_um": digits(u[0:3]),
-        "c2_um": digits(u[3:6]),
-        "yaw_urad": round(float(u[10]) * 1e3, 4),
-        "pitch_urad": round(float(u[11]) * 1e3, 4),
-        "n1_urad": round(float(n1), 4),
-        "n2_urad": round(float(n2), 4),
-        "length_um": round(float(u[12]), 4),
-        "tip_radius_um": round(float(u[13]), 4),
+        "c1_um": [round(float(v), 4) for v in u[0:3]],
+        "c2_um": [round(float(v), 4) for v in u[3:6]],
+        **{name: round(float(value), 4) for name, value in zip(names, scalars, strict=True)},
     }
+
+
+def _quantities(found: Blocks) -> Array:
+    """Centres (6), tilts (4), yaw, pitch, length and tip radius of many locations, ``(n, 14)`` in mm and rad."""
+    axis, centre = found.axis, found.centre_mm
+    length = np.linalg.norm(centre[:, 1] - centre[:, 0], axis=-1)
+    scalars = [np.arctan2(axis[:, 1], axis[:, 0]), np.arcsin(axis[:, 2]), length, found.tip_radius_mm]
+    return np.column_stack([centre.reshape(-1, 6), _tilt(found).reshape(-1, 4), *scalars])

@@ -32,6 +32,8 @@ HEIGHT_TOLERANCE_MM = 1.0
 RADIUS_TOLERANCE_MM = 0.05
 EDGE_MM = 0.5
 """Largest distance of a point beyond the edge of its face."""
+ACROSS = {1: (1, 2), 2: (1, 2), 3: (1, 2), 8: (1, 2), 4: (0, 2), 5: (0, 2), 6: (0, 1)}
+"""The two axes of the block (along, side, up) that lie in the face of a point."""
 BESIDE_MM = 30.0
 """Largest distance along the gauge from a point on the rail to its block."""
 CONTRADICTION = 4.1
@@ -145,39 +147,47 @@ def _radius(found: Blocks) -> Iterator[str]:
 
 def _extent(found: Blocks, gauge: Gauge, blocks: tuple[int, int], tip: Array) -> Iterator[str]:
     """Every point must lie on the face it is claimed to lie on."""
-    width, height, radius = gauge.table.block_width_mm, gauge.table.block_height_mm, found.tip_radius_mm
+    width, height = gauge.table.block_width_mm, gauge.table.block_height_mm
     for block in (0, 1):
-        p, at = tip[block], 8 * block
-        measured_width, measured_height = p[3, 1] - p[4, 1], p[5, 2] - p[6, 2]
-        if abs(measured_width - width - 2.0 * radius) > WIDTH_TOLERANCE_MM:
-            yield (
-                f"side points {at + 4} and {at + 5} are {measured_width:.3f} mm apart along +s,"
-                f" width and tip make {width + 2.0 * radius:.3f} mm"
-            )
-        if abs(measured_height - height) > HEIGHT_TOLERANCE_MM:
-            yield (
-                f"point {at + 6} is {measured_height:.3f} mm above point {at + 7},"
-                f" the block is {height:g} mm above the rail"
-            )
         half = np.array([gauge.block_size_mm[blocks[block] - 1], width, height]) / 2.0 + EDGE_MM
-        for point, across in (
-            (1, (1, 2)),
-            (2, (1, 2)),
-            (3, (1, 2)),
-            (8, (1, 2)),
-            (4, (0, 2)),
-            (5, (0, 2)),
-            (6, (0, 1)),
-        ):
-            beyond = np.abs(p[point - 1]) - half
-            worst = max(across, key=lambda axis: beyond[axis])
-            if beyond[worst] > 0.0:
-                yield f"point {at + point} lies {beyond[worst] + EDGE_MM:.3f} mm beyond the edge of its face"
+        p, at = tip[block], 8 * block
+        yield from _size(p, at, gauge, float(found.tip_radius_mm))
+        yield from _beyond_edge(p, at, half)
         if abs(p[6, 0]) > half[0] + BESIDE_MM:
             yield f"point {at + 7} is not beside its block but {abs(p[6, 0]):.1f} mm along the gauge from it"
-        aside, least, most = abs(p[6, 1]), width / 2.0 + radius - EDGE_MM, gauge.rail_width_mm / 2.0 + EDGE_MM
-        if not least <= aside <= most:
-            yield (
-                f"point {at + 7} is not on the rail beside its block but {aside:.1f} mm to the side of the middle"
-                f" ({least:.1f} to {most:.1f} mm)"
-            )
+        yield from _beside_rail(p, at, gauge, float(found.tip_radius_mm))
+
+
+def _size(p: Array, at: int, gauge: Gauge, radius: float) -> Iterator[str]:
+    """The block is as wide and as high as certified; ``p (8, 3)``: its points from its middle, after number ``at``."""
+    width, height = gauge.table.block_width_mm, gauge.table.block_height_mm
+    measured_width, measured_height = p[3, 1] - p[4, 1], p[5, 2] - p[6, 2]
+    if abs(measured_width - width - 2.0 * radius) > WIDTH_TOLERANCE_MM:
+        yield (
+            f"side points {at + 4} and {at + 5} are {measured_width:.3f} mm apart along +s,"
+            f" width and tip make {width + 2.0 * radius:.3f} mm"
+        )
+    if abs(measured_height - height) > HEIGHT_TOLERANCE_MM:
+        yield (
+            f"point {at + 6} is {measured_height:.3f} mm above point {at + 7},"
+            f" the block is {height:g} mm above the rail"
+        )
+
+
+def _beyond_edge(p: Array, at: int, half: Array) -> Iterator[str]:
+    """Points that lie in the plane of their face and not on it; ``half (3,)``: of the block, with the tolerance."""
+    for point, across in ACROSS.items():
+        beyond = np.abs(p[point - 1]) - half
+        worst = max(across, key=lambda axis: beyond[axis])
+        if beyond[worst] > 0.0:
+            yield f"point {at + point} lies {beyond[worst] + EDGE_MM:.3f} mm beyond the edge of its face"
+
+
+def _beside_rail(p: Array, at: int, gauge: Gauge, radius: float) -> Iterator[str]:
+    least = gauge.table.block_width_mm / 2.0 + radius - EDGE_MM
+    aside, most = abs(p[6, 1]), gauge.rail_width_mm / 2.0 + EDGE_MM
+    if not least <= aside <= most:
+        yield (
+            f"point {at + 7} is not on the rail beside its block but {aside:.1f} mm to the side of the middle"
+            f" ({least:.1f} to {most:.1f} mm)"
+        )

@@ -137,16 +137,11 @@ def command(evaluation: str, axis: str | None, to: str, output: str, **options: 
 
     path = find_evaluation(evaluation)
     check_output(output, path, options["template"])
-    if (axis is None) == (options["plane"] is None) or (to == "klipper" and axis is not None):
-        raise click.UsageError("--axis for a table, or --plane for a skew (klipper: --plane only)")
+    _check_options(axis, to, options)
     if axis is None:
         _write_skew(path, options["plane"], to, output)
         return
     known = FORMATS[to]
-    if to == "csv" and (options["file_type"] or options["joint"] is not None):
-        raise click.UsageError("--file-type and --joint are for linuxcnc and siemens; a csv table has neither.")
-    if to not in ("linuxcnc", "siemens") and options["file_type"]:
-        raise click.UsageError("--file-type is for linuxcnc and siemens.")
     faces = axis_faces(
         read_checked_evaluation(path),
         path,
@@ -166,11 +161,26 @@ def command(evaluation: str, axis: str | None, to: str, output: str, **options: 
         written.append(Path(options["plot"]))
     _tell(table)
     if to == "linuxcnc":
-        joint = "xyz".index(axis) if options["joint"] is None else options["joint"]
-        kind = options["file_type"]
-        say(f"for the INI file, [JOINT_{joint}]: COMP_FILE = {Path(output).name}, COMP_FILE_TYPE = {kind}")
-        say("note: lengths in mm, as LINEAR_UNITS must be; BACKLASH of that joint has no effect beside a COMP_FILE")
+        _say_ini(output, "xyz".index(axis) if options["joint"] is None else options["joint"], options["file_type"])
     say_written(*written)
+
+
+def _check_options(axis: str | None, to: str, options: dict[str, Any]) -> None:
+    """A usage error for what does not go together; a skew has no table, so what tables need does not matter to it."""
+    if (axis is None) == (options["plane"] is None) or (to == "klipper" and axis is not None):
+        raise click.UsageError("--axis for a table, or --plane for a skew (klipper: --plane only)")
+    if axis is None:
+        return
+    if to == "csv" and (options["file_type"] or options["joint"] is not None):
+        raise click.UsageError("--file-type and --joint are for linuxcnc and siemens; a csv table has neither.")
+    if to not in ("linuxcnc", "siemens") and options["file_type"]:
+        raise click.UsageError("--file-type is for linuxcnc and siemens.")
+
+
+def _say_ini(output: str, joint: int, kind: int) -> None:
+    """What LinuxCNC's configuration must say for the table to be in force."""
+    say(f"for the INI file, [JOINT_{joint}]: COMP_FILE = {Path(output).name}, COMP_FILE_TYPE = {kind}")
+    say("note: lengths in mm, as LINEAR_UNITS must be; BACKLASH of that joint has no effect beside a COMP_FILE")
 
 
 def _write_skew(path: Path, plane: str, to: str, output: str) -> None:

@@ -136,7 +136,6 @@ def command(
         raise click.UsageError("a recording needs --gauge and --machine; the map of a probe needs --probe")
     from stepgauge.diagnosis.many import diagnose_each, diagnose_together
     from stepgauge.diagnosis.posterior.priors import read_priors
-    from stepgauge.errors import PartlyDoneError
 
     table = None if priors is None else read_priors(priors)
     if together:
@@ -144,13 +143,8 @@ def command(
             diagnose_together(recordings, gauge, machine, output, suffix, without, table, styli), with_first=True
         )
         return
-    failed = 0
     outcomes = diagnose_each(recordings, gauge, machine, output, jobs, suffix, without, table, styli)
-    for number, outcome in enumerate(outcomes, 1):
-        _say_outcome(outcome, f"[{number}/{len(recordings)}] {outcome.name}: ")
-        failed += not outcome.files
-    if failed:
-        raise PartlyDoneError(output, f"{failed} of {len(recordings)} recordings could not be diagnosed")
+    _say_each(outcomes, len(recordings), output)
 
 
 def _are_of_axis(recordings: tuple[str, ...]) -> bool:
@@ -211,6 +205,18 @@ def _say_first(lines: Iterable[str]) -> None:
     """What to do first."""
     for line in lines:
         say(line)
+
+
+def _say_each(outcomes: Iterable[Outcome], count: int, output: str) -> None:
+    """Each outcome as it comes; an error at the end where a recording could not be diagnosed."""
+    from stepgauge.errors import PartlyDoneError
+
+    failed = 0
+    for number, outcome in enumerate(outcomes, 1):
+        _say_outcome(outcome, f"[{number}/{count}] {outcome.name}: ")
+        failed += not outcome.files
+    if failed:
+        raise PartlyDoneError(output, f"{failed} of {count} recordings could not be diagnosed")
 
 
 def _say_outcome(outcome: Outcome, before: str = "", with_first: bool = False) -> None:

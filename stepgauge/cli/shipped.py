@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 from stepgauge.cli.options import say
@@ -22,7 +24,7 @@ def command(name: str | None, copy_to: str | None) -> None:
     """
     from stepgauge.errors import InputError
     from stepgauge.files.resources import shipped_files
-    from stepgauge.files.text import read_text, write_text
+    from stepgauge.files.text import read_text
 
     files = shipped_files()
     if name is None:
@@ -35,14 +37,19 @@ def command(name: str | None, copy_to: str | None) -> None:
     if copy_to is None:
         click.echo(read_text(known[0]), nl=False)
         return
-    from pathlib import Path
+    _copy(known[0], copy_to)
 
+
+def _copy(shipped: Path, folder: str) -> None:
+    """The file into a folder, with the table beside it if it has one."""
+    from stepgauge.errors import InputError
     from stepgauge.files.outputs import finish_left
+    from stepgauge.files.text import read_text, write_text
 
-    finish_left(copy_to)
-    for path in dict.fromkeys([known[0], known[0].with_suffix(".csv")]):
+    finish_left(folder)
+    for path in dict.fromkeys([shipped, shipped.with_suffix(".csv")]):
         if path.exists():
-            target = Path(copy_to) / path.name
+            target = Path(folder) / path.name
             if target.exists():
                 raise InputError(target, "exists already", expected="another folder; nothing is overwritten")
             write_text(target, read_text(path))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -21,6 +21,9 @@ from stepgauge.cli.options import (
     say_lines,
     say_written,
 )
+
+if TYPE_CHECKING:
+    from stepgauge.machine.virtual import Run
 
 
 @click.command("simulate")
@@ -66,12 +69,11 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
     \b
     stepgauge simulate gauge.dmi --machine bridge-cmm --gauge step-gauge-420 --placement placement.toml -o recording.csv
     """
-    from stepgauge.files.text import check_output, write_text
+    from stepgauge.files.text import check_output
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.gauge.placement import read_placement
     from stepgauge.machine.file import read_machine
     from stepgauge.public.simulate import simulate
-    from stepgauge.recording import write_recording
 
     check_output(output, program, machine, gauge, placement, options["true_placement"])
     steps, cmm = read_gauge(gauge), read_machine(machine)
@@ -93,10 +95,7 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
         log=options["log"],
         teach=options["teach"],
     )
-    if options["teach"]:
-        write_text(output, _points(run.recording.position_mm))
-    else:
-        write_recording(output, run.explained() if options["explain"] else run.recording)
+    _write(run, output, options)
     drawn = []
     if options["plot"] or options["plot_html"] or options["plot_shares"]:
         from stepgauge.figures.run import draw_run
@@ -108,6 +107,17 @@ def command(program: str, machine: str, gauge: str, placement: str, output: str,
     say_written(output, *([options["log"]] if options["log"] else []), *drawn)
     if run.stop is not None:
         raise run.stop
+
+
+def _write(run: Run, output: str, options: dict[str, Any]) -> None:
+    """The recording, or the table of points that were touched."""
+    from stepgauge.files.text import write_text
+    from stepgauge.recording import write_recording
+
+    if options["teach"]:
+        write_text(output, _points(run.recording.position_mm))
+    else:
+        write_recording(output, run.explained() if options["explain"] else run.recording)
 
 
 def _points(position_mm: Any) -> str:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stepgauge.compensation.table import CompensationTable
 from stepgauge.errors import InputError, naming
 
+Array = NDArray[np.float64]
 PULSE_UM = 1.0
 """Least input increment that the pulses of a pitch error table are counted in."""
 MOST_PULSES, MOST_MAGNIFICATION = 7, 100
@@ -49,29 +52,26 @@ def pitch_pulses(table: CompensationTable, joint: int = 0) -> dict[str, Any]:
         raise InputError(naming("joint"), "no points left in the control", found=joint, expected=f"0 to {most}")
     reference = int(np.abs(table.position_mm - table.zero_at_mm).argmin())
     senses = {"positive": table.positive_um, "negative": table.negative_um}
+    magnification, steps = _fewest_pulses(senses, reference)
+    unit = PULSE_UM * magnification
+    there = (table.negative_um - table.positive_um)[reference]
+    return {
+        "magnification": magnification,
+        "unit_um": unit,
+        "first": first,
+        "reference": reference,
+        "points": [dict(zip(senses, pair, strict=True)) for pair in zip(*steps, strict=True)],
+        "at_reference": int(np.rint(there / unit)),
+    }
+
+
+def _fewest_pulses(senses: Mapping[str, Array], reference: int) -> tuple[int, list[list[int]]]:
+    """The smallest magnification that a control can hold, and the pulses to each point by sense of travel."""
     for magnification in range(1, MOST_MAGNIFICATION + 1):
         unit = PULSE_UM * magnification
-        steps = {
-            name: np.diff(
-                np.rint((values - values[reference]) / unit), prepend=np.rint((values[0] - values[reference]) / unit)
-            )
-            for name, values in senses.items()
-        }
-        if max(np.abs(one[1:]).max() for one in steps.values()) <= MOST_PULSES:
-            points = [
-                dict(zip(senses, pair, strict=True))
-                for pair in zip(*(one.astype(int).tolist() for one in steps.values()), strict=True)
-            ]
-            points[0] = dict.fromkeys(senses, 0)
-            there = (table.negative_um - table.positive_um)[reference]
-            return {
-                "magnification": magnification,
-                "unit_um": unit,
-                "first": first,
-                "reference": reference,
-                "points": points,
-                "at_reference": int(np.rint(there / unit)),
-            }
+        steps = [np.diff(np.rint((values - values[reference]) / unit)).astype(int) for values in senses.values()]
+        if max(np.abs(one).max() for one in steps) <= MOST_PULSES:
+            return magnification, [[0, *one.tolist()] for one in steps]
     raise InputError(
         naming("step_mm"),
         "the error changes too much from point to point",

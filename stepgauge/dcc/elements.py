@@ -127,6 +127,23 @@ def statement(text: str, kind: str | None = None, reference: str | None = None) 
 def administrative(said: Laboratory, item: Element, statements: Sequence[Element]) -> Element:
     """The administrative data of a certificate."""
     check_demanded(said)
+    laboratory = D.calibrationLaboratory()
+    if said.laboratory.accreditation:
+        laboratory.append(D.calibrationLaboratoryCode(said.laboratory.accreditation))
+    laboratory.append(_contact("contact", said.laboratory))
+    return D.administrativeData(
+        D.dccSoftware(software()),
+        _core(said),
+        D.items(item),
+        laboratory,
+        _persons(said),
+        _contact("customer", said.customer),
+        D.statements(*statements),
+    )
+
+
+def _core(said: Laboratory) -> Element:
+    """Number, languages, dates and place, in the order of the schema."""
     head = said.certificate
     core = D.coreData(
         D.countryCodeISO3166_1(said.laboratory.country),
@@ -143,19 +160,7 @@ def administrative(said: Laboratory, item: Element, statements: Sequence[Element
     core.append(D.performanceLocation(head.place))
     if head.issued:
         core.append(D.issueDate(head.issued.isoformat()))
-    laboratory = D.calibrationLaboratory()
-    if said.laboratory.accreditation:
-        laboratory.append(D.calibrationLaboratoryCode(said.laboratory.accreditation))
-    laboratory.append(_contact("contact", said.laboratory))
-    return D.administrativeData(
-        D.dccSoftware(software()),
-        core,
-        D.items(item),
-        laboratory,
-        _persons(said),
-        _contact("customer", said.customer),
-        D.statements(*statements),
-    )
+    return core
 
 
 def check_demanded(said: Laboratory) -> None:

@@ -14,6 +14,7 @@ from stepgauge.planning.plan import parse_block_list, parse_blocks
 if TYPE_CHECKING:
     from stepgauge.machine.file import Machine
     from stepgauge.machine.virtual import Run
+    from stepgauge.motion.moves import Program
     from stepgauge.recording import Recording
 
 File = str | Path
@@ -39,6 +40,13 @@ def as_machine_with(machine: File | Machine, styli: File | Machine | Iterable[Fi
     from stepgauge.machine.styli import with_styli
 
     return with_styli(as_machine(machine), map(as_machine, several(styli)))
+
+
+def moves_of_plan(plan: object) -> Program:
+    """The moves of a plan; :class:`InputError` for anything else."""
+    from stepgauge.planning.planned import Plan  # with all that plans, which a program's text does not need
+
+    return of_kind(plan, Plan, "program").program
 
 
 def as_placement(placement: File | Placement, gauge: Gauge) -> Placement:

@@ -18,7 +18,7 @@ from stepgauge.live.measuring import measure as measure_job
 from stepgauge.machine.file import Machine
 from stepgauge.machine.virtual import probing_settings
 from stepgauge.programs import DIALECTS, read_program
-from stepgauge.public.inputs import File, as_gauge, as_machine, as_placement, at_least, of_kind, one_of
+from stepgauge.public.inputs import File, as_gauge, as_machine, as_placement, at_least, moves_of_plan, one_of
 from stepgauge.recording import Recording
 
 if TYPE_CHECKING:
@@ -83,9 +83,7 @@ def measure(
         known = None if dialect is None else one_of("dialect", dialect, DIALECTS)
         moves = read_program(program, probing_settings(cmm, search_mm), known)
     else:
-        from stepgauge.planning.planned import Plan  # with all that plans, which a program's text does not need
-
-        moves = of_kind(program, Plan, "program").program
+        moves = moves_of_plan(program)
     job = make_job(
         moves,
         cmm,

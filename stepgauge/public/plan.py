@@ -84,11 +84,10 @@ def plan(
     choice = ProbingChoice(standoff_mm, search_mm, measuring_speed_mm_s, travel_speed_mm_s)
     if teach:
         return _teach(placement, steps, cmm, choice, tip_radius_mm, points_on, margin_mm)
-    where = placement if isinstance(placement, File) else "placement"
     if isinstance(placement, File):
-        lies = read_or_locate(placement, steps, cmm, tip_radius_mm, points_on)
+        lies, where = read_or_locate(placement, steps, cmm, tip_radius_mm, points_on), placement
     else:
-        lies = as_placement(placement, steps)
+        lies, where = as_placement(placement, steps), "placement"
     radius = agreed_tip_radius_mm(lies, cmm, tip_radius_mm, where)
     settings = make_settings(steps, cmm, radius, choice)
     (first, last), only = as_block_list(blocks, steps)

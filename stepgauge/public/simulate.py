@@ -12,7 +12,7 @@ from stepgauge.machine.file import Machine
 from stepgauge.machine.virtual import Conditions, Run, probing_settings, run_program
 from stepgauge.programs import DIALECTS, recognise
 from stepgauge.programs.controller import controller_log
-from stepgauge.public.inputs import File, as_gauge, as_machine, as_placement, at_least, of_kind, one_of
+from stepgauge.public.inputs import File, as_gauge, as_machine, as_placement, at_least, moves_of_plan, one_of
 
 if TYPE_CHECKING:
     from stepgauge.planning.planned import Plan
@@ -84,9 +84,7 @@ def simulate(
     else:
         if log is not None:
             raise InputError(naming("log"), "a plan has no text that writes a log", expected="the file of a program")
-        from stepgauge.planning.planned import Plan  # with all that plans, which a program's text does not need
-
-        moves = of_kind(program, Plan, "program").program
+        moves = moves_of_plan(program)
     run = run_program(moves, cmm, steps, lies, seed, conditions, explain)
     if log is not None and isinstance(program, File):
         write_text(log, controller_log(text, str(program), known, settings, run).text)

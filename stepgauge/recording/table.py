@@ -281,6 +281,17 @@ def _refuse(
 
 
 def _check_values(frame: pd.DataFrame, path: str | Path, first_line: int) -> None:
+    _check_counts(frame, path, first_line)
+    _check_positions(frame, path, first_line)
+    _check_approach(frame, path, first_line)
+    _check_temperatures(frame, path, first_line)
+    if "speed_mm_s" in frame:
+        stands = frame["speed_mm_s"].to_numpy(float) <= 0
+        _refuse(stands, frame, path, first_line, "speed_mm_s", "must be positive", "mm/s")
+
+
+def _check_counts(frame: pd.DataFrame, path: str | Path, first_line: int) -> None:
+    """Counts are whole numbers, and from here on they are kept as such."""
     for name in COUNTS:
         counts = frame[name].to_numpy()
         wrong = (counts < 1) | (counts > MOST_COUNT)
@@ -289,11 +300,18 @@ def _check_values(frame: pd.DataFrame, path: str | Path, first_line: int) -> Non
         _refuse(wrong, frame, path, first_line, name, "is not a count", "a whole number from 1")
         if counts.dtype != np.int64:
             frame[name] = counts.astype(np.int64)
+
+
+def _check_positions(frame: pd.DataFrame, path: str | Path, first_line: int) -> None:
     for name in POSITION:
         column = frame[name].to_numpy(float)
         if max(column.max(), -column.min()) > LARGEST_MM:
             beyond = np.abs(column) > LARGEST_MM
             _refuse(beyond, frame, path, first_line, name, "is no coordinate of a machine", "within 100 m (unit?)")
+
+
+def _check_approach(frame: pd.DataFrame, path: str | Path, first_line: int) -> None:
+    """In place, for a recording may have millions of rows."""
     i, j, k = (frame[name].to_numpy(float) for name in APPROACH)
     size = i * i
     size += j * j
@@ -307,6 +325,9 @@ def _check_values(frame: pd.DataFrame, path: str | Path, first_line: int) -> Non
             found=f"length {size[row]:.4f}",
             expected="1",
         )
+
+
+def _check_temperatures(frame: pd.DataFrame, path: str | Path, first_line: int) -> None:
     for name in OPTIONAL:
         if name.endswith("_C") and name in frame:
             values = frame[name].to_numpy(float)
@@ -314,10 +335,6 @@ def _check_values(frame: pd.DataFrame, path: str | Path, first_line: int) -> Non
             hint = temperature_hint(float(values[outside.argmax()]))
             what = "is no temperature in deg C (K or F?)"
             _refuse(outside, frame, path, first_line, name, what, f"-10 to 60 deg C ({hint})")
-    if "speed_mm_s" in frame:
-        _refuse(
-            frame["speed_mm_s"].to_numpy(float) <= 0, frame, path, first_line, "speed_mm_s", "must be positive", "mm/s"
-        )
 
 
 def write_recording(path: str | Path, recording: Recording, at_once: bool = False) -> None:

@@ -67,7 +67,17 @@ def _section(title: str, rows: Sequence[Row]) -> Section:
 
 def identity_sections(evaluation: dict[str, Any], said: Laboratory) -> list[Section]:
     """Identification of laboratory, customer, item, dates, place and method: the head of page 1."""
-    head, item = said.certificate, said.item
+    return [
+        _section("Laboratory", _contact(said.laboratory, laboratory=True)),
+        _section("Customer", _contact(said.customer)),
+        _section("Item calibrated", _item(said, evaluation["comments"].get("machine"))),
+        _section("Calibration", _calibration(said)),
+    ]
+
+
+def _calibration(said: Laboratory) -> list[Row]:
+    """Number, dates, place and procedure; what a certificate has only now and then is left out without a value."""
+    head = said.certificate
     place = ", ".join(part for part in (PLACES.get(head.place or ""), head.place_text) if part)
     days = [day.isoformat() if day else None for day in (head.performed_from, head.performed_to)]
     performed = " to ".join(dict.fromkeys(day for day in days if day)) or None
@@ -83,7 +93,12 @@ def identity_sections(evaluation: dict[str, Any], said: Laboratory) -> list[Sect
     ]
     if said.method.standards:
         identity.append(("Standards", ", ".join(said.method.standards)))
-    machine = evaluation["comments"].get("machine")
+    return identity
+
+
+def _item(said: Laboratory, machine: str | None) -> list[Row]:
+    """What was calibrated: as the laboratory says, else the machine of the recording."""
+    item = said.item
     described: list[Row] = [
         ("Item", item.name or machine),
         ("Manufacturer", item.manufacturer),
@@ -93,12 +108,7 @@ def identity_sections(evaluation: dict[str, Any], said: Laboratory) -> list[Sect
     ]
     if item.software:
         described.append(("Software", item.software))
-    return [
-        _section("Laboratory", _contact(said.laboratory, laboratory=True)),
-        _section("Customer", _contact(said.customer)),
-        _section("Item calibrated", described),
-        _section("Calibration", identity),
-    ]
+    return described
 
 
 def _contact(contact: Contact, laboratory: bool = False) -> list[Row]:

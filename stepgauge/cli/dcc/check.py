@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
 import click
+
+if TYPE_CHECKING:
+    from stepgauge.dcc.read import Document
 
 
 @click.command("check")
@@ -18,8 +24,6 @@ def command(certificate: str, schema: str | None) -> None:
     stepgauge dcc check certificate.xml
     """
     from stepgauge.dcc.read import EXAMPLE, parse_document
-    from stepgauge.dcc.results import read_errors
-    from stepgauge.dcc.write import FACE
     from stepgauge.dcc.xml import read_xml, validate
 
     root = read_xml(certificate)
@@ -32,19 +36,32 @@ def command(certificate: str, schema: str | None) -> None:
     )
     if EXAMPLE in document.marks:
         click.echo("an example: the certificate says that it is no real calibration")
-    if document.of_kind("stepgauge_effectiveRadius"):
-        radii, lists = read_errors(document)
-        for radius in radii:
-            click.echo(f"R_eff {radius.r_eff_mm:.5f} mm, U {radius.expanded_mm * 1e3:.2f} um (k = {radius.k:.2f})")
-        for one in lists:
-            if len(one.face):
-                click.echo(
-                    f"{one.name.upper()}: {len(one.face)} faces; at face {one.face[-1]} ({one.position_mm[-1]:.3f} mm)"
-                    f" {one.value_um[-1]:.2f} um, U {one.expanded_um[-1]:.2f} um (k = {one.k[-1]:.2f})"
-                )
-    else:
-        for other in document.quantities:
-            if other.part == "results" and FACE not in other.kinds:
-                sure = "no uncertainty" if other.expanded is None else f"U up to {other.expanded.max():g}"
-                click.echo(f"{other.name}: {len(other.values)} values in {other.unit_text}, {sure}")
+    own = bool(document.of_kind("stepgauge_effectiveRadius"))
+    for line in _errors(document) if own else _quantities(document):
+        click.echo(line)
     click.echo("units and uncertainties are complete" + (f", valid by {schema}" if schema else ""))
+
+
+def _errors(document: Document) -> Iterator[str]:
+    """What a certificate of ours states: effective radii, and each list of errors by its last face."""
+    from stepgauge.dcc.results import read_errors
+
+    radii, lists = read_errors(document)
+    for radius in radii:
+        yield f"R_eff {radius.r_eff_mm:.5f} mm, U {radius.expanded_mm * 1e3:.2f} um (k = {radius.k:.2f})"
+    for one in lists:
+        if len(one.face):
+            yield (
+                f"{one.name.upper()}: {len(one.face)} faces; at face {one.face[-1]} ({one.position_mm[-1]:.3f} mm)"
+                f" {one.value_um[-1]:.2f} um, U {one.expanded_um[-1]:.2f} um (k = {one.k[-1]:.2f})"
+            )
+
+
+def _quantities(document: Document) -> Iterator[str]:
+    """The results of any other certificate."""
+    from stepgauge.dcc.write import FACE
+
+    for one in document.quantities:
+        if one.part == "results" and FACE not in one.kinds:
+            sure = "no uncertainty" if one.expanded is None else f"U up to {one.expanded.max():g}"
+            yield f"{one.name}: {len(one.values)} values in {one.unit_text}, {sure}"
