@@ -28,9 +28,9 @@ program = make_program(placement, gauge, PlanOptions(1, 21, cycles=1), probing_s
 table = machine.table.model_copy(update={"repeatability_um": 0.0})
 run = run_program(program, replace(machine, table=table), gauge, placement, 1, explain=True)
 steps = run.recording.position_mm[:, 0] / 0.05
-assert np.abs(steps - np.round(steps)).max() < 1e-6
-assert "share_resolution_x_um" in run.shares
+print(np.abs(steps - np.round(steps)).max() < 1e-6, *run.shares)
 """
+"""Whether all readings are whole steps, and the names of the shares."""
 
 
 @pytest.fixture
@@ -55,12 +55,16 @@ def test_it_is_under_40_lines(code: list[str]) -> None:
     assert len(code[0].splitlines()) < 40
 
 
-def test_its_own_test_passes(code: list[str], folder: Path) -> None:
-    python(code[1], folder)
+def test_its_own_test_passes_and_fails_without_the_effect(code: list[str], folder: Path) -> None:
+    assert python(code[1], folder) == ""
+    with pytest.raises(AssertionError, match=r"Not equal to tolerance"):
+        python(code[1].replace('"step_um": 0.5', '"step_um": 0.25'), folder)
 
 
 def test_the_simulator_applies_and_explains_it(folder: Path) -> None:
-    python(RUN, folder)
+    whole, *shares = python(RUN, folder).split()
+    assert whole == "True"
+    assert "share_resolution_x_um" in shares
 
 
 def test_the_command_line_lists_and_explains_it(folder: Path) -> None:

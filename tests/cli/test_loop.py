@@ -12,20 +12,19 @@ from pathlib import Path
 import pytest
 
 from stepgauge.cli import VERBS
-from tests.cli.conftest import Run, again
+from tests.cli.conftest import Result, Run, again
 from tests.conftest import ROOT
 
 G = ("-g", "step-gauge-420")
 
 
-def refused(result, *words: str) -> None:
-    """One line on stderr that names what is wrong, exit code 2, no traceback."""
+def refused(result: Result) -> str:
+    """The one line on stderr that names what is wrong; exit code 2, no traceback."""
     assert result.code == 2, result
     complaint = result.err.strip().splitlines()[-1]
     assert complaint.startswith("stepgauge: error: ")
     assert "Traceback" not in result.err
-    for word in words:
-        assert word in complaint, complaint
+    return complaint
 
 
 def test_help_lists_every_verb_and_each_verb_explains_itself(run: Run) -> None:
@@ -39,7 +38,9 @@ def test_help_lists_every_verb_and_each_verb_explains_itself(run: Run) -> None:
 
 
 def test_a_mistyped_verb_is_corrected(run: Run) -> None:
-    refused(run("evaluat"), "No such command 'evaluat'", "Did you mean 'evaluate'?")
+    complaint = refused(run("evaluat"))
+    assert "No such command 'evaluat'" in complaint
+    assert "Did you mean 'evaluate'?" in complaint
 
 
 def test_locate_writes_the_placement_and_says_how_the_gauge_lies(files: Path) -> None:
@@ -73,7 +74,10 @@ def test_plan_writes_nothing_that_cannot_be_read_back_unless_asked_by_name(run: 
     mine, out = files / "mine.j2", files / "p.txt"
     mine.write_text("{% for p in points %}P {{ p.measure.tip.x | fixed(3) }}\n{% endfor %}")
     line = ("plan", files / "placement.toml", *G, "-d", "dmis", "--template", mine, "-o", out)
-    refused(run(*line), "mine.j2", "cannot be read back", "--unchecked")
+    complaint = refused(run(*line))
+    assert "mine.j2" in complaint
+    assert "cannot be read back" in complaint
+    assert "--unchecked" in complaint
     assert not out.exists()
     result = run(*line, "--unchecked")
     assert result.code == 0
@@ -85,7 +89,11 @@ def test_plan_writes_nothing_that_cannot_be_read_back_unless_asked_by_name(run: 
     shipped = (ROOT / "templates/programs/dmis.j2").read_text()
     mine.write_text(shipped.replace("{{ p.x | fixed(6) }}", "{{ (p.x + 1) | fixed(6) }}"))
     for more in ((), ("--unchecked",)):
-        refused(run(*line, *more), "mine.j2", "another one than planned", "line 22: x = ", "planned ")
+        complaint = refused(run(*line, *more))
+        assert "mine.j2" in complaint
+        assert "another one than planned" in complaint
+        assert "line 22: x = " in complaint
+        assert "planned " in complaint
 
 
 def test_simulate_knows_every_dialect_by_its_text(run: Run, files: Path) -> None:
@@ -115,7 +123,9 @@ def test_simulate_keeps_what_was_recorded_before_a_stop(run: Run, files: Path) -
     line = ("simulate", files / "program.dmi", *G, "-m", files / "machine.toml", "-p", files / "placement.toml")
     result = run(*line, "--true-placement", files / "true.toml", "-o", out)
     first = next(n for n, text in enumerate((files / "program.dmi").read_text().splitlines(), 1) if "PTMEAS" in text)
-    refused(result, f"program.dmi:{first}:", "the face was not found")
+    complaint = refused(result)
+    assert f"program.dmi:{first}:" in complaint
+    assert "the face was not found" in complaint
     assert "# stopped: " in out.read_text()
     assert "0 of 16 points recorded" in result.err
 
@@ -171,8 +181,8 @@ def test_shipped_files_can_be_listed_printed_and_copied_but_not_over_others(run:
     assert run("shipped", "dmis").out == (ROOT / "templates/programs/dmis.j2").read_text()
     assert run("shipped", "step-gauge-600", "--copy-to", tmp_path).code == 0
     assert (tmp_path / "step-gauge-600.csv").exists()
-    refused(run("shipped", "step-gauge-600", "--copy-to", tmp_path), "exists already")
-    refused(run("shipped", "nothing"), "no such shipped file")
+    assert "exists already" in refused(run("shipped", "step-gauge-600", "--copy-to", tmp_path))
+    assert "no such shipped file" in refused(run("shipped", "nothing"))
     result = run(
         "locate",
         ROOT / "examples/fig6-x-axis/points.csv",
@@ -276,18 +286,23 @@ def test_bad_input_is_one_line_and_leaves_nothing(
 ) -> None:
     monkeypatch.chdir(files)
     before = sorted(os.listdir(files))
-    refused(run(*line), *words)
+    complaint = refused(run(*line))
+    assert [word for word in words if word not in complaint] == []
     assert sorted(os.listdir(files)) == before
 
 
 def test_an_output_that_stood_before_survives_an_error(run: Run, files: Path) -> None:
     before = (files / "placement.toml").read_text()
-    refused(run("locate", files / "machine.toml", *G, "-o", files / "placement.toml"))
+    assert "column point is missing" in refused(
+        run("locate", files / "machine.toml", *G, "-o", files / "placement.toml")
+    )
     assert (files / "placement.toml").read_text() == before
 
 
 def test_an_output_in_an_impossible_place_is_refused(run: Run, files: Path) -> None:
-    refused(run("locate", files / "points.csv", *G, "-o", files / "points.csv" / "x.toml"), "cannot write here")
+    assert "cannot write here" in refused(
+        run("locate", files / "points.csv", *G, "-o", files / "points.csv" / "x.toml")
+    )
 
 
 def test_the_command_runs_as_a_module_without_a_traceback(tmp_path: Path) -> None:

@@ -295,7 +295,9 @@ def test_a_safe_way_leads_from_wherever_the_machine_stands(tmp_path: Path, place
     gauge = small_gauge()
     state.cmm.position_mm = lying(gauge).to_machine(gauge, place)
     with serving(state) as port:
-        check_whole(run(make(), port, tmp_path / "j"))
+        recording = run(make(), port, tmp_path / "j")
+    check_whole(recording)
+    assert len(recording) == CYCLES * gauge.n_faces
 
 
 def test_speeds_and_travel_are_checked_again() -> None:
