@@ -11,7 +11,6 @@ import numpy as np
 from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
 from stepgauge.effects.probings import Probings
 from stepgauge.effects.reversal import STANDSTILL
-from stepgauge.errors import InputError
 from stepgauge.files.tables import read_numbers
 
 COLUMNS = ("position_mm", "error_positive_um", "error_negative_um", "u_positive_um", "u_negative_um")
@@ -52,9 +51,4 @@ class AxisCompensation(Effect):
 def read_compensation(path: str) -> tuple[Array, Array, Array]:
     """Positions (mm) and errors (um) in positive and negative travel; :class:`InputError` names a row out of order."""
     table = read_numbers(path, COLUMNS)
-    position = table["position_mm"]
-    wrong = np.flatnonzero(np.diff(position) <= 0)
-    if wrong.size:
-        row = int(wrong[0]) + 1
-        raise InputError(table.at(row), "position_mm must rise from row to row", found=f"{position[row]:g}")
-    return position, table["error_positive_um"], table["error_negative_um"]
+    return table.rising("position_mm"), table["error_positive_um"], table["error_negative_um"]

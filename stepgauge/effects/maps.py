@@ -11,7 +11,6 @@ import numpy as np
 from stepgauge.effects.base import Array, Axis, Displacement, Effect, parameter
 from stepgauge.effects.motion import COMPONENTS, Component, moved, reference_point, um_or_mrad
 from stepgauge.effects.probings import Probings
-from stepgauge.errors import InputError
 from stepgauge.files.config import Vector3
 from stepgauge.files.tables import read_numbers
 
@@ -52,9 +51,4 @@ class ErrorMap(Effect):
 def read_map(path: str) -> tuple[Array, Array]:
     """Coordinates and errors of a table; :class:`InputError` names the row that does not increase."""
     table = read_numbers(path, COLUMNS)
-    coordinate = table["coordinate_mm"]
-    wrong = np.flatnonzero(np.diff(coordinate) <= 0)
-    if wrong.size:
-        row = int(wrong[0]) + 1
-        raise InputError(table.at(row), "coordinate_mm must rise from row to row", found=f"{coordinate[row]:g}")
-    return coordinate, table["error"]
+    return table.rising("coordinate_mm"), table["error"]

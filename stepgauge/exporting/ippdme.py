@@ -8,13 +8,13 @@ from itertools import count
 import numpy as np
 
 from stepgauge import __version__
-from stepgauge.errors import InputError, naming
 from stepgauge.exporting.options import (
     Export,
     ExportOptions,
     left_out,
     one_placement,
     run_comments,
+    tip_centres_in_mm,
     tip_radius_mm,
 )
 from stepgauge.files.templating import fixed
@@ -26,12 +26,7 @@ STATES = ["speed_mm_s", *(f"scale_temperature_{axis}_C" for axis in "xyz")]
 def render(recording: Recording, options: ExportOptions, _: str) -> Export:
     """The lines of a session. PtMeas commands name the point that was measured: what was planned is not recorded."""
     one_placement(recording, "an I++ DME session")
-    if options.unit != "mm" or options.surface:
-        raise InputError(
-            naming("to", words="{} ippdme"),
-            "a session has tip centres in mm",
-            expected=naming("length_unit", "points", words="no {} and no {} surface"),
-        )
+    tip_centres_in_mm(options, "ippdme", "a session")
     comments = [f"# {key}: {value}" for key, value in run_comments(recording, STATES).items()]
     head = [f"# written by stepgauge {__version__} as the session of {len(recording)} points", *comments]
     lines = [*head, *_session(recording, tip_radius_mm(recording, options) or 0.0)]

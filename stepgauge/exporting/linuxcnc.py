@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError, naming
-from stepgauge.exporting.options import Export, ExportOptions, left_out, one_placement, run_comments
+from stepgauge.exporting.options import Export, ExportOptions, left_out, one_placement, run_comments, tip_centres_in_mm
 from stepgauge.files.templating import fixed
 from stepgauge.recording import Recording
 
@@ -14,12 +13,7 @@ from stepgauge.recording import Recording
 def render(recording: Recording, options: ExportOptions, _: str) -> Export:
     """Rows of a log; seconds are added to the numbered form where they rise from row to row."""
     one_placement(recording, "a probe log")
-    if options.unit != "mm" or options.surface:
-        raise InputError(
-            naming("to", words="{} linuxcnc"),
-            "the log has tip centres in mm",
-            expected=naming("length_unit", "points", words="no {} and no {} surface"),
-        )
+    tip_centres_in_mm(options, "linuxcnc", "the log")
     comments = "".join(f"# {key}: {value}\n" for key, value in run_comments(recording).items())
     if options.log_form == "probeopen":
         rows = [" ".join([*(fixed(v, 6) for v in xyz), *["0.000000"] * 6]) for xyz in recording.position_mm]

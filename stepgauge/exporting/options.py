@@ -78,6 +78,16 @@ def one_placement(recording: Recording, form: str) -> None:
         )
 
 
+def tip_centres_in_mm(options: ExportOptions, form: str, words: str) -> None:
+    """:class:`InputError` for a form, in words, that has neither another unit nor surface points."""
+    if options.unit != "mm" or options.surface:
+        raise InputError(
+            naming("to", words=f"{{}} {form}"),
+            f"{words} has tip centres in mm",
+            expected=naming("length_unit", "points", words="no {} and no {} surface"),
+        )
+
+
 def run_comments(recording: Recording, columns: Sequence[str] = STATES) -> dict[str, str]:
     """One-line comments, and the columns that hold for the whole run as further ones."""
     comments = {key: value for key, value in recording.comments.items() if "\n" not in value and key != "import"}

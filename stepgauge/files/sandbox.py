@@ -48,7 +48,7 @@ def render_text(text: str, source: str, kind: str, values: Mapping[str, Any], mo
         raise InputError(source, "template: it needs too much memory") from None
     except Exception as error:  # whatever a user's template does is the template's fault: name its line
         said = str(error) or type(error).__name__
-        raise InputError(f"{source}:{_template_line(error)}", f"template: {said}") from None
+        raise InputError(f"{source}:{template_line(error)}", f"template: {said}") from None
 
 
 def _limited(template: jinja2.Template, values: dict[str, Any], most_characters: float) -> str:
@@ -130,7 +130,8 @@ def plain(text: object) -> str:
     return re.sub(r"[^A-Za-z0-9 ._-]", "_", str(text))
 
 
-def _template_line(error: Exception) -> int:
+def template_line(error: Exception) -> int:
+    """The line of a template at which it failed; 0 where that is not known."""
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == "<template>"]
     return frames[-1].lineno or 0 if frames else 0
 

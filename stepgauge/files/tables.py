@@ -68,6 +68,15 @@ class CsvTable:
         """``file:line`` of row ``row`` (counted from 0)."""
         return f"{self.path}:{self.lines[row]}"
 
+    def rising(self, name: str) -> Array:
+        """A column whose values rise from row to row; :class:`InputError` names the row that does not."""
+        values = self.columns[name]
+        wrong = np.flatnonzero(np.diff(values) <= 0)
+        if wrong.size:
+            row = int(wrong[0]) + 1
+            raise InputError(self.at(row), f"{name} must rise from row to row", found=f"{values[row]:g}")
+        return values
+
 
 def read_rows(path: str | Path, required: Sequence[str], others: bool = True) -> Rows:
     """A CSV table with at least the ``required`` columns, in any order; ``#`` lines are comments.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import datetime
 import io
+import math
 import re
 import zipfile
 from collections import Counter
@@ -14,8 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError, naming, reading
-from stepgauge.files.numerals import decimal_mark, looks_numeric
+from stepgauge.files.numerals import Numerals, decimal_mark, looks_numeric
 from stepgauge.files.text import read_bytes
+from stepgauge.files.units import find_unit
 
 Cell = str | float | datetime.datetime | datetime.time | datetime.timedelta
 DELIMITERS = {"semicolon": ";", "tab": "\t", "bar": "|", "comma": ","}
@@ -47,6 +49,19 @@ class Cells:
     comments: Sequence[str]
     blank: int
     notes: tuple[str, ...]
+
+
+def is_units(row: Sequence[Cell]) -> bool:
+    """Whether a row has units and nothing else."""
+    texts = [cell for cell in row if cell != ""]
+    return bool(texts) and all(isinstance(cell, str) and find_unit(cell.strip("[]()")) is not None for cell in texts)
+
+
+def value_of(cell: Cell, numerals: Numerals) -> float:
+    """The number of a cell; NaN where it is none."""
+    if isinstance(cell, float):
+        return cell
+    return numerals.number(cell) if isinstance(cell, str) else math.nan
 
 
 def is_workbook(path: str | Path) -> bool:

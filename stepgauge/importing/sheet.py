@@ -6,7 +6,6 @@ speeds mm/s, times s from the first row. Numeric columns that mean nothing to st
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError, naming
 from stepgauge.files.numerals import Numerals, looks_numeric
 from stepgauge.files.units import Unit, find_unit
-from stepgauge.importing.cells import Cell, Cells, mark_of, read_text_cells, read_workbook_cells
+from stepgauge.importing.cells import Cell, Cells, is_units, mark_of, read_text_cells, read_workbook_cells, value_of
 from stepgauge.importing.clock import seconds_of
 from stepgauge.importing.headers import DIRECTIONS, NORMAL, QUANTITY, Column, check_columns, read_header, with_units
 from stepgauge.importing.log import ProbeLog, unit_vectors
@@ -71,7 +70,7 @@ class _Table:
     def values(self, column: Column) -> Array:
         """Numbers of a column, NaN for what is none."""
         numerals = Numerals(self.decimal)
-        return np.array([_value(cell, numerals) for cell in self.texts(column)])
+        return np.array([value_of(cell, numerals) for cell in self.texts(column)])
 
 
 def read_sheet(path: str | Path, kind: str, layout: TableLayout) -> ProbeLog:
@@ -121,7 +120,7 @@ def _make_table(cells: Cells, layout: TableLayout) -> _Table:
     if at:
         cells = replace(cells, notes=(*cells.notes, f"dropped: {at} rows above the header"))
     body = list(zip(cells.rows, cells.lines, strict=True))[at + 1 :]
-    if body and _is_units(body[0][0]):
+    if body and is_units(body[0][0]):
         columns = with_units(columns, [str(cell) for cell in body[0][0]])
         body = body[1:]
     where = f"{cells.path}:{cells.lines[at]}"
@@ -165,18 +164,6 @@ def _find_header(cells: Cells, layout: TableLayout) -> tuple[int, list[Column]]:
             words='X [mm];Y [mm];Z [mm], or {} x_mm="HEADER" for each, or of one axis {} laser (dial, ..)',
         ),
     )
-
-
-def _is_units(row: Sequence[Cell]) -> bool:
-    """Whether a row below the header has units and nothing else."""
-    texts = [cell for cell in row if cell != ""]
-    return bool(texts) and all(isinstance(cell, str) and find_unit(cell.strip("[]()")) is not None for cell in texts)
-
-
-def _value(cell: Cell, numerals: Numerals) -> float:
-    if isinstance(cell, float):
-        return cell
-    return numerals.number(cell) if isinstance(cell, str) else math.nan
 
 
 def _unit(column: Column, layout: TableLayout) -> Unit:

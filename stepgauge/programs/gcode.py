@@ -66,10 +66,7 @@ class GCode:
 
     def number(self, text: str) -> float:
         """An expression whose value is a number."""
-        value = self.value(text)
-        if isinstance(value, str):
-            self.reader.fail("a number is wanted", found=repr(value))
-        return value
+        return self.reader.as_number(self.value(text))
 
     def look_up(self, name: str) -> Value:
         """The value of a variable; :class:`InputError` for one that nothing was written to."""

@@ -107,10 +107,7 @@ class Control:
 
     def number(self, text: str) -> float:
         """An expression whose value is a number."""
-        value = self.value(text)
-        if isinstance(value, str):
-            self.reader.fail("a number is wanted", found=repr(value))
-        return value
+        return self.reader.as_number(self.value(text))
 
     def value(self, text: str) -> Value:
         """An expression."""

@@ -58,6 +58,12 @@ class Reader:
         """Raise :class:`InputError` for the current line."""
         raise InputError(f"{self.path}:{self.line}", what, found=found, expected=expected)
 
+    def as_number(self, value: float | str) -> float:
+        """A value of an expression that must be a number."""
+        if isinstance(value, str):
+            self.fail("a number is wanted", found=repr(value))
+        return value
+
     def number(self, text: str, what: str) -> float:
         """A finite decimal number."""
         value = plain_number(text.strip())

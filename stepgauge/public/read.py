@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepgauge.evaluation.evaluate import EffectiveRadius, Evaluation, PlacementResult
 from stepgauge.evaluation.files import UM
+from stepgauge.figures.faces import column
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.gauge.placement import read_placement as read_placement_file
@@ -49,7 +49,7 @@ def read_evaluation(path: File, gauge: File | Gauge) -> Evaluation:
 def _result(stored: dict[str, Any]) -> PlacementResult:
     """One placement of ``evaluation.json``."""
     rows = stored["faces"]
-    columns = {name: _column(rows, name) for name in ("nominal_mm", "position_mm", *UM)}
+    columns = {name: column(rows, name) for name in ("nominal_mm", "position_mm", *UM)}
     return PlacementResult(
         placement=stored["placement"],
         axis=np.array(stored["axis"], float),
@@ -62,8 +62,3 @@ def _result(stored: dict[str, Any]) -> PlacementResult:
         left_out=tuple(LeftOut(row=-1, **one) for one in stored.get("left_out", ())),
         **columns,
     )
-
-
-def _column(rows: list[dict[str, Any]], name: str) -> NDArray[np.float64]:
-    """A column of the faces; undefined values (None) become NaN."""
-    return np.array([np.nan if row[name] is None else row[name] for row in rows], float)

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from stepgauge.diagnosis.axis.words import kind_name
-from stepgauge.diagnosis.output.report import VERDICTS, percent, plus_minus, probability, probability_of
+from stepgauge.diagnosis.output.report import VERDICTS, percent, plus_minus, probability_of
 from stepgauge.diagnosis.output.summary import name_at_axis
 from stepgauge.diagnosis.output.words import listed, significant
 from stepgauge.diagnosis.posterior.told import MOST_LOCATED
 from stepgauge.reports.blocks import Block, bullets, figure, heading, part, table, words
-from stepgauge.reports.diagnosis import check_blocks, recording_files, shown_figures, story
+from stepgauge.reports.diagnosis import check_blocks, located_row, recording_files, shown_figures, story
 from stepgauge.reports.findings import Words, do_first, first_lines, found_part
 
 Said = Mapping[str, Any]
@@ -82,15 +82,10 @@ def _evidence(said: Said, axis: Said) -> Iterator[Block]:
     if said["located"]:
         yield table(
             ("systematic in", "form", "share of the structure", "probability"),
-            [_located(one) for one in said["located"]],
+            [located_row(one) for one in said["located"]],
             (0.0, 1.0, 0.0, 0.0),
         )
     yield from check_blocks(said)
-
-
-def _located(one: Said) -> list[str]:
-    p = one.get("probability", one.get("probability_if_alone"))
-    return [one["covariate"], one["where"], percent(one["share"]), probability(p)]
 
 
 def _measured(said: Said, axis: Said) -> str:

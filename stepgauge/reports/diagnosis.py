@@ -254,25 +254,21 @@ def check_blocks(said: Said) -> Iterator[Block]:
     yield table(("part", "deviation", "", "what was found"), rows)
 
 
+def located_row(one: Said, *faces: str) -> list[str]:
+    """A form of the residuals: covariate, the faces it is on where that is told, words, share and probability."""
+    p = one.get("probability", one.get("probability_if_alone"))
+    return [one["covariate"], *faces, one["where"], percent(one["share"]), probability(p)]
+
+
 def located_blocks(said: Said) -> Iterator[Block]:
     """Where the residuals are systematic, before any effect is named."""
     yield heading("Where the residuals are systematic")
     if not said["located"]:
         yield words("Nowhere: no dependence on any covariate is more probable than scatter.")
         return
-    rows = [
-        [
-            one["covariate"],
-            one["side"],
-            one["where"],
-            percent(one["share"]),
-            probability(one.get("probability", one.get("probability_if_alone"))),
-        ]
-        for one in said["located"]
-    ]
     yield table(
         ("covariate", "faces", "form", "share of the structure", "probability"),
-        rows,
+        [located_row(one, one["side"]) for one in said["located"]],
         (0.0, 0.0, 1.0, 0.0, 0.0),
         note="These are the forms of the residuals before any effect is named.",
     )

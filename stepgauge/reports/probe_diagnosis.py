@@ -8,10 +8,10 @@ from typing import Any
 
 from stepgauge.diagnosis.maps.report import QUANTITIES, limits, summary
 from stepgauge.diagnosis.output.practice import name_of
-from stepgauge.diagnosis.output.report import members_of, percent, plus_minus, probability, probability_of
+from stepgauge.diagnosis.output.report import members_of, plus_minus, probability_of
 from stepgauge.diagnosis.output.words import significant
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
-from stepgauge.reports.diagnosis import check_blocks, odds_blocks, shown_figures, story, trail_blocks
+from stepgauge.reports.diagnosis import check_blocks, located_row, odds_blocks, shown_figures, story, trail_blocks
 from stepgauge.reports.findings import Words, do_first, first_lines, found_part
 
 Said = Mapping[str, Any]
@@ -156,18 +156,9 @@ def _located(said: Said) -> Iterator[Block]:
             "Nowhere: no dependence on the direction is more probable than scatter." if judged else "Not judged."
         )
         return
-    rows = [
-        [
-            one["covariate"],
-            one["where"],
-            percent(one["share"]),
-            probability(one.get("probability", one.get("probability_if_alone"))),
-        ]
-        for one in said["located"]
-    ]
     yield table(
         ("covariate", "form", "share of the structure", "probability"),
-        rows,
+        [located_row(one) for one in said["located"]],
         (0.0, 1.0, 0.0, 0.0),
         note="These are the forms of the residuals before any cause is named; for named causes it is the probability of"
         " the form alone.",

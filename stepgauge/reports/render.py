@@ -9,7 +9,6 @@ from __future__ import annotations
 import base64
 import json
 import re
-import traceback
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -134,6 +133,8 @@ def render_html(content: dict[str, Any], template: str | Path | None = None) -> 
     import jinja2
     from jinja2.sandbox import ImmutableSandboxedEnvironment
 
+    from stepgauge.files.sandbox import template_line
+
     source = Path(template) if template else shipped_template(content, "html.j2")
     environment = ImmutableSandboxedEnvironment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
@@ -147,7 +148,7 @@ def render_html(content: dict[str, Any], template: str | Path | None = None) -> 
     except jinja2.TemplateSyntaxError as error:
         raise InputError(f"{source}:{error.lineno}", f"template: {error.message}") from None
     except Exception as error:  # whatever a user's template does is the template's fault: name its line
-        raise InputError(f"{source}:{_jinja_line(error)}", f"template: {error}") from None
+        raise InputError(f"{source}:{template_line(error)}", f"template: {error}") from None
     _check_use(source, r"\breport\b", "a Jinja file with {{ report }}")
     return Pages(page)
 
@@ -176,8 +177,3 @@ def json_element(value: object) -> Any:
 def svg_address(svg: str) -> str:
     """A figure as an address that holds it: shown as an image, it cannot run anything."""
     return "data:image/svg+xml;base64," + base64.b64encode(svg.encode("utf-8")).decode("ascii")
-
-
-def _jinja_line(error: Exception) -> int:
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == "<template>"]
-    return frames[-1].lineno or 0 if frames else 0

@@ -17,7 +17,7 @@ from stepgauge.fleet.crossed.priors import FleetPriors, fleet_priors
 from stepgauge.fleet.crossed.profiles import ProfileCandidates
 from stepgauge.fleet.crossed.result import Found, merged, named, told
 from stepgauge.fleet.crossed.single_effects import SingleEffect, find_effects
-from stepgauge.fleet.crossed.visits import Crossing, Ladder, Visit, make_crossing
+from stepgauge.fleet.crossed.visits import Crossing, Ladder, Visit, by_ladder, make_crossing
 from stepgauge.gauge.certified import Gauge
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ def infer(visits: Sequence[Visit], gauges: Mapping[str, Gauge], priors: FleetPri
     ladders = _with_shape(fleet, priors)
     flat = np.concatenate([ladder.um.ravel() for ladder in ladders])
     shapes, periods, explained, tried = _profiles(fleet, ladders, flat, priors)
-    left = _by_ladder(ladders, flat - explained)
+    left = by_ladder(ladders, flat - explained)
     slopes = _slopes(fleet, ladders, left, priors)
     sizes = _sizes(fleet, ladders, left, priors)
     found = merged([*shapes, *map(_period_told, periods), *slopes.found, *sizes.found])
@@ -89,11 +89,6 @@ def _with_shape(fleet: Crossing, priors: FleetPriors) -> list[Ladder]:
     return [ladder.with_shape(shape_um) for ladder in fleet.ladders]
 
 
-def _by_ladder(ladders: Sequence[Ladder], flat: Array) -> list[Array]:
-    ends = np.cumsum([0, *(ladder.um.size for ladder in ladders)])
-    return [flat[low:high].reshape(one.um.shape) for one, low, high in zip(ladders, ends[:-1], ends[1:], strict=True)]
-
-
 def _profiles(
     fleet: Crossing, ladders: list[Ladder], flat: Array, priors: FleetPriors
 ) -> tuple[list[Found], list[Periodic], Array, Sequence[Cause]]:
@@ -119,7 +114,7 @@ def _profiles(
 def _by_visit(fleet: Crossing, ladders: Sequence[Ladder], flat: Array) -> Array:
     """How much of departures each visit shows, in standard deviations."""
     shown = np.zeros(len(fleet))
-    for ladder, um in zip(ladders, _by_ladder(ladders, flat), strict=True):
+    for ladder, um in zip(ladders, by_ladder(ladders, flat), strict=True):
         shown[ladder.visits] = np.sqrt((um * ladder.weighted(um)).sum(axis=1).clip(0.0))
     return shown
 

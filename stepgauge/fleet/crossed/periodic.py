@@ -15,7 +15,7 @@ from scipy import sparse
 
 from stepgauge.fleet.crossed.causes import Cause
 from stepgauge.fleet.crossed.priors import FleetPriors
-from stepgauge.fleet.crossed.visits import Crossing, Ladder
+from stepgauge.fleet.crossed.visits import Crossing, Ladder, by_ladder
 
 Array = NDArray[np.float64]
 SHORTEST_MM, LONGEST_MM = 4.0, 200.0
@@ -129,7 +129,7 @@ def find_periodic(
     """
     explained = np.zeros_like(um)
     found: list[Periodic] = []
-    solved = _split(ladders, solve(um))
+    solved = by_ladder(ladders, solve(um))
     waves = [Waves(ladders, solved, axis) for axis in range(3)]
     while len(found) < MOST:
         best = max((_likeliest(fleet, one, priors) for one in waves), key=lambda candidate: candidate[0])
@@ -140,7 +140,7 @@ def find_periodic(
             break
         found.append(one)
         explained = explained + part
-        solved = _split(ladders, solve(um - explained))
+        solved = by_ladder(ladders, solve(um - explained))
         for wave in waves:
             wave.renew(solved, one.visits)
     return found, explained
@@ -148,11 +148,6 @@ def find_periodic(
 
 Solve = Callable[[Array], Array]
 Likeliest = tuple[float, str, str, int, float, NDArray[np.intp]]
-
-
-def _split(ladders: Sequence[Ladder], flat: Array) -> list[Array]:
-    ends = np.cumsum([0, *(ladder.um.size for ladder in ladders)])
-    return [flat[low:high].reshape(one.um.shape) for one, low, high in zip(ladders, ends[:-1], ends[1:], strict=True)]
 
 
 def _likeliest(fleet: Crossing, waves: Waves, priors: FleetPriors) -> Likeliest:
@@ -179,7 +174,7 @@ def _fitted(
 ) -> tuple[Periodic, Array]:
     """The period refined with one phase for every machine, and what it explains."""
     _, kind, owner, axis, about, visits = best
-    prior, solved = priors.kinds[kind]["periodic"], _split(ladders, solve(left))
+    prior, solved = priors.kinds[kind]["periodic"], by_ladder(ladders, solve(left))
     step = STEP / max(float(ladder.gauge.position_mm[-1]) for ladder in ladders)
     tried = about + np.linspace(-1.0, 1.0, FINE) * step
     machine, score, power = _coherent(fleet, ladders, solved, axis, tried, visits)

@@ -126,6 +126,12 @@ class Crossing:
         return np.flatnonzero(self.owner[kind] == self.names[kind].index(name))
 
 
+def by_ladder(ladders: Sequence[Ladder], flat: Array) -> list[Array]:
+    """Values of all faces of all visits, in one row, as ``(n, f)`` of each ladder."""
+    ends = np.cumsum([0, *(ladder.um.size for ladder in ladders)])
+    return [flat[low:high].reshape(one.um.shape) for one, low, high in zip(ladders, ends[:-1], ends[1:], strict=True)]
+
+
 def make_crossing(visits: Sequence[Visit], gauges: Mapping[str, Gauge]) -> Crossing:
     """From visits and the certificates of their gauges (by the gauge's name in the visits)."""
     names, owner = dict[str, list[str]](), dict[str, NDArray[np.intp]]()

@@ -7,7 +7,6 @@ follows; what is below the last number (means, limits) is left out.
 
 from __future__ import annotations
 
-import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError, naming
 from stepgauge.files.numerals import Numerals, looks_numeric
 from stepgauge.files.units import Unit, find_unit
-from stepgauge.importing.cells import Cell, Cells, mark_of
+from stepgauge.importing.cells import Cell, Cells, is_units, mark_of, value_of
 
 Array = NDArray[np.float64]
 MOST_HEADERS = 4
@@ -62,7 +61,7 @@ class Grid:
     def numbers(self, place: int) -> Array:
         """The numbers of a column, NaN for what is none."""
         numerals = Numerals(self.decimal)
-        return np.array([_number(cell, numerals) for cell in self.cells(place)])
+        return np.array([value_of(cell, numerals) for cell in self.cells(place)])
 
     def with_constants(self, constants: Mapping[str, str]) -> Grid:
         """The table with further columns that are the same in every row."""
@@ -105,12 +104,6 @@ def _no_table(cells: Cells) -> InputError:
     return InputError(cells.path, "no table of numbers is found", expected="a row of numbers per reading")
 
 
-def _number(cell: Cell, numerals: Numerals) -> float:
-    if isinstance(cell, float):
-        return cell
-    return numerals.number(cell) if isinstance(cell, str) else math.nan
-
-
 def _is_number(cell: Cell) -> bool:
     return not isinstance(cell, str) or looks_numeric(cell)
 
@@ -150,7 +143,7 @@ def _fits(row: Sequence[Cell], kind: str) -> bool:
 def _header(cells: Cells, first: int, width: int) -> tuple[list[str], list[str], int]:
     """Names, the row of units, and how many rows stand above both."""
     at, units = first - 1, list[str]()
-    if at >= 0 and _all_units(cells.rows[at]):
+    if at >= 0 and is_units(cells.rows[at]):
         units, at = [str(cell) for cell in cells.rows[at]], at - 1
     if at < 0 or not _may_name(cells.rows[at], width):
         return [], units, at + 1
@@ -163,11 +156,6 @@ def _header(cells: Cells, first: int, width: int) -> tuple[list[str], list[str],
             break
         names, at = [f"{a} {b}".strip() for a, b in zip(upper, names, strict=True)], at - 1
     return names, units, at
-
-
-def _all_units(row: Sequence[Cell]) -> bool:
-    texts = [cell for cell in row if cell != ""]
-    return bool(texts) and all(isinstance(cell, str) and find_unit(cell.strip("[]()")) is not None for cell in texts)
 
 
 def _may_name(row: Sequence[Cell], width: int) -> bool:
@@ -219,7 +207,7 @@ def _title(cells: Cells, n: int, header: Sequence[str], kind: str) -> str:
         where = f"{cells.path}:{cells.lines[n]}"
         raise InputError(where, f"column {name} is not a number", found=repr(str(row[wrong[0]])), expected="a number")
     texts = [_text(cell) for cell in row if cell != ""]
-    return "" if texts == [name for name in header if name] or _all_units(row) else " ".join(texts)
+    return "" if texts == [name for name in header if name] or is_units(row) else " ".join(texts)
 
 
 def _check_header(cells: Cells, headers: Sequence[str], rows: Sequence[Sequence[Cell]], line: int) -> None:
