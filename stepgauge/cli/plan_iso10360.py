@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -10,6 +11,7 @@ from stepgauge.cli.options import say
 from stepgauge.cli.plan_choices import plan_options, probing_choice, stated_controls
 
 if TYPE_CHECKING:
+    from stepgauge.errors import InputError
     from stepgauge.machine.file import Machine
     from stepgauge.standards.iso10360_plan import PlannedPosition
 
@@ -18,14 +20,12 @@ def plan_seven(
     source: str | None, gauge: str, output: str, dialect: str, template: str | None, options: dict[str, Any]
 ) -> None:
     """Plan, check and write the seven positions into a folder."""
-    from stepgauge.errors import InputError
     from stepgauge.files.text import check_folder
     from stepgauge.gauge.certified import read_gauge
     from stepgauge.machine.file import read_machine
     from stepgauge.planning.program import check_tool, make_settings
     from stepgauge.standards.iso10360_plan import plan_positions
     from stepgauge.standards.iso10360_plan_files import write_plan
-    from stepgauge.standards.measuring_line import LONGEST_SHARE
 
     _check_options(source, options)
     check_folder(output)
@@ -40,17 +40,25 @@ def plan_seven(
         say(f"position {one.orientation.number}, {one.orientation.name}: {_told(one, machine)}")
     problems = [one for one in positions if one.problem]
     if problems and not options["allow_short"]:
-        raise InputError(
-            machine.path,
-            "ISO 10360-2 asks for more than this gauge gives in this machine"
-            f" (positions {', '.join(str(one.orientation.number) for one in problems)}; nothing was written,"
-            " --allow-short writes what can be measured)",
-            found=f"position {problems[0].orientation.number}: {problems[0].problem}",
-            expected=f"lengths of {LONGEST_SHARE:.0%} of the travel along each line",
-        )
+        raise _too_short(problems, machine)
     notes = write_plan(output, positions, machine, dialect, template, stated_controls(options))
     _tell(positions, machine, notes)
     say(f"wrote {output}: placements, programs, machine files with the stylus as planned, plan.json")
+
+
+def _too_short(problems: Sequence[PlannedPosition], machine: Machine) -> InputError:
+    """The error that names the positions along which the gauge is too short, or does not fit."""
+    from stepgauge.errors import InputError
+    from stepgauge.standards.measuring_line import LONGEST_SHARE
+
+    return InputError(
+        machine.path,
+        "ISO 10360-2 asks for more than this gauge gives in this machine"
+        f" (positions {', '.join(str(one.orientation.number) for one in problems)}; nothing was written,"
+        " --allow-short writes what can be measured)",
+        found=f"position {problems[0].orientation.number}: {problems[0].problem}",
+        expected=f"lengths of {LONGEST_SHARE:.0%} of the travel along each line",
+    )
 
 
 def _named(one: PlannedPosition, tool: str) -> PlannedPosition:

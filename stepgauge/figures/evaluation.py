@@ -292,29 +292,32 @@ def _no_smaller_than(axes: Axes, height_um: float) -> None:
         axes.set_ylim((low + high - height_um) / 2.0, (low + high + height_um) / 2.0)
 
 
-def _add_legend(figure: Figure, rows: Sequence[Mapping[str, Any]]) -> None:
-    errors = figure.axes[0]
-    entries: list[Any] = [
-        Line2D([], [], color=d.color, marker=d.marker, markersize=4.5, linewidth=0.8, label=d.label)
+def _entries(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """What every figure of errors shows, by label."""
+    entries: dict[str, Any] = {
+        d.label: Line2D([], [], color=d.color, marker=d.marker, markersize=4.5, linewidth=0.8)
         for d in (FORWARD, BACKWARD)
-    ]
-    entries.append(Line2D([], [], color=MEAN_COLOR, linewidth=1.3, marker=".", markersize=2.5, label="mean XM"))
-    between = tuple(
+    }
+    entries["mean XM"] = Line2D([], [], color=MEAN_COLOR, linewidth=1.3, marker=".", markersize=2.5)
+    entries["interpolated"] = tuple(
         Line2D([], [], color=d.color, marker=d.marker, markerfacecolor="white", markersize=4.5, linewidth=0)
         for d in (FORWARD, BACKWARD)
     )
-    entries.append(between)
-    labels = [str(entry.get_label()) for entry in entries[:-1]] + ["interpolated"]
     if any(row["sf_um"] is not None or row["sb_um"] is not None for row in rows):
-        entries.append(tuple(Patch(color=d.color, alpha=0.3, linewidth=0) for d in (FORWARD, BACKWARD)))
-        labels.append("± 2s")
+        entries["± 2s"] = tuple(Patch(color=d.color, alpha=0.3, linewidth=0) for d in (FORWARD, BACKWARD))
+    return entries
+
+
+def _add_legend(figure: Figure, rows: Sequence[Mapping[str, Any]]) -> None:
+    errors = figure.axes[0]
+    entries = _entries(rows)
     more: list[Any] = [line for line in errors.get_lines() if "MPE" in str(line.get_label())]
     more += [line for line in errors.get_lines() if line.get_label() == LEFT_OUT]
     more += [bar for bar in errors.containers if bar.get_label() and not str(bar.get_label()).startswith("_")]
-    entries += more
+    entries |= {str(one.get_label()): one for one in more}
     figure.legend(
-        handles=entries,
-        labels=labels + [str(one.get_label()) for one in more],
+        handles=list(entries.values()),
+        labels=list(entries),
         handler_map=legend_handlers(),
         loc="outside upper center",
         ncols=len(entries) if len(entries) <= 6 else 4,

@@ -153,26 +153,12 @@ def _check_time(value: Array, path: str) -> None:
 def check_copies(recording: Recording) -> None:
     """No row and no placement may be there twice: that is no second measurement."""
     _check_placements(recording)
-    frame, keys = recording.frame, [recording.columns[name] for name in ("placement", "cycle", "face")]
-    slots = [int(key.max()) + 1 for key in keys]
-    if math.prod(slots) > 20 * len(frame) + 1e6:  # counts far apart: too many slots to count in
-        twice = frame.duplicated(["placement", "cycle", "face"], keep=False).to_numpy()
-    else:
-        slot = keys[0] * slots[1]
-        slot += keys[1]
-        slot *= slots[2]
-        slot += keys[2]
-        if (slot[1:] > slot[:-1]).all():
-            return
-        count = np.bincount(slot)
-        if count.max() < 2:
-            return
-        twice = count[slot] > 1
+    twice = _taken_twice(recording)
     if not twice.any():
         return
-    same = frame[twice].duplicated()
+    same = recording.frame[twice].duplicated()
     if same.any():
-        first = frame[twice][same].iloc[0]
+        first = recording.frame[twice][same].iloc[0]
         raise InputError(
             recording.path,
             f"face {first['face']:.0f} was probed twice in cycle {first['cycle']:.0f} of placement"
@@ -180,6 +166,21 @@ def check_copies(recording: Recording) -> None:
             found=f"{int(same.sum())} rows that repeat another one",
             expected="every reading once",
         )
+
+
+def _taken_twice(recording: Recording) -> NDArray[np.bool_]:
+    """Rows that share placement, cycle and face with another one, (n,); counted, for that is faster than sorting."""
+    frame, keys = recording.frame, [recording.columns[name] for name in ("placement", "cycle", "face")]
+    slots = [int(key.max()) + 1 for key in keys]
+    if math.prod(slots) > 20 * len(frame) + 1e6:  # counts far apart: too many slots to count in
+        return frame.duplicated(["placement", "cycle", "face"], keep=False).to_numpy()
+    slot = keys[0] * slots[1]
+    slot += keys[1]
+    slot *= slots[2]
+    slot += keys[2]
+    if (slot[1:] > slot[:-1]).all() or (count := np.bincount(slot)).max() < 2:
+        return np.zeros(len(slot), np.bool_)
+    return count[slot] > 1
 
 
 def _check_placements(recording: Recording) -> None:
