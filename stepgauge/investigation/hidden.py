@@ -87,7 +87,7 @@ def unseen(
 def _told(law: Law, more: Lengthened, before: Metric, old: NDArray[np.bool_], least_um: float) -> tuple[float, float]:
     """By how much the old rows have lowered the odds of a law that matters, and how far the new ones overlap."""
     shown = np.unique(np.linspace(0, law.atoms - 1, min(law.atoms, SHAPES)).astype(int))
-    columns = np.stack([law.columns(int(atom)) for atom in shown])
+    columns = np.stack([law.columns(int(atom))[: law.dimension] for atom in shown])  # without its tolerance
     whole, first = (more.metric(columns) ** 2).sum(axis=2), (before(columns[:, :, old]) ** 2).sum(axis=2)
     weight = np.exp(law.sizes.log_weight)
     s_old = first[..., None] * law.sizes.sd**2

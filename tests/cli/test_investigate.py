@@ -44,3 +44,12 @@ def test_without_a_placement_a_server_has_to_send_points_by_hand(run: Run, tmp_p
     result = run("investigate", *COMMON, "--simulate", "-o", tmp_path / "cause")
     assert result.code == 2
     assert "--simulate needs --placement" in result.err
+
+
+def test_shipped_gauge_and_machine_are_investigated_to_the_end(run: Run, placement: Path, tmp_path: Path) -> None:
+    """With all laws of the vocabulary, of which some have tolerances of their shape; no cause is there."""
+    options = ("--simulate", "--yes", "--minutes", "9")
+    result = run("investigate", *COMMON, "-p", placement, *options, "-o", tmp_path / "cause")
+    assert result.code == 0, result.err
+    assert "Nothing was found" in result.err
+    assert (tmp_path / "cause" / "investigation.json").exists()
