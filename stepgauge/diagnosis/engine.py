@@ -200,7 +200,7 @@ def _told(
         tuple(search.trail),
         placements,
         (*_remarks(replace(found, model=model), data, start_s), *misfit(fit)),
-        tuple(nearest_laws(model)),
+        tuple(nearest_laws(model, answer)),
         odds(answer, told, left),
         checks,
     )

@@ -7,7 +7,7 @@ blocks only, or after a wait. Its readings are ideal: what matters is where, how
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from stepgauge.errors import InputError
 from stepgauge.gauge.placement import STANDING_COS, Placement, make_placement
 from stepgauge.machine.styli import stylus_words
 from stepgauge.planning.plan import PlanOptions, faces_in_order
+from stepgauge.planning.program import ProbingChoice, checked_program, make_settings
 from stepgauge.recording import APPROACH, POSITION, Recording
 from stepgauge.recording.columns import STYLUS
 
@@ -180,6 +181,19 @@ def _shifts(data: Residuals, middle: Array, axis: Array, length: float) -> Itera
         target[i] = low[i] if middle[i] - low[i] > high[i] - middle[i] else high[i]
         if abs(target[i] - middle[i]) > 50.0:
             yield target
+
+
+def can_be_planned(run: ExtraRun, data: Residuals) -> bool:
+    """Whether the path of a run is clear of gauge and rail and within the travel, as ``stepgauge plan`` checks it."""
+    machine = data.machine.with_stylus(run.stylus)
+    choice = ProbingChoice(measuring_speed_mm_s=run.speed_mm_s)
+    settings = make_settings(data.gauge, machine, machine.probe.tip_radius_mm, choice)
+    once = replace(run.options(data.gauge.n_blocks), cycles=1)
+    try:
+        checked_program(run.placement, data.gauge, machine, once, settings)
+    except InputError:
+        return False
+    return True
 
 
 def with_run(run: ExtraRun, data: Residuals) -> Residuals:

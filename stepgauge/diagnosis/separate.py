@@ -19,7 +19,7 @@ from stepgauge.diagnosis.laws.library import family_signatures
 from stepgauge.diagnosis.posterior.problem import Candidate
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding
-from stepgauge.diagnosis.runs import ExtraRun, Lengthened, lengthened
+from stepgauge.diagnosis.runs import ExtraRun, Lengthened, can_be_planned, lengthened
 from stepgauge.diagnosis.verdict import Model
 from stepgauge.effects import along_approach_um
 from stepgauge.errors import InputError
@@ -119,7 +119,7 @@ def separate(
     place : index in ``solved`` of the rivals
     solved : the fitted effects
     rivals : the other laws for this place, each with the number of its shape
-    possible : result of :func:`lengthened`
+    possible : result of :func:`lengthened`, of which those count that can be planned
     """
     found = []
     for one in possible:
@@ -131,9 +131,14 @@ def separate(
         if told:
             untold = tuple(label for label in left if label not in told)
             found.append(Separation(one.run, min(told.values()), tuple(told), untold))
-    # the most rivals first, then the clearest; among runs nearly as clear the one that is the least trouble
-    best = max(found, key=lambda one: (len(one.told), one.chi2), default=None)
-    return next((one for one in found if best and len(one.told) == len(best.told) and one.chi2 > best.chi2 / 2), None)
+    while found:
+        # the most rivals first, then the clearest; among runs nearly as clear the one that is the least trouble
+        best = max(found, key=lambda one: (len(one.told), one.chi2))
+        first = next(one for one in found if len(one.told) == len(best.told) and one.chi2 > best.chi2 / 2)
+        if can_be_planned(first.run, possible[0].data):
+            return first
+        found.remove(first)
+    return None
 
 
 def _left_over(

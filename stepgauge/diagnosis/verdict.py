@@ -22,9 +22,11 @@ from stepgauge.diagnosis.laws.beside import follows_with_lag
 from stepgauge.diagnosis.laws.geometry import Geometry, moved_um
 from stepgauge.diagnosis.laws.library import Family
 from stepgauge.diagnosis.laws.usual import size_of_shape
+from stepgauge.diagnosis.output.words import listed
 from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Rival
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.problem import Candidate
 from stepgauge.diagnosis.posterior.search import Search
 from stepgauge.diagnosis.posterior.state import State
 from stepgauge.diagnosis.posterior.told import (
@@ -327,7 +329,8 @@ def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, w
             if said in model.vague or not sure(said, model.state, answer, priors.decision, wider):
                 yield _vague(said, model, answer, data)
             continue
-        likely = (one for one in one_of_each_kind(said.place, False) if one.share > priors.decision.in_set)
+        least = max(priors.decision.in_set, said.lead.share / priors.decision.excluded)
+        likely = (one for one in one_of_each_kind(said.place, False) if one.share >= least)
         for one in islice(likely, MOST_FORMS):
             labels = [r.candidate.label for r in said.place.rivals if r.candidate.kind == one.candidate.kind]
             form = located(one.candidate, one.look.atom, answer.probability(labels), fitted=_fitted_shape(one))
@@ -355,15 +358,20 @@ def _regime(said: Said, model: Model, data: Residuals) -> str:
     return regime(x[seen], columns, mean, covariance, f" {unit}".rstrip())
 
 
-def nearest_laws(model: Model) -> Iterator[str]:
-    """The odds against the law nearest to a stated form, in words."""
+def nearest_laws(model: Model, answer: Answer) -> Iterator[str]:
+    """The odds against what is nearest to a stated form, a law or several together, in words."""
+    several = answer.alternatives(LEAST_ODDS)
     for said in model.forms:
-        named = [one for one in said.place.rivals if one.candidate.named]
-        if said.named or not named:
+        own, rivals = said.lead.candidate.label, said.place.rivals
+        laws: list[tuple[float, tuple[Candidate, ...]]] = []
+        laws += [(one.share / said.lead.share, (one.candidate,)) for one in rivals if one.candidate.named]
+        laws += [(one.odds, one.come) for one in several if own in one.gone and all(c.named for c in one.come)]
+        if said.named or not laws:
             continue
-        law = max(named, key=lambda one: one.share)
-        odds = said.lead.share / max(law.share, 1e-300)
-        yield f"{law.candidate.source.label} is the nearest law and {_times(odds)} times less probable than the form"
+        odds, nearest = max(laws, key=lambda one: one[0])
+        names = listed([one.source.label for one in nearest])
+        what = f"{names} is the nearest law" if len(nearest) == 1 else f"{names} together are nearest"
+        yield f"{what} and {_times(1.0 / max(odds, 1e-300))} times less probable than the form"
 
 
 def inexact_laws(model: Model) -> Iterator[str]:

@@ -158,7 +158,7 @@ def found_part(said: Said, told: Words, *more: Block | None) -> dict[str, Any]:
     if not rows:
         return part("What was found", words(_nothing(said)), *more)
     listed = table(FOUND, rows, _SHARES, inner, _note(said, left_out))
-    against = [f"The nearest known law does not explain it: {why}." for why in said["refuted"]]
+    against = [f"Known laws in place of what has none: {why}." for why in said["refuted"]]
     return part("What was found", listed, *(words(text) for text in against if said["unexplained"]), *more)
 
 

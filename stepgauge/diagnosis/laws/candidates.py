@@ -39,7 +39,8 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
         labels[family.label] += 1
         label = family.label if labels[family.label] == 1 else f"{family.label} #{labels[family.label]}"
         family = replace(family, about=_about(family, priors, data))
-        sizes = sizes_of(family, priors, data)
+        sizes, log_odds = sizes_of(family, priors, data), float(np.log(odds_of(family.kind, priors) * own))
+        again = priors.laws.of(family.kind).again
         if id(family.pattern) not in patterns:
             patterns[id(family.pattern)] = _usual_pattern(family)
             courses[id(family.pattern)] = Courses(family.pattern)
@@ -49,7 +50,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
                 family.kind,
                 label,
                 True,
-                float(np.log(odds_of(family.kind, priors) * own)),
+                log_odds,
                 sizes,
                 replace(family, prior=float(sizes.sd.max()), sizes=sizes),
                 pattern=patterns[id(family.pattern)],
@@ -57,6 +58,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
                 log_weight=shape_weights(family, priors, data),
                 positive=family.positive,
                 once=family.kind in OF_THE_PROBE,
+                again=0.0 if again is None else float(np.log(again)) - log_odds,
                 refine=partial(_refined, family, data, metric, beside) if _has_shape(family) else None,
                 beside=beside if beside.any else None,
             )

@@ -144,6 +144,7 @@ def _under(condition: Condition, law: Law, atom: int, everywhere: Array, odds: f
         law,
         label=f"{law.label} where {condition.name}",
         log_odds=odds,
+        again=0.0,
         source=own,
         pattern=pattern,
         shares=whole(len(data)),

@@ -248,7 +248,7 @@ def place_of(search: Search, best: State, place: int) -> Place:
     nothing, *shares = special.softmax([0.0, *(value for _, value, _ in worth)]).tolist()
     rivals = []
     for (look, value, found), share in zip(worth, shares, strict=True):
-        if look is own or value > look.candidate.log_odds:
+        if look is own or value > look.log_odds:
             rivals.append(Rival(look.candidate, share, look, found))
         else:
             nothing += share

@@ -18,7 +18,7 @@ from scipy import special
 from stepgauge.diagnosis.posterior.likelihood import Likelihood, SigmaPrior
 from stepgauge.diagnosis.posterior.metric import Rows, nuisances
 from stepgauge.diagnosis.posterior.priors import Priors
-from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Term, slices
+from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Term, slices, together
 from stepgauge.diagnosis.posterior.scatter import Scatter, Scatters
 from stepgauge.diagnosis.posterior.sizes import by_size, in_proportion, resized, square_without
 from stepgauge.diagnosis.posterior.state import State
@@ -153,7 +153,7 @@ class Evidence:
         for term in terms:
             left_um -= mean[first : (first := first + len(term.columns))] @ term.columns
         log_posterior = log_evidence + base.rows.log_determinant + scatter.log_prior
-        log_posterior += sum(term.log_prior for term in terms)
+        log_posterior += sum(term.log_prior for term in terms) + together(terms)
         sigma_um, square = float(np.exp(log_sigma)), likelihood.square(amplitudes, log_sigma)
         state = State(terms, scatter, log_posterior, sigma_um, left_um, factor, sd, mean, len(base.sd), square)
         try:

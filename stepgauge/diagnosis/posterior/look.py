@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +22,9 @@ FULL = 0.9999
 class Look:
     """A candidate rated for addition to a hypothesis.
 
-    ``gain``: increase of the log posterior, prior included; ``volume``: log evidence of all shapes together
-    minus that of the best one, their prior included (negative as a rule); ``atom``, ``sd``: that shape and its size;
+    ``gain``: increase of the log posterior, prior included, of which ``together`` is for one of its kind that is there;
+    ``volume``: log evidence of all shapes together minus that of the best one, their prior included (negative as a
+    rule); ``atom``, ``sd``: that shape and its size;
     ``by_atom``: log evidence of each shape, of laws.
     """
 
@@ -32,6 +34,17 @@ class Look:
     atom: int
     sd: float
     by_atom: Array | None = None
+    together: float = 0.0
+
+    @property
+    def log_odds(self) -> float:
+        """Log prior odds of the candidate beside the hypothesis."""
+        return self.candidate.log_odds + self.together
+
+    def beside(self, kinds: Collection[str]) -> Look:
+        """The look beside terms of some kinds."""
+        more = self.candidate.again if self.candidate.kind in kinds else 0.0
+        return replace(self, gain=self.gain + more, together=more) if more else self
 
     def term(self) -> Term:
         """The candidate with its best shape and size."""

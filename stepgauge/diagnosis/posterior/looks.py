@@ -56,6 +56,8 @@ class Looker:
         beside, tables = self._beside(state), self.tables[known:]
         dots = self._dots(beside, dict.fromkeys(place for table in tables for place, _ in table.sets))
         found = [look for own in each(lambda table: list(table.looks(dots, beside)), tables) for look in own]
+        kinds = {term.candidate.kind for term in state.terms}
+        found = [look.beside(kinds) for look in found]
         return found if known else [*found, *self.smooth.looks(beside)]
 
     def _dots(self, beside: Beside, places: Collection[int]) -> dict[int, Array]:
@@ -102,7 +104,10 @@ class Looker:
         dot, lost = white @ beside.left, white @ beside.lost
         gram = white @ white.T - lost @ lost.T
         first, second = np.triu_indices(len(laws), 1)
-        odds = np.array([law.log_odds for law in laws])
+        kind, again = np.array([law.kind for law in laws]), np.array([law.again for law in laws])
+        there = np.isin(kind, [term.candidate.kind for term in state.terms])
+        odds = np.array([law.log_odds for law in laws]) + np.where(there, again, 0.0)
+        alike = np.where((kind[first] == kind[second]) & ~there[first], again[first], 0.0)
         found: list[tuple[float, int, int, int]] = []
         sizes = [law.sizes for law in laws]
         for k in range(max(len(one.sd) for one in sizes)):
@@ -113,7 +118,7 @@ class Looker:
             det = np.maximum(a * c - b**2, ridge[first] * ridge[second])
             square = (c * dot[first] ** 2 - 2.0 * b * dot[first] * dot[second] + a * dot[second] ** 2) / det
             price = 0.5 * (np.log(det) - np.log(ridge[first] * ridge[second]))
-            gain = beside.student(square) - price + weight[first] + weight[second]
+            gain = beside.student(square) - price + weight[first] + weight[second] + alike
             best = np.argpartition(-gain, most)[:most] if len(gain) > most else range(len(gain))
             found += [(float(gain[i]), int(first[i]), int(second[i]), k) for i in best]
         return [

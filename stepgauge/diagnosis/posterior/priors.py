@@ -95,12 +95,14 @@ class FormPriors(Table):
 class KindPrior(Table):
     """Prior odds and usual size of one kind of law; ``basis``: what the size depends on; ``why``: its reason.
 
-    ``most``: the largest standard deviation of its size that is physically possible.
+    ``most``: the largest standard deviation of its size that is physically possible; ``again``: odds that another axis
+    has it where one has, without a value as if there was none.
     """
 
     odds: float = Field(gt=0.0)
     usual: float = Field(gt=0.0)
     most: float = Field(np.inf, gt=0.0)
+    again: float | None = Field(None, gt=0.0)
     basis: Literal["", "grade", "sag", "certificate", "stylus"] = ""
     unit: str = ""
     why: str = ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -64,7 +65,8 @@ class Candidate:
     ``kind``: a law's name, or the covariate of a form; ``label``: its unique name; ``named``: whether it
     is a law; ``log_odds``: log of its prior odds; ``sizes``: prior of its amplitudes; ``source``: the object that
     the candidate was made from; ``once``: whether a hypothesis has one candidate of its kind only; ``combined``:
-    whether it is several laws at once, which fit whatever one of them does.
+    whether it is several laws at once, which fit whatever one of them does; ``again``: what its log odds rise by beside
+    another one of its kind.
     """
 
     kind: str
@@ -75,6 +77,7 @@ class Candidate:
     source: Any = None
     once: bool = False
     combined: bool = False
+    again: float = 0.0
 
     @property
     def atoms(self) -> int:
@@ -315,3 +318,11 @@ def slices(counts: Iterable[int]) -> list[slice]:
     """The parts of an array that is put together of some, one after the other."""
     ends = np.cumsum([0, *counts]).tolist()
     return [slice(a, b) for a, b in pairwise(ends)]
+
+
+def together(terms: Iterable[Term]) -> float:
+    """What the log prior of terms rises by where several are of a kind that comes together."""
+    kinds = defaultdict[str, list[float]](list)
+    for term in terms:
+        kinds[term.candidate.kind].append(term.candidate.again)
+    return sum(sum(own) - min(own) for own in kinds.values() if len(own) > 1)

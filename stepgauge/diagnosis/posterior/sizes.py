@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.diagnosis.posterior.problem import Term
+from stepgauge.diagnosis.posterior.problem import Term, together
 from stepgauge.diagnosis.posterior.state import State
 
 Array = NDArray[np.float64]
@@ -80,7 +80,11 @@ def needed(state: State, most: int) -> tuple[Term, ...]:
     mean, covariance = state.of_terms
     left = list(zip(state.terms, state.parts, strict=True))
     while len(left) > 1:
-        odds = [_log_odds(term, mean[own], covariance[own, own]) for term, own in left]
+        whole = together(term for term, _ in left)
+        odds = [
+            _log_odds(term, mean[own], covariance[own, own]) + whole - together(t for t, _ in left if t is not term)
+            for term, own in left
+        ]
         least = int(np.argmin(odds))
         if odds[least] > 0.0 and len(left) <= most:
             break

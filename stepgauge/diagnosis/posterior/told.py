@@ -1,6 +1,7 @@
 """The rules by which results are stated; they use probabilities and sizes only.
 
-Each term of the best hypothesis is a place: it explains one structure of the residuals. Other candidates that the
+The hypothesis that is stated is the most probable one; of laws alone, if those together are more probable than those
+with forms. Each of its terms is a place: it explains one structure of the residuals. Other candidates that the
 readings make more probable there are its rivals.
 
 1. In a place nothing is stated if the probability that there is no structure is larger than ``1 - stated``.
@@ -33,7 +34,7 @@ from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.priors import Decision
 from stepgauge.diagnosis.posterior.problem import Term
 from stepgauge.diagnosis.posterior.search import HOPELESS, MOST_TERMS, Search
-from stepgauge.diagnosis.posterior.state import State
+from stepgauge.diagnosis.posterior.state import State, worth
 
 SURE_OUTLIER = 0.5
 """Probability from which a row is listed as an outlier."""
@@ -64,7 +65,22 @@ class Said:
 
 def answer_of(search: Search, decision: Decision) -> Answer:
     """The answer of a search, with all that is likelier than not."""
-    return Answer(search, _completed(search, search.run(), decision))
+    return Answer(search, _completed(search, _of_the_likelier(search, search.run()), decision))
+
+
+def _of_the_likelier(search: Search, best: State) -> State:
+    """The best hypothesis of laws alone, if those are together more probable than those with forms.
+
+    One form may stand for several laws, of which many combinations are each a little less probable.
+    """
+    every: dict[frozenset[str], State] = {}
+    for state in search.evidence.current:
+        every[state.labels] = max(every.get(state.labels, state), state, key=worth)
+    laws = [state for state in every.values() if state.named and state.terms]
+    forms = [state.log_posterior for state in every.values() if not state.named]
+    if best.named or not laws or special.logsumexp([worth(one) for one in laws]) < special.logsumexp(forms):
+        return best
+    return max(laws, key=worth)
 
 
 def _completed(search: Search, best: State, decision: Decision) -> State:
@@ -142,11 +158,12 @@ def determined(state: State, term: Term, least: float) -> bool:
 def sure(said: Said, state: State, answer: Answer, decision: Decision, wider: float) -> bool:
     """Whether the sign of a law's size is as probable as beyond ``determined`` standard uncertainties (rule 3).
 
-    Over all hypotheses that contain the law and no other of its set, which would leave open what share each has;
-    ``wider``: factor on their uncertainties.
+    Over all hypotheses that contain the law, and neither another of its set nor a form that is not stated, which would
+    leave open what share each has; ``wider``: factor on their uncertainties.
     """
-    others = [one.candidate.label for one in rival_laws(said, decision)[1:]]
-    signed = answer.signed(said.lead.candidate.label, decision.in_set, wider, others)
+    others = {one.candidate.label for one in rival_laws(said, decision)[1:]}
+    forms = {one.label for one in answer.search.problem.candidates if not one.named} - state.labels
+    signed = answer.signed(said.lead.candidate.label, decision.in_set, wider, others | forms)
     if signed is None:
         return determined(state, said.term, decision.determined * wider)
     return signed >= float(special.ndtr(decision.determined))
@@ -173,7 +190,7 @@ def rival_laws(said: Said, decision: Decision) -> list[Rival]:
 
 def _by_readings(rival: Rival) -> float:
     """Log marginal likelihood of a rival, up to a constant of its place: its share without its prior odds."""
-    return float(np.log(max(rival.share, 1e-300))) - rival.candidate.log_odds
+    return float(np.log(max(rival.share, 1e-300))) - rival.look.log_odds
 
 
 def _fit(rival: Rival) -> float:

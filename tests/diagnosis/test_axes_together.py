@@ -1,0 +1,76 @@
+"""What the axes of a machine have together: play and errors of scales are rarely those of one axis alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stepgauge.diagnosis.engine import diagnose
+from stepgauge.diagnosis.posterior.evidence import Evidence
+from stepgauge.diagnosis.posterior.looks import Looks
+from stepgauge.diagnosis.posterior.priors import shipped_priors
+from stepgauge.diagnosis.posterior.problem import Term, together
+from tests.diagnosis.made import ALONG_X, ALONG_Y, gauge, machine, record
+from tests.diagnosis.posterior.made import coordinate, law, noise, problem, turns
+
+DIAGONAL, ACROSS = (1.0, 1.0, 0.0), (1.0, -1.0, 0.0)
+
+
+def plays() -> tuple[Any, Any, Any]:
+    """Two laws of a kind that comes together, and one that does not."""
+    one, other = (
+        replace(law(label, um[None, None]), kind="play", again=2.0)
+        for label, um in (("play x", coordinate()), ("play y", np.sin(9.0 * turns())))
+    )
+    return one, other, law("alone", np.cos(7.0 * turns())[None, None])
+
+
+def named(effects: tuple[dict[str, Any], ...], axes: tuple[tuple[float, ...], ...]) -> set[str]:
+    found = diagnose(record(machine(effects), axes, seed=3), gauge(), machine())
+    assert found.verdict == "effects"
+    return {one.label for one in found.findings}
+
+
+def test_the_prior_of_terms_rises_for_every_further_one_of_a_kind() -> None:
+    one, other, alone = plays()
+    terms = [Term(c, 0, c.columns(0), 1.0, -3.0) for c in (one, other, alone)]
+    assert together([]) == together(terms[:1]) == together([terms[0], terms[2]]) == 0.0
+    assert together(terms[:2]) == together(terms) == together(terms[::-1]) == 2.0
+
+
+def test_a_look_knows_what_is_there_of_its_kind() -> None:
+    """The look of a second one, and of both as a pair, is near the number that is computed with it."""
+    one, other, alone = plays()
+    known = problem(noise() + 0.4 * coordinate() + 0.2 * np.sin(9.0 * turns()), (one, other, alone))
+    evidence = Evidence(known, shipped_priors())
+    start = evidence((), evidence.scatters.plain())
+    first = next(look for look in Looks(known)(start, evidence.scatters) if look.candidate is one)
+    state = evidence((first.term(),), start.scatter)
+    for look in Looks(known)(state, evidence.scatters):
+        if look.candidate is one:
+            continue
+        assert look.log_odds == look.candidate.log_odds + (2.0 if look.candidate is other else 0.0)
+        added = evidence((first.term(), look.term()), start.scatter)
+        assert look.gain == pytest.approx(added.log_posterior - state.log_posterior, abs=0.3)
+    apart = replace(known, candidates=tuple(replace(one, again=0.0) for one in known.candidates))
+    ((first, second), *_), ((without, _), *_) = (
+        Looks(one).pairs(start, evidence.scatters, 1, frozenset()) for one in (known, apart)
+    )
+    assert {first.candidate, second.candidate} == {one, other}
+    assert first.gain == pytest.approx(without.gain + 2.0)
+
+
+def test_play_on_two_axes_is_told_as_that() -> None:
+    """Gauges along the axes: each placement is off by an amount of its own, which is one form and two laws."""
+    play = tuple({"kind": "reversal_error", "axis": axis, "um": um} for axis, um in (("x", 1.8), ("y", 1.4)))
+    assert named(play, (ALONG_X, ALONG_Y)) == {"reversal_error_x", "reversal_error_y"}
+
+
+def test_two_scales_and_a_squareness_are_not_all_errors_of_the_geometry() -> None:
+    scales = tuple({"kind": "scale_error", "axis": axis, "ppm": ppm} for axis, ppm in (("x", 17.0), ("y", -12.0)))
+    square = {"kind": "squareness", "plane": "xy", "urad": 15.0}
+    axes = (ALONG_X, ALONG_Y, DIAGONAL, ACROSS)
+    assert named((*scales, square), axes) == {"scale_error_x", "scale_error_y", "squareness_xy"}
