@@ -22,7 +22,7 @@ from stepgauge.diagnosis.laws.beside import follows_with_lag
 from stepgauge.diagnosis.laws.geometry import Geometry, moved_um
 from stepgauge.diagnosis.laws.library import Family
 from stepgauge.diagnosis.laws.usual import size_of_shape
-from stepgauge.diagnosis.output.words import listed
+from stepgauge.diagnosis.output.words import listed, name_of
 from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Rival
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors
@@ -312,7 +312,7 @@ def _vague(said: Said, model: Model, answer: Answer, data: Residuals) -> Located
     """A place in which a law fits with a size that is not determined, or not possible: structure without a name."""
     where = covariate_of(said.source, data)
     why = "but larger than that can be" if said in model.impossible else "whose size this recording does not determine"
-    words = f"similar to {said.source.label}, {why}"
+    words = f"similar to {name_of(said.source.label)}, {why}"
     return Located(where, "both", UNDETERMINED, words, 1.0, answer.probability([said.lead.candidate.label]))
 
 
@@ -369,7 +369,7 @@ def nearest_laws(model: Model, answer: Answer) -> Iterator[str]:
         if said.named or not laws:
             continue
         odds, nearest = max(laws, key=lambda one: one[0])
-        names = listed([one.source.label for one in nearest])
+        names = listed([name_of(one.source.label) for one in nearest])
         what = f"{names} is the nearest law" if len(nearest) == 1 else f"{names} together are nearest"
         yield f"{what} and {_times(1.0 / max(odds, 1e-300))} times less probable than the form"
 
@@ -383,7 +383,7 @@ def inexact_laws(model: Model) -> Iterator[str]:
             share = f"{rounded(beside_um, 2)} um rms, {rounded(percent, 1)} % of it"
             why = ", or to what its temperature did in pauses: record it all the time"
             yield (
-                f"{one.source.label} is not exactly of this shape: {share}, are put down to that"
+                f"{name_of(one.source.label)} is not exactly of this shape: {share}, are put down to that"
                 f"{why * follows_with_lag(one.source)}"
             )
 

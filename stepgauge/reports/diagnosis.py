@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepgauge.diagnosis.forms.words import SCATTER
-from stepgauge.diagnosis.output.practice import name_of
 from stepgauge.diagnosis.output.report import (
     SCATTER_WORDS,
     lacking,
@@ -24,7 +23,7 @@ from stepgauge.diagnosis.output.report import (
     um,
     wrapped_sum,
 )
-from stepgauge.diagnosis.output.words import significant
+from stepgauge.diagnosis.output.words import name_of, significant
 from stepgauge.files.text import in_folder, read_result
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
 from stepgauge.reports.blocks import pictures as pictures_of

@@ -10,10 +10,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from stepgauge.diagnosis.output.practice import name_of
 from stepgauge.diagnosis.output.remedies import Remedy, remedy, remedy_of_form
 from stepgauge.diagnosis.output.report import COVERAGE, chosen, members_of, plus_minus, probability, remaining, without
-from stepgauge.diagnosis.output.words import line, significant
+from stepgauge.diagnosis.output.words import line, name_of, significant
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
 Said = Mapping[str, Any]
@@ -22,7 +21,7 @@ MOST_RIVALS, MOST_ROWS, MOST_NUMBERS = 4, 8, 8
 FOUND = ("", "Cause", "Value", "u", "Probability", "What it means; repair")
 _SHARES = (0.0, 1.5, 0.0, 0.0, 0.0, 5.0)
 UNKNOWN_NAME = "structure without a known law"
-_WORD = re.compile(r"\b[a-z]+(?:_[a-z]+)+\b")
+_WORD = re.compile(r"\b[a-z]+(?:_[a-z0-9]+)+\b")
 _FIRST = "Do not adjust anything before the checks have told which of the causes of a finding it is."
 
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from stepgauge.diagnosis.output.practice import name_of
 from stepgauge.diagnosis.output.report import percent, plus_minus, significant
+from stepgauge.diagnosis.output.words import name_of
 from stepgauge.files.text import in_folder, read_result
 from stepgauge.reports.blocks import Block, bullets, heading, part, table, words
 from stepgauge.reports.diagnosis import STORY

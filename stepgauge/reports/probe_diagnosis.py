@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.diagnosis.maps.report import QUANTITIES, limits, summary
-from stepgauge.diagnosis.output.practice import name_of
 from stepgauge.diagnosis.output.report import members_of, plus_minus, probability_of
-from stepgauge.diagnosis.output.words import significant
+from stepgauge.diagnosis.output.words import name_of, significant
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
 from stepgauge.reports.diagnosis import check_blocks, located_row, odds_blocks, shown_figures, story, trail_blocks
 from stepgauge.reports.findings import Words, do_first, first_lines, found_part

@@ -18,12 +18,12 @@ from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.forms.formula import model_unknown, rest_um
 from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict, write_diagnosis
 from stepgauge.diagnosis.output.machine_text import machine_text
-from stepgauge.diagnosis.output.practice import in_practice, name_of
+from stepgauge.diagnosis.output.practice import in_practice
 from stepgauge.diagnosis.output.remedies import remedy
 from stepgauge.diagnosis.output.report import plus_minus, probability, um, wrapped_sum
 from stepgauge.diagnosis.output.stored import read_diagnosis
 from stepgauge.diagnosis.output.summary import summary_line
-from stepgauge.diagnosis.output.words import significant
+from stepgauge.diagnosis.output.words import name_of, significant
 from stepgauge.diagnosis.residuals import Residuals, make_residuals
 from stepgauge.diagnosis.result import Diagnosis, Finding, Located
 from stepgauge.effects import Probings, along_approach_um, effect_kinds, make_effects

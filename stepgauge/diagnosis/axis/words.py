@@ -8,8 +8,7 @@ from typing import Any
 
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.diagnosis.output.aliases import Even, in_words
-from stepgauge.diagnosis.output.practice import name_of
-from stepgauge.diagnosis.output.words import significant
+from stepgauge.diagnosis.output.words import name_of, significant
 from stepgauge.effects import effect_kinds
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from stepgauge.diagnosis.output.practice import name_of
 from stepgauge.diagnosis.output.report import FEW_DOF
-from stepgauge.diagnosis.output.words import listed
+from stepgauge.diagnosis.output.words import listed, name_of
 
 VERDICTS = {
     "adequate": "The map agrees with the probe file within the scatter. Nothing in the file needs to be changed.",

@@ -11,7 +11,7 @@ import numpy as np
 from stepgauge.diagnosis.output.aliases import even, in_words
 from stepgauge.diagnosis.output.machine_text import effect_table
 from stepgauge.diagnosis.output.sentences import FURTHER, Sentence, Values
-from stepgauge.diagnosis.output.words import in_um, length_mm, line, listed, long, size, span_mm, towards
+from stepgauge.diagnosis.output.words import in_um, length_mm, line, listed, long, name_of, size, span_mm, towards
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding, Member
 from stepgauge.effects import effect_kinds
@@ -50,11 +50,6 @@ def aliases_of(finding: Finding | Member, data: Residuals) -> dict[str, Any]:
     period = finding.parameters.get("period_mm")
     steps = None if period is None else even(data.probings.coordinate_mm(str(finding.choices["axis"])))
     return {} if steps is None or period is None else steps.told(period.value, period.u or 0.0, "mm", 1.0)
-
-
-def name_of(kind: str) -> str:
-    """A kind in words."""
-    return kind.replace("_", " ")
 
 
 def counted(names: Iterable[str]) -> list[str]:

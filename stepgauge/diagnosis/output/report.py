@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from stepgauge.diagnosis.forms.form import SMOOTH
-from stepgauge.diagnosis.output.practice import counted, name_of
-from stepgauge.diagnosis.output.words import listed, significant
+from stepgauge.diagnosis.output.practice import counted
+from stepgauge.diagnosis.output.words import listed, name_of, significant
 
 COVERAGE = 2.0
 """Coverage factor of the expanded uncertainty after a plus-minus sign."""

@@ -10,8 +10,8 @@ import pandas as pd
 from stepgauge.diagnosis.axis.words import kind_name
 from stepgauge.diagnosis.forms.formula import UnknownLaw, rest_rms_um
 from stepgauge.diagnosis.output.aliases import periods_of
-from stepgauge.diagnosis.output.practice import counted, name_of
-from stepgauge.diagnosis.output.words import listed, significant
+from stepgauge.diagnosis.output.practice import counted
+from stepgauge.diagnosis.output.words import listed, name_of, significant
 from stepgauge.diagnosis.result import NUMBERS, Diagnosis
 
 Said = Mapping[str, Any]

@@ -53,6 +53,11 @@ def line(direction: Any) -> str:
     return f"({', '.join(f'{d + 0.0:.3f}' for d in np.round(direction, 3))})"
 
 
+def name_of(kind: str) -> str:
+    """A kind in words."""
+    return kind.replace("_", " ")
+
+
 def listed(words: Sequence[str], last: str = "and") -> str:
     """``a, b and c``."""
     if len(words) < 2:

@@ -84,7 +84,7 @@ def _finding(number: int, effect: Mapping[str, Any]) -> dict[str, Any]:
 
 def _rival(one: Mapping[str, Any], probability: float, first: float) -> dict[str, Any]:
     """A cause of a finding; of a probe's map the probability is known of the first cause alone."""
-    from stepgauge.diagnosis.output.practice import name_of
+    from stepgauge.diagnosis.output.words import name_of
     from stepgauge.reports.findings import uncertainties, values
 
     share = one["share"]
