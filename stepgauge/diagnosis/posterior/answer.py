@@ -56,7 +56,8 @@ class Rival:
 class Place:
     """One term of the best hypothesis with its rivals.
 
-    ``rivals``: the term's own candidate first; ``nothing``: share of the hypothesis without any of them.
+    ``rivals``: the term's own candidate first; ``nothing``: share of the hypothesis without any of them, and of
+    what the readings do not speak for.
     """
 
     term: int
@@ -248,9 +249,10 @@ def place_of(search: Search, best: State, place: int) -> Place:
     nothing, *shares = special.softmax([0.0, *(value for _, value, _ in worth)]).tolist()
     rivals = []
     for (look, value, found), share in zip(worth, shares, strict=True):
-        if look is own or value > look.log_odds:
+        spoken_for = value > look.log_odds
+        if look is own or spoken_for:
             rivals.append(Rival(look.candidate, share, look, found))
-        else:
+        if not spoken_for:
             nothing += share
     return Place(place, (rivals[0], *sorted(rivals[1:], key=lambda one: -one.share)), nothing)
 

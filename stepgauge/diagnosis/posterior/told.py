@@ -1,8 +1,8 @@
 """The rules by which results are stated; they use probabilities and sizes only.
 
-The hypothesis that is stated is the most probable one; of laws alone, if those together are more probable than those
-with forms. Each of its terms is a place: it explains one structure of the residuals. Other candidates that the
-readings make more probable there are its rivals.
+The hypothesis that is stated is the most probable one; of single laws, if those together are more probable than those
+with forms or combinations. Each of its terms is a place: it explains one structure of the residuals. Other candidates
+that the readings make more probable there are its rivals.
 
 1. In a place nothing is stated if the probability that there is no structure is larger than ``1 - stated``.
 2. A law is stated if the laws of the place together are more probable than its forms: the most probable kind, and as
@@ -69,18 +69,22 @@ def answer_of(search: Search, decision: Decision) -> Answer:
 
 
 def _of_the_likelier(search: Search, best: State) -> State:
-    """The best hypothesis of laws alone, if those are together more probable than those with forms.
+    """The best hypothesis of single laws, if those are together more probable than those with forms or combinations.
 
-    One form may stand for several laws, of which many combinations are each a little less probable.
+    A form may stand for several laws, of which many combinations are each a little less probable.
     """
     every: dict[frozenset[str], State] = {}
     for state in search.evidence.current:
         every[state.labels] = max(every.get(state.labels, state), state, key=worth)
-    laws = [state for state in every.values() if state.named and state.terms]
-    forms = [state.log_posterior for state in every.values() if not state.named]
-    if best.named or not laws or special.logsumexp([worth(one) for one in laws]) < special.logsumexp(forms):
+    single = [state for state in every.values() if state.terms and _single(state)]
+    others = [state.log_posterior for state in every.values() if not _single(state)]
+    if _single(best) or not single or special.logsumexp([worth(one) for one in single]) < special.logsumexp(others):
         return best
-    return max(laws, key=worth)
+    return max(single, key=worth)
+
+
+def _single(state: State) -> bool:
+    return all(term.candidate.named and not term.candidate.combined for term in state.terms)
 
 
 def _completed(search: Search, best: State, decision: Decision) -> State:
