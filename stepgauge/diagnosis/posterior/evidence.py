@@ -20,14 +20,14 @@ from stepgauge.diagnosis.posterior.metric import Rows, nuisances
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Term, slices, together
 from stepgauge.diagnosis.posterior.scatter import Scatter, Scatters
-from stepgauge.diagnosis.posterior.sizes import by_size, in_proportion, resized, square_without
+from stepgauge.diagnosis.posterior.sizes import by_size, in_proportion, over_sizes, resized, square_without
 from stepgauge.diagnosis.posterior.state import State
 
 Array = NDArray[np.float64]
 LEAST_SIGMA = 1e-3
 """Of the scatter over what is stated, where readings are on no steps."""
-RESIZED = 8
-"""Most changes of a size on the way to the most probable ones."""
+RESIZED = 60
+"""Most changes of a size on the way to the most probable ones: a few, but for laws that are nearly the same."""
 LOG_2 = float(np.log(2.0))
 
 
@@ -136,8 +136,7 @@ class Evidence:
                 break
             terms = tuple(term if one.candidate is term.candidate else one for one in state.terms)
             state = self._of_sizes(terms, scatter, state.sigma_um)
-        summed = sum(float(np.logaddexp.reduce(one)) for one in state.by_size)
-        state = self._with_signs(replace(state, log_posterior=state.log_posterior + summed))
+        state = self._with_signs(replace(state, log_posterior=state.log_posterior + over_sizes(state)))
         return state if np.isfinite(state.log_posterior) else replace(state, log_posterior=-np.inf)
 
     def _of_sizes(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
@@ -188,7 +187,7 @@ class Evidence:
         occam = -float(np.log(np.diag(state.factor)[state.count :]).sum())
         best = 0.5 * (state.square - dof) - 0.5 * dof * float(np.log(more / dof))
         stated = -float(self.sigma.log_density(np.log(state.sigma_um)))
-        prior = term.log_prior + sum(float(np.logaddexp.reduce(one)) for one in state.by_size)
+        prior = term.log_prior + over_sizes(state)
         return state.log_posterior - prior - occam + best + stated
 
     def squares(self, state: State) -> Array:

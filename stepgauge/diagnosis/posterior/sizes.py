@@ -48,6 +48,14 @@ def _evidence(sd: Array, present: float, mean: Array, covariance: Array) -> Arra
     return np.asarray(0.5 * (products**2 / (precision + 1.0 / s2) - np.log1p(precision * s2)).sum(axis=1))
 
 
+def over_sizes(state: State) -> float:
+    """What the log evidence rises by if the sizes of each term are summed at the present ones of the others.
+
+    What a size would gain that is not reached yet does not count: with it the others would change as well.
+    """
+    return sum(float(np.logaddexp.reduce(one - max(one.max(), 0.0))) for one in state.by_size)
+
+
 def resized(state: State) -> Term | None:
     """The term that gains most by another size, with that size; None if all have their most probable ones."""
     found, most = None, 0.0

@@ -269,6 +269,18 @@ def test_two_laws_alike_are_as_probable_in_whatever_order_they_come() -> None:
     assert fresh(tuple(other[::-1]), scatter).log_posterior == pytest.approx(both.log_posterior, abs=0.1)
 
 
+@pytest.mark.parametrize("count", [2, 5, 8])
+def test_sizes_that_are_not_reached_do_not_count_for_each_law(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Laws that are one line, each proposed far too small: what one gains by another size, all gain only once."""
+    laws = [replace(law(f"line {i}", coordinate()[None, None]), sizes=SEVERAL) for i in range(count)]
+    terms = tuple(replace(term(one), candidate=one, sd=0.05) for one in laws)
+    evidence = Evidence(problem(noise() + coordinate()), shipped_priors())
+    whole = evidence(terms, evidence.scatters.plain())
+    monkeypatch.setattr("stepgauge.diagnosis.posterior.evidence.RESIZED", 0)
+    early = Evidence(evidence.problem, shipped_priors())(terms, evidence.scatters.plain())
+    assert early.log_posterior < whole.log_posterior + 3.0
+
+
 @pytest.mark.parametrize("positive", [False, True])
 @pytest.mark.parametrize("size", [1e160, 1e200])
 @pytest.mark.parametrize("pattern", [turns()[None, None], waves(turns(), [1.0]), waves(turns(), [1e-3])])
