@@ -195,6 +195,19 @@ def test_unequal_cycles_are_averaged_as_they_are_and_said() -> None:
     assert any("unequal cycles: 2 to 4" in note and "3, 6" in note for note in result.notes)
 
 
+def test_a_gauge_temperature_that_nobody_recorded_is_said() -> None:
+    """30 mm of 11.5e-6 / K: 0.34 um for each K; and with a temperature there is no such note."""
+    gauge = make_gauge(4)
+    cold, warm = (
+        evaluate(record(gauge, make_pose(0, 0), full(4), **columns), gauge).results[0].notes
+        for columns in ({}, {"gauge_temperature_C": 21.0})
+    )
+    (note,) = (one for one in cold if "temperature of the gauge is not recorded" in one)
+    span_mm = gauge.position_mm[7] - gauge.position_mm[0]
+    assert f"{span_mm * 1e3 * gauge.table.expansion_per_K:.2g} um over {span_mm:.0f} mm" in note
+    assert not [one for one in warm if "temperature" in one]
+
+
 def test_a_single_cycle_has_errors_but_no_repeatability() -> None:
     gauge = make_gauge(4)
     result = evaluate(record(gauge, make_pose(0, 0), full(4, 1)), gauge).results[0]

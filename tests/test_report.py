@@ -165,6 +165,15 @@ def test_what_is_missing_is_listed_and_what_is_given_is_not() -> None:
     assert [line.split(" ")[0] for line in with_files()["not_stated"]] == ["date", "measurement"]
 
 
+def test_page_1_says_that_nobody_recorded_the_temperature_of_the_gauge() -> None:
+    told = "The temperature of the gauge was not recorded: lengths are not corrected for it."
+    assert told not in content(one_placement())["warnings"]
+    (result,) = one_placement().results
+    silent = replace(one_placement(), results=(replace(result, gauge_temperature_C=None),))
+    assert told in content(silent)["warnings"]
+    assert told in " ".join(pages(render_pdf(content(silent)).data)[0].split())
+
+
 DETAILS = {
     "angles": {"n1_to_axis_mrad": 0.613, "n2_to_axis_mrad": 1.2},
     "uncertainty": {"c1_um": [0.1, 0.2, 0.3], "c2_um": [0.1, 0.2, 0.3], "yaw_urad": 4.25, "pitch_urad": 5.5,

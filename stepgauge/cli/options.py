@@ -108,7 +108,7 @@ U_GAUGE_TEMPERATURE = click.option(
     type=U_TEMPERATURE_K,
     metavar="K",
     help="Standard uncertainty of the gauge's temperature, K. Default: gauge_temperature_K in [uncertainty] of the "
-    "machine file, or not counted.",
+    "machine file if the temperature was recorded; else not counted.",
 )
 SEARCH = click.option(
     "--search",

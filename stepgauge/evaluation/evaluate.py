@@ -296,8 +296,10 @@ def _evaluate_placement(
     _check_reference(seen, notes, recording.path)
     blocks = _check_blocks(seen, origin, notes, recording.path)
     errors = face_errors(seen, gauge.u_um[faces - 1], origin)
-    notes += _doubts(readings, seen, gauge)
     temperature = recording.columns.get("gauge_temperature_C")
+    if temperature is None:
+        notes.append(_unrecorded(gauge, faces[seen.count > 0]))
+    notes += _doubts(readings, seen, gauge)
     first_touch = int(np.abs(readings.face - faces[0]).argmin())
     return PlacementResult(
         number,
@@ -317,6 +319,16 @@ def _evaluate_placement(
         None if temperature is None else float(temperature[kept].mean()),
         tuple(notes),
         readings.left_out,
+    )
+
+
+def _unrecorded(gauge: Gauge, measured: NDArray[np.int64]) -> str:
+    """What it means that nobody recorded how warm the gauge was; ``measured``: faces, rising."""
+    span_mm = float(np.ptp(gauge.position_mm[measured - 1]))
+    per_K = rounded(gauge.table.expansion_per_K * span_mm * 1e3, 2)
+    return (
+        f"the temperature of the gauge is not recorded: it is taken as {gauge.table.reference_temperature_C:g} deg C,"
+        f" and each K that it was warmer or colder is an error of {per_K} um over {span_mm:.0f} mm"
     )
 
 

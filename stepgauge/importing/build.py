@@ -160,8 +160,21 @@ def _finish(
     ours: dict[str, str] = {}
     if gauge is not None and stated_serial(said) is None:  # else it is compared with the gauge that was given
         ours = {"gauge": gauge.table.name, "gauge_serial": gauge.table.serial}
+    report = [*report, *_doubtful(log, frame)]
     comments = {**ours, **said, **comments, "import": "\n".join(report)}
     return Import(Recording(frame, comments, log.path), tuple(report))
+
+
+def _doubtful(log: ProbeLog, frame: pd.DataFrame) -> list[str]:
+    """The warning where a column may be the temperature of the gauge and nothing says which one is."""
+    if not log.degrees or "gauge_temperature_C" in frame:
+        return []
+    one, every = log.degrees[0], ", ".join(map(repr, log.degrees))
+    return [
+        "warning: no temperature of the gauge is recognised, and lengths will not be corrected for it; whose"
+        f' temperature is {every}? If it is the gauge\'s: --column gauge_temperature_C="{one}"; else state that of'
+        " the gauge: --gauge-temperature"
+    ]
 
 
 def _one_placement(log: ProbeLog) -> ProbeLog:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -30,21 +31,29 @@ _NAMES = {
     "y_mm": "y",
     "z_mm": "z",
     "cycle": "cycle zyklus lauf run repeat wiederholung durchgang durchlauf repetition",
-    "face": "face fläche flaeche messfläche messflaeche surface",
+    "face": "face flaeche messflaeche surface",
     "placement": "placement lage aufstellung setup",
     "time_s": "time zeit uhrzeit timestamp zeitstempel datetime",
     "speed_mm_s": "speed geschwindigkeit v antastgeschwindigkeit vorschub feed",
-    "gauge_temperature_C": "temperature temp temperatur t",
 }
-_SETS = {  # folded: ß is ss
-    "gauge_temperature_C": ("gauge", "part", "workpiece", "werkstück", "werkstueck", "normal", "stufenendmass"),
-    **{f"scale_temperature_{axis}_C": (f"scale {axis}", f"massstab {axis}", axis) for axis in "xyz"},
+_WHOSE = {  # folded: ß is ss, ü is ue
+    "gauge_temperature_C": """gauge gage part piece workpiece object material specimen artefact artifact werkstueck teil
+        bauteil pruefling pruefkoerper objekt messobjekt lehre stufenlehre normal endmass stufenendmass etalon""",
+    **{f"scale_temperature_{axis}_C": axis for axis in "xyz"},
 }
-_TEMPERATURE = {"temperature", "temp", "temperatur", "t"}
+"""Words of which one must be in the header of a temperature that is this one."""
+_NEUTRAL = "step block work test scale massstab axis achse of the at on der des dem am vom von"
+"""Words that may stand beside them; any other, such as "air", makes it the temperature of something else."""
+_TEMPERATURE = frozenset(("temperature", "temp", "temperatur", "t"))
+_COMPOUND = re.compile(r"(\w{3,}?)s?(temperature|temperatur|temp)")
+"""German names in one word, such as "Prüflingstemperatur"."""
+_UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
+_OWNERS = frozenset(("axis", "achse", "probe", "tip"))
+"""Words that say nothing of a position, and of a temperature whose it is."""
 _DIRECTIONS = {"approach": APPROACH, "antastrichtung": APPROACH, "normal": NORMAL, "normale": NORMAL, "n": NORMAL}
 _PLACES = {letter: place for place, letters in enumerate(("ix", "jy", "kz")) for letter in letters}
 _BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
-_BEHIND = re.compile(r"(.*?)\s*(?:\s/\s*|\s+in\s+|_)([^\s/]+(?:/[^\s/]+)?)\s*$", re.IGNORECASE)
+_BEHIND = re.compile(r"(.*?)\s*(?:\s/\s*|\s+in\s+|_|\s+(?=°))([^\s/]+(?:/[^\s/]+)?)\s*$", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -69,7 +78,7 @@ def read_header(cells: Sequence[str], mapping: Mapping[str, str]) -> list[Column
         name, unit = (header.strip(), None) if _target(header) in DIRECTIONS else split_unit(header)  # the k of i, j, k
         target = chosen.get(header.casefold()) or chosen.get(name.casefold())
         if target is None:
-            target = header.strip() if header.strip() in TARGETS else _target(name)
+            target = header.strip() if header.strip() in TARGETS else _target(name, unit)
             if target == "gauge_temperature_C" and unit is not None and unit.quantity == "time":
                 target = "time_s"  # t [s], not T
             target = None if target in mapping else target
@@ -87,12 +96,33 @@ def split_unit(header: str) -> tuple[str, Unit | None]:
     return header.strip(), None
 
 
-def _target(name: str) -> str | None:
-    tokens = [token for token in re.split(r"[^\w]+|_", name.casefold()) if token]
-    words = [token for token in tokens if token not in _FILLERS]
+def in_degrees(column: Column) -> bool:
+    """Whether a column is a temperature, by its unit or by a word of its name."""
+    if column.unit is not None and column.unit.quantity != "none":
+        return column.unit.quantity == "temperature"
+    return bool(set(_words(re.sub(r"\d", " ", column.name))) & (_TEMPERATURE - {"t"}))
+
+
+def _words(name: str) -> list[str]:
+    """The words of a name, folded, German compounds with a temperature taken apart."""
+    plain = unicodedata.normalize("NFC", name).casefold().translate(_UMLAUTS)
+    plain = "".join(one for one in unicodedata.normalize("NFD", plain) if not unicodedata.combining(one))
+    words: list[str] = []
+    for token in re.split(r"[^\w]+|_", plain):
+        compound = _COMPOUND.fullmatch(token)
+        words += compound.groups() if compound else [token] if token else []
+    return words
+
+
+def _target(name: str, unit: Unit | None = None) -> str | None:
+    every = _words(name)
+    words = [word for word in every if word not in _FILLERS]
     if not words:
         return None
-    return _direction(words) or _temperature(words) or _single(words)
+    if not _TEMPERATURE.isdisjoint(words):
+        return _direction(words) or _temperature(every)
+    degrees = unit is not None and unit.quantity == "temperature"
+    return _direction(words) or _single(words) or (_temperature(every) if degrees else None)
 
 
 def _single(words: Sequence[str]) -> str | None:
@@ -113,10 +143,15 @@ def _direction(words: Sequence[str]) -> str | None:
 
 
 def _temperature(words: Sequence[str]) -> str | None:
-    rest = [word for word in words if word not in _TEMPERATURE]
-    if len(rest) == len(words) or not rest:
-        return None
-    return next((target for target, names in _SETS.items() if " ".join(rest) in names), None)
+    """Whose temperature it is; one that does not say is the gauge's."""
+    rest = set(words) - _TEMPERATURE - (_FILLERS - _OWNERS)
+    if not rest:
+        return "gauge_temperature_C"
+    for target, names in _WHOSE.items():
+        own = set(names.split())
+        if rest & own and rest <= own.union(_NEUTRAL.split()):
+            return target
+    return None
 
 
 def with_units(columns: Sequence[Column], units: Sequence[str]) -> list[Column]:

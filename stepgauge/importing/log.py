@@ -35,6 +35,7 @@ class ProbeLog:
     cut : what is missing at the end of a file that ought to have an end mark; empty where nothing is
     failures : line and text of what the controller reported as failed
     mapped, left_out : what became of the parts of the file, in words
+    degrees : headers of columns in degrees of temperature of which nothing says whose they are
     """
 
     path: str
@@ -56,6 +57,7 @@ class ProbeLog:
     failures: Sequence[tuple[int, str]] = ()
     mapped: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    degrees: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.position_mm)

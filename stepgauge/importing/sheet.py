@@ -19,7 +19,16 @@ from stepgauge.files.numerals import Numerals, looks_numeric
 from stepgauge.files.units import Unit, find_unit
 from stepgauge.importing.cells import Cell, Cells, is_units, mark_of, read_text_cells, read_workbook_cells, value_of
 from stepgauge.importing.clock import seconds_of
-from stepgauge.importing.headers import DIRECTIONS, NORMAL, QUANTITY, Column, check_columns, read_header, with_units
+from stepgauge.importing.headers import (
+    DIRECTIONS,
+    NORMAL,
+    QUANTITY,
+    Column,
+    check_columns,
+    in_degrees,
+    read_header,
+    with_units,
+)
 from stepgauge.importing.log import ProbeLog, unit_vectors
 from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, comment_lines
 
@@ -100,6 +109,7 @@ def read_sheet(path: str | Path, kind: str, layout: TableLayout) -> ProbeLog:
         dropped=cells.blank + len(cells.comments),
         mapped=(*table.cells.notes, *_mapped(table, layout), *words, *kept),
         left_out=left_out,
+        degrees=tuple(one.header for one in table.columns if one.target is None and in_degrees(one)),
     )
 
 

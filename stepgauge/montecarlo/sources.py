@@ -22,9 +22,10 @@ from stepgauge.recording import Recording, is_recording_file, join_recordings, r
 class ModelOptions:
     """Options beside the files.
 
-    ``u_gauge_temperature_K``: None: that of the machine file; ``origin``: of R_eff; ``blocks``: used section of a
-    recording, ``A:B``; ``gauge_temperature_C``: as a program is run (None: of the certificate); ``search_mm``: beyond
-    the target of a program whose text does not state it.
+    ``u_gauge_temperature_K``: None: that of the machine file, which is of a thermometer and does not count where
+    no gauge temperature was recorded; ``origin``: of R_eff; ``blocks``: used section of a recording, ``A:B``;
+    ``gauge_temperature_C``: as a program is run (None: of the certificate); ``search_mm``: beyond the target of a
+    program whose text does not state it.
     """
 
     u_gauge_temperature_K: float | None = None
@@ -47,7 +48,6 @@ def read_model(
     and as the readers of the files.
     """
     options = options or ModelOptions()
-    u_K = machine.u_gauge_temperature_K(options.u_gauge_temperature_K)
     files = [one for one in sources if not isinstance(one, Recording)]
     if not files or len(files) < len(sources) or is_recording_file(files[0]):
         tables = [one if isinstance(one, Recording) else read_recording(one) for one in sources]
@@ -56,11 +56,21 @@ def read_model(
         if options.gauge_temperature_C is not None:
             raise InputError(naming("gauge_temperature_C"), "belongs to a program; a recording has its own")
         section = parse_section(options.blocks, gauge)
+        u_K = _u_recorded_K(recording, machine, options)
         return recording_model(recording, machine, gauge, u_K, options.origin, section)
     _check_program(files, placements, options)
     program = read_program(files[0], probing_settings(machine, options.search_mm))
     conditions = Conditions(gauge.temperature_C(options.gauge_temperature_C))
+    u_K = machine.u_gauge_temperature_K(options.u_gauge_temperature_K)
     return program_model(program, machine, gauge, placements[0], conditions, u_K, options.origin)
+
+
+def _u_recorded_K(recording: Recording, machine: Machine, options: ModelOptions) -> float:
+    """Of the gauge temperature of a recording: a thermometer that was not read makes nothing certain."""
+    asked = options.u_gauge_temperature_K
+    if asked is None and "gauge_temperature_C" not in recording.frame:
+        return 0.0
+    return machine.u_gauge_temperature_K(asked)
 
 
 def _check_program(sources: Sequence[str | Path], placements: Sequence[Placement], options: ModelOptions) -> None:

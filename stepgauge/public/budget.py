@@ -52,7 +52,7 @@ def budget(
     placements : give the alignment, once per placement, in order; needed with a program
     blocks : first and last block of the used section, ``"A:B"``; default: what was measured
     r_eff : effective tip radius from the ``"first"`` used block or from ``"all"``
-    u_gauge_temperature_K : standard uncertainty of the gauge's temperature; default: the machine file's
+    u_gauge_temperature_K : standard uncertainty of the gauge's temperature; default: the machine file's, if recorded
     certificate_correlation : of any two certified positions, 0 to 1; default: the gauge file's, or 0
     repeats : repeatability ``"pooled"`` over all faces, or by ``"face"``
     coverage_percent : coverage probability, 50 to 99.99

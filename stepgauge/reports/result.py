@@ -64,8 +64,22 @@ def _sure(line: StoredLine | None, expanded: str) -> list[str]:
     return ["not evaluated", UNDEFINED] if line is None else [f"{expanded} µm", f"{line.k:.2f}"]
 
 
-def warnings(budget: StoredBudget | None, laboratory: bool) -> list[str]:
-    """What page 1 must say beside the result where the uncertainty is missing or incomplete."""
+def warnings(evaluation: dict[str, Any], budget: StoredBudget | None, laboratory: bool) -> list[str]:
+    """What page 1 must say beside the result where a temperature or the uncertainty is missing or incomplete."""
+    return [*_incomplete(budget, laboratory), *_cold(evaluation)]
+
+
+def _cold(evaluation: dict[str, Any]) -> list[str]:
+    """Placements whose gauge temperature nobody recorded."""
+    placed = evaluation["placements"]
+    without = [str(one["placement"]) for one in placed if one["gauge_temperature_C"] is None]
+    if not without:
+        return []
+    where = f" of placement {', '.join(without)}" if len(placed) > 1 else ""
+    return [f"The temperature of the gauge{where} was not recorded: lengths are not corrected for it."]
+
+
+def _incomplete(budget: StoredBudget | None, laboratory: bool) -> list[str]:
     tail = " This is a report of measurement, not a calibration certificate." if laboratory else ""
     if budget is None:
         return [f"Measurement uncertainty was not evaluated.{tail}"]

@@ -284,7 +284,9 @@ def missing(model: Model, asked: Asked) -> list[tuple[str, str]]:
             "temperature of the gauge"
             if recorded
             else "temperature of the gauge (not recorded; taken as the certificate's)",
-            "--u-gauge-temperature, or gauge_temperature_K in [uncertainty] of the machine file",
+            "--u-gauge-temperature, or gauge_temperature_K in [uncertainty] of the machine file"
+            if recorded
+            else "--u-gauge-temperature, how far it may have been off (that of the machine file is of a thermometer)",
         ),
         (
             "machine.temperature_C" in keys,

@@ -143,7 +143,8 @@ def budget_trial(
     asked, options : as :func:`stepgauge.standards.budget.make_budget` and :func:`stepgauge.montecarlo.read_model`
     """
     said = missing(read_model(recordings, machine, gauge, asked.placements, options), asked)
-    names = tuple(name for name, one in OPEN_SOURCES.items() if any(what.startswith(one.what) for what, _ in said))
+    by_file = [what for what, how in said if how.endswith("machine file")]  # only such a value can be tried
+    names = tuple(name for name, one in OPEN_SOURCES.items() if any(what.startswith(one.what) for what in by_file))
     model = read_model(recordings, _opened(machine, names), gauge, asked.placements, options)
     return BudgetTrial(stored_budget(model, make_budget(model, asked), 0), names, machine)
 

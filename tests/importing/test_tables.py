@@ -69,6 +69,21 @@ def test_names_and_units_are_told_apart(header: str, name: str, unit: str | None
         ("Temperature scale x", "scale_temperature_x_C"),
         ("T Stufenendmaß [°C]", "gauge_temperature_C"),
         ("Temperatur Maßstab Z", "scale_temperature_z_C"),
+        ("Step gauge temperature [°C]", "gauge_temperature_C"),
+        ("Werkstücktemperatur [°C]", "gauge_temperature_C"),
+        ("Prüflingstemperatur", "gauge_temperature_C"),
+        ("Temp. Prüfling", "gauge_temperature_C"),
+        ("Temp. Lehre °C", "gauge_temperature_C"),
+        ("Stufenendmaß [°C]", "gauge_temperature_C"),
+        ("Temperatur Endmaß", "gauge_temperature_C"),
+        ("Objekttemperatur", "gauge_temperature_C"),
+        ("Material temperature", "gauge_temperature_C"),
+        ("Part temp", "gauge_temperature_C"),
+        ("Maßstabtemperatur X", "scale_temperature_x_C"),
+        ("Lufttemperatur", None),
+        ("Air temperature at part", None),
+        ("Probe temperature", None),
+        ("Stufenendmaß", None),
         ("Speed [mm/min]", "speed_mm_s"),
         ("approach_k", "approach_k"),
         ("approach x", "approach_i"),
@@ -123,6 +138,21 @@ def test_units_are_turned_into_those_of_a_recording(tmp_path: Path, unit, factor
     names = {"µm": "um", "°F": "F", "degC": "C"}
     layout = TableLayout(length_unit=names.get(unit, unit), temperature_unit=names.get(temperature, temperature))
     assert np.abs(read(case, bare, layout).recording.position_mm - case.recording.position_mm).max() < 1e-6
+
+
+def test_a_temperature_that_may_be_the_gauges_is_asked_about(tmp_path: Path) -> None:
+    """Kept as a covariate it would not correct the lengths, and nothing else would say so."""
+    case = make_case()
+    named = [f"{one} [°C]" for one in ("Sensor 2", "Luft")]
+    sensors = case.changed(**dict.fromkeys(named, 21.0))
+    path = write(tmp_path, table_of(sensors, XYZ | {one: one for one in named}))
+    (warning,) = (one for one in read(case, path).report if one.startswith("warning"))
+    assert "'Sensor 2 [°C]', 'Luft [°C]'" in warning
+    assert '--column gauge_temperature_C="Sensor 2 [°C]"' in warning
+    for options in ({"layout": TableLayout(columns={"gauge_temperature_C": named[0]})}, {"gauge_temperature_C": 21.0}):
+        told = read(case, path, **options)
+        assert not [one for one in told.report if one.startswith("warning")]
+        assert (told.recording.frame["gauge_temperature_C"] == 21.0).all()
 
 
 def test_a_row_of_units_below_the_header(tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import make_placement, write_placement
 from stepgauge.machine.file import Machine, StandardUncertainty, UncertaintyTable, read_machine
 from stepgauge.machine.uncertain import Uncertain
-from stepgauge.montecarlo import Model, recording_model, run_monte_carlo
+from stepgauge.montecarlo import Model, ModelOptions, read_model, recording_model, run_monte_carlo
 from stepgauge.recording import Recording, write_recording
 from stepgauge.standards.budget import Budget, Line, make_budget
 from stepgauge.standards.budget_files import (
@@ -202,6 +202,16 @@ def test_a_gauge_temperature_that_was_not_recorded_can_be_stated() -> None:
     stated = make_budget(modelled(quiet_gauge(), recording=recording, u_K=0.5))
     xf = line(stated, "xf_um", 11).contribution["gauge temperature"]
     assert xf == pytest.approx(quiet_gauge().position_mm[10] * 1e3 * 11.5e-6 * 0.5, rel=1e-3)
+
+
+def test_a_thermometer_that_was_not_read_makes_no_temperature_certain() -> None:
+    """The machine file's 0.05 K is of a reading: without one it does not count, and the contribution stays open."""
+    machine = replace(shipped()[1], stated=UncertaintyTable(gauge_temperature_K=StandardUncertainty(u=0.05)))
+    silent = Recording(RECORDING.frame.drop(columns="gauge_temperature_C"), {}, "cold.csv")
+    for recording, asked, counted in ((RECORDING, None, True), (silent, None, False), (silent, 0.5, True)):
+        budget = make_budget(read_model([recording], machine, quiet_gauge(), (), ModelOptions(asked)))
+        assert ("gauge temperature" in [source.name for source in budget.sources]) == counted
+        assert any(what.startswith("temperature of the gauge") for what, _ in budget.not_included) != counted
 
 
 @pytest.mark.parametrize("compensated", [True, False])

@@ -8,9 +8,11 @@ import pytest
 
 import stepgauge as sg
 from stepgauge.montecarlo import ModelOptions
+from stepgauge.recording import Recording
 from stepgauge.standards.budget_sources import Asked
 from stepgauge.standards.budget_trial import OPEN_SOURCES, budget_trial
 from tests.conftest import ROOT
+from tests.measured import run
 
 VALUES = {
     "gauge_temperature": 0.05,
@@ -19,6 +21,15 @@ VALUES = {
     "probing": 0.1,
     "resolution": 0.3,
 }
+
+
+def test_a_temperature_that_was_not_recorded_is_not_tried_as_if_a_thermometer_had_been_read() -> None:
+    gauge, machine = sg.read_gauge("step-gauge-420"), sg.read_machine("bridge-cmm")
+    recording = run(2).recording
+    silent = Recording(recording.frame.drop(columns="gauge_temperature_C"), {}, "cold.csv")
+    names = budget_trial([silent], machine, gauge, Asked(), ModelOptions()).names
+    assert set(OPEN_SOURCES) - set(names) == {"gauge_temperature"}
+
 
 NUMBERS = ("value_um", "u_um", "dof", "k", "expanded_um", "through_r_eff_um")
 
