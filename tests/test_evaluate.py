@@ -16,6 +16,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import stepgauge as sg
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import Evaluation, evaluate
 from stepgauge.evaluation.files import CSV_COLUMNS, read_evaluation, write_evaluation
@@ -214,8 +215,28 @@ def test_a_single_cycle_has_errors_but_no_repeatability() -> None:
     assert np.isnan(result.sf_um).all()
     assert np.isnan(result.worst_two_sigma_um)
     assert np.isfinite(result.band_um)
-    assert np.isfinite(result.radius.u_mm)
     assert any("single cycle" in note for note in result.notes)
+
+
+def test_a_radius_that_was_measured_once_has_no_uncertainty_of_its_certificate_alone(tmp_path: Path) -> None:
+    """Its scatter counts and is not known: undefined in summary, JSON and back, not 0.007 um."""
+    gauge = make_gauge(4)
+    once = evaluate(record(gauge, make_pose(0, 0), full(4, 1)), gauge)
+    assert np.isnan(once.results[0].radius.u_mm)
+    assert "(u = undefined)" in once.summary()
+    write_evaluation(tmp_path, once)
+    data = json.loads((tmp_path / "evaluation.json").read_text())
+    assert data["u_r_eff_mm"] is data["placements"][0]["u_r_eff_mm"] is None
+    assert np.isnan(sg.read_evaluation(tmp_path, gauge).results[0].radius.u_mm)
+
+
+def test_a_block_that_was_measured_once_repeats_as_the_others_do() -> None:
+    """u(R) = sqrt(2 s^2 + 2 u^2) / 2 with s pooled over the faces that were read four times (GUM 4.2.4)."""
+    gauge, error = make_gauge(4, u_um=0.3), full(4, 4)
+    kept = {(c, k): um for (c, k), um in error.items() if k > 2 or c == 1}
+    result = evaluate(record(gauge, make_pose(0, 0), kept), gauge).results[0]
+    pooled = statistics.mean(statistics.variance([error[c, k] for c in range(1, 5)]) for k in range(3, 9))
+    assert result.radius.u_mm * 1e3 == pytest.approx(math.sqrt(2 * pooled + 2 * 0.3**2) / 2, rel=1e-6)
 
 
 def test_several_placements_are_evaluated_each_on_its_own_axis() -> None:

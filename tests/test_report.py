@@ -174,6 +174,13 @@ def test_page_1_says_that_nobody_recorded_the_temperature_of_the_gauge() -> None
     assert told in " ".join(pages(render_pdf(content(silent)).data)[0].split())
 
 
+def test_an_undefined_uncertainty_of_the_radius_is_a_dash() -> None:
+    said = content(one_placement(cycles=1))
+    lines = {row["label"]: row["value"] for section in said["sections"] for row in section["rows"]}
+    assert lines["R_eff"].endswith("mm (u = –)")
+    assert said["summary"][0]["u_r_eff"] == "–"
+
+
 DETAILS = {
     "angles": {"n1_to_axis_mrad": 0.613, "n2_to_axis_mrad": 1.2},
     "uncertainty": {"c1_um": [0.1, 0.2, 0.3], "c2_um": [0.1, 0.2, 0.3], "yaw_urad": 4.25, "pitch_urad": 5.5,

@@ -50,7 +50,7 @@ COSINE_UM = 0.1
 
 @dataclass(frozen=True)
 class EffectiveRadius:
-    """R_eff (Eq 1), its standard uncertainty and the blocks it was found from."""
+    """R_eff (Eq 1), its standard uncertainty (NaN without repeats) and the blocks it was found from."""
 
     r_eff_mm: float
     u_mm: float
@@ -113,7 +113,7 @@ class PlacementResult:
         main = (
             f"{name}: span {self.span_mm:.1f} mm, range of the mean error XM {_um(self.band_um)},"
             f" largest 2s {_um(self.worst_two_sigma_um)},"
-            f" R_eff {self.radius.r_eff_mm:.5f} mm (u = {self.radius.u_mm * 1e3:.2f} um)"
+            f" R_eff {self.radius.r_eff_mm:.5f} mm (u = {_um(self.radius.u_mm * 1e3)})"
         )
         return [*(f"{name}: note: {note}" for note in self.notes), main]
 
@@ -397,5 +397,5 @@ def _notes(faces: NDArray[np.int64], count: NDArray[np.int64]) -> list[str]:
         shown = ", ".join(map(str, fewer[:10])) + (", ..." if fewer.size > 10 else "")
         notes.append(f"unequal cycles: {seen.min()} to {seen.max()} probings per face; fewer on faces {shown}")
     if seen.size and seen.max() == 1:
-        notes.append("a single cycle: there is no repeatability, 2s is undefined")
+        notes.append("a single cycle: there is no repeatability, 2s and u of R_eff are undefined")
     return notes

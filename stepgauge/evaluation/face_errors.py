@@ -20,7 +20,10 @@ REffOrigin = Literal["first", "all"]
 
 @dataclass(frozen=True)
 class FaceErrors:
-    """Errors by face, um, shape ``(..., k)``; the effective radius and its standard uncertainty, mm, ``(...)``."""
+    """Errors by face, um, shape ``(..., k)``; the effective radius and its standard uncertainty, mm, ``(...)``.
+
+    The uncertainty is of certificate and repeatability, and undefined (NaN) where nothing was read twice.
+    """
 
     xf_um: Array
     sf_um: Array
@@ -68,11 +71,14 @@ def face_errors(seen: FaceStatistics, u_um: Array, origin: REffOrigin) -> FaceEr
 
 
 def _effective_radius(seen: FaceStatistics, u_um: Array, blocks: NDArray[np.intp]) -> tuple[Array, Array]:
-    """Half of measured minus certified block size (Eq 1), with its standard uncertainty."""
+    """Half of measured minus certified block size (Eq 1), with its standard uncertainty; NaN without any repeats.
+
+    A face that was read once has the standard deviation of the others: it repeats no better than they do.
+    """
     front, back = 2 * blocks, 2 * blocks + 1
     radius = (seen.mean_mm[..., back] - seen.mean_mm[..., front]) / 2.0
-    scatter = np.nan_to_num(seen.deviation_mm * 1e3) ** 2 / np.maximum(seen.count, 1)
-    variance = scatter + u_um**2
+    deviation_mm = np.where(seen.count > 1, seen.deviation_mm, seen.pooled_mm[..., None])
+    variance = (deviation_mm * 1e3) ** 2 / np.maximum(seen.count, 1) + u_um**2
     u_um_block = np.sqrt(variance[..., front] + variance[..., back]) / 2.0
     u_mm = np.sqrt((u_um_block**2).sum(axis=-1)) / len(blocks) * 1e-3
     return radius.mean(axis=-1), u_mm

@@ -55,7 +55,9 @@ def _result(stored: dict[str, Any]) -> PlacementResult:
         axis=np.array(stored["axis"], float),
         face=np.array([row["face"] for row in rows], np.int64),
         count=np.array([row["count"] for row in rows], np.int64),
-        radius=EffectiveRadius(stored["r_eff_mm"], stored["u_r_eff_mm"], tuple(stored["r_eff_blocks"])),
+        radius=EffectiveRadius(
+            stored["r_eff_mm"], float(column([stored], "u_r_eff_mm")[0]), tuple(stored["r_eff_blocks"])
+        ),
         origin_mm=np.array(stored["origin_mm"], float),
         gauge_temperature_C=stored["gauge_temperature_C"],
         notes=tuple(stored["notes"]),

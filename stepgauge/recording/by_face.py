@@ -32,6 +32,13 @@ class FaceStatistics:
         """Which faces are fronts, (faces,): those with odd numbers."""
         return self.faces % 2 == 1
 
+    @property
+    def pooled_mm(self) -> Array:
+        """Standard deviation of a reading, pooled over all faces (GUM 4.2.4), ``(...)``; NaN without repeats."""
+        freedom = np.maximum(self.count - 1, 0)
+        square = np.where(freedom > 0, freedom * self.deviation_mm**2, 0.0).sum(axis=-1)
+        return np.sqrt(square / (freedom.sum() or np.nan))
+
 
 @dataclass(frozen=True)
 class ByFace:

@@ -33,6 +33,7 @@ from stepgauge.reports.sections import (
     placement_section,
     radius_section,
     recording_section,
+    u_of_radius,
 )
 from stepgauge.reports.statements import METHOD, measurand_text, reference_text
 from stepgauge.standards.budget_files import StoredBudget
@@ -146,7 +147,7 @@ def _summary(result: dict[str, Any], budget: StoredBudget | None) -> dict[str, s
         "band": quantity(result["band_um"], 2, "µm"),
         "two_sigma": quantity(result["worst_two_sigma_um"], 2, "µm"),
         "r_eff": quantity(result["r_eff_mm"], 5, "mm"),
-        "u_r_eff": quantity(result["u_r_eff_mm"] * 1e3, 2, "µm"),
+        "u_r_eff": u_of_radius(result),
         "expanded_r_eff": _expanded(expanded["r_eff"]),
         "expanded_xm": _expanded(expanded["xm"]),
     }

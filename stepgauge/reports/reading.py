@@ -54,7 +54,7 @@ class PlacementRow(_Stored):
     cycles: list[int] = Field(min_length=2, max_length=2)
     gauge_temperature_C: float | None
     r_eff_mm: float
-    u_r_eff_mm: float
+    u_r_eff_mm: float | None
     r_eff_blocks: list[int] = Field(min_length=1)
     span_mm: float
     band_um: float | None
@@ -86,7 +86,7 @@ class EvaluationTable(_Stored):
     gauge: GaugeRow = Field(description="the gauge and its certificate")
     blocks: list[int] = Field(min_length=2, max_length=2, description="first and last used block")
     r_eff_mm: float = Field(description="effective radius")
-    u_r_eff_mm: float = Field(description="its standard uncertainty")
+    u_r_eff_mm: float | None = Field(description="its standard uncertainty; none without repeats")
     r_eff_origin: str = Field(description="first or all")
     r_eff_meaning: str = Field(description="where the effective radius comes from")
     span_mm: float = Field(description="longest span")

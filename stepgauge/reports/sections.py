@@ -150,6 +150,12 @@ def conditions_section(evaluation: dict[str, Any], machine: Machine | None) -> S
     return section
 
 
+def u_of_radius(result: dict[str, Any]) -> str:
+    """The standard uncertainty of R_eff of a placement; a dash where nothing was read twice."""
+    u_mm = result["u_r_eff_mm"]
+    return quantity(None if u_mm is None else u_mm * 1e3, 2, "µm")
+
+
 def radius_section(evaluation: dict[str, Any], machine: Machine | None, budget: StoredBudget | None = None) -> Section:
     """The effective radius, where it comes from and what follows from that; with U where there is a budget."""
     section = Section("Effective tip radius")
@@ -158,7 +164,7 @@ def radius_section(evaluation: dict[str, Any], machine: Machine | None, budget: 
     for result in evaluation["placements"]:
         tail = f", placement {result['placement']}" if several else ""
         line = budget.find("r_eff", result["placement"], None) if budget else None
-        u = f"u = {number(result['u_r_eff_mm'] * 1e3, 2)} µm"
+        u = f"u = {u_of_radius(result)}"
         if line is not None:
             u = f"U = {uncertain(None, line.expanded_um)[1]} µm, k = {line.k:.2f}"
         section.add(f"R_eff{tail}", f"{number(result['r_eff_mm'], 5)} mm ({u})")

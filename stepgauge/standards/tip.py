@@ -21,7 +21,7 @@ FAR_OFF_MM = 0.05
 
 @dataclass(frozen=True)
 class TipDiameter:
-    """Effective tip diameter 2 R_eff in mm, its standard uncertainty in um (None: not stated) and its origin."""
+    """Effective tip diameter 2 R_eff in mm, its standard uncertainty in um (None: not known) and its origin."""
 
     diameter_mm: float
     u_um: float | None
@@ -68,4 +68,5 @@ def _own_diameter(recording: Recording, gauge: Gauge, placements: Sequence[Place
             return None
     radii = [result.radius for result in evaluate(recording, gauge, None, "first", placements).results]
     diameter = 2.0 * float(np.mean([radius.r_eff_mm for radius in radii]))
-    return TipDiameter(diameter, 2e3 * float(np.mean([radius.u_mm for radius in radii])), OWN_BLOCK)
+    u_um = 2e3 * float(np.mean([radius.u_mm for radius in radii]))
+    return TipDiameter(diameter, u_um if np.isfinite(u_um) else None, OWN_BLOCK)
