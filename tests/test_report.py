@@ -26,6 +26,7 @@ from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
 from stepgauge.files.notation import clean, number, quantity
 from stepgauge.files.resources import folder
 from stepgauge.files.text import write_json
+from stepgauge.machine.uncertain import Uncertain
 from stepgauge.reports.content import Sources, make_content
 from stepgauge.reports.page import Stated
 from stepgauge.reports.reading import check_gauge, check_machine, check_placements, read_checked_evaluation
@@ -159,7 +160,7 @@ def test_what_is_missing_is_listed_and_what_is_given_is_not() -> None:
     bare = content(one_placement(), Stated(DAY))["not_stated"]
     for what in ("report number", "customer", "place of measurement", "operator"):
         assert what in bare
-    for start in ("uncertainty of the certified", "machine and probe", "placement 1: block centres", "temperature of"):
+    for start in ("uncertainty of the certified", "machine and probe", "placement 1: block centres"):
         assert any(line.startswith(start) for line in bare), start
     # The recording has no date, and two sigma is no uncertainty: that much stays open.
     assert [line.split(" ")[0] for line in with_files()["not_stated"]] == ["date", "measurement"]
@@ -172,6 +173,19 @@ def test_page_1_says_that_nobody_recorded_the_temperature_of_the_gauge() -> None
     silent = replace(one_placement(), results=(replace(result, gauge_temperature_C=None),))
     assert told in content(silent)["warnings"]
     assert told in " ".join(pages(render_pdf(content(silent)).data)[0].split())
+
+
+def test_the_recorded_temperature_of_the_scales_goes_before_that_of_the_machine_file() -> None:
+    """24 deg C recorded, 20.5 +- 0.1 stated: the first is printed, and page 1 says that the two contradict."""
+    gauge, machine = shipped()
+    stated = replace(machine, uncertain=(Uncertain("machine.temperature_C", 20.5, 0.1),))
+    (result,) = one_placement().results
+    for recorded_C, printed_C, doubted in ((24.0, "24.00 °C (mean, recorded)", True), (20.6, "20.60", False)):
+        warm = replace(one_placement(), results=(replace(result, scale_temperature_C=recorded_C),))
+        said = content(warm, STATED, Sources(gauge, stated))
+        lines = {row["label"]: row["value"] for section in said["sections"] for row in section["rows"]}
+        assert printed_C in lines["Scale temperature"]
+        assert any("24.00 °C as recorded, and not at 20.50 °C" in one for one in said["warnings"]) == doubted
 
 
 def test_an_undefined_uncertainty_of_the_radius_is_a_dash() -> None:

@@ -141,9 +141,12 @@ def _conditions(
         numbers = Numbers([warm], CELSIUS, 3)
         kind = "stepgauge_gaugeTemperature"
         found = [condition("Temperature of the step gauge", kind, [("Mean of the recording", kind, numbers)])]
-    if machine is not None:
-        kind, scales = "stepgauge_scaleTemperature", Numbers([machine.table.temperature_C], CELSIUS, 3)
-        found.append(condition("Temperature of the scales", kind, [("Stated for the machine", kind, scales)]))
+    at_C, told = placed.get("scale_temperature_C"), "Mean of the recording"
+    if at_C is None and machine is not None:
+        at_C, told = machine.table.temperature_C, "Stated for the machine"
+    if at_C is not None:
+        kind = "stepgauge_scaleTemperature"
+        found.append(condition("Temperature of the scales", kind, [(told, kind, Numbers([at_C], CELSIUS, 3))]))
     for name, kind, pair, unit, factor in (
         ("Air temperature", "basic_temperature", said.conditions.temperature_C, CELSIUS, 1.0),
         ("Relative humidity", "basic_humidityRelative", said.conditions.humidity_percent, ONE, 0.01),

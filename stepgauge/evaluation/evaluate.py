@@ -59,7 +59,8 @@ class PlacementResult:
 
     ``xf_um``, ``xb_um``: forward and backward error (Eqs 2-4, 6); ``sf_um``, ``sb_um``: standard deviation over the
     cycles (Eqs 5, 7); half of each is interpolated from the neighbours (Eqs 8-11). ``xm_um``: mean (Eq 12); ``xr_um``:
-    reversal (Eq 13). ``count``: probings of each face.
+    reversal (Eq 13). ``count``: probings of each face. Temperatures are means of the recording, None where it has none;
+    ``scale_temperature_C`` is of the scales that read the length, each by its share of it.
     """
 
     placement: int
@@ -79,6 +80,7 @@ class PlacementResult:
     gauge_temperature_C: float | None
     notes: tuple[str, ...]
     left_out: tuple[LeftOut, ...] = ()
+    scale_temperature_C: float | None = None
 
     @property
     def span_mm(self) -> float:
@@ -315,7 +317,22 @@ def _evaluate_placement(
         None if temperature is None else float(temperature[kept].mean()),
         tuple(notes),
         readings.left_out,
+        _along_scales_C(recording, readings.axis, kept),
     )
+
+
+def _along_scales_C(recording: Recording, axis: Array, kept: slice | NDArray[np.intp]) -> float | None:
+    """Mean recorded temperature of the scales that read a length along ``axis``, deg C.
+
+    A scale that reads the share a of the length lengthens it by a^2 of its own expansion. None where the scales of half
+    the length or more have no temperature.
+    """
+    columns = {i: recording.columns.get(f"scale_temperature_{name}_C") for i, name in enumerate("xyz")}
+    known = {i: float(column[kept].mean()) for i, column in columns.items() if column is not None}
+    share = {i: float(axis[i] ** 2) for i in known}
+    if sum(share.values()) <= 0.5:
+        return None
+    return sum(share[i] * known[i] for i in known) / sum(share.values())
 
 
 def _check_reference(seen: FaceStatistics, notes: list[str], path: str) -> None:

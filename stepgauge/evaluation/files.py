@@ -91,6 +91,7 @@ def _placement_to_dict(result: PlacementResult, gauge: Gauge) -> dict[str, Any]:
         "origin_mm": [float(v) for v in result.origin_mm],
         "cycles": list(result.cycles),
         "gauge_temperature_C": result.gauge_temperature_C,
+        "scale_temperature_C": result.scale_temperature_C,
         "r_eff_mm": result.radius.r_eff_mm,
         "u_r_eff_mm": _number(result.radius.u_mm),
         "r_eff_blocks": list(result.radius.blocks),

@@ -204,6 +204,17 @@ class Machine(Summarized):
         stated = self.stated.gauge_temperature_K
         return asked if asked is not None else stated.u if stated is not None else 0.0
 
+    def scales_doubt(self, recorded_C: float | None) -> str | None:
+        """What to say where the file's temperature of the scales and the recorded one contradict each other.
+
+        None where nothing was recorded, where the file states no uncertainty, or within twice the uncertainty.
+        """
+        own = next((one for one in self.uncertain if one.key == "machine.temperature_C"), None)
+        if own is None or recorded_C is None or abs(recorded_C - own.value) <= 2.0 * own.u:
+            return None
+        stated = f"{own.value:.2f} °C (u = {own.u:g} K)"
+        return f"the scales were at {recorded_C:.2f} °C as recorded, and not at {stated} as the machine file states"
+
     @property
     def travel_mm(self) -> NDArray[np.float64]:
         """Limits as ``(3, 2)``: lowest and highest x, y, z."""

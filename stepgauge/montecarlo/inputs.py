@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
+from stepgauge.evaluation.evaluate import PlacementResult
 from stepgauge.files.config import Table, check_table
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
@@ -156,3 +157,17 @@ def _square_root(correlation: Array) -> Array:
     """The symmetric square root of a correlation matrix, which may be singular (fully correlated faces)."""
     values, vectors = np.linalg.eigh(correlation)
     return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T)
+
+
+def pooled_deviation_um(results: Sequence[PlacementResult]) -> tuple[float, int]:
+    """Standard deviation of one probing from the repeats of all faces, um, and its degrees of freedom.
+
+    JCGM 100:2008, 4.2.4: the sum of n - 1 over the faces. NaN and 0 without repeats.
+    """
+    deviation = np.concatenate([np.where(r.face % 2 == 1, r.sf_um, r.sb_um) for r in results])
+    freedom = np.concatenate([np.maximum(r.count - 1, 0) for r in results])
+    known = np.isfinite(deviation) & (freedom > 0)
+    if not known.any():
+        return float("nan"), 0
+    total = int(freedom[known].sum())
+    return float(np.sqrt((deviation[known] ** 2 * freedom[known]).sum() / total)), total

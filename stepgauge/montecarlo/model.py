@@ -40,6 +40,7 @@ from stepgauge.montecarlo.inputs import (
     collect_inputs,
     draw,
     effect_key,
+    pooled_deviation_um,
 )
 from stepgauge.motion.moves import Program
 from stepgauge.recording import Recording
@@ -62,12 +63,16 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Part:
-    """One placement: its columns, its readings along the gauge axis and the temperature of the gauge over 20 deg C."""
+    """One placement: its columns, its readings along the gauge axis, and two temperatures.
+
+    ``warmer_K``: of the gauge over that of its certificate; ``scales_C``: of the scales, as recorded, else as stated.
+    """
 
     placement: int
     columns: dict[str, Array]
     readings: Readings
     warmer_K: Array
+    scales_C: float
     first_row: int
 
     def __len__(self) -> int:
@@ -135,7 +140,7 @@ class Model:
     def noise_um(self, part: Part) -> Array:
         """Standard deviation of every probing of a placement along its approach, um, shape ``(n,)``."""
         drawn = _Drawn(self, Draws(1, {}, None, None))
-        sigma = scatter_um(drawn.effects(), Probings(part.columns, self.setting), drawn.repeatability_um())[-1]
+        sigma = scatter_um(drawn.effects(part), Probings(part.columns, self.setting), drawn.repeatability_um())[-1]
         return np.broadcast_to(sigma, (1, len(part)))[0]
 
 
@@ -150,8 +155,8 @@ class _Drawn:
         """A scalar input, or its best estimate where it is certain."""
         return self.scalar.get(key, best)
 
-    def effects(self) -> list[Effect]:
-        """The effects with their drawn parameters."""
+    def effects(self, part: Part) -> list[Effect]:
+        """The effects with their drawn parameters, for a placement."""
         drawn = list(self.model.effects)
         first = len(drawn) - len(self.model.machine.effects)  # uncompensated scales come before those of the file
         for key, values in self.scalar.items():
@@ -159,13 +164,14 @@ class _Drawn:
             if place is not None:
                 index, path = first + place[0], place[1]
                 drawn[index] = _with_value(drawn[index], path, values)
-        if first and "machine.temperature_C" in self.scalar:
-            drawn[0] = drawn[0].with_values(temperature_C=self.scale_temperature())
+        if first:
+            drawn[0] = drawn[0].with_values(temperature_C=self.scale_temperature(part))
         return [effect for effect, counts in zip(drawn, self.model.counts, strict=True) if counts]
 
-    def scale_temperature(self) -> Array | float:
-        """Of all scales, deg C."""
-        return self.get("machine.temperature_C", self.model.machine.table.temperature_C)
+    def scale_temperature(self, part: Part) -> Array | float:
+        """Of the scales in a placement, deg C: the thermometer is off by as much as the machine file lets it be."""
+        stated = self.model.machine.table.temperature_C
+        return part.scales_C + (self.get("machine.temperature_C", stated) - stated)
 
     def setting(self) -> Setting:
         """The setting with the drawn expansion of the scales."""
@@ -250,7 +256,7 @@ def _displacement_um(model: Model, part: Part, drawn: _Drawn) -> Array:
     base = Probings(part.columns, model.setting)
     along_um = base.shifted_along_gauge(drawn.face_shift_um(part)) + drawn.pretravel_um()
     probings = Probings(_moved(part, along_um), drawn.setting())
-    effects = drawn.effects()
+    effects = drawn.effects(part)
     sigma_um = scatter_um(effects, probings, drawn.repeatability_um())[-1]
     noise = drawn.noise(part)
     if noise is not None:
@@ -259,7 +265,7 @@ def _displacement_um(model: Model, part: Part, drawn: _Drawn) -> Array:
     share = sum(a * probings.approach(name) for a, name in zip(axis, "xyz", strict=True))
     bent = _projected(added_up(effects, probings), axis)
     if model.sign < 0:
-        best = [effect for effect, counts in zip(model.effects, model.counts, strict=True) if counts]
+        best = _Drawn(model, Draws(1, {}, None, None)).effects(part)
         bent = bent - _projected(added_up(best, base), axis)
     return along_um * share + bent + _sensor_um(model, part, drawn)
 
@@ -281,13 +287,13 @@ def _projected(xyz_um: tuple[Array, Array, Array], axis: Array) -> Array:
 def _sensor_um(model: Model, part: Part, drawn: _Drawn) -> Array | float:
     """Error of compensated scales if temperature or expansion differ from the values of the controller.
 
-    -(alpha_s (T - 20) - alpha_0 (T_0 - 20)) x, with the values of the machine file for alpha_0 and T_0.
+    -(alpha_s (T - 20) - alpha_0 (T_0 - 20)) x, with alpha_0 of the machine file and the best estimate T_0.
     """
     table = model.machine.table
     if not table.scales_compensated or not SCALE_KEYS & drawn.scalar.keys():
         return 0.0
-    taken = table.scale_expansion_per_K * (table.temperature_C - REFERENCE_C)
-    true = drawn.setting().scale_expansion_per_K * (drawn.scale_temperature() - REFERENCE_C)
+    taken = table.scale_expansion_per_K * (part.scales_C - REFERENCE_C)
+    true = drawn.setting().scale_expansion_per_K * (drawn.scale_temperature(part) - REFERENCE_C)
     x_um = _projected((part.columns["x_mm"], part.columns["y_mm"], part.columns["z_mm"]), part.readings.axis) * 1e3
     return -(true - taken) * x_um
 
@@ -330,7 +336,7 @@ def recording_model(
     setting = Setting.of(machine, gauge, axes)
     inputs = collect_inputs(machine, gauge, u_gauge_temperature_K)
     model = _model(recording, machine, gauge, setting, inputs, origin, -1.0, blocks)
-    pooled, _ = pooled_deviation_um(model)
+    pooled, _ = pooled_deviation_um(model.nominal.results)
     if not np.isfinite(pooled):
         return model
     table = machine.table.model_copy(update={"repeatability_um": pooled})
@@ -350,8 +356,11 @@ def _model(
 ) -> Model:
     nominal = evaluate(recording, gauge, blocks, origin)
     parts, first = [], 0
-    for number in recording.placements:
-        part = _part(recording.of_placement(number), gauge, nominal.blocks, number, first, sign)
+    for result in nominal.results:
+        recorded_C = result.scale_temperature_C
+        scales_C = machine.table.temperature_C if recorded_C is None else recorded_C
+        number = result.placement
+        part = _part(recording.of_placement(number), gauge, nominal.blocks, number, first, sign, scales_C)
         parts.append(part)
         first += len(part)
     effects = tuple(machine_effects(machine))
@@ -371,7 +380,13 @@ def _is_drawn(machine: Machine, effects: Sequence[Effect]) -> list[bool]:
 
 
 def _part(
-    recording: Recording, gauge: Gauge, section: tuple[int, int], number: int, first_row: int, sign: float
+    recording: Recording,
+    gauge: Gauge,
+    section: tuple[int, int],
+    number: int,
+    first_row: int,
+    sign: float,
+    scales_C: float,
 ) -> Part:
     readings = project_readings(recording, gauge, section)
     if readings.kept is not None:
@@ -383,19 +398,4 @@ def _part(
     columns: dict[str, Any] = {name: recording.frame[name].to_numpy() for name in recording.frame.columns}
     reference = gauge.table.reference_temperature_C
     temperature = columns.get("gauge_temperature_C", np.full(len(readings.face), reference))
-    return Part(number, columns, readings, temperature - reference, first_row)
-
-
-def pooled_deviation_um(model: Model) -> tuple[float, int]:
-    """Standard deviation of one probing from the repeats of all faces, um, and its degrees of freedom.
-
-    JCGM 100:2008, 4.2.4: the sum of n - 1 over the faces. NaN and 0 without repeats.
-    """
-    results = model.nominal.results
-    deviation = np.concatenate([np.where(r.face % 2 == 1, r.sf_um, r.sb_um) for r in results])
-    freedom = np.concatenate([np.maximum(r.count - 1, 0) for r in results])
-    known = np.isfinite(deviation) & (freedom > 0)
-    if not known.any():
-        return float("nan"), 0
-    total = int(freedom[known].sum())
-    return float(np.sqrt((deviation[known] ** 2 * freedom[known]).sum() / total)), total
+    return Part(number, columns, readings, temperature - reference, scales_C, first_row)

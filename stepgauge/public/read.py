@@ -60,6 +60,7 @@ def _result(stored: dict[str, Any]) -> PlacementResult:
         ),
         origin_mm=np.array(stored["origin_mm"], float),
         gauge_temperature_C=stored["gauge_temperature_C"],
+        scale_temperature_C=stored.get("scale_temperature_C"),
         notes=tuple(stored["notes"]),
         left_out=tuple(LeftOut(row=-1, **one) for one in stored.get("left_out", ())),
         **columns,

@@ -88,7 +88,7 @@ def make_content(evaluation: dict[str, Any], stated: Stated, sources: Sources) -
         _identity(evaluation, stated, sources),
         result_table(evaluation, budget),
         ("evaluation.json", evaluation),
-        warnings=warnings(evaluation, budget, laboratory is not None),
+        warnings=warnings(evaluation, budget, sources.machine, laboratory is not None),
         statements=[measurand_text(evaluation), reference_text(evaluation)],
         figures=[
             (figure_svg(evaluation_figure(result)), f"Placement {result['placement']}: {describe(result)}")

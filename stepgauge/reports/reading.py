@@ -53,6 +53,7 @@ class PlacementRow(_Stored):
     origin_mm: list[float] = Field(min_length=3, max_length=3)
     cycles: list[int] = Field(min_length=2, max_length=2)
     gauge_temperature_C: float | None
+    scale_temperature_C: float | None = None
     r_eff_mm: float
     u_r_eff_mm: float | None
     r_eff_blocks: list[int] = Field(min_length=1)

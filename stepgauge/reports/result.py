@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from stepgauge.files.notation import UNDEFINED, quantity, uncertain
+from stepgauge.machine.file import Machine
 from stepgauge.reports.page import Column, PrintedTable
 from stepgauge.standards.budget_files import StoredBudget, StoredLine
 
@@ -64,9 +65,20 @@ def _sure(line: StoredLine | None, expanded: str) -> list[str]:
     return ["not evaluated", UNDEFINED] if line is None else [f"{expanded} µm", f"{line.k:.2f}"]
 
 
-def warnings(evaluation: dict[str, Any], budget: StoredBudget | None, laboratory: bool) -> list[str]:
+def warnings(
+    evaluation: dict[str, Any], budget: StoredBudget | None, machine: Machine | None, laboratory: bool
+) -> list[str]:
     """What page 1 must say beside the result where a temperature or the uncertainty is missing or incomplete."""
-    return [*_incomplete(budget, laboratory), *_cold(evaluation)]
+    return [*_incomplete(budget, laboratory), *_cold(evaluation), *_contradicted(evaluation, machine)]
+
+
+def _contradicted(evaluation: dict[str, Any], machine: Machine | None) -> list[str]:
+    """Where the machine file states another temperature of the scales than was recorded."""
+    if machine is None:
+        return []
+    doubts = [machine.scales_doubt(one.get("scale_temperature_C")) for one in evaluation["placements"]]
+    said = [f"{doubt}: the recorded temperature is used, and one of the two is wrong." for doubt in doubts if doubt]
+    return [text[0].upper() + text[1:] for text in dict.fromkeys(said)]
 
 
 def _cold(evaluation: dict[str, Any]) -> list[str]:

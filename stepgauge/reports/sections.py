@@ -142,12 +142,20 @@ def conditions_section(evaluation: dict[str, Any], machine: Machine | None) -> S
         if temperature is None:
             where = f" of placement {result['placement']}" if several else ""
             section.missing.append(f"gauge temperature{where} (certified positions are used uncorrected)")
-    if machine is None:
-        section.missing.append("temperature of the scales (machine file)")
-    else:
-        section.add("Scale temperature", f"{number(machine.table.temperature_C, 2)} °C (machine file)")
+        _add_scales(section, result, machine, f"Scales, placement {result['placement']}" if several else None)
     section.add("Convention", evaluation["temperature_convention"])
     return section
+
+
+def _add_scales(section: Section, result: dict[str, Any], machine: Machine | None, label: str | None) -> None:
+    """The temperature of the scales along the gauge: as recorded, else as the machine file states it."""
+    recorded_C = result.get("scale_temperature_C")
+    if recorded_C is not None:
+        section.add(label or "Scale temperature", f"{number(recorded_C, 2)} °C (mean, recorded)")
+    elif machine is not None:
+        section.add(label or "Scale temperature", f"{number(machine.table.temperature_C, 2)} °C (machine file)")
+    elif (what := "temperature of the scales (machine file)") not in section.missing:
+        section.missing.append(what)
 
 
 def u_of_radius(result: dict[str, Any]) -> str:

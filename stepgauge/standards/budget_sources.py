@@ -13,8 +13,15 @@ from numpy.typing import NDArray
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import StandardUncertainty
-from stepgauge.montecarlo.inputs import CERTIFICATE, EXPANSION, GAUGE_TEMPERATURE, REPEATABILITY, effect_key
-from stepgauge.montecarlo.model import Model, Part, pooled_deviation_um
+from stepgauge.montecarlo.inputs import (
+    CERTIFICATE,
+    EXPANSION,
+    GAUGE_TEMPERATURE,
+    REPEATABILITY,
+    effect_key,
+    pooled_deviation_um,
+)
+from stepgauge.montecarlo.model import Model, Part
 from stepgauge.standards.coverage import APPROXIMATELY_95
 
 Array = NDArray[np.float64]
@@ -113,7 +120,7 @@ def _repeatability(model: Model, part: Part, repeats: Repeats) -> Term | None:
     """Of the mean over the cycles: s / sqrt(n)."""
     faces = part.readings.faces
     count = np.maximum(np.bincount(part.readings.face, minlength=int(faces[-1]) + 1)[faces], 1)
-    _, freedom = pooled_deviation_um(model) if model.sign < 0 else (math.nan, 0)
+    _, freedom = pooled_deviation_um(model.nominal.results) if model.sign < 0 else (math.nan, 0)
     if freedom and repeats == "face":
         return _repeats_by_face(model, part, count)
     sigma = part_deviation_um(model, part)
@@ -262,6 +269,8 @@ def assumptions(model: Model, asked: Asked) -> list[str]:
         said.append(f"any two certified positions have the correlation coefficient {certificate.correlation:g}{rest}")
     if certificate.degrees_of_freedom is None:
         said.append("the certificate states no degrees of freedom: they are taken as infinite")
+    scales = [model.machine.scales_doubt(one.scale_temperature_C) for one in model.nominal.results]
+    said += [f"{doubt}: the recorded temperature is used" for doubt in dict.fromkeys(scales) if doubt]
     if asked.repeats == "pooled":
         said.append("one standard deviation of a probing holds for all faces")
     if model.machine.stated.resolution_um is not None:

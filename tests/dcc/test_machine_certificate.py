@@ -95,6 +95,13 @@ def test_it_says_who_what_and_when() -> None:
         assert words in text
 
 
+def test_temperatures_are_those_of_the_recording() -> None:
+    """Of the scales, too, where it has them: what the machine file states is then another statement."""
+    for kind in ("gauge", "scale"):
+        within = machine_xml().split(f'influenceCondition refType="stepgauge_{kind}Temperature"')[1]
+        assert "Mean of the recording" in within.split("</dcc:influenceCondition>")[0]
+
+
 XM_UNIT = r"(stepgauge_meanError.*?<si:unitXMLList>)\\micro\\metre"
 
 

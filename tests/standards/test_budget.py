@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from stepgauge.errors import InputError
-from stepgauge.evaluation.evaluate import evaluate
+from stepgauge.evaluation.evaluate import _along_scales_C, evaluate
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.files.resources import find_data
 from stepgauge.files.text import write_json
@@ -223,10 +223,27 @@ def test_temperature_and_expansion_of_the_scales_by_hand(compensated: bool) -> N
         Uncertain("machine.temperature_C", 21.0, 0.1),
         Uncertain("machine.scale_expansion_per_K", 11.5e-6, 1e-6),
     )
-    budget = make_budget(modelled(gauge, replace(machine, table=table, uncertain=uncertain), RECORDING))
-    xf, length_um = line(budget, "xf_um", 11), gauge.position_mm[10] * 1e3
-    assert xf.contribution["machine.temperature_C"] == pytest.approx(length_um * 11.5e-6 * 0.1, rel=1e-3)
-    assert xf.contribution["machine.scale_expansion_per_K"] == pytest.approx(length_um * 1.0 * 1e-6, rel=1e-3)
+    of_scales = {f"scale_temperature_{axis}_C" for axis in "xyz"}
+    silent = Recording(RECORDING.frame.drop(columns=of_scales), {}, "silent.csv")
+    warm = Recording(RECORDING.frame.assign(**dict.fromkeys(of_scales, 24.0)), {}, "warm.csv")
+    for recording, warmer_K in ((silent, 1.0), (warm, 4.0)):  # as the machine file states it, and as recorded
+        budget = make_budget(modelled(gauge, replace(machine, table=table, uncertain=uncertain), recording))
+        xf, length_um = line(budget, "xf_um", 11), gauge.position_mm[10] * 1e3
+        assert xf.contribution["machine.temperature_C"] == pytest.approx(length_um * 11.5e-6 * 0.1, rel=1e-3)
+        assert xf.contribution["machine.scale_expansion_per_K"] == pytest.approx(length_um * warmer_K * 1e-6, rel=1e-3)
+        doubted = [one for one in budget.assumptions if "24.00 °C as recorded, and not at 21.00 °C" in one]
+        assert len(doubted) == (recording is warm)
+
+
+def test_the_temperature_of_the_scales_is_that_of_those_that_read_the_length() -> None:
+    """Along (0.8, 0.6, 0), x reads 0.64 of a length and y the rest; z does not count, nor a mere third of it."""
+    axis = np.array([0.8, 0.6, 0.0])
+    frame = RECORDING.frame.assign(scale_temperature_x_C=24.0, scale_temperature_y_C=21.0, scale_temperature_z_C=30.0)
+    whole = Recording(frame, {}, "whole.csv")
+    assert _along_scales_C(whole, axis, slice(None)) == pytest.approx(0.64 * 24.0 + 0.36 * 21.0)
+    for gone, expected in (("x", None), ("y", 24.0)):
+        part = Recording(frame.drop(columns=f"scale_temperature_{gone}_C"), {}, "part.csv")
+        assert _along_scales_C(part, axis, slice(None)) == expected
 
 
 def test_resolution_probing_and_degrees_of_freedom_by_hand() -> None:
