@@ -239,6 +239,17 @@ def test_a_block_that_was_measured_once_repeats_as_the_others_do() -> None:
     assert result.radius.u_mm * 1e3 == pytest.approx(math.sqrt(2 * pooled + 2 * 0.3**2) / 2, rel=1e-6)
 
 
+@pytest.mark.parametrize(("pitch", "width", "origin"), [(20, 10, "first"), (60, 5, "first"), (60, 40, "all")])
+def test_a_scale_error_shows_as_a_reversal_of_half_a_pitch(pitch: float, width: float, origin: str) -> None:
+    """-c P / 2 at every face for c = 50 um/m, by hand in docs/uncertainty.md; the note states it where it matters."""
+    gauge = make_gauge(5, size=width, gap=pitch - width)
+    for ppm, noted in ((50.0, True), (1.0, False)):
+        error = {(c, k): ppm * 1e-3 * gauge.position_mm[k - 1] for c in (1, 2) for k in range(1, 11)}
+        result = evaluate(record(gauge, make_pose(0, 0), error), gauge, r_eff_from=origin).results[0]
+        np.testing.assert_allclose(result.xr_um[1:-1], -ppm * 1e-3 * pitch / 2, atol=2e-3)
+        assert any(f"{-ppm * 1e-3 * pitch / 2:.2g} um of XR are of the scale" in one for one in result.notes) == noted
+
+
 def test_several_placements_are_evaluated_each_on_its_own_axis() -> None:
     gauge = make_gauge(4)
     parts = [record(gauge, make_pose(yaw, 0.0), full(4, 3, seed)) for seed, yaw in enumerate((0.0, 1.0))]

@@ -97,6 +97,32 @@ def test_dates_are_read_or_refused() -> None:
             parse_moment(text, "f")
 
 
+def test_a_scale_that_grows_is_no_drift_of_the_reversal(tmp_path: Path) -> None:
+    """XR follows the scale by -P / 2 of it: 20 mm and 40 um/m a month are -0.4 um a month, and nothing beside."""
+    entries = []
+    for month in range(1, 7):
+        made = {"error_um": lambda x_mm, ppm=40.0 * month: ppm * 1e-3 * x_mm, "noise_um": 0.02, "cycles": 4}
+        path = write(tmp_path / str(month), when=f"2024-{month:02d}-01", seed=10 + month, **made)
+        entries += read_entries(path, tmp_path, str(month))
+    (one,) = (one for one in make_series(entries) if one.quantity == "reversal_um")
+    assert one.trend is not None
+    assert one.trend.per_year == pytest.approx(-0.4 * 12, rel=0.05)
+    told = [alert.text for alert in judge([one], {"reversal_um": 2.2})]
+    assert len(told) == 1
+    assert "-2.4 um of it are of the scale error" in told[0]
+
+
+def test_a_reversal_that_drifts_beside_the_scale_is_said_with_its_own_rate() -> None:
+    days = [0.0, 100.0, 200.0, 300.0]
+    made = [
+        entry(day, day, reversal_um=-0.02 * day, reversal_of_scale_um=-0.01 * day, u_reversal_um=0.01) for day in days
+    ]
+    (one,) = (one for one in make_series(made) if one.quantity == "reversal_um")
+    (text,) = (alert.text for alert in judge([one], {}))
+    assert text.startswith(f"drifts by {-0.01 * 365.25:.3g} +- ")
+    assert text.endswith("um a year, beside what the scale error shows in it")
+
+
 @given(
     value=st.lists(st.floats(-5, 5), min_size=3, max_size=12),
     seed=st.integers(0, 1000),

@@ -122,6 +122,7 @@ def _trends(series: Sequence[Series]) -> str:
             if one.trend is None
             else f"{one.trend.per_year:+8.3f}  u {one.trend.u_per_year:7.3f} {unit}"
         )
-        mark = "  drift" if one.trend is not None and one.trend.significant else ""
+        moves, drifts = (line is not None and line.significant for line in (one.trend, one.drift))
+        mark = "  drift" if drifts else "  as the scale error does" if moves else ""
         lines.append(f"{QUANTITIES[one.quantity].title:26s} along {one.direction:5s} {said}{mark}")
     return "\n".join(lines)

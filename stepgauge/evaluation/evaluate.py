@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.evaluation.face_errors import REffOrigin, band_um, face_errors, radius_blocks, reference_face
-from stepgauge.evaluation.notes import doubts, gaps, unrecorded
+from stepgauge.evaluation.notes import doubts, gaps, of_scale, unrecorded
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Shown, as_lines, figures
 from stepgauge.gauge.certified import Gauge
@@ -297,6 +297,7 @@ def _evaluate_placement(
     temperature = recording.columns.get("gauge_temperature_C")
     if temperature is None:
         notes.append(unrecorded(gauge, faces[seen.count > 0]))
+    notes += [note] if (note := of_scale(faces, seen.count, gauge, errors.xm_um, origin)) else []
     notes += doubts(readings, seen, gauge)
     first_touch = int(np.abs(readings.face - faces[0]).argmin())
     return PlacementResult(

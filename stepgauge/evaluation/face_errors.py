@@ -70,6 +70,25 @@ def face_errors(seen: FaceStatistics, u_um: Array, origin: REffOrigin) -> FaceEr
     return FaceErrors(xf, sf, xb, sb, radius_mm, u_mm)
 
 
+def reversal_of_scale_um(
+    faces: NDArray[np.int64], count: NDArray[np.int64], position_mm: Array, xm_um: Array, origin: REffOrigin
+) -> float:
+    """Mean XR in um that a scale error of the size of the slope of XM shows of itself; NaN with fewer than two XM.
+
+    All arrays are by face, (k,). Of blocks of width w with gaps g, backs are interpolated (w - g) / 2 beside the fronts
+    (Eqs 8 to 11), and the tip diameter holds the error of a block, c w (Eq 1): together -c (w + g) / 2, minus half a
+    pitch times the scale error c, though the machine has no reversal.
+    """
+    of_1_ppm = np.where(count > 0, position_mm * 1e-6, np.nan)
+    seen = FaceStatistics(faces, count, of_1_ppm, np.full_like(of_1_ppm, np.nan))
+    of_one = face_errors(seen, np.zeros(len(faces)), origin)
+    known = np.isfinite(of_one.xr_um) & np.isfinite(xm_um)
+    if known.sum() < 2:
+        return float("nan")
+    slope, of_1_slope = (np.polyfit(position_mm[known], xm[known], 1)[0] for xm in (xm_um, of_one.xm_um))
+    return float(slope / of_1_slope * of_one.xr_um[known].mean())
+
+
 def _effective_radius(seen: FaceStatistics, u_um: Array, blocks: NDArray[np.intp]) -> tuple[Array, Array]:
     """Half of measured minus certified block size (Eq 1), with its standard uncertainty; NaN without any repeats.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pandas as pd
 
 from stepgauge import __version__
 from stepgauge.evaluation.evaluate import Evaluation, PlacementResult
+from stepgauge.evaluation.face_errors import REffOrigin, reversal_of_scale_um
 from stepgauge.files.dates import first_moment
 from stepgauge.files.tables import csv_text, result_cell
 from stepgauge.files.text import read_result, write_json, write_text
@@ -126,6 +128,14 @@ def face_frame(evaluation: Evaluation) -> pd.DataFrame:
     """The faces of all placements: the columns of :func:`face_rows` after the placement, NaN where undefined."""
     rows = [{"placement": one.placement, **row} for one in evaluation.results for row in face_rows(one)]
     return pd.DataFrame(rows).astype(dict.fromkeys(UM, float))
+
+
+def stored_reversal_of_scale_um(stored: Mapping[str, Any], origin: REffOrigin) -> float:
+    """:func:`~stepgauge.evaluation.face_errors.reversal_of_scale_um` of a placement of an ``evaluation.json``."""
+    rows = stored["faces"]
+    face, count = (np.array([row[name] for row in rows], np.int64) for name in ("face", "count"))
+    position, xm = (np.array([row[name] for row in rows], float) for name in ("position_mm", "xm_um"))
+    return reversal_of_scale_um(face, count, position, xm, origin)
 
 
 def _number(value: float) -> float | None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.evaluation.face_errors import REffOrigin, reversal_of_scale_um
 from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording.by_face import FaceStatistics
@@ -15,10 +16,11 @@ from stepgauge.recording.repeats import left_out_words, odd_blocks, odd_faces
 if TYPE_CHECKING:
     from stepgauge.evaluation.evaluate import Readings
 
+Array = NDArray[np.float64]
 REFERENCE_C = 20.0
 """Reference temperature of dimensions, ISO 1."""
-COSINE_UM = 0.1
-"""Cosine error over the measured section from which a note is made."""
+NOTABLE_UM = 0.1
+"""Cosine error over the measured section, and reversal that a scale error shows, from which a note is made."""
 
 
 def gaps(faces: NDArray[np.int64], count: NDArray[np.int64]) -> list[str]:
@@ -47,6 +49,17 @@ def unrecorded(gauge: Gauge, measured: NDArray[np.int64]) -> str:
     )
 
 
+def of_scale(faces: NDArray[np.int64], count: NDArray[np.int64], gauge: Gauge, xm_um: Array, origin: REffOrigin) -> str:
+    """How much of XR is of the scale error, which no reversal of the machine explains; empty where it is little."""
+    um = reversal_of_scale_um(faces, count, gauge.position_mm[faces - 1], xm_um, origin)
+    if not abs(um) > NOTABLE_UM:
+        return ""
+    return (
+        f"{rounded(um, 2, plus=True)} um of XR are of the scale error (the slope of XM) and not of a reversal: minus"
+        " half the pitch of the blocks times the slope, by the definition of XR and R_eff"
+    )
+
+
 def doubts(readings: Readings, seen: FaceStatistics, gauge: Gauge) -> list[str]:
     """Readings that were left out, and conspicuous ones that are used."""
     notes = [left_out_words(readings.left_out)] if readings.left_out else []
@@ -54,7 +67,7 @@ def doubts(readings: Readings, seen: FaceStatistics, gauge: Gauge) -> list[str]:
         notes.append(readings.remark)
     span_mm = float(np.ptp(gauge.position_mm[seen.faces[seen.count > 0] - 1]))
     short_um = readings.tilt_rad**2 / 2.0 * span_mm * 1e3
-    if short_um > COSINE_UM:
+    if short_um > NOTABLE_UM:
         notes.append(
             f"the readings follow a line that is {readings.tilt_rad * 1e3:.2f} mrad off the axis that is used:"
             f" a cosine error of up to {short_um:.2f} um"

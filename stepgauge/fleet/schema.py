@@ -91,6 +91,7 @@ EVALUATIONS = (
     Column("u_scale_ppm", "double", "its standard uncertainty from repeatability, um/m", True),
     Column("reversal_um", "double", "mean of XR, um", True),
     Column("u_reversal_um", "double", "its standard uncertainty from repeatability, um", True),
+    Column("reversal_of_scale_um", "double", "what of it the scale error shows of itself, um", True),
     Column("r_eff_mm", "double", "effective tip radius, mm", True),
     Column("u_r_eff_mm", "double", "its standard uncertainty, mm", True),
     Column("u_r_eff_change_um", "double", "the same from repeatability alone, um", True),

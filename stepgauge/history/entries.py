@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
-from stepgauge.evaluation.files import read_evaluation
+from stepgauge.evaluation.files import read_evaluation, stored_reversal_of_scale_um
 from stepgauge.files.dates import moment_in_path, parse_moment
 
 Array = NDArray[np.float64]
@@ -51,6 +51,7 @@ class HistoryEntry:
     ``direction``: x, y, z, or the gauge axis as numbers where it lies along none; ``date_source``: ``evaluation``,
     ``path`` or ``file``; values are NaN where the evaluation has none. ``u_...``: standard uncertainties from
     repeatability alone (the certificate is common to all entries of a gauge and cancels in a trend).
+    ``reversal_of_scale_um``: what of ``reversal_um`` the scale error shows of itself.
     """
 
     path: str
@@ -73,6 +74,7 @@ class HistoryEntry:
     u_r_eff_change_um: float
     band_um: float
     worst_two_sigma_um: float
+    reversal_of_scale_um: float = math.nan
 
 
 def read_entries(path: Path, root: Path, sha256: str, date_from: DateFrom = "record") -> list[HistoryEntry]:
@@ -147,6 +149,7 @@ def make_entry(
         faces.u_r_eff_um(),
         _number(one["band_um"]),
         _number(one["worst_two_sigma_um"]),
+        stored_reversal_of_scale_um(one, data["r_eff_origin"]),
     )
 
 

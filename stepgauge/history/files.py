@@ -52,6 +52,8 @@ def _document(
                     "values": one.value.tolist(),
                     "u": one.u.tolist(),
                     "trend": _trend(one.trend),
+                    "of_scale": one.of_scale.tolist(),
+                    "drift": _trend(one.drift),
                     "centre": one.centre.tolist(),
                     "reach": one.reach,
                 }

@@ -14,7 +14,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.history.entries import DateFrom, HistoryEntry, read_entries
 
 ANOTHER = naming("rebuild", "store", words="{}, or another {}")
-SCHEMA = 1
+SCHEMA = 2
 NAMES = tuple(field.name for field in fields(HistoryEntry))
 _TYPES = {"int": "INTEGER", "float": "REAL"}
 _COLUMNS = ", ".join(f"{field.name} {_TYPES.get(str(field.type), 'TEXT')}" for field in fields(HistoryEntry))

@@ -44,7 +44,8 @@ class Series:
 
     ``centre``, ``reach``: middle and half width of the control chart for individual values (ISO 7870-2: three sigma,
     from the mean moving range / 1.128), widened for few values; NaN with fewer than five. Where there is a drift, the
-    chart follows the trend line: the drift is one finding, a value beside it another.
+    chart follows the trend line: the drift is one finding, a value beside it another. ``of_scale``: what of the value
+    the scale error shows of itself, 0 for all but the reversal; ``drift``: trend of the value less that.
     """
 
     quantity: str
@@ -55,6 +56,8 @@ class Series:
     trend: Trend | None
     centre: Array
     reach: float
+    of_scale: Array
+    drift: Trend | None
 
     @property
     def beyond(self) -> NDArray[np.bool_]:
@@ -90,7 +93,11 @@ def _series(name: str, direction: str, entries: list[HistoryEntry]) -> Series:
     value, u = _values(name, ordered)
     days = np.array([(e.measured_at - ordered[0].measured_at).total_seconds() / 86400.0 for e in ordered])
     trend = fit_trend(ordered[0].measured_at, days, value, u)
-    return Series(name, direction, tuple(ordered), value, u, trend, *_chart(days, value, trend))
+    of_scale = np.zeros(len(ordered))
+    if name == "reversal_um":
+        of_scale = np.nan_to_num([entry.reversal_of_scale_um for entry in ordered])
+    drift = fit_trend(ordered[0].measured_at, days, value - of_scale, u)
+    return Series(name, direction, tuple(ordered), value, u, trend, *_chart(days, value, trend), of_scale, drift)
 
 
 def _chart(days: Array, value: Array, trend: Trend | None) -> tuple[Array, float]:
@@ -183,9 +190,10 @@ def judge(series: Sequence[Series], limits: Mapping[str, float]) -> list[Alert]:
         unit = QUANTITIES[one.quantity].unit
         found += _beyond_limit(one, limits.get(one.quantity), unit)
         found += _beyond_control(one, unit)
-        if one.trend is not None and one.trend.significant:
-            rate = f"{rounded(one.trend.per_year, 3, plus=True)} +- {rounded(one.trend.u_per_year, 2)}"
-            found.append(_warning("drift", one, len(one.entries) - 1, f"drifts by {rate} {unit} a year"))
+        if one.drift is not None and one.drift.significant:
+            rate = f"{rounded(one.drift.per_year, 3, plus=True)} +- {rounded(one.drift.u_per_year, 2)}"
+            beside = ", beside what the scale error shows in it" if one.of_scale.any() else ""
+            found.append(_warning("drift", one, len(one.entries) - 1, f"drifts by {rate} {unit} a year{beside}"))
     return sorted(found, key=lambda warning: (warning.measured_at, warning.quantity))
 
 
@@ -195,9 +203,17 @@ def _beyond_limit(one: Series, limit: float | None, unit: str) -> list[Alert]:
     size = np.abs(one.value) if QUANTITIES[one.quantity].signed else one.value
     said = f"{unit}, beyond the limit {limit:g} {unit}"
     return [
-        _warning("limit", one, row, f"{rounded(one.value[row], 3)} {said}")
+        _warning("limit", one, row, f"{rounded(one.value[row], 3)} {said}{_shown_by_scale(one, row, unit)}")
         for row in np.flatnonzero(size > limit).tolist()
     ]
+
+
+def _shown_by_scale(one: Series, row: int, unit: str) -> str:
+    """What of a value the scale error shows of itself, in brackets where it is a tenth of it or more."""
+    um = one.of_scale[row]
+    if abs(um) < 0.1 * abs(one.value[row]) or um == 0.0:
+        return ""
+    return f" ({rounded(um, 3, plus=True)} {unit} of it are of the scale error)"
 
 
 def _beyond_control(one: Series, unit: str) -> list[Alert]:

@@ -11,7 +11,8 @@ from stepgauge.standards.budget_files import StoredBudget
 ERRORS = ("xf", "xb", "xm", "xr")
 NOTE = (
     "* interpolated from the two neighbouring faces of the same side. – not defined. n: probings of the face. "
-    "2s: twice the standard deviation over the cycles."
+    "2s: twice the standard deviation over the cycles. "
+    "XR: a scale error c alone shows as −c P / 2, P: pitch of the blocks."
 )
 U_NOTE = (
     " U: expanded uncertainty, two significant digits at most, the error rounded to the same place; zero where the"

@@ -13,7 +13,8 @@ METHOD = (
     "Positions are tip centres projected on the gauge axis; the front of the first used block is the reference. "
     "XF is the error at faces probed along the axis (fronts), XB at faces probed against it (backs, less twice the "
     "effective radius), each the mean over the cycles; between two such faces the value is interpolated. "
-    "XM = (XF + XB) / 2 is the mean error, XR = XB − XF the reversal; s is the standard deviation over the cycles. "
+    "XM = (XF + XB) / 2 is the mean error, XR = XB − XF the reversal, in which a scale error c alone shows as −c P / 2 "
+    "(P: pitch of the blocks); s is the standard deviation over the cycles. "
     "The range of XM is its largest minus its smallest value. (H. Pahk and J. Kim, equations 1 to 13.)"
 )
 
