@@ -106,8 +106,7 @@ def _words(roles: list[Role], found: Long, recording: AxisRecording) -> list[str
     else:
         what = "one spot" if recording.form == "spot" else "distances between stations"
         words.append(f"{len(frame)} readings of {what}")
-    if "reduced" in recording.comments:
-        words.append(f"reduced: {recording.comments['reduced']}")
+    words += [f"{key}: {recording.comments[key]}" for key in ("turned", "reduced") if key in recording.comments]
     words.append(f"told in {units.position}, deviations in {units.deviation}")
     if recording.covariates:
         words.append(f"kept as covariates: {', '.join(recording.covariates)}")

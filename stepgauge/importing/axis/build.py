@@ -20,7 +20,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.units import ANGLE_DEG, LENGTH_MM, Unit, unit_hint
 from stepgauge.importing.axis.grid import Grid
 from stepgauge.importing.axis.long import Long
-from stepgauge.importing.axis.roles import DEVIATION, READING
+from stepgauge.importing.axis.roles import CORRECTION, DEVIATION, DEVIATIONS, READING
 from stepgauge.importing.axis.targets import Targets
 from stepgauge.importing.axis.travel import cycles_of_repeats, ways_of_order
 
@@ -71,7 +71,8 @@ def build_axis(found: Long, grid: Grid, options: AxisOptions) -> AxisRecording:
     role = _role(found, grid, target) if form == "axis" else READING
     units = _units(found, grid, options, form, role)
     target = None if target is None else target * _per(found.target_unit, units, options)
-    value = found.value * _value_factor(found, units, options, role)
+    turned = role == DEVIATION and found.value_role == CORRECTION
+    value = found.value * _value_factor(found, units, options, role) * (-1.0 if turned else 1.0)
     reading = value if role == READING else value / units.deviations_per_position + _known(target)
     frame = _frame(found, target, reading)
     if index is not None and options.targets is not None and options.targets.u.any():
@@ -81,7 +82,13 @@ def build_axis(found: Long, grid: Grid, options: AxisOptions) -> AxisRecording:
     for name, values in found.others.items():
         frame[f"{name} recorded" if name in OWN or name in STATIONS else name] = values
     artefact = options.targets.name if options.targets else "targets" if form == "axis" else "none"
-    return AxisRecording(frame, form, units, options.sensor, {"artefact": artefact}, grid.path)
+    comments = {"artefact": artefact, **({"turned": _sign_words(found)} if turned else {})}
+    return AxisRecording(frame, form, units, options.sensor, comments, grid.path)
+
+
+def _sign_words(found: Long) -> str:
+    name = found.value_header
+    return f'sign of {name}, taken as target minus reading (column deviation="{name}" takes it the other way round)'
 
 
 def _targets(found: Long, grid: Grid, options: AxisOptions) -> tuple[Array | None, NDArray[np.intp] | None]:
@@ -105,7 +112,7 @@ def _role(found: Long, grid: Grid, target: Array | None) -> str:
     """Whether the values are readings or deviations: as they are named, where their size does not contradict."""
     assert target is not None
     if not np.ptp(target):
-        return DEVIATION if found.value_role == DEVIATION else READING
+        return DEVIATION if found.value_role in DEVIATIONS else READING
     slope = float(np.polyfit(target - target.mean(), found.value, 1)[0])
     scale = 1.0
     if found.value_unit is not None and found.target_unit is not None:
@@ -113,7 +120,7 @@ def _role(found: Long, grid: Grid, target: Array | None) -> str:
     slope *= scale
     if abs(slope - 1.0) < NEAR_ONE:
         return READING
-    if abs(slope) < NEAR_NOUGHT or (found.value_role == DEVIATION and scale == 1.0):
+    if abs(slope) < NEAR_NOUGHT or (found.value_role in DEVIATIONS and scale == 1.0):
         return DEVIATION
     if found.value_unit is None and found.value_role != READING:
         return DEVIATION

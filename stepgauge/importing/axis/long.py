@@ -15,7 +15,7 @@ from stepgauge.importing.axis.grid import Grid
 from stepgauge.importing.axis.labels import LABEL, Label, parse_label, way_of
 from stepgauge.importing.axis.roles import (
     CYCLE,
-    DEVIATION,
+    DEVIATIONS,
     FROM,
     PLACEMENT,
     READING,
@@ -23,6 +23,7 @@ from stepgauge.importing.axis.roles import (
     TIME,
     TO,
     U_TARGET,
+    UNSIGNED,
     VALUE_ROLES,
     WAY,
     Role,
@@ -39,7 +40,8 @@ class Long:
     """Readings in the order in which they were taken, ``n`` of them.
 
     ``row (n,)``: row of the grid of each; ``target``, ``value``, ``u_target``: in the units of their columns;
-    ``role``: what the value is (reading, deviation, or unknown); ``way``, ``cycle``: nought where nothing states them;
+    ``value_role``: what the value is (reading, deviation, correction, or unknown); ``way``, ``cycle``: nought where
+    nothing states them;
     ``stations``: names of both; ``others``: numbers recorded besides; ``dropped``: columns that were not.
     """
 
@@ -150,8 +152,17 @@ def _value_columns(grid: Grid, roles: Sequence[Role]) -> list[Role]:
         names = " and ".join(repr(one.header) for one in found[:3])
         expected = naming("columns", words=f'{{}} {found[0].role}="HEADER" for the right one')
         raise InputError(grid.path, f"several columns may be the {found[0].role}", found=names, expected=expected)
+    _check_sign(grid, found[0])
     _check_labels(grid, found)
     return sorted(found, key=lambda one: (one.label.cycle, one.place))
+
+
+def _check_sign(grid: Grid, column: Role) -> None:
+    """The words of a name agree on the sign of its values."""
+    if column.role == UNSIGNED:
+        words = '{} deviation="HEADER" (reading minus target) or {} correction="HEADER" (target minus reading)'
+        expected = naming("columns", "columns", words=words)
+        raise InputError(grid.path, "the name of a column contradicts itself", found=column.header, expected=expected)
 
 
 def _check_labels(grid: Grid, columns: Sequence[Role]) -> None:
@@ -282,5 +293,5 @@ def _others(grid: Grid, roles: Sequence[Role]) -> tuple[dict[str, Array], list[s
             kept[name] = values
         else:
             dropped.append(one.header)
-    unused = [one.header for one in roles if one.role == DEVIATION and any(r.role == READING for r in roles)]
+    unused = [one.header for one in roles if one.role in DEVIATIONS and any(r.role == READING for r in roles)]
     return kept, dropped + unused

@@ -1,9 +1,11 @@
-"""What the columns of a table of one axis are: target, reading, deviation, direction, cycle, time, station."""
+"""What the columns of a table of one axis are: target, reading, deviation, direction, cycle, time, station.
+
+Deviations come with either sign (:mod:`.signs`): a ``correction`` is the negative of a ``deviation``.
+"""
 
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
@@ -11,14 +13,17 @@ from fnmatch import fnmatchcase
 from stepgauge.errors import InputError, naming
 from stepgauge.files.units import Unit, find_unit
 from stepgauge.importing.axis.labels import LABEL, Label, parse_label
+from stepgauge.importing.axis.signs import CORRECTIONS, folded, signs_of
 from stepgauge.importing.headers import split_unit
 
-TARGET, READING, DEVIATION = "target", "reading", "deviation"
+TARGET, READING, DEVIATION, CORRECTION = "target", "reading", "deviation", "correction"
+UNSIGNED = "deviation of unknown sign"
 WAY, CYCLE, TIME, PLACEMENT, FROM, TO, U_TARGET = "way", "cycle", "time_s", "placement", "from", "to", "u_target"
 DROPPED = "dropped"
-ROLES = (TARGET, READING, DEVIATION, WAY, CYCLE, TIME, PLACEMENT, FROM, TO, U_TARGET)
+ROLES = (TARGET, READING, DEVIATION, CORRECTION, WAY, CYCLE, TIME, PLACEMENT, FROM, TO, U_TARGET)
 """What ``--column`` may name."""
-VALUES = (READING, DEVIATION)
+DEVIATIONS = (DEVIATION, CORRECTION, UNSIGNED)
+VALUES = (READING, *DEVIATIONS)
 READING_OR_DEVIATION = "values"
 """Columns of cycles that are not named as readings or as deviations: their size tells."""
 VALUE_ROLES = (*VALUES, READING_OR_DEVIATION)
@@ -27,7 +32,7 @@ _WORDS = {
         zielposition ziel reference ref referenz standard normal true certified calibrated nennwert nennmass konsigne
         consigne theoretical stellung winkelstellung step masstab vorgabe""",
     DEVIATION: """deviation deviations dev error errors err abweichung abweichungen fehler diff difference differenz
-        delta residual ecart erreur correction""",
+        delta residual ecart erreur""",
     READING: """reading readings read measured measurement meas actual act indicated indication indicator display
         displayed ist istwert istposition messwert anzeige anzeigewert ablesung value wert laser encoder dro probe
         probed trigger distance distanz strecke abstand dial gauge output feedback mesure lecture observed
@@ -53,7 +58,7 @@ _POSITION, _NUMBER, _STATISTICS, _IDLE, _STATION = (
 readings; words that say nothing of a wide table; and words beside those of a station."""
 _UNIT_BEHIND = re.compile(r"(.+?)(?:\s*/\s*|\s*,\s*|\s+)(\w*[a-zµμ°]{2,}|°|min|arc sec)\s*", re.IGNORECASE)
 _LAST = re.compile(r"(.+)_([^_\s]+)")
-_PLACES = ("target", "reading", "deviation", "values")
+_PLACES = (TARGET, *VALUE_ROLES)
 """Roles of a length or an angle."""
 _U = re.compile(r"^u[ _(]|uncertainty|unsicherheit|^u$", re.IGNORECASE)
 
@@ -86,7 +91,7 @@ def read_roles(headers: Sequence[str], units: Sequence[Unit | None], chosen: Map
     roles = _wide(roles, [name for name, _ in named])
     roles = _settled(roles, [name for name, _ in named])
     if {FROM, TO} <= {one.role for one in roles}:  # a station may be called a target: its place is no position
-        roles = [replace(one, role=None) if one.role in (TARGET, DEVIATION, WAY) else one for one in roles]
+        roles = [replace(one, role=None) if one.role in (TARGET, *DEVIATIONS, WAY) else one for one in roles]
     return _arcseconds(roles)
 
 
@@ -134,8 +139,7 @@ def role_of(header: str) -> str | None:
 
 def words_of(name: str) -> list[str]:
     """The words of a name, folded, without accents and signs."""
-    plain = "".join(c for c in unicodedata.normalize("NFKD", name.casefold()) if not unicodedata.combining(c))
-    return [word for word in re.split(r"[^a-z0-9#]+", plain) if word]
+    return [word for word in re.split(r"[^a-z0-9#]+", folded(name)) if word]
 
 
 def _chosen(header: str, name: str, chosen: Mapping[str, str]) -> str | None:
@@ -156,13 +160,21 @@ def _role(name: str) -> str | None:
         return None
     if words[0] in _STATISTICS and not set(words) & set(_WORDS[READING].split()):
         return DROPPED
-    for role in (FROM, TO, WAY, TIME, CYCLE, PLACEMENT, DEVIATION, TARGET, READING):
+    for role in (FROM, TO, WAY, TIME, CYCLE, PLACEMENT):
         known = _WORDS[role].split()
         told = set(words) & set(known)
         plain = not set(words) - set(known) - _STATION if role in (FROM, TO) else len(words) - len(told) < 2
-        if told and (plain or role not in (FROM, TO, TIME, CYCLE, PLACEMENT)):
+        if told and (plain or role == WAY):
             return role
-    return DROPPED if set(words) <= _NUMBER else None
+    return _value_role(name, set(words)) or (DROPPED if set(words) <= _NUMBER else None)
+
+
+def _value_role(name: str, words: set[str]) -> str | None:
+    """What the values of a column are; deviations with the sign that the name gives them."""
+    signs = signs_of(name, bool(words & set(_WORDS[DEVIATION].split())))
+    if signs:
+        return UNSIGNED if len(signs) > 1 else DEVIATION if 1 in signs else CORRECTION
+    return next((role for role in (TARGET, READING) if words & set(_WORDS[role].split())), None)
 
 
 def _labelled(one: Role, name: str, chosen: Mapping[str, str]) -> Role:
@@ -191,8 +203,8 @@ def _wide(roles: list[Role], names: Sequence[str]) -> list[Role]:
 
 def _tells(stem: tuple[str, ...]) -> bool:
     """Whether what columns share is a reading, a deviation or a cycle, and not a temperature of several sensors."""
-    known = {word for role in (READING, DEVIATION, CYCLE, WAY) for word in _WORDS[role].split()}
-    return set(stem) <= known | {"m", "x", "r", "pos", "forward", "backward"}
+    known = {word for role in (TARGET, READING, DEVIATION, CYCLE, WAY) for word in _WORDS[role].split()}
+    return set(stem) <= known | set(CORRECTIONS.split()) | {"m", "x", "r", "pos", "forward", "backward"}
 
 
 def _stem(name: str) -> list[str]:

@@ -1,0 +1,111 @@
+"""Deviations come with either sign: the order of a subtraction and the word for a correction say which."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stepgauge.axis.recording import read_axis_recording
+from tests.cli.conftest import Run
+from tests.importing.axis.layouts import TARGETS
+
+PER_M = 24.8
+AS_DEVIATION = [
+    "Abweichung Ist-Soll [um]",
+    "Deviation actual-nominal (um)",
+    "Fehler (Ist - Soll) [um]",
+    "Ecart mesure-consigne [um]",
+    "Ist-Position minus Soll-Position [um]",
+    "reading minus target [um]",
+    "Abweichung Soll/Ist [um]",
+    "error_um",
+]
+AS_CORRECTION = [
+    "Abweichung Soll-Ist [um]",
+    "Soll-Ist-Abweichung [um]",
+    "Soll−Ist [um]",
+    "Sollwert - Istwert [um]",
+    "Deviation nominal-actual (um)",
+    "Difference target - measured [um]",
+    "target minus reading [um]",
+    "Nom.-Act. [um]",
+    "Set point - actual [um]",
+    "Fehler (Soll-Ist) [um]",
+    "Écart consigne-mesure [um]",
+    "Correction [um]",
+    "Korrektur [um]",
+    "Korrekturwert Soll-Ist [um]",
+    "Compensation value [um]",
+]
+CONTRADICTORY = ["Correction actual-nominal [um]", "Fehlerkurve (Soll-Ist / Ist-Soll) [um]", "error compensation [um]"]
+
+
+def table(folder: Path, header: str, sign: int, values: str = "") -> Path:
+    rows = [f"{t:g};{values or f'{sign * PER_M * t / 1000.0:.4f}'}" for t in TARGETS]
+    path = folder / "t.csv"
+    path.write_text("\n".join([f"Position [mm];{header}", *rows, ""]), encoding="utf-8")
+    return path
+
+
+def scale_um_m(path: Path) -> float:
+    """Slope of the deviations of a recording, um/m."""
+    back = read_axis_recording(path)
+    return float(np.polyfit(back.frame["target"], back.deviation, 1)[0]) * 1e3
+
+
+@pytest.mark.parametrize(
+    ("header", "sign"), [*((one, 1) for one in AS_DEVIATION), *((one, -1) for one in AS_CORRECTION)]
+)
+def test_a_deviation_is_reading_minus_target_whatever_the_table_holds(
+    run: Run, tmp_path: Path, header: str, sign: int
+) -> None:
+    """And the import says, and writes down, that it has turned a sign."""
+    result = run("import", table(tmp_path, header, sign), "--sensor", "laser", "-o", tmp_path / "axis.csv")
+    assert result.code == 0, result.err
+    assert scale_um_m(tmp_path / "axis.csv") == pytest.approx(PER_M, rel=1e-3)
+    name = header.rpartition(" [")[0] if "[" in header else header
+    assert (f"turned: sign of {name}" in result.err) == (sign < 0), result.err
+    assert ("# turned: sign of" in (tmp_path / "axis.csv").read_text(encoding="utf-8")) == (sign < 0)
+
+
+@pytest.mark.parametrize("header", CONTRADICTORY)
+def test_what_contradicts_itself_is_asked_for(run: Run, tmp_path: Path, header: str) -> None:
+    path = table(tmp_path, header, 1)
+    result = run("import", path, "--sensor", "laser", "-o", tmp_path / "axis.csv")
+    assert result.code == 2
+    assert "contradicts itself" in result.err
+    assert '--column deviation="HEADER"' in result.err
+    assert '--column correction="HEADER"' in result.err
+    assert not (tmp_path / "axis.csv").exists()
+
+
+@pytest.mark.parametrize(("role", "sign"), [("deviation", 1), ("correction", -1)])
+@pytest.mark.parametrize("header", ["Abweichung Soll-Ist [um]", "error compensation [um]", "Ist-Soll [um]"])
+def test_what_is_stated_goes_before_the_name(run: Run, tmp_path: Path, header: str, role: str, sign: int) -> None:
+    path = table(tmp_path, header, sign)
+    stated = ("--sensor", "laser", "--column", f"{role}={header}")
+    assert run("import", path, *stated, "-o", tmp_path / "axis.csv").code == 0
+    assert scale_um_m(tmp_path / "axis.csv") == pytest.approx(PER_M, rel=1e-3)
+
+
+def test_readings_are_never_turned(run: Run, tmp_path: Path) -> None:
+    """A column of readings that speaks of a correction: its slope against the targets is one."""
+    rows = "".join(f"{t:g};{t * (1 + PER_M * 1e-6):.6f}\n" for t in TARGETS)
+    (tmp_path / "t.csv").write_text(f"Target [mm];Reading after correction [mm]\n{rows}", encoding="utf-8")
+    result = run("import", tmp_path / "t.csv", "--sensor", "laser", "-o", tmp_path / "axis.csv")
+    assert result.code == 0, result.err
+    assert "turned: sign" not in result.err
+    assert scale_um_m(tmp_path / "axis.csv") == pytest.approx(PER_M, rel=1e-3)
+
+
+def test_a_wide_table_is_turned_in_all_its_columns(run: Run, tmp_path: Path) -> None:
+    """Both ways and cycles, as a form of another maker has them."""
+    heads = [f"Soll-Ist Lauf {cycle} {way}" for cycle in (1, 2) for way in ("hin", "zurück")]
+    rows = [";".join([f"{t:g}", *[f"{-PER_M * t / 1000.0:.4f}"] * 4]) for t in TARGETS]
+    (tmp_path / "t.csv").write_text("\n".join([";".join(["Soll [mm]", *heads]), *rows, ""]), encoding="utf-8")
+    unit = ("--deviation-unit", "um")
+    result = run("import", tmp_path / "t.csv", "--sensor", "laser", *unit, "-o", tmp_path / "axis.csv")
+    assert result.code == 0, result.err
+    assert scale_um_m(tmp_path / "axis.csv") == pytest.approx(PER_M, rel=1e-3)
