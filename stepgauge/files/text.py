@@ -13,6 +13,7 @@ from stepgauge.errors import InputError, reader, reading
 from stepgauge.files.outputs import inputs, one_set, place_of, replacing, was_read
 
 __all__ = [
+    "as_text",
     "check_folder",
     "check_output",
     "in_folder",
@@ -61,7 +62,11 @@ def read_bytes(path: str | Path, largest: int = LARGEST_BYTES) -> bytes:
 
 def read_text(path: str | Path) -> str:
     """Text of a UTF-8 file (a byte order mark is dropped); :class:`InputError` if it cannot be read."""
-    data = read_bytes(path)
+    return as_text(read_bytes(path), path)
+
+
+def as_text(data: bytes, path: str | Path) -> str:
+    """The content of a file as text; ``path`` is for messages. Errors as :func:`read_text`."""
     for mark, found, expected in _NO_TEXT:
         if data.startswith(mark):
             raise InputError(path, "not a UTF-8 text file", found=found, expected=expected)

@@ -15,6 +15,7 @@ from typing import Any
 
 from stepgauge.errors import InputError, reading
 from stepgauge.files.config import parse_toml
+from stepgauge.files.text import as_text
 
 LARGEST_BYTES = 1_000_000
 COMMON: Mapping[str, str] = {
@@ -83,7 +84,7 @@ def read_project(path: str | Path, verbs: Iterable[str]) -> Project:
     with reading(path, "project file"):
         if path.stat().st_size > LARGEST_BYTES:
             raise InputError(path, "this is no project file", expected=f"at most {LARGEST_BYTES:,} bytes")
-        values = parse_toml(path.read_text(encoding="utf-8"), path)
+        values = parse_toml(as_text(path.read_bytes(), path), path)  # options, and no input of what they are for
     tables = list(verbs)
     for key, value in values.items():
         if isinstance(value, dict):

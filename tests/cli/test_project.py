@@ -155,6 +155,18 @@ def test_what_is_wrong_in_the_file_is_named(run: Run, project: Path, line: str, 
     assert not (project / "placement.toml").exists()
 
 
+def test_what_an_editor_puts_before_the_text_is_no_fault(run: Run, project: Path) -> None:
+    """Editors of Windows begin UTF-8 with a byte order mark; UTF-16 is told by its name."""
+    path = project / "stepgauge.toml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text, encoding="utf-8-sig")
+    assert run("status").code == 0
+    path.write_text(text, encoding="utf-16")
+    said = run("status")
+    assert said.code == 2
+    assert "not a UTF-8 text file; found text in UTF-16" in said.err
+
+
 def test_nothing_is_overwritten(run: Run, project: Path) -> None:
     before = (project / "stepgauge.toml").read_bytes()
     said = run("init", "-g", "step-gauge-420", "-m", "bridge-cmm")

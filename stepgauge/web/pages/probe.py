@@ -86,7 +86,7 @@ def _probes(site: Site) -> Iterator[str]:
 
 def _is_probe(path: Path) -> bool:
     try:
-        return set(tomllib.loads(path.read_text("utf-8"))) == {"probe"}
+        return set(tomllib.loads(path.read_text("utf-8-sig"))) == {"probe"}
     except (OSError, ValueError):
         return False
 
@@ -95,7 +95,7 @@ def _is_map(path: Path) -> bool:
     from stepgauge.probes.directions_map import COLUMNS
 
     try:
-        with path.open(encoding="utf-8") as file:
+        with path.open(encoding="utf-8-sig") as file:
             return file.readline(200).strip() == ",".join(COLUMNS)
     except (OSError, ValueError):
         return False
