@@ -49,7 +49,8 @@ def command(source: str, kind: str, gauge: str | None, output: str, **options: A
     TABLE is a CSV file with time_s, displacements NAME_um (of the sensors: x1_um, y1_um, ..) and temperatures NAME_C.
     The ETVE of a displacement is its range over the test. For a linear axis d_60 is the range in the first 60 min and
     d_t that of the whole test; instead of a table a RECORDING of a step gauge along the axis will do (--gauge): its
-    first and last blocks are the targets P1 and P2, approached in both directions.
+    blocks at the low and the high end of the axis are the targets P1 and P2, approached in both directions of the axis.
+    A displacement is then the change of the indicated position along the axis.
 
     \b
     stepgauge iso230-3 sensors.csv --test etve --tolerance x1=8 --expanded-uncertainty 0.6 -o etve

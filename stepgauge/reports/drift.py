@@ -21,11 +21,11 @@ METHODS = {
         " machine standing still; it is stated for the temperatures of this test only."
     ),
     "axis": (
-        "Displacements are counted from the first reading. d_60 is their range in the first 60 min, d_t their"
-        " range over the"
-        " whole time in which the axis moved. P1 and P2 are the targets at the ends, + and − the directions of"
-        " approach,"
-        " P2 − P1 the change of their distance (mean of both directions)."
+        "Displacements are counted from the first reading, along the axis of the machine. d_60 is their range in the"
+        " first 60 min, d_t their range over the whole time in which the axis moved. P1 and P2 are the targets at the"
+        " low and the high end of the axis, + and − the directions of approach, P2 − P1 the change of their distance"
+        " (mean of both directions). Of a step gauge a displacement is the change of the indicated position of a face:"
+        " the negative of what the axis itself has moved at the same reading."
     ),
 }
 

@@ -22,7 +22,7 @@ from stepgauge.files.tables import Rows, read_rows
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording import Recording
 from stepgauge.recording.identity import check_recording
-from stepgauge.standards.lengths import face_table
+from stepgauge.standards.lengths import face_table, nearest_axis
 
 Array = NDArray[np.float64]
 Kind = Literal["etve", "axis"]
@@ -151,11 +151,12 @@ def drift_of_recording(recording: Recording, gauge: Gauge) -> Drift:
     """Displacements of the axis at both ends of a step gauge, cycle by cycle: a linear-axis test with the gauge as
     reference.
 
-    Fronts and backs of the first and the last complete block are targets approached in the positive and the negative
-    direction: ``P1 +``, ``P1 -``, ``P2 +``, ``P2 -``, and ``P2 - P1`` is the change of their distance. Readings are
-    compared with the first cycle; certified positions are brought to the recorded gauge temperature first, so that
-    the gauge's own expansion is no drift of the machine. :class:`InputError` without times or with fewer than two
-    blocks.
+    All is told along the machine axis that the gauge lies along, either way round. The complete blocks at the low and
+    at the high end of it are the targets ``P1`` and ``P2``; of their faces one is approached in its positive and one in
+    its negative direction: ``P1 +``, ``P1 -``, ``P2 +``, ``P2 -``, and ``P2 - P1`` is the change of their distance. A
+    displacement is what the indicated position of a face has changed since the first cycle; certified positions are
+    brought to the recorded gauge temperature first, so that the gauge's own expansion is no drift of the machine.
+    :class:`InputError` without times or with fewer than two blocks.
     """
     check_recording(recording, gauge)
     if "time_s" not in recording.frame:
@@ -167,11 +168,21 @@ def drift_of_recording(recording: Recording, gauge: Gauge) -> Drift:
     fronts = [int(f) for f in table.faces[complete] if f % 2 and f + 1 in table.faces[complete]]
     if len(fronts) < 2:
         raise InputError(recording.path, "too few complete blocks", found=len(fronts), expected="2, one at each end")
-    ends = {"P1 +": fronts[0], "P1 −": fronts[0] + 1, "P2 +": fronts[-1], "P2 −": fronts[-1] + 1}
-    um = {name: 1e3 * (table.of_face(face) - table.of_face(face)[0]) for name, face in ends.items()}
+    along = float(np.sign(table.axis[nearest_axis(table.axis)[0]]))
+    um = {
+        name: along * 1e3 * (table.of_face(face) - table.of_face(face)[0])
+        for name, face in _ends(fronts[0], fronts[-1], along < 0.0).items()
+    }
     um["P2 − P1"] = (um["P2 +"] + um["P2 −"] - um["P1 +"] - um["P1 −"]) / 2.0
     columns = [str(name) for name in frame if str(name).endswith("_temperature_C")]
     degrees = frame.groupby("cycle")[columns].mean().reindex(table.cycles)
     temperatures = {name.removesuffix("_temperature_C"): degrees[name].to_numpy(float) for name in columns}
     span = float(gauge.block_centre_mm[fronts[-1] // 2] - gauge.block_centre_mm[fronts[0] // 2])
     return Drift(recording.path, times, um, temperatures, recording.comments, span)
+
+
+def _ends(first: int, last: int, against: bool) -> dict[str, int]:
+    """Faces by target and direction of approach; fronts of a gauge ``against`` the axis are touched on the way down."""
+    low, high = (last, first) if against else (first, last)
+    up, down = (1, 0) if against else (0, 1)
+    return {"P1 +": low + up, "P1 −": low + down, "P2 +": high + up, "P2 −": high + down}

@@ -84,6 +84,12 @@ def face_table(recording: Recording, gauge: Gauge, number: int, placement: Place
     )
 
 
+def nearest_axis(direction: Array) -> tuple[int, float]:
+    """Index of the machine axis that a direction is nearest to, and the angle between them in degrees."""
+    nearest = int(np.abs(direction).argmax())
+    return nearest, float(np.degrees(np.arccos(min(abs(direction[nearest]), 1.0))))
+
+
 def doubtful_rule(tables: Sequence[FaceTable], source: str) -> tuple[Rule, ...]:
     """A rule that is not met where a reading contradicts its repeats; none where they agree.
 

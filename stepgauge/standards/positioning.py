@@ -28,7 +28,7 @@ from stepgauge.recording.identity import check_recording
 from stepgauge.standards.iso230 import AxisParameters, Parameters, axis_parameters
 from stepgauge.standards.iso230_decision import NO_REQUIREMENT, Requirement
 from stepgauge.standards.iso230_rules import rules_of
-from stepgauge.standards.lengths import FaceTable, doubtful_rule, face_table
+from stepgauge.standards.lengths import FaceTable, doubtful_rule, face_table, nearest_axis
 from stepgauge.standards.rules import Excluded, Rule
 from stepgauge.standards.tip import TipDiameter, tip_diameter
 
@@ -173,7 +173,7 @@ def positioning_test(
 
 def _axis_test(table: FaceTable, gauge: Gauge, tip: TipDiameter, pairing: Pairing, machine: Machine | None) -> AxisTest:
     blocks, runs = _complete(table)
-    nearest, off_deg = _nearest_axis(table.axis)
+    nearest, off_deg = nearest_axis(table.axis)
     along = off_deg <= ALONG_AXIS_DEG
     against = along and bool(table.axis[nearest] < 0.0)
     middle = gauge.block_centre_mm[blocks - 1]
@@ -193,12 +193,6 @@ def _axis_test(table: FaceTable, gauge: Gauge, tip: TipDiameter, pairing: Pairin
         + doubtful_rule([table], "ISO 230-2, test procedure"),
         _excluded(table, blocks, runs),
     )
-
-
-def _nearest_axis(direction: Array) -> tuple[int, float]:
-    """Index of the machine axis that a direction is nearest to, and the angle between them in degrees."""
-    nearest = int(np.abs(direction).argmax())
-    return nearest, float(np.degrees(np.arccos(min(abs(direction[nearest]), 1.0))))
 
 
 def _errors_um(

@@ -78,6 +78,27 @@ def test_an_axis_under_a_step_gauge() -> None:
     assert drift_test(drift, "axis").duration_s == 7200.0
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_all_is_told_along_the_axis_whichever_way_the_gauge_lies(way: float) -> None:
+    """An axis y that indicates 2 ppm of its coordinate less in each step; faces touched on the way down 0.1 um less."""
+    start = np.array([120.0, 340.0, 250.0])
+
+    def error(cycle: int, face: int) -> float:
+        down = (face % 2 == 1) == (way < 0.0)
+        y_mm = start[1] + way * GAUGE.position_mm[face - 1]
+        return way * (cycle - 1) * (-2e-3 * y_mm - (0.1 if down else 0.0))
+
+    recording = made(GAUGE, error, axis=(0.0, way, 0.0), cycles=13, start_mm=start)
+    recording.frame["time_s"] = 600.0 * (recording.frame["cycle"] - 1.0)
+    found = {one.name: one.end_um for one in drift_test(drift_of_recording(recording, GAUGE), "axis").channels}
+    low, high = sorted(start[1] + way * GAUGE.block_centre_mm[[0, -1]])
+    half = np.diff(GAUGE.position_mm[:2])[0] / 2.0  # up: the lower face of a block; down: the upper one
+    for name, y_mm in (("P1", low), ("P2", high)):
+        assert found[f"{name} +"] == pytest.approx(-24e-3 * (y_mm - half), abs=2e-3)
+        assert found[f"{name} −"] == pytest.approx(-24e-3 * (y_mm + half) - 1.2, abs=2e-3)
+    assert found["P2 − P1"] == pytest.approx(-24e-3 * (high - low), abs=1e-5)
+
+
 def test_what_is_no_drift() -> None:
     with pytest.raises(InputError, match="too few readings"):
         drift_test(Drift("t", np.array([0.0, 1.0]), {"x": np.zeros(2)}, {}), "etve")
