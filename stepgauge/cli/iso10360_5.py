@@ -52,6 +52,12 @@ LIMITS = {"P_Form": "mpe_form", "P_Size": "mpe_size", "L_Dia": "mpe_location"}
     metavar="UM",
     help="Standard uncertainty of that form error, um. Default: not stated.",
 )
+@click.option(
+    "--another-sphere",
+    is_flag=True,
+    default=None,
+    help="The probe was qualified on another sphere, as the standard asks. Without it no conformity is stated.",
+)
 @coverage_option("in the decision")
 @click.option("--machine-name", metavar="TEXT", help="The machine, for the report.")
 @SUFFIX
@@ -76,7 +82,7 @@ def command(points: tuple[str, ...], output: str, **options: Any) -> None:
     from stepgauge.standards.iso10360_5_rules import rules_of
     from stepgauge.standards.rules import incomplete
 
-    names = ("sphere_diameter", "u_sphere_diameter", "sphere_form", "u_sphere_form")
+    names = ("sphere_diameter", "u_sphere_diameter", "sphere_form", "u_sphere_form", "another_sphere")
     limits = ProbingLimits({name: options[key] for name, key in LIMITS.items()}, options["coverage_factor"])
     sphere = TestSphere(*(options[name] for name in names))
     test = probing_test([read_points(path) for path in points], sphere, options["tip_diameter"], limits)

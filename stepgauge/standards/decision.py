@@ -1,7 +1,11 @@
-"""The decision rule of ISO 14253-1: the uncertainty counts against the party that proves its claim."""
+"""The decision rule of ISO 14253-1: the uncertainty counts against the party that proves its claim.
+
+Conformity with a standard is stated only of a complete test; one value is enough to prove nonconformity.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 Outcome = Literal["conforms", "does not conform", "not decidable"]
@@ -26,3 +30,12 @@ def together(outcomes: list[Outcome]) -> Outcome:
         if worst in outcomes:
             return worst
     return "conforms"
+
+
+INCOMPLETE = "No statement of conformity is made, for the test is not complete."
+
+
+def stated(outcome: Outcome, words: Mapping[Outcome, str], said: str, left: Sequence[str]) -> str:
+    """What is stated of a test: its outcome in ``words``, ``said`` of its values, and what is ``left`` open."""
+    head = INCOMPLETE if outcome == "conforms" and left else words[outcome]
+    return f"{head} {said}" + (f" Open: {'; '.join(left)}." if left else "")

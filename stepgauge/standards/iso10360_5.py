@@ -40,7 +40,10 @@ FAR_OFF_MM = 0.1
 
 @dataclass(frozen=True)
 class TestSphere:
-    """The calibrated sphere: diameter in mm; form error and standard uncertainties in um, None where not stated."""
+    """The calibrated sphere: diameter in mm; form error and standard uncertainties in um, None where not stated.
+
+    ``another``: whether the probe was qualified on another sphere; None where nobody says so.
+    """
 
     __test__ = False
 
@@ -48,6 +51,7 @@ class TestSphere:
     u_diameter_um: float | None = None
     form_um: float | None = None
     u_form_um: float | None = None
+    another: bool | None = None
 
 
 @dataclass(frozen=True)

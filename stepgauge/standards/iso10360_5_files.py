@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +11,13 @@ import numpy as np
 from stepgauge import __version__
 from stepgauge.files.tables import csv_text
 from stepgauge.files.text import write_json, write_text
-from stepgauge.standards.decision import DECISION_SOURCE
+from stepgauge.standards.decision import DECISION_SOURCE, Outcome, stated
 from stepgauge.standards.iso10360_5 import STANDARD, UNCONFIRMED, ProbingTest, Value
 from stepgauge.standards.iso10360_5_rules import rules_of
+from stepgauge.standards.rules import open_points
 
 CSV_COLUMNS = ("stylus", "point", "x_mm", "y_mm", "z_mm", "radial_deviation_um")
-WORDS = {
+WORDS: Mapping[Outcome, str] = {
     "conforms": "The probing performance conforms.",
     "does not conform": "The probing performance does not conform.",
     "not decidable": "Neither conformity nor nonconformity of the probing performance is proven.",
@@ -41,6 +43,7 @@ def probing_to_dict(test: ProbingTest) -> dict[str, Any]:
         "coverage_factor": test.limits.coverage_factor,
         "complete": all(rule.met for rule in rules),
         "overall": overall(test),
+        "open": left_open(test),
         "values": [_value(one) for one in test.values],
         "centre_ranges_um": test.ranges_um().tolist() if test.multiple else None,
         "styli": [
@@ -82,7 +85,15 @@ def overall(test: ProbingTest) -> str:
         left = "; ".join(test.missing)
         return f"Conformity is not proven: the uncertainty of the test is incomplete ({left}). {rule}"
     said = "; ".join(f"{one.name}, MPE {one.limit_um:g} µm: {one.outcome}" for one in limited)
-    return f"{WORDS[test.outcome]} {said}. {rule}"
+    return f"{stated(test.outcome, WORDS, f'{said}.', left_open(test))} {rule}"
+
+
+def left_open(test: ProbingTest) -> list[str]:
+    """What keeps the test from being complete: rules not met or not checked, and values without a limit."""
+    return [
+        *open_points(rules_of(test)),
+        *(f"{one.name}: no limit stated" for one in test.values if one.limit_um is None),
+    ]
 
 
 def probing_csv(test: ProbingTest) -> str:

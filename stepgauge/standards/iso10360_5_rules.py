@@ -34,8 +34,8 @@ def rules_of(test: ProbingTest) -> tuple[Rule, ...]:
         Rule(
             f"{STANDARD}, measuring equipment",
             "a test sphere that the probe was not qualified on",
-            "not recorded",
-            None,
+            "not recorded" if test.sphere.another is None else "stated",
+            test.sphere.another,
         ),
     )
 

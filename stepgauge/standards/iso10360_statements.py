@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from stepgauge.standards.decision import DECISION_SOURCE, Outcome, together
+from stepgauge.standards.decision import DECISION_SOURCE, Outcome, stated, together
 from stepgauge.standards.iso10360 import KINDS, REMEASURE_SOURCE, LengthTest
 from stepgauge.standards.iso10360_rules import describe
 from stepgauge.standards.iso10360_series import E0, E150
 from stepgauge.standards.length_uncertainty import SOURCE as UNCERTAINTY_SOURCE
 from stepgauge.standards.lengths import Kind
-from stepgauge.standards.rules import incomplete
+from stepgauge.standards.rules import incomplete, open_points
 
 STANDARD = "ISO 10360-2:2009"
 WORDS = {
     "conforms": "conformity is proven",
     "does not conform": "nonconformity is proven",
     "not decidable": "neither conformity nor nonconformity is proven: a value lies within U of the limit",
+}
+MACHINE: Mapping[Outcome, str] = {
+    "conforms": "The machine conforms.",
+    "does not conform": "The machine does not conform.",
+    "not decidable": "Neither conformity nor nonconformity of the machine is proven.",
 }
 NAMES = {
     "bidirectional": "{symbol}, bidirectional lengths",
@@ -41,19 +46,11 @@ class Overall:
     @property
     def text(self) -> str:
         """The sentence of page 1, with the decision rule."""
-        said = [f"{name}: {outcome}" for name, outcome in self.parts]
+        said = "; ".join(f"{name}: {outcome}" for name, outcome in self.parts) + "."
         rule = f"Decision rule: {DECISION_SOURCE}."
         if self.outcome is None:
             return f"No statement of conformity with {STANDARD}: no bidirectional length was tested. {rule}"
-        head = {
-            "conforms": "What was tested conforms; the test is not complete.",
-            "does not conform": "The machine does not conform.",
-            "not decidable": "Neither conformity nor nonconformity of the machine is proven.",
-        }[self.outcome]
-        if self.outcome == "conforms" and not self.open:
-            head = "The machine conforms."
-        left = f" Open: {'; '.join(self.open)}." if self.open else ""
-        return f"{head} {'; '.join(said)}.{left} {rule}"
+        return f"{stated(self.outcome, MACHINE, said, self.open)} {rule}"
 
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON types."""
@@ -72,7 +69,7 @@ def overall(tests: Sequence[LengthTest]) -> Overall:
             parts.append((f"{head} = ± {test.specification.mpe.with_units()}", outcome))
         if ranges is not None and test.series is E0:
             parts.append((f"R_0,MPL = {test.specification.repeatability_um:g} µm", ranges))
-        left += [f"{test.series.symbol}: {rule.asks}" for rule in test.rules if not rule.met]
+        left += [f"{test.series.symbol}: {asks}" for asks in open_points(test.rules)]
         left += [f"contribution to U not stated: {what}" for what in test.missing]
     if tests[0].specification.repeatability_um is None:
         left.append("R_0: no limit stated")
@@ -109,7 +106,8 @@ def _verdict(test: LengthTest, kind: Kind) -> str:
     assert outcome is not None
     tail = ", with the contributions to U that were stated" if test.missing else ""
     tail += "" if test.complete else ", for what was measured: the test is not complete"
-    return f"{NAMES[kind].format(symbol=test.series.symbol)}: {WORDS[outcome]}{tail}."
+    words = WORDS[outcome] if outcome != "conforms" or test.complete else "every error lies within the limit by U"
+    return f"{NAMES[kind].format(symbol=test.series.symbol)}: {words}{tail}."
 
 
 def _repeatability(test: LengthTest, kind: Kind) -> list[str]:

@@ -37,6 +37,11 @@ class Excluded:
         return {"what": self.what, "reason": self.reason, "source": self.source}
 
 
+def open_points(rules: Iterable[Rule]) -> list[str]:
+    """What is asked by the rules that are not met or could not be checked, each once."""
+    return list(dict.fromkeys(rule.asks for rule in rules if not rule.met))
+
+
 def incomplete(rules: Iterable[Rule]) -> list[str]:
     """One statement per rule that is not met or could not be checked."""
     words = {False: "incomplete", None: "not checked"}

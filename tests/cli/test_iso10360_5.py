@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from pypdf import PdfReader
 
+from stepgauge.standards.decision import INCOMPLETE
 from tests.cli.conftest import Run
 
 SPHERE = ("--sphere-diameter", 25, "--tip-diameter", 5.991)
@@ -27,7 +28,8 @@ def text_of(path: Path) -> str:
 
 def test_one_stylus(run: Run, points: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    result = run("iso10360-5", points, *SPHERE, *SURE, "--mpe-form", 12, "--mpe-size", 10, "--number", "N-5", "-o", out)
+    limits = ("--mpe-form", 12, "--mpe-size", 10, "--another-sphere")
+    result = run("iso10360-5", points, *SPHERE, *SURE, *limits, "--number", "N-5", "-o", out)
     assert result.code == 0, result.err
     data = json.loads((out / "iso10360-5.json").read_text())
     assert [one["outcome"] for one in data["values"]] == ["conforms", "conforms"]
@@ -43,6 +45,23 @@ def test_one_stylus(run: Run, points: Path, tmp_path: Path) -> None:
         assert words in text
     assert "P_Form" not in text  # set with an index
     assert text.index("Styli") < text.index("name, date, signature")
+
+
+def test_no_conformity_is_stated_of_a_test_that_is_not_complete(run: Run, tmp_path: Path) -> None:
+    """Five styli that all point the same way: small errors prove nothing of the multi-stylus test."""
+    points = [tmp_path / f"{n}.csv" for n in range(5)]
+    for n, path in enumerate(points):
+        assert run("probe", "sphere", "omp40-2-50mm", "--sphere-diameter", 25, "--seed", n, "-o", path).code == 0
+    limits = ("--mpe-form", 12, "--mpe-size", 10, "--mpe-location", 8, "--another-sphere")
+    result = run("iso10360-5", *points, *SPHERE, *SURE, *limits, "-o", tmp_path / "out")
+    assert result.code == 0, result.err
+    data = json.loads((tmp_path / "out" / "iso10360-5.json").read_text())
+    assert [one["outcome"] for one in data["values"]] == ["conforms"] * 3
+    assert data["open"] == ["5 styli or ways of one stylus, square to each other"]
+    for said in (result.err, data["overall"], text_of(tmp_path / "out" / "iso10360-5.pdf")):
+        assert "performance conforms" not in said
+        assert INCOMPLETE in said
+        assert "Open: 5 styli or ways of one stylus, square to each other." in said
 
 
 def test_the_range_of_the_points_is_that_of_the_probe(run: Run, tmp_path: Path) -> None:

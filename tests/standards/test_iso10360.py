@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
 from stepgauge.recording import Recording
+from stepgauge.standards.decision import INCOMPLETE
 from stepgauge.standards.iso10360 import Choices, LengthTest, Specification, length_test
 from stepgauge.standards.iso10360_files import length_test_csv, length_test_to_dict
 from stepgauge.standards.iso10360_series import E150, NORMAL
@@ -147,6 +148,9 @@ def test_a_complete_test_of_a_good_machine() -> None:
     assert test.outcome("bidirectional") == "conforms"
     assert test.repeatability_outcome("bidirectional") == "conforms"
     assert test.positions[3].line_mm == pytest.approx(600 * np.sqrt(3))
+    said = overall([test])
+    assert (said.outcome, said.text.startswith(INCOMPLETE)) == ("conforms", True)
+    assert not any("conformity is proven" in text for text in statements(test))
     rule = next(rule for rule in test.rules if rule.asks.startswith("longest"))
     assert "position 1: 410.0 mm, asked 685.9 mm" in rule.found
     assert "position 5" not in rule.found

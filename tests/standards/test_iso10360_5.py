@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,6 +14,7 @@ from stepgauge.errors import InputError
 from stepgauge.files.tables import Rows
 from stepgauge.physics.directions import five_points, iso_10360_5_points, probe_frame
 from stepgauge.probes.files import ProbedPoints
+from stepgauge.standards.decision import INCOMPLETE
 from stepgauge.standards.iso10360_5 import ProbingLimits, TestSphere, enclosing_radius, probing_test
 from stepgauge.standards.iso10360_5_files import overall, probing_to_dict
 from stepgauge.standards.iso10360_5_rules import rules_of
@@ -106,6 +109,12 @@ def test_decisions_need_the_uncertainty_of_the_sphere() -> None:
     assert len(bare.missing) == 2
     assert "Conformity is not proven" in overall(bare)
     assert "No statement of conformity" in overall(probing_test([probed()], SPHERE, [TIP_MM]))
+    assert overall(test).startswith(INCOMPLETE)
+    whole = probing_test([probed(off)], replace(SPHERE, another=True), [TIP_MM], limits)
+    assert overall(whole).startswith("The probing performance conforms.")
+    assert "Open" not in overall(whole)
+    half = probing_test([probed(off)], replace(SPHERE, another=True), [TIP_MM], ProbingLimits({"P_Form": 2.4}))
+    assert "Open: P_Size: no limit stated." in overall(half)
     assert probing_to_dict(test)["standard"] == "ISO 10360-5:2020"
 
 
