@@ -193,3 +193,22 @@ def test_a_reader_that_leaves_ends_no_verb_before_its_files(tmp_path: Path, verb
     os.close(far)
     assert code.returncode == 0
     assert [path.name for path in tmp_path.iterdir()] == verb[-1:] * (verb[0] == "probe")
+
+
+def test_a_set_replaces_nothing_that_it_has_read_but_what_it_wrote_itself(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("given")
+
+    def write(text: str) -> None:
+        with one_set():
+            assert read_text(tmp_path / "a.txt") == "given"
+            with one_set():
+                write_text(tmp_path / "a.txt", text)
+
+    with pytest.raises(InputError, match=r"a\.txt: this output would replace what the command reads"):
+        write("new")
+    assert (tmp_path / "a.txt").read_text() == "given"
+    with one_set():
+        write_text(tmp_path / "b.txt", "once")
+        assert read_text(tmp_path / "b.txt") == "once"
+        write_text(tmp_path / "b.txt", "twice")
+    assert (tmp_path / "b.txt").read_text() == "twice"

@@ -86,7 +86,10 @@ def command(
     from stepgauge.public.measure import measure
     from stepgauge.recording import write_recording
 
-    check_output(output, program, machine, gauge, placement, options["spy"])
+    read = (program, machine, gauge, placement)
+    check_output(output, *read, options["spy"])
+    if options["spy"]:
+        check_output(options["spy"], *read)
     what = _path(program, placement, gauge, machine, options)
     with interruptible() as stop, progress_bar() as progress, stoppable():
         recording = measure(

@@ -131,7 +131,9 @@ def _log_to(path: str) -> None:
     import logging
 
     from stepgauge.errors import InputError
+    from stepgauge.files.outputs import refuse_input
 
+    refuse_input(path)
     try:
         handler = logging.FileHandler(path, encoding="ascii", errors="backslashreplace")
     except OSError as error:

@@ -2,7 +2,7 @@
 
 Aside is the folder :data:`UNFINISHED` beside them. What a killed run leaves there is cleared by the next one, or, where
 all files were whole and only some had taken their places, put in place. The set also knows what was read while it was
-made, so that every result can say what it was made from.
+made, so that every result can say what it was made from, and that nothing of it is replaced.
 """
 
 from __future__ import annotations
@@ -43,13 +43,15 @@ GO_WITH = {
 class OutputSet:
     """Files that are written aside (``staged``: by the place they will take), and those that were ``read`` for them.
 
-    ``afterwards``: what is done once they have taken their places.
+    ``sources``: what the results among those were made from; ``afterwards``: what is done once they have taken their
+    places.
     """
 
     process: int = field(default_factory=os.getpid)
     staged: dict[Path, Path] = field(default_factory=dict)
     made: list[Path] = field(default_factory=list)
     read: dict[Path, str | None] = field(default_factory=dict)
+    sources: set[Path] = field(default_factory=set)
     afterwards: list[Callable[[], None]] = field(default_factory=list)
 
     def commit(self) -> None:
@@ -148,6 +150,21 @@ def was_read(path: str | Path, data: bytes | None = None) -> None:
         files.read[place] = None if data is None else hashlib.sha256(data).hexdigest()
 
 
+def is_source(path: str | Path) -> None:
+    """A result that was read for this set was made from this file, which is thus not to be replaced."""
+    files = _current()
+    if files is not None:
+        files.sources.add(Path(os.path.realpath(path)))
+
+
+def refuse_input(path: str | Path) -> None:
+    """:class:`InputError` for a file to write that was read for what is written now, or that a result was made from."""
+    target = Path(os.path.realpath(path))
+    for files in _open:
+        if (target in files.read or target in files.sources) and target not in files.staged:
+            raise InputError(path, "this output would replace what the command reads", expected="another name")
+
+
 def inputs() -> dict[Path, str]:
     """The files that were read for this set, in that order, with the SHA-256 of their content."""
     files = _current()
@@ -173,12 +190,13 @@ def replacing(path: str | Path, at_once: bool = False) -> Iterator[Path]:
     That is at the end of the set that is open, or at once. The folder is made if it is missing; a link is followed.
     When the body raises, what stood at ``path`` before still stands. Devices are written to as they are.
 
-    :class:`InputError` names the file where it cannot be written, also for a full disk.
+    :class:`InputError` names the file where it cannot be written, also for a full disk, and one that was read.
     """
     target = Path(os.path.realpath(path))
     if target.exists() and not stat.S_ISREG(target.stat().st_mode) and not target.is_dir():
         yield target
         return
+    refuse_input(path)
     files = None if at_once else _current()
     made = list[Path]() if files is None else files.made
     beside = _aside(Path(path), target, made)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.errors import InputError, reader, reading
-from stepgauge.files.outputs import inputs, one_set, place_of, replacing, was_read
+from stepgauge.files.outputs import inputs, is_source, one_set, place_of, replacing, was_read
 
 __all__ = [
     "as_text",
@@ -132,6 +132,7 @@ def check_inputs(data: dict[str, Any], path: str | Path) -> None:
     for one in named:
         place = Path(path).parent / str(one["file"])
         if place.is_file():
+            is_source(place)
             with reading(place), place.open("rb") as file:
                 found = hashlib.file_digest(file, "sha256").hexdigest()
             if found != one.get("sha256"):

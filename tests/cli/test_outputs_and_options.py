@@ -50,12 +50,25 @@ def test_an_output_never_replaces_what_the_command_reads(
     placement, recording = IMPORTS / "placement.toml", measured / "recording.csv"
     evaluation = measured / "result" / "evaluation.json"
     (tmp_path / "same.csv").symlink_to(recording)
+    for name in ("evaluation.csv", "iso230.csv"):
+        (tmp_path / name).write_bytes(recording.read_bytes())
+    probe, machine = tmp_path / "probe.toml", tmp_path / "machine.toml"
+    probe.write_bytes((ROOT / "calibration_data" / "probes" / "omp40-2-50mm.toml").read_bytes())
+    machine.write_bytes((ROOT / "calibration_data" / "machines" / "bridge-cmm.toml").read_bytes())
+    lies = ("-m", machine, "-g", GAUGE, "-p", placement)
     commands: tuple[tuple[Path, tuple[object, ...]], ...] = (
         (log, ("import", log, "-g", GAUGE, "-p", placement, "-o", log)),
         (recording, ("export", recording, "--to", "csv", "-o", tmp_path / "same.csv")),
         (points, ("locate", points, "-g", GAUGE, "-m", MACHINE, "-o", points)),
         (points, ("plan", points, "-g", GAUGE, "-m", MACHINE, "-d", "dmis", "-o", points)),
         (evaluation, ("compensate", measured / "result", "--axis", "y", "--to", "csv", "-o", evaluation)),
+        (recording, ("compensate", measured / "result", "--axis", "y", "--to", "csv", "-o", recording)),
+        (recording, ("compensate", measured / "result", "--axis", "y", "--to", "csv", "-o", tmp_path / "same.csv")),
+        (tmp_path / "evaluation.csv", ("evaluate", tmp_path / "evaluation.csv", "-g", GAUGE, "-o", tmp_path)),
+        (tmp_path / "iso230.csv", ("iso230", tmp_path / "iso230.csv", "-g", GAUGE, "-o", tmp_path)),
+        (probe, ("probe", "sphere", probe, "-o", probe)),
+        (machine, ("measure", *lies, "--server", "127.0.0.1:1", "-o", tmp_path / "o.csv", "--spy", machine)),
+        (machine, ("serve", *lies, "--log", machine)),
     )
     for source, words in commands:
         before = source.read_bytes()
