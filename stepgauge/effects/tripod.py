@@ -110,7 +110,10 @@ class Seated(Effect):
         return trigger.Tripod(*seat, opening_force_N=opening_N)
 
     def giving_way_N(self, normal: Array, tripod: trigger.Tripod) -> Array:
-        """Pre-travel per compliance across the stylus, (...), for contact normals (..., 3) in the probe's frame."""
+        """Pre-travel per compliance across the stylus, (...), for contact normals (..., 3) in the probe's frame.
+
+        ``inf`` where the probe never triggers, also for a stylus that is stiff along itself.
+        """
         push = friction.tip_force_direction(normal, self.tip_friction, self.along) if self.tip_friction else normal
         if self.friction:
             force = friction.trigger_force_N(tripod, push, self.friction)
@@ -118,7 +121,8 @@ class Seated(Effect):
             force = _known_force_N(tripod, np.asarray(push, dtype=float).tobytes()).reshape(push.shape[:-1])
         else:
             force = trigger.trigger_force_N(tripod, push)
-        return force * (np.sum(normal * push, axis=-1) - (1.0 - self.along) * normal[..., 2] * push[..., 2])
+        share = np.sum(normal * push, axis=-1) - (1.0 - self.along) * normal[..., 2] * push[..., 2]
+        return np.multiply(force, share, out=np.full(share.shape, np.inf), where=np.isfinite(force))
 
 
 @lru_cache(maxsize=1024)
@@ -194,4 +198,6 @@ class SeatDefect(Seated):
         rest = trigger.rest_reactions_N(sound)
         worn = np.arange(trigger.CONTACTS) // 2 == ("first", "second", "third").index(self.arm)
         early = self.tripod(tuple((self.share * rest * worn).tolist()))
-        return self.giving_way_N(normal, early) - self.giving_way_N(normal, sound)
+        force = self.giving_way_N(normal, sound)
+        opens = np.isfinite(force)  # a seat that no push opens has no force to be less than
+        return np.subtract(self.giving_way_N(normal, early), force, out=np.full(force.shape, np.inf), where=opens)
