@@ -27,7 +27,10 @@ SCHEMA_VERSION = "3.2.0"
 
 @dataclass(frozen=True)
 class Numbers:
-    """Values of one unit, printed with so many decimals; ``expanded``, ``k``: one per value or None."""
+    """Values of one unit, printed with so many decimals; ``expanded``, ``k``: one per value or None.
+
+    ``finer``: decimals more of the uncertainties.
+    """
 
     values: Sequence[float]
     unit: str
@@ -35,6 +38,7 @@ class Numbers:
     expanded: Sequence[float] | None = None
     k: Sequence[float] | None = None
     percent: float = 95.45
+    finer: int = 0
 
 
 def words(tag: str, text: str, **attributes: str) -> Element:
@@ -63,7 +67,7 @@ def _real(numbers: Numbers) -> Element:
     if numbers.expanded is not None and numbers.k is not None:
         real.append(
             S.expandedUnc(
-                S.uncertainty(_number(numbers.expanded[0], numbers.decimals)),
+                S.uncertainty(_number(numbers.expanded[0], numbers.decimals + numbers.finer)),
                 S.coverageFactor(_number(numbers.k[0], 3)),
                 S.coverageProbability(_number(numbers.percent / 100.0, 4)),
             )
@@ -76,7 +80,7 @@ def _list(numbers: Numbers) -> Element:
     if numbers.expanded is not None and numbers.k is not None:
         found.append(
             S.expandedUncXMLList(
-                S.uncertaintyXMLList(_row(numbers.expanded, numbers.decimals)),
+                S.uncertaintyXMLList(_row(numbers.expanded, numbers.decimals + numbers.finer)),
                 S.coverageFactorXMLList(_row(numbers.k, 3)),
                 S.coverageProbabilityXMLList(_number(numbers.percent / 100.0, 4)),
             )

@@ -16,9 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.dcc.elements import one_line
-from stepgauge.dcc.gauge_write import EXPANSION, HEIGHT, REFERENCE_TEMPERATURE, WIDTH
+from stepgauge.dcc.gauge_write import (
+    CORRELATION,
+    EXPANSION,
+    FREEDOM,
+    HEIGHT,
+    PROPORTIONAL,
+    RAIL_HEIGHT,
+    RAIL_WIDTH,
+    REFERENCE_TEMPERATURE,
+    WIDTH,
+)
 from stepgauge.dcc.read import ERROR, EXAMPLE, MEASURED, NOMINAL, Document, Quantity, read_document
-from stepgauge.dcc.units import CELSIUS_ZERO_K, LENGTH, TEMPERATURE
+from stepgauge.dcc.units import CELSIUS_ZERO_K, LENGTH, NUMBER, TEMPERATURE
 from stepgauge.errors import InputError, naming
 from stepgauge.files.text import one_set, write_text
 from stepgauge.gauge.certified import MAX_DEVIATION_MM, Gauge, read_gauge
@@ -74,6 +84,7 @@ def import_gauge(path: str | Path, wanted: Wanted | None = None) -> GaugeImport:
     _table(document, wanted, found)
     _certificate(document, found)
     _faces(document, wanted, found)
+    _ours(document, found)
     return found
 
 
@@ -193,6 +204,29 @@ def _faces(document: Document, wanted: Wanted, found: GaugeImport) -> None:
     found.certificate["coverage_factor"] = factor
     columns = _from_face_1(nominal_mm, position_mm, expanded_um / k * factor, found)
     found.rows = [(face, *(float(v) for v in row)) for face, row in enumerate(zip(*columns, strict=True), 1)]  # type: ignore[misc]
+
+
+def _ours(document: Document, found: GaugeImport) -> None:
+    """What a gauge file may state and only certificates of ours have a place for."""
+    known = (
+        (RAIL_WIDTH, found.table, "rail_width_mm", LENGTH, 1e-3),
+        (RAIL_HEIGHT, found.table, "rail_height_mm", LENGTH, 1e-3),
+        (CORRELATION, found.certificate, "correlation", NUMBER, 1.0),
+        (PROPORTIONAL, found.certificate, "proportional_um_per_m", NUMBER, 1e-6),
+        (FREEDOM, found.certificate, "degrees_of_freedom", NUMBER, 1.0),
+    )
+    for kind, into, key, dimension, factor in known:
+        for one in document.of_kind(kind)[:1]:
+            value = round(float(one.scaled(dimension, factor)[0]), 9)
+            into[key] = _within(value, found) if kind == PROPORTIONAL else value
+            found.report.append(f"{key} = {into[key]:.9g}: from the certificate")
+
+
+def _within(um_per_m: float, found: GaugeImport) -> float:
+    """A part of U that is larger than U only by the digits that U is printed with is as large as U."""
+    faces = [(position * 1e-3, u_um) for _, _, position, u_um in found.rows if position > 0.0]
+    over = any(um_per_m * metres > u_um + 1e-6 for metres, u_um in faces)
+    return um_per_m if over else min([um_per_m, *(u_um / metres for metres, u_um in faces)])
 
 
 def _short(one: Quantity) -> str:

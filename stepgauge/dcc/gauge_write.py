@@ -1,4 +1,8 @@
-"""A gauge file as the Digital Calibration Certificate that its laboratory would send."""
+"""A gauge file as the Digital Calibration Certificate that its laboratory would send.
+
+The schema has no place for how uncertainties of several faces belong together; that is told as quantities of our own
+beside the table, by name for a person and by kind for :mod:`.gauge_read`.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +22,7 @@ from stepgauge.dcc.elements import (
     words,
 )
 from stepgauge.dcc.read import EXAMPLE, MEASURED, NOMINAL
-from stepgauge.dcc.units import CELSIUS, MILLIMETRE, ONE, PER_KELVIN
+from stepgauge.dcc.units import CELSIUS, MICROMETRE_PER_METRE, MILLIMETRE, ONE, PER_KELVIN
 from stepgauge.dcc.write import FACE
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
@@ -27,6 +31,9 @@ from stepgauge.reports.statements import ONLY_ITEMS
 
 EXPANSION, REFERENCE_TEMPERATURE = "stepgauge_expansion", "stepgauge_referenceTemperature"
 WIDTH, HEIGHT, MATERIAL = "stepgauge_blockWidth", "stepgauge_blockHeight", "stepgauge_material"
+RAIL_WIDTH, RAIL_HEIGHT = "stepgauge_railWidth", "stepgauge_railHeight"
+CORRELATION, FREEDOM = "stepgauge_correlation", "stepgauge_degreesOfFreedom"
+PROPORTIONAL = "stepgauge_proportionalUncertainty"
 
 
 def gauge_certificate(gauge: Gauge, said: Laboratory) -> Element:
@@ -61,6 +68,8 @@ def _properties(gauge: Gauge) -> Element:
     sizes = (
         ("Width of a block", WIDTH, Numbers([table.block_width_mm], MILLIMETRE, 4)),
         ("Height of a block", HEIGHT, Numbers([table.block_height_mm], MILLIMETRE, 4)),
+        ("Width of the rail", RAIL_WIDTH, Numbers([gauge.rail_width_mm], MILLIMETRE, 4)),
+        ("Height of the rail", RAIL_HEIGHT, Numbers([table.rail_height_mm], MILLIMETRE, 4)),
     )
     return D.itemQuantities(
         quantity("Coefficient of linear thermal expansion", EXPANSION, expansion, "itemQuantity"),
@@ -73,9 +82,9 @@ def _result(gauge: Gauge, said: Laboratory) -> Element:
     k = gauge.certificate.coverage_factor
     temperature = Numbers([gauge.table.reference_temperature_C], CELSIUS, 2)
     place = "Reference temperature of the positions"
-    positions = Numbers(
-        list(gauge.position_mm), MILLIMETRE, 6, [float(u) * k * 1e-3 for u in gauge.u_um], [k] * gauge.n_faces
-    )
+    expanded_mm = [float(u) * k * 1e-3 for u in gauge.u_um]
+    finer = 3  # that no face has less than its part that is common to all
+    positions = Numbers(list(gauge.position_mm), MILLIMETRE, 6, expanded_mm, [k] * gauge.n_faces, finer=finer)
     table = D.list(
         quantity("Face number", FACE, Numbers(list(range(1, gauge.n_faces + 1)), ONE, 0)),
         quantity("Nominal position", NOMINAL, Numbers(list(gauge.nominal_mm), MILLIMETRE, 6)),
@@ -87,5 +96,21 @@ def _result(gauge: Gauge, said: Laboratory) -> Element:
         D.usedMethods(D.usedMethod(words("name", said.method.name or "Calibration of step gauges"))),
         D.usedSoftware(software()),
         D.influenceConditions(condition(place, REFERENCE_TEMPERATURE, [(place, REFERENCE_TEMPERATURE, temperature)])),
-        D.results(D.result(words("name", "Positions of the faces"), D.data(table))),
+        D.results(D.result(words("name", "Positions of the faces"), D.data(table, *_of_uncertainties(gauge)))),
     )
+
+
+def _of_uncertainties(gauge: Gauge) -> list[Element]:
+    """What the gauge file states of the uncertainties of all positions together."""
+    stated = gauge.certificate
+    known = (
+        ("Correlation coefficient of the positions of any two faces", CORRELATION, stated.correlation, ONE),
+        (
+            "Part of U that grows with the position and is common to all faces, k as of U",
+            PROPORTIONAL,
+            stated.proportional_um_per_m,
+            MICROMETRE_PER_METRE,
+        ),
+        ("Effective degrees of freedom of the uncertainties", FREEDOM, stated.degrees_of_freedom, ONE),
+    )
+    return [quantity(name, kind, Numbers([value], unit, 6)) for name, kind, value, unit in known if value is not None]

@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass
 
 MICROMETRE, MILLIMETRE, CELSIUS, ONE = r"\micro\metre", r"\milli\metre", r"\degreecelsius", r"\one"
-PER_KELVIN = r"\kelvin\tothe{-1}"
+PER_KELVIN, MICROMETRE_PER_METRE = r"\kelvin\tothe{-1}", r"\micro\metre\metre\tothe{-1}"
 
 PREFIX = {
     "tera": 1e12,

@@ -75,6 +75,47 @@ def test_round_trip_of_any_gauge(tmp_path_factory: pytest.TempPathFactory, gauge
     assert apart_nm(write_gauge(folder / "g.toml", import_gauge(put(folder, gauge_xml(gauge)))), gauge) < 0.51
 
 
+STATED_TOGETHER = [
+    {"correlation": 0.35, "degrees_of_freedom": 12.5},
+    {"proportional_um_per_m": 0.7},
+    {"proportional_um_per_m": 0.123456, "correlation": 1.0},
+    {},
+]
+
+
+@pytest.mark.parametrize("stated", STATED_TOGETHER)
+def test_how_uncertainties_belong_together_comes_back(tmp_path: Path, stated: dict[str, float]) -> None:
+    """U of a length depends on it as much as on U of its ends; the sizes of the rail come back as well."""
+    plain = shipped()[0]
+    nothing = dict.fromkeys(("correlation", "proportional_um_per_m", "degrees_of_freedom"))
+    sure = plain.certificate.model_copy(update=nothing | stated)
+    rail = plain.table.model_copy(update={"rail_width_mm": 47.5, "rail_height_mm": 22.0})
+    gauge = replace(plain, table=rail, certificate=sure)
+    back = write_gauge(tmp_path / "mine.toml", import_gauge(put(tmp_path, gauge_xml(gauge))))
+    assert {key: getattr(back.certificate, key) for key in nothing} == pytest.approx(nothing | stated)
+    assert (back.table.rail_width_mm, back.table.rail_height_mm) == (47.5, 22.0)
+    if stated:
+        np.testing.assert_allclose(back.correlation, gauge.correlation, atol=1e-5)
+
+
+def test_a_certificate_of_one_common_part_alone_comes_back(tmp_path: Path) -> None:
+    """U as it is printed may be less than the common part, which is all of it, by half a digit."""
+    plain = shipped()[0]
+    per_m = 2.3456
+    u_um = per_m * plain.position_mm * 1e-3 / plain.certificate.coverage_factor
+    sure = plain.certificate.model_copy(update={"proportional_um_per_m": per_m, "correlation": None})
+    text = gauge_xml(replace(plain, certificate=sure, u_um=u_um))
+    back = write_gauge(tmp_path / "mine.toml", import_gauge(put(tmp_path, text)))
+    assert back.certificate.proportional_um_per_m == pytest.approx(per_m, abs=1e-4)
+
+
+@needs_schema
+def test_quantities_of_our_own_are_valid() -> None:
+    plain = shipped()[0]
+    sure = plain.certificate.model_copy(update=STATED_TOGETHER[0] | STATED_TOGETHER[1])
+    validate(parse_xml(gauge_xml(replace(plain, certificate=sure)).encode(), "g.xml"), SCHEMA, "g.xml")
+
+
 @pytest.mark.parametrize(("unit", "per_mm"), [(r"\metre", 1e-3), (r"\micro\metre", 1e3), (r"\nano\metre", 1e6)])
 def test_other_units_of_length(tmp_path: Path, unit: str, per_mm: float) -> None:
     text = gauge_xml()

@@ -16,8 +16,10 @@ from stepgauge.cli.options import output, say
 def command(gauge: str, laboratory_file: str, schema: str | None, output: str) -> None:
     """The Digital Calibration Certificate of a step gauge from its gauge file: what a gauge laboratory sends.
 
-    Faces with nominal and certified positions, U and k, expansion, block sizes, material and reference temperature;
-    'stepgauge dcc import-gauge' reads it back to the same gauge file.
+    Faces with nominal and certified positions, U and k, expansion, sizes, material and reference temperature;
+    'stepgauge dcc import-gauge' reads it back to the same gauge. Correlation, the part of U that is common to all faces
+    and degrees of freedom have no place in the schema: they are quantities beside the positions, and another reader may
+    not know them. Number, laboratory and date are those of the certificate file.
 
     \b
     stepgauge dcc export-gauge step-gauge-420 -c laboratory.toml -o gauge.xml
