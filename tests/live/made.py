@@ -6,6 +6,7 @@ import asyncio
 import socket
 import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -149,8 +150,13 @@ class Memory:
         self.tag = 0
 
     def run(self, *lines: str | bytes, wait_s: float = 0.0) -> list[str]:
-        """All lines at once; what is answered until nothing is left to do."""
-        return asyncio.run(self._run([one.encode("latin-1") if isinstance(one, str) else one for one in lines], wait_s))
+        """All lines at once; what is answered until nothing is left to do.
+
+        In a thread: a test of the pages in the same process may have left a loop running in this one (Playwright's).
+        """
+        sent = [one.encode("latin-1") if isinstance(one, str) else one for one in lines]
+        with ThreadPoolExecutor(1) as thread:
+            return thread.submit(lambda: asyncio.run(self._run(sent, wait_s))).result()
 
     async def _run(self, lines: list[bytes], wait_s: float) -> list[str]:
         self.session._wake, self.session._stopped = asyncio.Event(), asyncio.Event()
