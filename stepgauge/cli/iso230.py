@@ -137,12 +137,12 @@ def _axis_test(recordings: tuple[str, ...], options: dict[str, Any]) -> Position
 
 def _tell(test: PositioningTest) -> None:
     from stepgauge.standards.iso230_decision import parameters_um
-    from stepgauge.standards.iso230_files import overall, statements
+    from stepgauge.standards.iso230_files import statements
 
     unit = test.units.deviation
     for one in test.axes:
         told = ", ".join(f"{name} {value:.2f} {unit}" for name, value in parameters_um(one.parameters).items())
         say(f"placement {one.placement}, {one.name}: {told}; {len(one.targets.block)} targets, {len(one.runs)} runs")
-    say(overall(test))
+    say(test.requirement.text([(one.name, parameters_um(one.parameters)) for one in test.axes]))
     for text in statements(test):
         say(f"- {text}")

@@ -11,7 +11,6 @@ from stepgauge.files.text import write_json, write_text
 from stepgauge.standards.drift import NAMES, STANDARD, UNCONFIRMED, Channel, DriftTest
 from stepgauge.standards.drift_rules import rules_of
 from stepgauge.standards.iso230_decision import Requirement
-from stepgauge.standards.rules import open_points
 
 COLUMNS = ("channel", "range_um", "first_hour_um", "end_um", "last_hour_um")
 
@@ -36,7 +35,7 @@ def drift_to_dict(test: DriftTest, requirement: Requirement) -> dict[str, Any]:
         "tolerances_um": dict(requirement.tolerance_um),
         "expanded_uncertainty_um": requirement.expanded_um,
         "outcomes": requirement.outcomes(test.values_um),
-        "overall": requirement.text([("", test.values_um)], open_points(rules)),
+        "overall": requirement.text([("", test.values_um)]),
         "complete": all(rule.met for rule in rules),
         "rules": [rule.as_dict() for rule in rules],
         "unconfirmed": list(UNCONFIRMED[test.kind]),

@@ -6,17 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from stepgauge.errors import InputError, naming
-from stepgauge.standards.decision import DECISION_SOURCE, Outcome, decide, stated, together
+from stepgauge.standards.decision import DECISION_SOURCE, Outcome, decide, together
 from stepgauge.standards.iso230 import OneWay, Parameters
 
 PARAMETERS = ("A", "A_up", "A_down", "E", "E_up", "E_down", "M", "R", "R_up", "R_down", "B", "mean_B")
 """In the order in which the standard's report has them."""
-
-WORDS: Mapping[Outcome, str] = {
-    "conforms": "The parameters conform.",
-    "does not conform": "The parameters do not conform.",
-    "not decidable": "Neither conformity nor nonconformity is proven.",
-}
 
 
 def parameters_um(found: Parameters) -> dict[str, float]:
@@ -66,11 +60,8 @@ class Requirement:
             {} if u is None else {name: decide(values_um[name], limit, u) for name, limit in self.tolerance_um.items()}
         )
 
-    def text(self, parts: Sequence[tuple[str, Mapping[str, float]]], left: Sequence[str] = ()) -> str:
-        """The sentence of page 1, with the decision rule.
-
-        ``parts``: names of axes (or none) and parameters in um; ``left``: what keeps the test from being complete.
-        """
+    def text(self, parts: Sequence[tuple[str, Mapping[str, float]]]) -> str:
+        """The sentence of page 1, with the decision rule; ``parts``: names of axes (or none) and parameters in um."""
         if not self.tolerance_um:
             return "No statement of conformity is made: no tolerance was stated. Decision rule: none applied."
         if self.expanded_um is None:
@@ -79,8 +70,12 @@ class Requirement:
                 f" Decision rule: {DECISION_SOURCE}; it needs that uncertainty."
             )
         every = [outcome for _, values in parts for outcome in self.outcomes(values).values()]
-        said = f"{self._compared(parts)} U = {self.expanded_um:g} {self.unit}."
-        return f"{stated(together(every), WORDS, said, left)} Decision rule: {DECISION_SOURCE}."
+        head = {
+            "conforms": "The parameters conform.",
+            "does not conform": "The parameters do not conform.",
+            "not decidable": "Neither conformity nor nonconformity is proven.",
+        }[together(every)]
+        return f"{head} {self._compared(parts)} U = {self.expanded_um:g} {self.unit}. Decision rule: {DECISION_SOURCE}."
 
     def _compared(self, parts: Sequence[tuple[str, Mapping[str, float]]]) -> str:
         said = []

@@ -13,7 +13,7 @@ from stepgauge.standards.gauge_table import gauge_to_dict
 from stepgauge.standards.iso230 import AxisParameters
 from stepgauge.standards.iso230_decision import parameters_um
 from stepgauge.standards.positioning import PAIRINGS, AxisTest, PositioningTest, Units
-from stepgauge.standards.rules import incomplete, open_points
+from stepgauge.standards.rules import incomplete
 
 STANDARD = "ISO 230-2:2014 with Amendment 1:2016"
 SIGN_CONVENTION = (
@@ -68,7 +68,7 @@ def as_linear(test: PositioningTest) -> dict[str, Any]:
         "complete": test.complete,
         "tolerances_um": dict(test.requirement.tolerance_um),
         "expanded_uncertainty_um": test.requirement.expanded_um,
-        "overall": overall(test),
+        "overall": test.requirement.text([(one.name, parameters_um(one.parameters)) for one in test.axes]),
         "statements": statements(test),
         "axes": [axis_to_dict(one) for one in test.axes],
     }
@@ -119,12 +119,6 @@ def target_rows(one: AxisTest) -> list[dict[str, Any]]:
     names = [name for name in TARGET_COLUMNS if name in columns]
     rows = zip(*(columns[name] for name in names), strict=True)
     return [dict(zip(names, (value.item() for value in row), strict=True)) for row in rows]
-
-
-def overall(test: PositioningTest) -> str:
-    """The sentence of page 1, with the decision rule."""
-    parts = [(one.name, parameters_um(one.parameters)) for one in test.axes]
-    return test.requirement.text(parts, open_points(rule for one in test.axes for rule in one.rules))
 
 
 def statements(test: PositioningTest) -> list[str]:
