@@ -65,7 +65,7 @@ def test_a_look_knows_what_is_there_of_its_kind() -> None:
 
 def test_play_on_two_axes_is_told_as_that() -> None:
     """Gauges along the axes: each placement is off by an amount of its own, which is one form and two laws."""
-    play = tuple({"kind": "reversal_error", "axis": axis, "um": um} for axis, um in (("x", 1.8), ("y", 1.4)))
+    play = tuple({"kind": "reversal_error", "axis": axis, "um": um} for axis, um in (("x", 2.4), ("y", 1.2)))
     assert named(play, (ALONG_X, ALONG_Y)) == {"reversal_error_x", "reversal_error_y"}
 
 

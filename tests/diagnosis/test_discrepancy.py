@@ -84,7 +84,7 @@ def test_a_drift_of_two_bodies_is_one_drift_however_large(um: float) -> None:
     assert [one.kind for one in found.findings] == ["thermal_drift"]
     assert not found.unexplained
     assert found.fit.chi2_dof_after < 1.15
-    assert any("thermal_drift is not exactly of this shape" in one for one in found.remarks)
+    assert any("thermal drift is not exactly of this shape" in one for one in found.remarks)
 
 
 def test_laws_that_must_be_exact_do_not_name_a_large_drift() -> None:

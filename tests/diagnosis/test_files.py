@@ -218,7 +218,7 @@ def test_what_speaks_against_the_nearest_law_stands_beside_what_remains() -> Non
     data = said("unknown") | {
         "refuted": ["temperature_cycle_x comes nearest and is 40 times less likely than the form"]
     }
-    assert "not explain it: temperature_cycle_x comes nearest" in first_page(report_text(data))
+    assert "in place of what has none: temperature_cycle_x comes nearest" in first_page(report_text(data))
 
 
 def test_what_to_do_stands_before_the_evidence_for_it() -> None:

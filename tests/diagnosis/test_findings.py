@@ -219,20 +219,17 @@ def test_a_warm_gauge_and_a_long_scale_are_no_other_scale_and_squareness_for_cer
             (size,) = one.parameters.values()
             assert size.u is not None
             assert abs(size.value) < 4.0 * size.u, one.label
-    members = {member.label: member.parameters for one in found.findings for member in one.members}
-    warmer = members["gauge_temperature"]["delta_K"]
-    assert warmer.value == pytest.approx(0.7, abs=4.0 * (warmer.u or 0.0))
-    if "scale_error_y" in members:
-        longer_y = members["scale_error_y"]["ppm"]
-        assert longer_y.value == pytest.approx(4.0, abs=4.0 * (longer_y.u or 0.0))
-    else:  # its size hangs on the partner's
-        assert ("machine y", "undetermined") in [(one.covariate, one.form) for one in found.unexplained]
+    # beside another partner each has another size; with its true one it is as large as it is
+    members = [member for one in found.findings for member in one.members]
+    warmer = [member.parameters["delta_K"] for member in members if member.label == "gauge_temperature"]
+    assert any(abs(size.value - 0.7) < 4.0 * (size.u or 0.0) for size in warmer)
     pairs = {frozenset(other.laws) for one in found.findings for other in one.several}
     # or one of the two is named, and the other one is in the set of what is beside it
     pairs |= {
         frozenset({a.label, m.label}) for a in found.findings for b in found.findings if a is not b for m in b.members
     }
     assert frozenset({"scale_error_x", "squareness_xy"}) in pairs
+    assert frozenset({"gauge_temperature", "scale_error_y"}) in pairs
 
 
 @lru_cache

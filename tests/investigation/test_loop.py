@@ -66,7 +66,8 @@ def test_the_cause_is_found_and_its_size(found: Path) -> None:
     assert one["label"] == "reversal_error_x"
     value = one["parameters"]["um"]
     assert abs(value["value"] - REVERSAL["um"]) < 4.0 * value["u"]
-    assert last["entropy_nats"] < said["runs"][0]["learnt"]["entropy_nats"] + 0.5
+    # play of x makes that of y and z, which no run has shown yet, as likely as not
+    assert last["entropy_nats"] < said["runs"][0]["learnt"]["entropy_nats"] + 2.0 * np.log(2.0)
     assert 0.0 < last["matters_um"] < REVERSAL["um"] / 2.0
     assert said["runs"][0]["learnt"]["matters_um"] == 0.0
     assert said["minutes"] <= SHORT["minutes"]
