@@ -28,7 +28,8 @@ def test_what_can_be_planned_is_what_plan_accepts() -> None:
     said = [can_be_planned(run, data) for run in runs]
     assert said == [is_planned(run) for run in runs]
     inclined = [abs(run.placement.axis[2]) > 0.1 for run in runs]
-    assert any(inclined) and not np.any(np.array(said)[inclined])
+    assert any(inclined)
+    assert not np.any(np.array(said)[inclined])
     assert np.all(np.array(said)[~np.array(inclined)])
 
 
