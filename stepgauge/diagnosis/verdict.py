@@ -25,7 +25,7 @@ from stepgauge.diagnosis.laws.usual import size_of_shape
 from stepgauge.diagnosis.output.words import listed, name_of
 from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Rival
 from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.priors import Decision, Priors
 from stepgauge.diagnosis.posterior.problem import Candidate
 from stepgauge.diagnosis.posterior.search import Search
 from stepgauge.diagnosis.posterior.state import State
@@ -326,7 +326,8 @@ def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, w
     """The forms that are stated, one to a covariate, the most probable first; ``wider``: see :func:`findings`."""
     for said in model.forms:
         if said.named:
-            if said in model.vague or not sure(said, model.state, answer, priors.decision, wider):
+            doubtful = said in model.vague or not sure(said, model.state, answer, priors.decision, wider)
+            if doubtful and not _by_another(said, priors.decision):
                 yield _vague(said, model, answer, data)
             continue
         least = max(priors.decision.in_set, said.lead.share / priors.decision.excluded)
@@ -336,6 +337,11 @@ def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, w
             form = located(one.candidate, one.look.atom, answer.probability(labels), fitted=_fitted_shape(one))
             part = _regime(said, model, data) if one is said.lead else ""
             yield replace(form, where=f"{form.where}, {part}") if part else form
+
+
+def _by_another(said: Said, decision: Decision) -> bool:
+    """Whether a law is there since another axis has it, more than by the readings: without a size that is no finding."""
+    return said.lead.look.together > 0.0 and said.place.nothing * decision.excluded >= said.lead.share
 
 
 def _fitted_shape(rival: Rival) -> Any:

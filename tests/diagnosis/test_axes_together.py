@@ -74,3 +74,13 @@ def test_two_scales_and_a_squareness_are_not_all_errors_of_the_geometry() -> Non
     square = {"kind": "squareness", "plane": "xy", "urad": 15.0}
     axes = (ALONG_X, ALONG_Y, DIAGONAL, ACROSS)
     assert named((*scales, square), axes) == {"scale_error_x", "scale_error_y", "squareness_xy"}
+
+
+@pytest.mark.parametrize(("um", "seed"), [(0.06, 2), (0.06, 6), (0.14, 4)])
+def test_play_of_one_axis_makes_nothing_unknown_on_another(um: float, seed: int) -> None:
+    """What is expected there and hardly shows has no size: it is no finding, and no structure without a cause."""
+    play = tuple({"kind": "reversal_error", "axis": axis, "um": size} for axis, size in (("x", 2.5), ("y", um)))
+    recording = record(machine(play), (ALONG_X, ALONG_Y, DIAGONAL), seed=seed, cycles=3)
+    found = diagnose(recording, gauge(), machine())
+    assert found.verdict == "effects"
+    assert [one.label for one in found.findings] == ["reversal_error_x"]
