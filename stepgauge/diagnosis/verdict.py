@@ -340,7 +340,7 @@ def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, w
 
 
 def _by_another(said: Said, decision: Decision) -> bool:
-    """Whether a law is there since another axis has it, more than by the readings: without a size that is no finding."""
+    """Whether a law is there since another axis has it, more than by the readings: without a size it is no finding."""
     return said.lead.look.together > 0.0 and said.place.nothing * decision.excluded >= said.lead.share
 
 
