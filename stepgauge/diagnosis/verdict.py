@@ -5,7 +5,7 @@ The part of rule 3 that needs covariates is here: a free function of time may co
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Any
@@ -324,12 +324,14 @@ def covariate_of(family: Family | Geometry, data: Residuals) -> str:
 
 def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, wider: float) -> Iterator[Located]:
     """The forms that are stated, one to a covariate, the most probable first; ``wider``: see :func:`findings`."""
-    for said in model.forms:
-        if said.named:
-            doubtful = said in model.vague or not sure(said, model.state, answer, priors.decision, wider)
-            if doubtful and not _by_another(said, priors.decision):
-                yield _vague(said, model, answer, data)
-            continue
+    doubtful = [
+        one
+        for one in model.forms
+        if one.named and (one in model.vague or not sure(one, model.state, answer, priors.decision, wider))
+    ]
+    expected = _by_another(doubtful, model, answer, priors.decision)
+    yield from (_vague(one, model, answer, data) for one in doubtful if one not in expected)
+    for said in (one for one in model.forms if not one.named):
         least = max(priors.decision.in_set, said.lead.share / priors.decision.excluded)
         likely = (one for one in one_of_each_kind(said.place, False) if one.share >= least)
         for one in islice(likely, MOST_FORMS):
@@ -339,9 +341,12 @@ def unexplained(model: Model, answer: Answer, data: Residuals, priors: Priors, w
             yield replace(form, where=f"{form.where}, {part}") if part else form
 
 
-def _by_another(said: Said, decision: Decision) -> bool:
-    """Whether a law is there since another axis has it, more than by the readings: without a size it is no finding."""
-    return said.lead.look.together > 0.0 and said.place.nothing * decision.excluded >= said.lead.share
+def _by_another(doubtful: Sequence[Said], model: Model, answer: Answer, decision: Decision) -> list[Said]:
+    """Laws that are there since another axis has them, and not by the readings: without a size they are no findings."""
+    found = [one for one in doubtful if one.lead.look.together > 0.0]
+    without = answer.search.without(model.state, *(model.state.place(one.term.candidate) for one in found))
+    needed = model.state.log_posterior - without.log_posterior > float(np.log(decision.excluded))
+    return [] if needed else found
 
 
 def _fitted_shape(rival: Rival) -> Any:
