@@ -188,4 +188,4 @@ def test_errors_of_the_geometry_together_are_explained_as_effects_are() -> None:
     said = run("effects", "geometric_errors")
     assert "straightness" in said
     assert "from 4 placements on" in said
-    assert "prior odds: 1 to 100" in said
+    assert "prior odds: 1 to 200" in said
