@@ -175,9 +175,15 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "recording": moved.recording,
         "evaluation": sg.evaluate(moved, gauge),
         "budget": sg.budget(moved, gauge, machine, runs=0),
-        "diagnosis": sg.diagnose(moved, gauge, _without_effects(machine)),
+        "diagnosis": sg.diagnose(
+            sg.simulate(plan, _with_a_scale_error(machine), gauge, placement, seed=1), gauge, _without_effects(machine)
+        ),
         "probe map": sg.probe_map("omp40-2-50mm", azimuth_deg="0:360:30"),
     }
+
+
+def _with_a_scale_error(machine: sg.Machine) -> sg.Machine:
+    return replace(machine, effects=tuple({"kind": "scale_error", "axis": axis, "ppm": 30.0} for axis in "xy"))
 
 
 def _without_effects(machine: sg.Machine) -> sg.Machine:

@@ -102,7 +102,7 @@ NINE = tuple(turned(20.0 * i + 4.0) for i in range(9))
 def test_a_tripod_is_named_with_its_phase_and_size_from_three_level_directions(seed: int, azimuth_deg: float) -> None:
     truth = TRIPOD | {"um_per_N": 5.0, "arm_azimuth_deg": azimuth_deg}
     one = named(told(bent(measured(THREE, seed), truth)), "kinematic_pretravel")
-    assert one.choices["part"] == "whole"
+    assert one.choices["part"] in ("whole", "varying")  # its mean is as well a radius of the tip
     assert off(one, "um_per_N", 5.0) < 3.0
     assert off(one, "arm_azimuth_deg", azimuth_deg, 60.0) < 3.0
     # of level gauges it scales the size: little more is known than what is usual for this stylus
