@@ -173,11 +173,7 @@ class Answer:
     @cached_property
     def _likeliest(self) -> dict[frozenset[str], State]:
         """The most probable state that was computed for each set of terms."""
-        found: dict[frozenset[str], State] = {}
-        for state in self.search.evidence.current:
-            if state.labels not in found or found[state.labels].log_posterior < state.log_posterior:
-                found[state.labels] = state
-        return found
+        return self.search.evidence.likeliest
 
     def spread(self, label: str, least: float) -> tuple[Array, Array] | None:
         """Posterior mean ``(d,)`` and covariance of the amplitudes of a term over the hypotheses that contain it.

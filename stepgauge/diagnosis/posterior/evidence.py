@@ -21,7 +21,7 @@ from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Candidate, Law, Problem, Term, slices, together
 from stepgauge.diagnosis.posterior.scatter import Scatter, Scatters
 from stepgauge.diagnosis.posterior.sizes import by_size, in_proportion, over_sizes, resized, square_without
-from stepgauge.diagnosis.posterior.state import State
+from stepgauge.diagnosis.posterior.state import State, worth
 
 Array = NDArray[np.float64]
 LEAST_SIGMA = 1e-3
@@ -65,6 +65,14 @@ class Evidence:
     def current(self) -> Iterator[State]:
         """All hypotheses that were computed with the volumes that hold for their scatter."""
         return (state for state in self.visited.values() if state.current)
+
+    @property
+    def likeliest(self) -> dict[frozenset[str], State]:
+        """The most probable one of :attr:`current` for each set of terms."""
+        found: dict[frozenset[str], State] = {}
+        for state in self.current:
+            found[state.labels] = max(found.get(state.labels, state), state, key=worth)
+        return found
 
     def __call__(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float | None = None) -> State:
         """The hypothesis of some terms and a scatter; ``near_um``: a first guess of the scatter."""

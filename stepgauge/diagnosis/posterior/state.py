@@ -91,7 +91,7 @@ class State:
         return float(np.linalg.norm(self.mean[self._told(place)]))
 
     def _told(self, place: int) -> slice:
-        first = self.count + sum(len(term.columns) for term in self.terms[:place])
+        first = self.count + self.parts[place].start
         return slice(first, first + self.terms[place].told)
 
     @property

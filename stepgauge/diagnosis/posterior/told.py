@@ -73,11 +73,9 @@ def _of_the_likelier(search: Search, best: State) -> State:
 
     A form may stand for several laws, of which many combinations are each a little less probable.
     """
-    every: dict[frozenset[str], State] = {}
-    for state in search.evidence.current:
-        every[state.labels] = max(every.get(state.labels, state), state, key=worth)
-    single = [state for state in every.values() if state.terms and _single(state)]
-    others = [state.log_posterior for state in every.values() if not _single(state)]
+    every = search.evidence.likeliest.values()
+    single = [state for state in every if state.terms and _single(state)]
+    others = [state.log_posterior for state in every if not _single(state)]
     if _single(best) or not single or special.logsumexp([worth(one) for one in single]) < special.logsumexp(others):
         return best
     return max(single, key=worth)
