@@ -19,8 +19,11 @@ from stepgauge.diagnosis.posterior.scatter import Scatters
 from stepgauge.diagnosis.problem import bare_problem
 from stepgauge.diagnosis.residuals import Residuals, unchecked_residuals
 from stepgauge.errors import InputError
+from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import STANDING_COS, Placement, make_placement
+from stepgauge.machine.file import Machine
 from stepgauge.machine.styli import stylus_words
+from stepgauge.motion.moves import ProbingSettings, Program
 from stepgauge.planning.plan import PlanOptions, faces_in_order
 from stepgauge.planning.program import ProbingChoice, checked_program, make_settings
 from stepgauge.recording import APPROACH, POSITION, Recording
@@ -183,14 +186,22 @@ def _shifts(data: Residuals, middle: Array, axis: Array, length: float) -> Itera
             yield target
 
 
+def settings_of(gauge: Gauge, machine: Machine, run: ExtraRun) -> ProbingSettings:
+    """How a run is probed: with the machine's speeds and stylus, but for the speed that it states."""
+    choice = ProbingChoice(measuring_speed_mm_s=run.speed_mm_s)
+    return make_settings(gauge, machine, machine.probe.tip_radius_mm, choice)
+
+
+def program_of(run: ExtraRun, gauge: Gauge, machine: Machine, placement: Placement | None = None) -> Program:
+    """The checked program of a run, with the gauge where it is found to lie (:class:`InputError` if it fails)."""
+    lies, machine = placement or run.placement, machine.with_stylus(run.stylus)
+    return checked_program(lies, gauge, machine, run.options(gauge.n_blocks), settings_of(gauge, machine, run))
+
+
 def can_be_planned(run: ExtraRun, data: Residuals) -> bool:
     """Whether the path of a run is clear of gauge and rail and within the travel, as ``stepgauge plan`` checks it."""
-    machine = data.machine.with_stylus(run.stylus)
-    choice = ProbingChoice(measuring_speed_mm_s=run.speed_mm_s)
-    settings = make_settings(data.gauge, machine, machine.probe.tip_radius_mm, choice)
-    once = replace(run.options(data.gauge.n_blocks), cycles=1)
     try:
-        checked_program(run.placement, data.gauge, machine, once, settings)
+        program_of(replace(run, cycles=1), data.gauge, data.machine)
     except InputError:
         return False
     return True

@@ -188,7 +188,7 @@ def final_diagnosis(case: Case, recording: Recording) -> Diagnosis:
 
 def check_first(case: Case, first: Placement) -> None:
     """:class:`InputError` where the first run cannot be made, before anything is asked or moved."""
-    from stepgauge.investigation.reach import program_of
+    from stepgauge.diagnosis.runs import program_of
 
     run = ExtraRun("the gauge as it lies", first, cycles=case.reach.cycles, stays=True)
     program_of(run, case.gauge, case.machine)

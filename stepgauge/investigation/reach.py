@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.residuals import Residuals
-from stepgauge.diagnosis.runs import SPEED_FACTOR, ExtraRun, laid_elsewhere
+from stepgauge.diagnosis.runs import SPEED_FACTOR, ExtraRun, laid_elsewhere, program_of
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, make_placement
 from stepgauge.machine.file import Machine
 from stepgauge.machine.styli import stylus_words
-from stepgauge.planning.program import ProbingChoice, checked_program, duration_s, fastest_mm_s, make_settings
+from stepgauge.planning.program import duration_s, fastest_mm_s
 
 Array = NDArray[np.float64]
 LOCATING_MINUTES = 3.0
@@ -131,18 +131,6 @@ def directions(placements: Sequence[Placement]) -> int:
         if all(abs(float(one.axis @ other)) < TURNED_COS for other in kept):
             kept.append(one.axis)
     return len(kept)
-
-
-def settings_of(gauge: Gauge, machine: Machine, run: ExtraRun) -> Any:
-    """How a run is probed: with the machine's speeds and stylus, but for the speed that it states."""
-    choice = ProbingChoice(measuring_speed_mm_s=run.speed_mm_s)
-    return make_settings(gauge, machine, machine.probe.tip_radius_mm, choice)
-
-
-def program_of(run: ExtraRun, gauge: Gauge, machine: Machine, placement: Placement | None = None) -> Any:
-    """The checked program of a run, with the gauge where it is found to lie (:class:`InputError` if it fails)."""
-    lies, machine = placement or run.placement, machine.with_stylus(run.stylus)
-    return checked_program(lies, gauge, machine, run.options(gauge.n_blocks), settings_of(gauge, machine, run))
 
 
 class Costed(NamedTuple):

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from stepgauge.alignment import locate as located_by_points
-from stepgauge.diagnosis.runs import ExtraRun
+from stepgauge.diagnosis.runs import ExtraRun, program_of
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.placement import Placement
 from stepgauge.investigation.deciding import Case
 from stepgauge.investigation.locating import LAID_MM, NotAsAskedError, check_end_for_end, locate, locating_settings
-from stepgauge.investigation.reach import placement_json, placement_of_json, program_of
+from stepgauge.investigation.reach import placement_json, placement_of_json
 from stepgauge.investigation.stations import Station
 from stepgauge.live.codes import DmeError
 from stepgauge.live.connection import ConnectionLostError, StopAskedError
