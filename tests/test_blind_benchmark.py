@@ -26,7 +26,7 @@ from benchmarks.blind.reference_stepwise import main as reference
 from benchmarks.blind.run import benchmark, diagnose
 from benchmarks.blind.run import main as run_main
 from benchmarks.blind.scene import Design, Scene, make_scene
-from benchmarks.blind.score import explains, interval_hits, score_case, wilson_interval
+from benchmarks.blind.score import combinations_of, explains, interval_hits, score_case, wilson_interval
 from benchmarks.blind.spelling import covariate
 from benchmarks.blind.table import summarise, text
 from stepgauge.gauge.certified import read_gauge
@@ -353,11 +353,24 @@ def test_two_kinds_together_leave_nothing_of_what_each_leaves_much_of() -> None:
 
 def test_combinations_that_a_tool_tells_are_judged_in_the_measurement_of_the_case(tmp_path: Path) -> None:
     truth = make_case(Case("probe:tripod", 1.0, 3042), tmp_path)
-    pair = frozenset({"effective_radius", "reversal_error"})
+    pair = ("effective_radius", "reversal_error")
     (cause,) = with_combinations(truth, [pair])["causes"]
     alone = min(cause["leftover_chi2"].get(key, 100.0) for key in ("effective_radius", "reversal_error:x"))
     assert cause["combined_chi2"]["effective_radius + reversal_error"] < min(alone, 36.0)
     assert with_combinations(truth, []) == truth
+
+
+def test_two_laws_of_one_kind_are_judged_as_two(tmp_path: Path) -> None:
+    """Errors of two scales in one proportion are what the gauge's temperature is here; neither is alone."""
+    truth = make_case(Case("pair:gauge_temperature+block_defect", 0.5, 3147), tmp_path)
+    effect = {"kind": "gauge_temperature", "confounded_with": ["scale_error + scale_error"]}
+    wrong = {**effect, "confounded_with": ["reversal_error + reversal_error"]}
+    told = combinations_of([effect, wrong])
+    assert told == {("reversal_error", "reversal_error"), ("scale_error", "scale_error")}
+    cause = next(one for one in with_combinations(truth, told)["causes"] if one["kind"] == "gauge_temperature")
+    assert min(cause["leftover_chi2"].get(f"scale_error:{axis}", 100.0) for axis in "xyz") > 36.0
+    assert explains(effect, cause)
+    assert not explains(wrong, cause)
 
 
 def test_no_carriage_rotates_more_than_carriages_do(tmp_path: Path) -> None:

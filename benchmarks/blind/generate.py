@@ -278,8 +278,8 @@ def _together(measurement: Measurement, effects: list[Array]) -> dict[str, float
     return _noted(measurement.names.leftovers(np.sum(effects, axis=0))) if len(effects) > 1 else {}
 
 
-def with_combinations(truth: dict[str, Any], combinations: Iterable[frozenset[str]]) -> dict[str, Any]:
-    """The truth with what some combinations of kinds leave of each cause, as ``combined_chi2`` by sorted kinds.
+def with_combinations(truth: dict[str, Any], combinations: Iterable[tuple[str, ...]]) -> dict[str, Any]:
+    """The truth with what some combinations of laws leave of each cause, as ``combined_chi2`` by sorted kinds.
 
     The measurement is drawn again: nobody knows beforehand which combinations a tool will tell.
     """

@@ -77,22 +77,22 @@ def _kind_chi2(cause: Mapping[str, Any], kind: str) -> float:
     return min((chi2 for key, chi2 in left.items() if key.partition(":")[0] in kinds), default=math.inf)
 
 
-def _chi2_of(cause: Mapping[str, Any], kinds: frozenset[str]) -> float:
-    """What a kind leaves of a cause, or several kinds in one model."""
+def _chi2_of(cause: Mapping[str, Any], kinds: tuple[str, ...]) -> float:
+    """What a kind leaves of a cause, or several laws in one model."""
     kinds = _plain(kinds)
     alone = min(_kind_chi2(cause, kind) for kind in kinds)
-    known: float = cause.get("combined_chi2", {}).get(" + ".join(sorted(kinds)), math.inf)
+    known: float = cause.get("combined_chi2", {}).get(" + ".join(kinds), math.inf)
     return min(alone, known)
 
 
-def combinations_of(effects: Iterable[Mapping[str, Any]]) -> set[frozenset[str]]:
-    """Combinations of kinds that effects are said to be confounded with."""
+def combinations_of(effects: Iterable[Mapping[str, Any]]) -> set[tuple[str, ...]]:
+    """Combinations of laws that effects are said to be confounded with: their kinds, two of one kind as two."""
     every = (_plain(one) for effect in effects for one in alternatives_of(effect))
     return {one for one in every if len(one) > 1}
 
 
-def _plain(kinds: frozenset[str]) -> frozenset[str]:
-    return frozenset(SYNONYM.get(kind, kind) for kind in kinds)
+def _plain(kinds: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(sorted(SYNONYM.get(kind, kind) for kind in kinds))
 
 
 def rivals(cause: Mapping[str, Any]) -> set[str]:
@@ -107,8 +107,8 @@ def explains(effect: Mapping[str, Any], cause: Mapping[str, Any], whole_set: Ite
     true_kind = cause["kind"]
     if true_kind not in kinds or not set(whole_set) <= kinds:
         return False
-    others = alternatives_of(effect) | {frozenset({str(effect.get("kind"))})}
-    if any(_chi2_of(cause, other) >= NEAR_CHI2 for other in others - {frozenset({true_kind})}):
+    others = alternatives_of(effect) | {(str(effect.get("kind")),)}
+    if any(_chi2_of(cause, other) >= NEAR_CHI2 for other in others - {(true_kind,)}):
         return False
     if rivals(cause) and kinds == {true_kind}:
         return False

@@ -97,12 +97,12 @@ def kinds_of(effect: Mapping[str, Any]) -> set[str]:
     return {str(effect.get("kind"))}.union(*alternatives_of(effect))
 
 
-def alternatives_of(effect: Mapping[str, Any]) -> set[frozenset[str]]:
-    """What an effect is said to be confounded with: kinds, or combinations of kinds (``A + B``)."""
+def alternatives_of(effect: Mapping[str, Any]) -> set[tuple[str, ...]]:
+    """What an effect is said to be confounded with: kinds, or combinations (``A + B``, ``A + A``), each sorted."""
     others = effect.get("confounded_with") or []
     names = [other.get("kind") if isinstance(other, Mapping) else other for other in others]
     terms = [re.split(r"\s*\+\s*|\s+and\s+", str(name)) for name in names]
-    return {frozenset(re.split(r"[\s:(\[]", term.strip())[0] for term in several) for several in terms}
+    return {tuple(sorted(re.split(r"[\s:(\[]", term.strip())[0] for term in several)) for several in terms}
 
 
 def covariate(text: str) -> str:
