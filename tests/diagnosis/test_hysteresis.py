@@ -104,6 +104,22 @@ def test_loops_within_loops_are_hysteresis_and_no_laws_that_are_alike() -> None:
     assert rest_rms_um(found, laws) < 1.35 * found.noise.sigma_um
 
 
+def test_friction_of_one_half_of_the_travel_is_a_hysteresis_that_differs_from_place_to_place() -> None:
+    recording = to_and_fro()
+    held = Probings(recording.frame, Setting.of(machine(), gauge())).held_mm("x_mm", 60.0) / 60.0
+    x = recording.frame["x_mm"].to_numpy()
+    worn = 2.0 * held * np.clip((x - np.median(x)) / (0.25 * np.ptp(x)), 0.0, 1.0)
+    found = told(bent(lambda r: worn * side(r), recording))
+    assert found.verdict == "unknown"
+    assert not names(found)
+    (form,) = [one for one in found.unexplained if one.probability > 0.5]
+    assert (form.form, form.beside) == ("hysteresis", form.covariate)
+    assert "more in some places than in others" in form.where
+    (law,) = model_unknown(found)
+    assert rest_rms_um(found, [law]) < 1.2 * found.noise.sigma_um
+    assert np.corrcoef(law.share_um, worn * side(recording))[0, 1] > 0.95
+
+
 def test_a_reversal_error_is_no_hysteresis() -> None:
     """A constant between the directions of travel is a loop without a way."""
     recording = to_and_fro()

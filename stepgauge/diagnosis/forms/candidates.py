@@ -149,7 +149,8 @@ def _every(data: Residuals, priors: Priors, known: int | None) -> Iterator[OnSid
     yield from volumes(axes, data, priors)
     if position is not None and goes_both_ways(data):
         yield of_ways(position, data, priors)
-        yield from (hysteresis(one, data) for one in (position, *axes))
+        for one in (position, *axes):
+            yield from hysteresis(one, data, priors)
     yield from _levels(data, priors)
 
 

@@ -251,7 +251,8 @@ def _of_covariate(located: Located, side: str, one: Covariate, name: str, data: 
 def _remembered(located: Located, one: Covariate, name: str, data: Residuals) -> Iterator[list[str]]:
     """What depends on what went before.
 
-    Of a hysteresis one way, or all that were tried, beside a curve: a law over its coordinate is not named (rule 3).
+    Of a hysteresis one way, or all that were tried, the same all along or not, beside a curve: a law over its
+    coordinate is not named (rule 3).
     """
     if located.form == LAGGED:
         yield [f"({_late(name, located.numbers)} - {float(one.values.mean()):.12g})"]
@@ -260,7 +261,11 @@ def _remembered(located: Located, one: Covariate, name: str, data: Residuals) ->
         yield [f"({RESTED}_{kept} - {float(data.probings.rested(kept).mean()):.12g})"]
     else:
         held = [f"{name}_held_{um}" for um in located.numbers]
-        for ways in (held, *([way] for way in held)):
+        tried = [held, *([way] for way in held)]
+        if located.beside:
+            place = _ramps(name, one.values, FEW_KNOTS)
+            tried += [[_times(way, ramp) for way in ways for ramp in place] for ways in tried]
+        for ways in tried:
             yield from ([*ways, *curve] for curve in ([], *(_ramps(name, one.values, k)[1:] for k in FEWEST_KNOTS)))
 
 

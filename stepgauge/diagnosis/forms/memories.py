@@ -21,6 +21,8 @@ from stepgauge.effects.probings import followed
 Array = NDArray[np.float64]
 HELD = np.geomspace(0.03, 0.6, 7)
 """Ways on which friction holds back what moves, over the span of the travel."""
+PLACES, FEWER = (0.15, 0.5), 2
+"""Correlation lengths of friction that differs along the travel, over its span; of these ways every second is enough."""
 KEPT = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0)
 """Touches over which a rest is forgotten."""
 
@@ -101,18 +103,23 @@ def rests(data: Residuals, known: int | None) -> OnSides:
     return OnSides(REST, "s", RESTS, kept, KEPT, ("approach", "gauge"))
 
 
-def hysteresis(one: Covariate, data: Residuals) -> OnSides:
+def hysteresis(one: Covariate, data: Residuals, priors: Priors) -> Iterator[OnSides]:
     """Loops with inner loops: what friction holds back follows once it has been drawn far enough.
 
     A spring with a slider holds by the way since the last turn, at most by its own way (stop operator); with several
     such ways at once hysteresis of nearly any form results (Prandtl, Z. angew. Math. Mech. 8, 1928: 85; Ishlinskii).
+    Where friction is not the same all along, as on a guideway that is worn in its middle, the loops are wider in some
+    places (Preisach, Z. Phys. 94, 1935: 277, has them differ from place to place).
     """
     held_um = tuple(max(round(1e3 * way * one.span), 1) for way in HELD.tolist())
     loops = np.array([data.probings.held_mm(NAMES[one.name], um * 1e-3) / (um * 1e-3) for um in held_um])
-    features = [loops / np.sqrt(len(loops)), *(loop[None] for loop in loops)]
-    return OnSides(
-        one.name, one.unit, HYSTERESIS, features, (held_um, *((um,) for um in held_um)), wave_sides(one, data)
-    )
+    sides, alike = wave_sides(one, data), [loops / np.sqrt(len(loops)), *(loop[None] for loop in loops)]
+    yield OnSides(one.name, one.unit, HYSTERESIS, alike, (held_um, *((um,) for um in held_um)), sides)
+    places = [matern(one.values, length) for length in PLACES]
+    some, few = loops[::FEWER] / np.sqrt(len(loops[::FEWER])), held_um[::FEWER]
+    differing = [(some[:, None] * place).reshape(-1, len(one.values)) for place in places]
+    kernels, share = (few,) * len(places), priors.forms.product
+    yield OnSides(one.name, one.unit, HYSTERESIS, differing, kernels, sides, share, one.name)
 
 
 def of_ways(position: Covariate, data: Residuals, priors: Priors) -> OnSides:

@@ -81,7 +81,8 @@ def _words(form: Form, shape: str, number: Any) -> str:
         return f"follows the rests before the last {rounded(number, 2)} probings, as the roots of their times"
     if shape == HYSTERESIS and isinstance(number, tuple):
         way = f", held back for {number[0] * 1e-3:.3g}{unit} after a turn" if len(number) == 1 else ""
-        return f"hysteresis of {name}: depends on where its travel turned before{way}"
+        differs = ", more in some places than in others" if form.beside else ""
+        return f"hysteresis of {name}: depends on where its travel turned before{way}{differs}"
     other = f" and {form.beside}" if form.beside else ""
     return f"a smooth function of {name}{other}"
 
