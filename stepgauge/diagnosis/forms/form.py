@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.posterior.problem import Refined
 
 Array = NDArray[np.float64]
-Features = Sequence[Array] | Array
+Features = Sequence[Array] | Array | NDArray[np.float32]
 """Features of each kernel, ``(m, n)`` each, or signatures of each shape, ``(atoms, d, n)``."""
 TREND, SMOOTH, ROUGH, LAGGED, WAVE = "trend", "smooth", "rough", "lagged", "wave"
 LENGTH, LEVELS, LOOP, HARMONICS, BEAT = "changing length", "levels", "loop", "harmonics", "beat"

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 HELD = np.geomspace(0.03, 0.6, 7)
 """Ways on which friction holds back what moves, over the span of the travel."""
 PLACES, FEWER = (0.15, 0.5), 2
-"""Correlation lengths of friction that differs along the travel, over its span; of these ways every second is enough."""
+"""Correlation lengths of friction that differs along the travel, over its span; every second way is enough."""
 KEPT = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0)
 """Touches over which a rest is forgotten."""
 

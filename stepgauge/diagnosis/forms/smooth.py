@@ -21,8 +21,7 @@ from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.recording import OPTIONAL
 
 Array = NDArray[np.float64]
-ROUGH_LENGTHS = (0.015, 0.1, 1.0)
-"""Over the span of a covariate; the last one is a random walk, as drifts without a law are."""
+ROUGH_LENGTHS = (0.015, 0.1)
 VOLUME_LENGTHS = (0.25, 0.6)
 """Correlation lengths of what changes with two coordinates, over the span of each."""
 KNOTS, ROUGH_KNOTS = 40, 120

@@ -6,7 +6,8 @@ is searched between the points of the grid where a hypothesis is computed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from stepgauge.diagnosis.posterior.problem import Refined
 from stepgauge.diagnosis.residuals import Residuals
 
 Array = NDArray[np.float64]
+Single = NDArray[np.float32]
 OVERTONES = 5
 """Of a wave that is no sine; the k-th has the k-th part of the first's standard deviation."""
 PERIODS_PER_SPAN, MOST_PERIODS = 4.0, 40.0
@@ -27,6 +29,8 @@ THROWN_BACK = 1.0 / PHASES
 """Part of the period in which a sawtooth of the grid falls: the jump itself lies between two of its phases."""
 FINER = 17
 """Number of periods, and of phases, that are tried about those of the grid."""
+CHUNK = 100_000
+"""Numbers computed at a time: they stay in the cache of a processor."""
 
 
 def waves(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
@@ -40,8 +44,18 @@ def waves(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
         near = turns[atom] + np.linspace(-1.0, 1.0, FINER) / PERIODS_PER_SPAN
         return nearest(_harmonics(passed, near), (span / near).tolist(), data, share, um)
 
-    features, periods, share = _harmonics(passed, turns), tuple((span / turns).tolist()), priors.forms.wave
+    features = _grid(lambda some: _harmonics(passed, some), turns, (2 * OVERTONES, len(passed)))
+    periods, share = tuple((span / turns).tolist()), priors.forms.wave
     return OnSides(one.name, one.unit, WAVE, features, periods, wave_sides(one, data), share, refine=refine, of=of)
+
+
+def _grid(signatures: Callable[[Any], Array], shapes: Sequence[Any] | Array, of_one: tuple[int, int]) -> Single:
+    """Signatures ``(k, d, n)`` of all shapes of a grid, each ``of_one (d, n)``; a grid needs no double precision."""
+    found = np.empty((len(shapes), *of_one), np.float32)
+    size = max(1, CHUNK // (of_one[0] * of_one[1]))
+    for some in (slice(i, i + size) for i in range(0, len(shapes), size)):
+        found[some] = signatures(shapes[some])
+    return found
 
 
 def _harmonics(passed: Array, turns: Array) -> Array:
@@ -70,7 +84,8 @@ def sawteeth(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
 
     shapes = tuple((span / f, phase) for f, phase in grid)
     sides = tuple(side for side in wave_sides(one, data) if side != "approach")  # no probe does that
-    features, share = _teeth(passed, grid, THROWN_BACK), priors.forms.wave
+    features = _grid(lambda some: _teeth(passed, some, THROWN_BACK), grid, (1, len(passed)))
+    share = priors.forms.wave
     return OnSides(one.name, one.unit, SAWTOOTH, features, shapes, sides, share, refine=refine, of=of)
 
 

@@ -89,7 +89,7 @@ class Beside:
     """Residual of a hypothesis: mapped, with the columns of its terms as a low-rank loss, and their products.
 
     ``spans``: those of the terms, of which the loss is a mixture ``turn``; None where products are computed anew:
-    rounding would show in the mixture, or it would take longer.
+    rounding would show in the mixture, or it would take longer. ``taken``: the mixture of them that the residual lacks.
     """
 
     left: Array
@@ -98,6 +98,7 @@ class Beside:
     dof: float
     spans: tuple[Span, ...] = ()
     turn: Array | None = None
+    taken: Array | None = None
 
     @property
     def scatter(self) -> float:

@@ -43,6 +43,7 @@ class Looker:
         self.tables: list[Table] = []
         self.smooth = Features(kernels, metric)
         self.spans: dict[tuple[object, ...], Span] = {}
+        self._bare: dict[int, Array] = {}
 
     def admit(self, patterns: Sequence[Patterns]) -> None:
         """All of ``patterns`` that are not known yet; tables are added, none is changed."""
@@ -64,17 +65,19 @@ class Looker:
         """Products of patterns with residual and loss, ``(r, atoms, depth, 1 + q)``, by their place."""
         if beside.spans and beside.turn is None:
             return self._products(np.column_stack([beside.left, beside.lost]), places)
-        dots = self._products(beside.left[:, None], places)
-        if beside.turn is None:
-            return dots
+        self._bare |= self._products(self.white[:, None], [place for place in places if place not in self._bare])
+        if beside.turn is None or beside.taken is None:
+            return {place: self._bare[place] for place in places}
         for span in beside.spans:
             more = self._products(span.rows.T, [place for place in places if place not in span.dots])
             span.dots |= {place: products.astype(np.float32) for place, products in more.items()}
-        turn = beside.turn.astype(np.float32)
+        turn = np.column_stack([-beside.taken, beside.turn]).astype(np.float32)
+        dots = {}
         for place in places:
             products = np.concatenate([span.dots[place] for span in beside.spans], axis=3)
-            lost = (products.reshape(-1, len(turn)) @ turn).reshape(*products.shape[:3], -1)
-            dots[place] = np.concatenate([dots[place], lost], axis=3)
+            mixed = products.reshape(-1, len(turn)) @ turn
+            dots[place] = mixed.reshape(*products.shape[:3], -1).astype(float)
+            dots[place][..., :1] += self._bare[place]
         return dots
 
     def _products(self, mapped: Array, places: Collection[int]) -> dict[int, Array]:
@@ -142,12 +145,14 @@ class Looker:
         factor = cholesky(mix @ (rows @ rows.T) @ mix.T + np.diag(sd**-2.0), lower=True)
         turn = solve_triangular(factor, mix, lower=True).T
         lost = rows.T @ turn
-        left = self.white - lost @ (lost.T @ self.white)
+        taken = turn @ (lost.T @ self.white)
+        left = self.white - rows.T @ taken
         share, vector = np.linalg.eigh(lost.T @ lost)
         turn, lost = turn @ vector[:, share > UNLOST], lost @ vector[:, share > UNLOST]
         total = float(self.white @ left)
         known = len(rows) <= WIDE and (np.linalg.norm(turn, axis=0) <= MOST_TURNED * np.linalg.norm(lost, axis=0)).all()
-        return Beside(left, lost, total, self.metric.dof, spans, turn if known else None)
+        known = known and float(np.linalg.norm(taken)) <= MOST_TURNED * float(np.sqrt(self.white @ self.white))
+        return Beside(left, lost, total, self.metric.dof, spans, turn if known else None, taken)
 
 
 def _alone(law: Law, size: int, gain: float) -> Look:

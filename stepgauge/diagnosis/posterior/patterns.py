@@ -106,7 +106,9 @@ def _mixture(shares: Array, basis: Array) -> Array:
     return np.where(np.abs(mix) < DEPENDENT, 0.0, mix)
 
 
-def _single(patterns: Sequence[Array]) -> NDArray[np.float32]:
+def _single(patterns: Sequence[Array | NDArray[np.float32]]) -> NDArray[np.float32]:
+    if len(patterns) == 1:
+        return patterns[0].astype(np.float32, copy=False)
     values = np.empty((sum(map(len, patterns)), *patterns[0].shape[1:]), np.float32)
     np.concatenate(patterns, out=values, casting="same_kind")
     return values

@@ -99,7 +99,7 @@ class Law(Candidate):
     with amplitudes of the same size, of which nothing is told.
     """
 
-    pattern: Array = field(default_factory=lambda: np.zeros((0, 1, 0)))
+    pattern: Array | NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 1, 0)))
     shares: Array = field(default_factory=lambda: np.zeros((1, 0)))
     log_weight: Array = field(default_factory=lambda: np.zeros(0))
     positive: bool = False
@@ -116,7 +116,7 @@ class Law(Candidate):
         return int(self.pattern.shape[1]) * len(self.shares)
 
     def columns(self, atom: int) -> Array:
-        columns = np.concatenate([self.pattern[atom] * share for share in self.shares])
+        columns = np.concatenate([self.pattern[atom].astype(float) * share for share in self.shares])
         return columns if self.beside is None else np.concatenate([columns, self.beside(atom)])
 
 
