@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepgauge.files.notation import aligned, rounded, uncertain
+from stepgauge.files.notation import aligned, printed, rounded, uncertain
 
 
 @pytest.mark.parametrize(
-    ("value", "expanded", "printed"),
+    ("value", "expanded", "shown"),
     [
         (5.034, 1.262, ("5.0", "1.3")),
         (-0.4346, 0.3146, ("−0.43", "0.31")),
@@ -25,8 +25,8 @@ from stepgauge.files.notation import aligned, rounded, uncertain
         (0.5, None, ("0.50", "–")),
     ],
 )
-def test_by_hand(value: float | None, expanded: float | None, printed: tuple[str, str]) -> None:
-    assert uncertain(value, expanded) == printed
+def test_by_hand(value: float | None, expanded: float | None, shown: tuple[str, str]) -> None:
+    assert uncertain(value, expanded) == shown
 
 
 @pytest.mark.parametrize(
@@ -61,3 +61,21 @@ def test_decimal_points_stand_below_each_other() -> None:
     assert aligned(["5.0", "−0.43", "–", "130"]) == [f"5.0{digit}", "−0.43", "–", f"130{point}{digit}{digit}"]
     assert aligned(["1", "20"]) == ["1", "20"]
     assert aligned([]) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("-0.14 um of XR", "−0.14 µm of XR"),
+        ("4.8 um/N at -7 deg (um)", "4.8 µm/N at −7 deg (µm)"),
+        ("12 urad/m", "12 µrad/m"),
+        (
+            "um_per_N of SG-420 on 2026-11-26, --noise-um 3",
+            "um_per_N of SG-420 on 2026-11-26, --noise-um 3",
+        ),
+        ("Messung um zehn", "Messung um zehn"),
+    ],
+)
+def test_units_and_signs_in_print_but_not_in_names(text: str, shown: str) -> None:
+    assert printed(text) == shown
+    assert printed(shown) == shown

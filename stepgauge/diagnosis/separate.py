@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Solved, orthonormal
 from stepgauge.diagnosis.laws.library import family_signatures
+from stepgauge.diagnosis.output.words import listed, name_of
 from stepgauge.diagnosis.posterior.problem import Candidate
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding
@@ -100,10 +101,10 @@ def _unsought(finding: Finding, data: Residuals) -> Finding:
 
 def _reason(finding: Finding, data: Residuals) -> str:
     """Why the set cannot be discriminated, in words."""
-    others = ", ".join([*finding.confounded_with, *finding.alternatives])
+    others = listed([name_of(one) for one in (*finding.confounded_with, *finding.alternatives)])
     count = int(data.placement.max()) + 1
     where = "the one placement" if count == 1 else f"the {count} placements"
-    return f"in {where} of this recording {finding.label} and {others} have the same signature"
+    return f"in {where} of this recording {name_of(finding.label)} and {others} have the same signature"
 
 
 def separate(

@@ -382,7 +382,7 @@ def nearest_laws(model: Model, answer: Answer) -> Iterator[str]:
         odds, nearest = max(laws, key=lambda one: one[0])
         names = listed([name_of(one.source.label) for one in nearest])
         what = f"{names} is the nearest law" if len(nearest) == 1 else f"{names} together are nearest"
-        yield f"{what} and {_times(1.0 / max(odds, 1e-300))} times less probable than the form"
+        yield f"{what}; the form is {_times(1.0 / max(odds, 1e-300))} times as probable"
 
 
 def inexact_laws(model: Model) -> Iterator[str]:

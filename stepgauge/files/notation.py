@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
 
@@ -27,6 +28,18 @@ def rounded(value: float, digits: int, plus: bool = False) -> str:
     sign = "+" if plus else ""
     text = f"{value:{sign}.{digits}g}"
     return f"{Decimal(text):{sign}f}" if "e" in text else text
+
+
+def printed(text: str) -> str:
+    """Text as it is set in print (ISO 80000-1): 0.3 µm for 0.3 um, a minus sign before a number.
+
+    A unit stands behind a number or a bracket: elsewhere the letters may be a word of some language, or a name.
+    """
+    return MINUS.sub("−", MICRO.sub("µ", text))
+
+
+MICRO = re.compile(r"(?:(?<=\d )|(?<=\())u(?=(?:m|rad)\b)")
+MINUS = re.compile(r"(?<![^\s(])-(?=\d)")
 
 
 def uncertain(value: float | None, expanded: float | None, most: int = 5) -> tuple[str, str]:

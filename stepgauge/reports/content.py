@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from stepgauge.figures.evaluation import describe, evaluation_figure
 from stepgauge.figures.style import figure_style
-from stepgauge.files.notation import UNDEFINED, clean, quantity, uncertain
+from stepgauge.files.notation import UNDEFINED, clean, printed, quantity, uncertain
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
@@ -180,7 +180,7 @@ def _notes(evaluation: dict[str, Any], sources: Sources) -> list[str]:
     for index, result in enumerate(evaluation["placements"]):
         located = sources.placements[index].details.get("notes", []) if sources.placements else []
         prefix = f"Placement {result['placement']}: " if several else ""
-        notes += [clean(prefix + note) for note in (*result["notes"], *located)]
+        notes += [printed(clean(prefix + note)) for note in (*result["notes"], *located)]
     return notes
 
 

@@ -382,7 +382,7 @@ def trail_blocks(said: Said) -> Iterator[Block]:
     """The steps of the search."""
     yield heading("Steps of the search")
     if said["trail"]:
-        rows = [[step["action"], step["effect"], f"{step['log10_odds']:.1f}"] for step in said["trail"]]
+        rows = [[step["action"], name_of(step["effect"]), f"{step['log10_odds']:.1f}"] for step in said["trail"]]
         yield table(("step", "hypothesis", "log10 of the odds against the one before"), rows, (0.0, 1.0, 0.0))
     elif said["verdict"] == "insufficient":
         yield words("No search was made: the noise is not known well enough to test any effect.")

@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple
 
 from stepgauge.errors import InputError
 from stepgauge.figures.plotly_library import embedded_json
-from stepgauge.files.notation import clean
+from stepgauge.files.notation import clean, printed
 from stepgauge.files.resources import folder
 from stepgauge.files.text import read_text, replacing
 
@@ -75,6 +75,7 @@ def render_pdf(content: dict[str, Any], template: str | Path | None = None) -> P
         raise InputError(source, "template: packages from the network are not loaded", found="@preview")
     import typst
 
+    content = _set_in_print(content)
     reasons: list[str] = []
     for standard in PDF_STANDARDS:
         try:
@@ -90,6 +91,21 @@ def render_pdf(content: dict[str, Any], template: str | Path | None = None) -> P
         except typst.TypstError as error:
             reasons.append(getattr(error, "message", str(error)) + _typst_line(error))
     raise InputError(source, f"template: {reasons[-1]}")
+
+
+def _set_in_print(content: dict[str, Any]) -> dict[str, Any]:
+    """A story with its words as they are set in print; other reports are written so."""
+    return _printed(content) if content.get("layout") == "story" else content
+
+
+def _printed(value: Any) -> Any:
+    """All words of a story; nothing in what is to be copied or read by a program, and no picture."""
+    if isinstance(value, dict):
+        kept = value if value.get("kind") == "code" else {"data", "svg"}
+        return {key: one if key in kept else _printed(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_printed(one) for one in value]
+    return printed(value) if isinstance(value, str) else value
 
 
 def shipped_template(content: dict[str, Any], suffix: str) -> Path:
@@ -142,7 +158,7 @@ def render_html(content: dict[str, Any], template: str | Path | None = None) -> 
     environment.filters["image"] = svg_address
     environment.filters["symbols"] = with_indices
     environment.filters["json"] = json_element
-    text = read_text(source)
+    text, content = read_text(source), _set_in_print(content)
     try:
         page = environment.from_string(text).render(report=content).encode("utf-8")
     except jinja2.TemplateSyntaxError as error:

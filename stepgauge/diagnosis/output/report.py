@@ -152,6 +152,7 @@ def um(value: float | None) -> str:
 def plus_minus(parameter: Mapping[str, Any]) -> str:
     """A parameter as a report prints it: ``2.27 +- 0.47 um/m``, to two digits of the uncertainty."""
     value, unit = parameter["value"], parameter.get("unit", "")
+    unit = "" if unit == "1" else unit
     if isinstance(value, list):
         return ", ".join(str(one) for one in value) + (f" {unit}" if unit else "")
     if not isinstance(value, float):

@@ -55,7 +55,7 @@ def line(direction: Any) -> str:
 
 def name_of(kind: str) -> str:
     """A kind in words."""
-    return kind.replace("_", " ")
+    return " ".join(kind.replace("_", " ").split())
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:
