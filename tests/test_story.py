@@ -149,6 +149,22 @@ def test_every_structure_without_a_law_has_a_number_of_its_own() -> None:
         assert f"| {number} | structure without a known law: {name} |" in page
 
 
+def test_page_1_warns_where_named_effects_make_the_residuals_no_smaller() -> None:
+    data = said("scale")
+    assert not diagnosis_story(data)["warnings"]
+    data["fit"] |= {"rms_before_um": 0.674, "rms_after_um": 0.759}
+    first = markdown(diagnosis_story(data)).split("## Evidence")[0]
+    assert "0.759 um rms of 0.674 um: do not enter their values" in first
+
+
+def test_a_page_is_set_in_print_and_what_is_copied_from_it_is_not() -> None:
+    data = said("scale")
+    page = render_html(diagnosis_story(data)).data.decode()
+    size = data["effects"][0]["parameters"]["ppm"]["value"]
+    assert f"{size:.1f} µm/m".replace("-", "−") in page
+    assert not re.search(r"\d um\b", re.sub(r"<(pre|script)\b.*?</\1>", "", page, flags=re.S))
+
+
 def test_what_turns_is_centred_on_a_rotary_axis_alone() -> None:
     linear, rotary = (
         remedy("periodic_scale_error", {f"period_{unit}": {"value": 5.0}}, "axis") for unit in ("mm", "deg")

@@ -19,6 +19,7 @@ from stepgauge.diagnosis.forms.words import CORRELATED, GROWING, located
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.laws import geometry
 from stepgauge.diagnosis.laws.library import carried
+from stepgauge.diagnosis.output.words import misfit
 from stepgauge.diagnosis.posterior.answer import Answer
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
@@ -199,7 +200,7 @@ def _told(
         recorded.without_origins(recorded.um - shares),
         tuple(search.trail),
         placements,
-        (*_remarks(replace(found, model=model), data, start_s), *misfit(fit)),
+        (*_remarks(replace(found, model=model), data, start_s), *misfit(fit.rms_before_um, fit.rms_after_um)),
         tuple(nearest_laws(model, answer)),
         odds(answer, told, left),
         checks,
@@ -370,13 +371,6 @@ def _insufficient(data: Residuals) -> Diagnosis:
     noise = Noise(sigma * problem.typical, by_row, max(_degrees(data), 0), none, _repeated(data))
     fit = _fit(data, noise, [], np.zeros(len(data)))
     return Diagnosis("insufficient", (), (), (), fit, noise, data, data.um, data.um, ())
-
-
-def misfit(fit: Fit) -> Iterator[str]:
-    """That named effects do not reduce the residuals, which must not be overlooked."""
-    if fit.rms_after_um > fit.rms_before_um:
-        before, after = fit.rms_before_um, fit.rms_after_um
-        yield f"the named effects leave {after:.3g} um rms of {before:.3g} um: do not enter their values"
 
 
 def _remarks(found: Searched, data: Residuals, start_s: float) -> Iterator[str]:

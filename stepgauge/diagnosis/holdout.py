@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from stepgauge.diagnosis.residuals import Residuals
 
 Array = NDArray[np.float64]
-WEAK = 1e-4
-"""Prior weight of a coefficient: if the remaining rows do not determine it, it is predicted as zero."""
+WEAK = 1e-2
+"""Prior weight of a coefficient, a standard deviation of ten times the one that all rows give: where the remaining rows
+do not determine it, it is predicted as zero, and not as anything."""
 
 
 MOST_FOLDS = 20

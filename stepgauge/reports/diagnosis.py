@@ -23,7 +23,7 @@ from stepgauge.diagnosis.output.report import (
     um,
     wrapped_sum,
 )
-from stepgauge.diagnosis.output.words import name_of, significant
+from stepgauge.diagnosis.output.words import misfit, name_of, significant
 from stepgauge.files.text import in_folder, read_result
 from stepgauge.reports.blocks import Block, bullets, code, figure, heading, part, table, words
 from stepgauge.reports.blocks import pictures as pictures_of
@@ -133,6 +133,13 @@ def told_effects(said: Said) -> list[dict[str, Any]]:
     return list((plain_of(said) if "map" in said["inputs"] else said)["effects"])
 
 
+def _misfit(said: Said) -> Iterator[str]:
+    """That named effects of a recording make the residuals no smaller."""
+    before_um, after_um = (said["fit"].get(f"rms_{when}_um") for when in ("before", "after"))
+    if said["effects"] and before_um is not None and after_um is not None:
+        yield from misfit(before_um, after_um)
+
+
 def story(
     said: Said, title: str, sentence: str, parts: Sequence[dict[str, Any]], example: bool = False
 ) -> dict[str, Any]:
@@ -142,7 +149,7 @@ def story(
         "title": title,
         "verdict": said["verdict"],
         "summary": sentence,
-        "warnings": [_fails(check) for check in said["checks"] if not check["passed"]],
+        "warnings": [*(_fails(check) for check in said["checks"] if not check["passed"]), *_misfit(said)],
         "example": example,
         "parts": list(parts),
         "data": {"name": "diagnosis.json", "text": json.dumps(said, indent=1, ensure_ascii=False)},

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from stepgauge.diagnosis.engine import misfit
 from stepgauge.diagnosis.fits.solve import _above_zero, _covariance, _Law, _unexplained
+from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.laws.library import effect_families
+from stepgauge.diagnosis.output.words import misfit
 from stepgauge.diagnosis.posterior.evidence import Evidence
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import shipped_priors
@@ -43,9 +43,21 @@ def test_where_no_uncertainty_is_known_a_negative_size_is_zero() -> None:
 
 def test_effects_that_leave_more_than_there_was_are_remarked() -> None:
     fit = told(clean()).fit
-    assert not [*misfit(fit)]
-    (said,) = misfit(replace(fit, rms_before_um=2.36, rms_after_um=2.46))
+    assert not [*misfit(fit.rms_before_um, fit.rms_after_um)]
+    (said,) = misfit(2.36, 2.46)
     assert "2.46 um rms of 2.36 um" in said
+
+
+def test_what_other_faces_do_not_show_is_not_predicted_as_anything() -> None:
+    """Two laws that differ on one block alone: without this block their difference is noise over next to nothing."""
+    found = told(clean())
+    data, sigma_um = found.data, found.noise.by_row_um
+    first = np.asarray(data.probings.certified_mm() * 1e-3)
+    second = first + np.where(data.face < 3, 1.0, 1e-4 * np.random.default_rng(5).standard_normal(len(data)))
+    (faces,) = [folds for folds in make_folds(data) if folds.by == "faces"]
+    none = holdout_rms(data, sigma_um, np.zeros((len(data), 0)), faces)
+    assert holdout_rms(data, sigma_um, np.column_stack([first, second]), faces) < 10.0 + none
+    assert holdout_rms(data, sigma_um, first[:, None], faces) == pytest.approx(none, rel=0.05)
 
 
 def test_repeats_that_drift_are_no_repeatability() -> None:

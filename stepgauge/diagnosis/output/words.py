@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -63,6 +63,12 @@ def listed(words: Sequence[str], last: str = "and") -> str:
     if len(words) < 2:
         return "".join(words)
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
+
+
+def misfit(before_um: float, after_um: float) -> Iterator[str]:
+    """That named effects do not reduce the residuals, which must not be overlooked."""
+    if after_um > before_um:
+        yield f"the named effects leave {after_um:.3g} um rms of {before_um:.3g} um: do not enter their values"
 
 
 def significant(value: float | None, digits: int = 3) -> str:
