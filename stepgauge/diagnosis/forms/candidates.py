@@ -45,6 +45,8 @@ from stepgauge.diagnosis.residuals import Residuals
 
 Array = NDArray[np.float64]
 FEWEST_DIRECTIONS = 8
+FEWEST_OF_A_LEVEL = 3
+"""Readings of a face, on average: of two, as many unknowns would be fitted as readings are left to tell of them."""
 REPEATING = ("position", "machine x", "machine y", "machine z", *WANDERING)
 SAME = 1.0 - 1e-10
 """Correlation from which two covariates count as the same."""
@@ -173,7 +175,7 @@ def _levels(data: Residuals, priors: Priors) -> Iterator[OnSides]:
         if (position := data.probings.certified_mm()).std() > 0.0:
             lengths = [_indicators(run) * standard(position)]
             yield OnSides("cycle", "", LENGTH, lengths, (LEVELS,), ("gauge",), priors.forms.product, "position")
-    if data.group.max() < len(data) / 2:
+    if (data.group.max() + 1) * FEWEST_OF_A_LEVEL <= len(data):
         yield OnSides("face", "", LEVELS, [_indicators(data.group)], (LEVELS,), both)
     if data.placement.max() > 0:
         yield OnSides("placement", "", LEVELS, [_indicators(data.placement)], (LEVELS,), ("approach",))

@@ -138,13 +138,18 @@ class Evidence:
         its signature is in proportion to the amplitude that it has, and not to a larger one that it might have had.
         """
         state = self._of_sizes(terms, scatter, near_um)
+        found = {_sizes(terms): state}
         for _ in range(RESIZED):
             term = resized(state) or in_proportion(state)
             if term is None:
                 break
             terms = tuple(term if one.candidate is term.candidate else one for one in state.terms)
-            state = self._of_sizes(terms, scatter, state.sigma_um)
-        state = self._with_signs(replace(state, log_posterior=state.log_posterior + over_sizes(state)))
+            if (sizes := _sizes(terms)) in found:  # they go round, as scatter and sizes depend on each other
+                every = list(found)
+                state = max((found[one] for one in every[every.index(sizes) :]), key=_over_sizes)
+                break
+            state = found[sizes] = self._of_sizes(terms, scatter, state.sigma_um)
+        state = self._with_signs(replace(state, log_posterior=_over_sizes(state)))
         return state if np.isfinite(state.log_posterior) else replace(state, log_posterior=-np.inf)
 
     def _of_sizes(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
@@ -213,6 +218,14 @@ class Evidence:
             return cast(Array, (state.left_um**2 + own) / variance)
         conditional = rows.adjoint(rows(state.left_um)[:, None])[:, 0] / rows.precision
         return cast(Array, (conditional**2 + own) * rows.precision / rows.scale**2 / variance)
+
+
+def _sizes(terms: tuple[Term, ...]) -> tuple[object, ...]:
+    return tuple((term.sd, term.beside_sd) for term in terms)
+
+
+def _over_sizes(state: State) -> float:
+    return state.log_posterior + over_sizes(state)
 
 
 def _key(terms: tuple[Term, ...], scatter: Scatter) -> tuple[object, ...]:
