@@ -17,10 +17,11 @@ from stepgauge.diagnosis.posterior.priors import shipped_priors
 from stepgauge.diagnosis.posterior.problem import Problem, Sizes, Term
 from stepgauge.diagnosis.posterior.scatter import Scatter
 from stepgauge.diagnosis.posterior.sizes import needed
-from stepgauge.diagnosis.posterior.state import worth
+from stepgauge.diagnosis.posterior.state import State, worth
 from tests.diagnosis.posterior.made import (
     NOISE_UM,
     ROWS,
+    SIZES,
     coordinate,
     dense_covariance,
     law,
@@ -279,6 +280,30 @@ def test_sizes_that_are_not_reached_do_not_count_for_each_law(count: int, monkey
     monkeypatch.setattr("stepgauge.diagnosis.posterior.evidence.RESIZED", 0)
     early = Evidence(evidence.problem, shipped_priors())(terms, evidence.scatters.plain())
     assert early.log_posterior < whole.log_posterior + 3.0
+
+
+def test_sizes_that_go_round_end_at_the_most_probable_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the smallest size to the largest, to the middle one and to the largest again, whatever is most probable."""
+    small, middle, large = SIZES.sd.tolist()
+    following = {small: large, large: middle, middle: large}
+    one = law("slope", coordinate()[None, None])
+    um = noise() + 0.5 * coordinate()
+    computed: list[float] = []
+
+    def go_round(state: State) -> Term:
+        computed.append(state.terms[0].sd)
+        return replace(state.terms[0], sd=following[state.terms[0].sd])
+
+    usual = Evidence(problem(um), shipped_priors())((replace(term(one), candidate=one, sd=small),), _plain(um))
+    monkeypatch.setattr("stepgauge.diagnosis.posterior.evidence.resized", go_round)
+    found = Evidence(problem(um), shipped_priors())((replace(term(one), candidate=one, sd=small),), _plain(um))
+    assert computed == [small, large, middle]
+    assert found.terms[0].sd == usual.terms[0].sd == middle
+    assert found.log_posterior == pytest.approx(usual.log_posterior, abs=0.01)
+
+
+def _plain(um: Array) -> Scatter:
+    return Evidence(problem(um), shipped_priors()).scatters.plain()
 
 
 @pytest.mark.parametrize("positive", [False, True])
