@@ -132,10 +132,16 @@ class Evidence:
         return self._products[key]
 
     def _state(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
-        """The hypothesis with the most probable size of every term, and all sizes summed.
+        """The hypothesis with the most probable size of every term, and all sizes summed."""
+        state = self._of_likeliest_sizes(terms, scatter, near_um)
+        state = self._with_signs(replace(state, log_posterior=_over_sizes(state)))
+        return state if np.isfinite(state.log_posterior) else replace(state, log_posterior=-np.inf)
 
-        One size is changed at a time: of two laws alike that are large together one is enough. What a law moves beside
-        its signature is in proportion to the amplitude that it has, and not to a larger one that it might have had.
+    def _of_likeliest_sizes(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
+        """One size is changed at a time: of two laws alike that are large together one is enough.
+
+        What a law moves beside its signature is in proportion to the amplitude that it has, and not to a larger one
+        that it might have had. Sizes and scatter depend on each other, so that the changes may go round.
         """
         state = self._of_sizes(terms, scatter, near_um)
         found = {_sizes(terms): state}
@@ -144,13 +150,11 @@ class Evidence:
             if term is None:
                 break
             terms = tuple(term if one.candidate is term.candidate else one for one in state.terms)
-            if (sizes := _sizes(terms)) in found:  # they go round, as scatter and sizes depend on each other
+            if (sizes := _sizes(terms)) in found:
                 every = list(found)
-                state = max((found[one] for one in every[every.index(sizes) :]), key=_over_sizes)
-                break
+                return max((found[one] for one in every[every.index(sizes) :]), key=_over_sizes)
             state = found[sizes] = self._of_sizes(terms, scatter, state.sigma_um)
-        state = self._with_signs(replace(state, log_posterior=_over_sizes(state)))
-        return state if np.isfinite(state.log_posterior) else replace(state, log_posterior=-np.inf)
+        return state
 
     def _of_sizes(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
         """The hypothesis with the sizes that its terms have; their prior is that of their sizes summed."""
