@@ -60,6 +60,7 @@ class Search:
         self.start = self.evidence((), self.scatters.plain())
         self.trail: list[Step] = []
         self._added: dict[tuple[object, ...], State] = {}
+        self._parts: dict[str, Law] = {}
 
     def run(self) -> State:
         """The best hypothesis found."""
@@ -292,7 +293,8 @@ class Search:
         if self.problem.in_part is None or not law.named:
             return ()
         known = {one.label for one in self.problem.candidates}
-        return [one for one in self.problem.in_part(law, atom) if one.label not in known]
+        asked = [one for one in self.problem.in_part(law, atom) if one.label not in known]
+        return [self._parts.setdefault(one.label, one) for one in asked]  # one law, from whichever place it is asked
 
     def _admit(self, candidates: Iterable[Candidate]) -> None:
         """Candidates that are not among those of the problem yet."""

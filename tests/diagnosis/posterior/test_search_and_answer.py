@@ -15,7 +15,7 @@ from stepgauge.diagnosis import posterior
 from stepgauge.diagnosis.posterior.answer import Alternative, Answer, Place, Rival, place_of
 from stepgauge.diagnosis.posterior.look import Look
 from stepgauge.diagnosis.posterior.priors import shipped_priors
-from stepgauge.diagnosis.posterior.problem import Candidate, Refined, Sizes, Term
+from stepgauge.diagnosis.posterior.problem import Candidate, Law, Refined, Sizes, Term
 from stepgauge.diagnosis.posterior.search import Search
 from stepgauge.diagnosis.posterior.state import State
 from stepgauge.diagnosis.posterior.told import (
@@ -389,3 +389,23 @@ def test_a_fitted_shape_has_the_volume_of_its_peak_and_nothing_larger_is_average
     assert found.log_posterior == pytest.approx(np.logaddexp.reduce(every), abs=0.7)
     fitted = [one.log_posterior for one in search.evidence.current if one.terms and one.terms[0].atom < 1000]
     assert max(fitted) == found.log_posterior
+
+
+def test_a_law_in_a_part_is_one_law_from_whichever_place_it_is_asked_for() -> None:
+    """Two laws of one name would be two terms, and the one that stands in a hypothesis no candidate."""
+    late = (turns() > 0.3).astype(float)
+    slope, bow = (
+        law(name, column[None, None]) for name, column in (("slope", coordinate()), ("bow", coordinate() ** 2))
+    )
+
+    def in_part(one: Law, atom: int) -> list[Law]:
+        return [] if "late" in one.label else [law(f"{one.label} where late", one.pattern[atom][None] * late)]
+
+    um = noise() + (3.0 * coordinate() + 2.0 * coordinate() ** 2) * late
+    one = replace(problem(um, (slope, bow), growing={"position": (coordinate() + 1.0) / 2.0}), in_part=in_part)
+    search = Search(one, shipped_priors())
+    (first,), (again,) = (search._asked(slope, 0) for _ in range(2))
+    assert first is again
+    best = answer_of(search, shipped_priors().decision).best
+    assert best.labels == {"slope where late", "bow where late"}
+    assert all(any(term.candidate is one for one in search.problem.candidates) for term in best.terms)
