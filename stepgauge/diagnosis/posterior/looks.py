@@ -26,6 +26,8 @@ from stepgauge.diagnosis.posterior.tables import Table, tables
 Array = NDArray[np.float64]
 MOST_TURNED = 10.0
 """Length of a mixture of products from which they are computed anew: single precision would show."""
+MOST_TAKEN = 1e3
+"""Length of the residuals over that of what a hypothesis leaves of them from which the same holds."""
 WIDE = 64
 """Number of rows of terms from which their mixtures cost more than products computed anew."""
 MOST_SPANS = 400
@@ -151,7 +153,8 @@ class Looker:
         turn, lost = turn @ vector[:, share > UNLOST], lost @ vector[:, share > UNLOST]
         total = float(self.white @ left)
         known = len(rows) <= WIDE and (np.linalg.norm(turn, axis=0) <= MOST_TURNED * np.linalg.norm(lost, axis=0)).all()
-        known = known and float(np.linalg.norm(taken)) <= MOST_TURNED * float(np.sqrt(self.white @ self.white))
+        whole, rest = np.linalg.norm(self.white), np.linalg.norm(left)
+        known = known and bool(np.linalg.norm(taken) <= MOST_TURNED * whole and whole <= MOST_TAKEN * rest)
         return Beside(left, lost, total, self.metric.dof, spans, turn if known else None, taken)
 
 

@@ -98,17 +98,19 @@ def test_a_law_of_one_sign_is_looked_at_with_half_a_normal_prior() -> None:
         assert gains["slope"] == pytest.approx(float(special.logsumexp(total)), abs=0.3)
 
 
+@pytest.mark.parametrize("size", [1.0, 3e5])
 @pytest.mark.parametrize("facets", [{}, {"correlation": 0.7}], ids=["white", "correlated"])
 def test_products_that_are_mixed_give_the_looks_of_products_computed_anew(
-    monkeypatch: pytest.MonkeyPatch, facets: dict[str, object]
+    monkeypatch: pytest.MonkeyPatch, facets: dict[str, object], size: float
 ) -> None:
     """Beside hypotheses that share terms, with directions that are nearly those of another term."""
     wave, function = CANDIDATES["two"], CANDIDATES["a random function"]
     like = law("like the wave", waves(turns(), [1.01]))
-    one = problem(noise() + np.sin(9.0 * turns()) + coordinate(), tuple(CANDIDATES.values()))
+    large = size * np.sin(2.0 * np.pi * 1.01 * turns())
+    one = problem(noise() + np.sin(9.0 * turns()) + coordinate() + large, tuple(CANDIDATES.values()))
     evidence = Evidence(one, shipped_priors())
     scatter = evidence.scatters.changed(evidence.scatters.plain(), **facets)
-    first, more = (term(wave), term(function, sd=0.2)), (term(like),)
+    first, more = (term(wave), term(function, sd=0.2)), (term(like, sd=size),)
     states = [evidence(terms, scatter) for terms in (first[:1], first, (*first, *more), (*first[1:], *more))]
     mixed = Looks(one)
     found = [mixed(state, evidence.scatters) for state in states]
