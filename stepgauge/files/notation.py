@@ -35,11 +35,11 @@ def printed(text: str) -> str:
 
     A unit stands behind a number or a bracket: elsewhere the letters may be a word of some language, or a name.
     """
-    return MINUS.sub("−", MICRO.sub("µ", text))
+    return MINUS.sub("−", MICRO.sub("µ", PLUS_MINUS.sub("±", text)))
 
 
 MICRO = re.compile(r"(?:(?<=\d )|(?<=\())u(?=(?:m|rad)\b)")
-MINUS = re.compile(r"(?<![^\s(])-(?=\d)")
+MINUS, PLUS_MINUS = re.compile(r"(?<![^\s(])-(?=\d)"), re.compile(r"\+-(?=\d)")
 
 
 def uncertain(value: float | None, expanded: float | None, most: int = 5) -> tuple[str, str]:
