@@ -244,8 +244,7 @@ def _off(row: Said, said: Said) -> str:
 
 def _facts(effect: Said, said: Said) -> Iterator[str]:
     for name, p in effect["parameters"].items():
-        plain = {"value": p["value"], "u": p["u"], "unit": "" if p["unit"] == "1" else p["unit"]}
-        yield f"{name} = {plus_minus(plain)}{' (k = 2)' if p['u'] else ''}"
+        yield f"{name} = {plus_minus(p)}{' (k = 2)' if p['u'] else ''}"
     for name, value in effect["rms"].items():
         if value:
             unit = said["noise"]["quantities"][name]["unit"]

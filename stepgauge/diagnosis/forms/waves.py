@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.covariates import Covariate, axes_shown
 from stepgauge.diagnosis.forms.form import BEAT, SAWTOOTH, WAVE, OnSides
+from stepgauge.diagnosis.posterior.parallel import chunks
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Refined
 from stepgauge.diagnosis.residuals import Residuals
@@ -29,8 +30,6 @@ THROWN_BACK = 1.0 / PHASES
 """Part of the period in which a sawtooth of the grid falls: the jump itself lies between two of its phases."""
 FINER = 17
 """Number of periods, and of phases, that are tried about those of the grid."""
-CHUNK = 100_000
-"""Numbers computed at a time: they stay in the cache of a processor."""
 
 
 def waves(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
@@ -52,8 +51,7 @@ def waves(one: Covariate, data: Residuals, priors: Priors) -> OnSides:
 def _grid(signatures: Callable[[Any], Array], shapes: Sequence[Any] | Array, of_one: tuple[int, int]) -> Single:
     """Signatures ``(k, d, n)`` of all shapes of a grid, each ``of_one (d, n)``; a grid needs no double precision."""
     found = np.empty((len(shapes), *of_one), np.float32)
-    size = max(1, CHUNK // (of_one[0] * of_one[1]))
-    for some in (slice(i, i + size) for i in range(0, len(shapes), size)):
+    for some in chunks(len(shapes), of_one[0] * of_one[1]):
         found[some] = signatures(shapes[some])
     return found
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.laws.choices import choices_of, has_free_direction, is_spanned
 from stepgauge.diagnosis.laws.grids import parameter_grid
+from stepgauge.diagnosis.posterior.parallel import chunks
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.diagnosis.posterior.problem import Sizes
 from stepgauge.diagnosis.residuals import Residuals
@@ -32,8 +33,6 @@ SEEN_SHARE = 0.1
 NEAR_AXIS = np.cos(np.radians(5.0))
 ORIGIN_ONLY = 3e-3
 """Share of a signature that must remain beside the origins; below it the signature is an origin."""
-CHUNK = 200_000
-"""Numbers computed at a time: they stay in the cache of a processor."""
 
 
 @lru_cache(maxsize=8)
@@ -229,8 +228,7 @@ def _directed(
 def _sizes(pattern: Array, shares: Sequence[Array]) -> list[Array]:
     """Rms of the largest signature of every atom, um, shape ``(atoms,)``, for each of some shares."""
     power = np.concatenate(shares).T ** 2
-    size = max(1, CHUNK // pattern[0].size)
-    squares = np.concatenate([pattern[i : i + size] ** 2 @ power for i in range(0, len(pattern), size)])
+    squares = np.concatenate([pattern[some] ** 2 @ power for some in chunks(len(pattern), pattern[0].size)])
     cuts = np.cumsum([len(one) for one in shares])[:-1]
     return [np.sqrt(part.max(axis=(1, 2)) / len(power)) for part in np.split(squares, cuts, axis=2)]
 
@@ -301,8 +299,7 @@ def signatures(law: type[Effect], choices: dict[str, Any], atoms: Sequence[dict[
     if len(atoms) < 2 or any(not isinstance(value, float | int | tuple) for atom in atoms for value in atom.values()):
         return np.concatenate([np.stack(_columns(law, choices, atom, data, 1), axis=1) for atom in atoms])
     found = np.empty((len(atoms), 2 if _has_phase(law) else 1, len(data)))
-    size = max(1, CHUNK // len(data))
-    for some in (slice(i, i + size) for i in range(0, len(atoms), size)):
+    for some in chunks(len(atoms), len(data)):
         together = {name: _stacked([atom[name] for atom in atoms[some]]) for name in atoms[0]}
         for place, column in enumerate(_columns(law, choices, together, data, len(atoms[some]))):
             found[some, place] = column

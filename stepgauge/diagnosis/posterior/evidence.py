@@ -134,7 +134,7 @@ class Evidence:
     def _state(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
         """The hypothesis with the most probable size of every term, and all sizes summed."""
         state = self._of_likeliest_sizes(terms, scatter, near_um)
-        state = self._with_signs(replace(state, log_posterior=_over_sizes(state)))
+        state = self._with_signs(replace(state, log_posterior=_summed(state)))
         return state if np.isfinite(state.log_posterior) else replace(state, log_posterior=-np.inf)
 
     def _of_likeliest_sizes(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
@@ -152,7 +152,7 @@ class Evidence:
             terms = tuple(term if one.candidate is term.candidate else one for one in state.terms)
             if (sizes := _sizes(terms)) in found:
                 every = list(found)
-                return max((found[one] for one in every[every.index(sizes) :]), key=_over_sizes)
+                return max((found[one] for one in every[every.index(sizes) :]), key=_summed)
             state = found[sizes] = self._of_sizes(terms, scatter, state.sigma_um)
         return state
 
@@ -228,7 +228,8 @@ def _sizes(terms: tuple[Term, ...]) -> tuple[object, ...]:
     return tuple((term.sd, term.beside_sd) for term in terms)
 
 
-def _over_sizes(state: State) -> float:
+def _summed(state: State) -> float:
+    """The log posterior with all sizes of every term."""
     return state.log_posterior + over_sizes(state)
 
 

@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.diagnosis.posterior.metric import Metric
+from stepgauge.diagnosis.posterior.parallel import chunks
 from stepgauge.diagnosis.posterior.problem import Law
 
 Array = NDArray[np.float64]
-CHUNK = 200_000
-"""Numbers processed at a time: they stay in the cache of a processor."""
 DEPENDENT = 1e-9
 
 
@@ -55,8 +54,8 @@ class Patterns:
         """
         take = metric.basis.astype(np.float32)
         lost = (1.0 - metric.kept**2).astype(np.float32)
-        size = max(1, CHUNK // (len(self.basis) * self.depth * self.n))
-        parts = [self._grams(slice(i, i + size), metric, take, lost) for i in range(0, self.atoms, size)]
+        of_one = len(self.basis) * self.depth * self.n
+        parts = [self._grams(some, metric, take, lost) for some in chunks(self.atoms, of_one)]
         length, white = (np.concatenate(part).astype(float) for part in zip(*parts, strict=True))
         shape = (-1, len(self.basis), self.depth)
         return length.reshape(shape), white.reshape(*shape, *shape[1:])
