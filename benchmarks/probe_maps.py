@@ -84,7 +84,7 @@ def diagnosed(plan: Plan, data: MapData, candidates: list[Candidate] | None = No
 def changes(plan: Plan, size: float) -> Iterator[tuple[Term, dict[str, Array]]]:
     """Every change that the probe can have, so large that it has this size, with what it adds to each quantity.
 
-    Wozniak's triangular law, which is no small change of anything, is tested elsewhere.
+    Wozniak's triangular law, which is no small change of anything, is tested elsewhere; other styli: :func:`exchanged`.
     """
     polar, azimuth = plan.angles
     blank = MapData("map", polar, azimuth, tuple(Measured(q, "", polar, 0.0) for q in plan.quantities), 0)
@@ -101,7 +101,7 @@ def changes(plan: Plan, size: float) -> Iterator[tuple[Term, dict[str, Array]]]:
         def excess(share: float) -> float:
             return max(_rms(off) / NOISE[q] for q, off in added(term(share)).items()) - size
 
-        if candidate.choice != "triangular":
+        if candidate.choice != "triangular" and candidate.kind != "stylus_length":
             top = next((top for top in (1e-3, 1e-2, 0.05, 0.1, 0.3, 0.6) if excess(top) > 0.0), None)
             if top is not None:
                 found = term(brentq(excess, 0.0, top))
@@ -167,6 +167,27 @@ def named(size: float, seeds: int, draw: int = 0) -> Iterator[tuple[str, bool, l
                 yield truth.candidate.label, right, _pulls(found, truth)
 
 
+STYLI_MM = (20.0, 30.0, 40.0, 60.0, 75.0, 100.0)
+
+
+def exchanged(seeds: int, draw: int = 0) -> Iterator[tuple[float, str, str]]:
+    """Length of another stylus than the file's, verdict, and what is named; "" where that is the length, or its set."""
+    for i, plan in enumerate(PLANS):
+        polar, azimuth = plan.angles
+        normals = MapData("map", polar, azimuth, (), 0).normals
+        known = predict(probe_from_table(plan.table, "file"), (), normals, plan.quantities)
+        for length in STYLI_MM if "stylus" in plan.table else ():
+            other = deepcopy(plan.table)
+            other["stylus"][0]["length_mm"] = length
+            values = predict(probe_from_table(other, "truth"), (), normals, plan.quantities)
+            off = {q: v - k for q, v, k in zip(plan.quantities, values, known, strict=True)}
+            for seed in range(seeds):
+                found = diagnosed(plan, made(plan, _rng(draw, 6, i, int(length), seed), off))
+                sets = [{f.kind, *f.confounded_with} for f in found.findings]
+                right = len(sets) == 1 and "stylus_length" in sets[0]
+                yield length, found.verdict, "" if right else ", ".join(_kinds(found))
+
+
 def _pulls(found: MapDiagnosis, truth: Term) -> list[float]:
     """Of the values that are stated as such; components of a vector or of lobes are not."""
     stated = next((f.parameters for f in found.findings if f.label == truth.candidate.label), {})
@@ -230,6 +251,9 @@ def main() -> None:
     asked = parser.parse_args()
     alarms = false_alarms(asked.nulls, draw=asked.draw)
     print(f"false alarms: {sum(map(len, alarms.values()))} of {asked.nulls}", {k: v for k, v in alarms.items() if v})
+    styli = list(exchanged(asked.seeds, asked.draw))
+    print(f"another stylus: named {_share(v == 'effects' and not n for _, v, n in styli)}")
+    print("   not:", sorted({one for one in styli if one[1] != "effects" or one[2]}))
     for size in map(float, asked.sizes.split(",")):
         single = list(named(size, asked.seeds, asked.draw))
         print(f"size {size:g}: named {_share(right for _, right, _ in single)}", _wrong(single))

@@ -67,23 +67,12 @@ def _without_unit(forms: Sequence[Said]) -> list[dict[str, Any]]:
 
 
 def _set(effect: Said) -> list[Said]:
-    """A cause and its rivals as the sets of recordings have them; of a rival the change of its values is known."""
-    labels = [*effect["confounded_with"], *effect["alternatives"]]
-    if not labels:
-        return []
-    return [
-        *members_of(effect),
-        *({"kind": label, "label": label, "share": None, **_instead(effect, label)} for label in labels),
-    ]
-
-
-def _instead(effect: Said, label: str) -> dict[str, Any]:
-    changes = effect["instead"].get(label, {})
-    told = ", ".join(f"{name} = {significant(value)}" for name, value in changes.items())
-    return {
-        "parameters": {},
-        "in_practice": f"A change of {told} instead." if told else "The data do not discriminate.",
-    }
+    """A cause and its rivals, each with its own values, as the sets of recordings have them."""
+    rivals = list(effect.get("rivals", ()))
+    told = {one[key] for one in rivals for key in ("kind", "label")}
+    bare: Said = {"parameters": {}, "in_practice": "The data do not discriminate.", "share": None}
+    rivals += [{"kind": one, "label": one, **bare} for one in effect["confounded_with"] if one not in told]
+    return [*members_of(effect), *rivals] if rivals else []
 
 
 def _evidence(said: Said, drawn: Sequence[Block]) -> Iterator[Block]:

@@ -32,6 +32,7 @@ poisson = 0.22
 RINGS, SPOKES = (30.0, 50.0, 70.0, 90.0), np.arange(0.0, 360.0, 20.0)
 SIGMA = {"trigger_force_N": 0.01, "deflection_um": 0.05}
 SOFTER = {"length_mm": 50.0, "diameter_mm": 4.5, "modulus_GPa": 413.0 / 1.15, "poisson": 0.22}
+OTHER = {**SOFTER, "length_mm": 100.0, "modulus_GPa": 413.0}
 RUBBING = {
     "tip_modulus_GPa": 400.0,
     "tip_poisson": 0.27,
@@ -100,6 +101,7 @@ def within(estimate, truth, factor=4.0):
         ("friction of the tip", {"surface": RUBBING}, "tip", 0.12),
         ("compliance", {"stylus": SOFTER}, "factor", 1.15),
         ("lever_arm", {"carrier_mm": 6.0}, "mm", 6.0),
+        ("stylus_length", {"stylus": OTHER}, "stylus_length_mm", 100.0),
     ],
 )
 def test_single_change_is_named_with_its_size(table, label, change, parameter, truth):
@@ -141,10 +143,32 @@ def test_probe_that_is_as_its_file_says_is_adequate(table):
 def test_lever_and_contact_radius_are_one_set_that_a_longer_stylus_separates(table):
     found = diagnose_map(MapModel(table, "probe", measured(changed(table, carrier_mm=6.0)))).findings[0]
     assert list(found.confounded_with) == ["contact_radius"]
-    radius = 16.34 + found.instead["contact_radius"]["mm"]
+    (rival,) = found.rivals
+    radius = rival.parameters["contact_radius_mm"].value
+    assert radius - 16.34 == pytest.approx(rival.parameters["mm"].value)
+    assert 0.05 < rival.share < found.own / found.probability < 1.0
     assert 50.0 / radius == pytest.approx((50.0 + found.parameters["mm"].value) / 16.34, rel=1e-3)
     assert "ratio of lever to contact radius" in found.reason
     assert "longer" in found.separate_by
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_forces_alone_do_not_tell_another_stylus_from_another_lever(table, seed):
+    """Every change of the lever is tried at its own size, also where the first one explains all that there is."""
+    data = measured(changed(table, stylus=OTHER), quantities=("trigger_force_N",), seed=seed)
+    found = diagnose_map(MapModel(table, "probe", data)).findings[0]
+    assert {found.kind, *found.confounded_with} == {"lever_arm", "stylus_length", "contact_radius"}
+    by_kind = {one.kind: one.parameters for one in found.rivals}
+    assert by_kind["stylus_length"]["stylus_length_mm"].value == pytest.approx(100.0, rel=0.01)
+    assert "deflection" in found.separate_by
+
+
+def test_no_stylus_is_sold_that_is_a_millimetre_shorter(table):
+    """Its compliance is that of a stiffer root, as finite elements give it: nobody has exchanged a stylus for it."""
+    shorter = {**table["stylus"][0], "length_mm": 48.5}
+    found = diagnose_map(MapModel(table, "probe", measured(changed(table, stylus=shorter, carrier_mm=1.5))))
+    assert found.findings
+    assert all("stylus_length" not in {one.kind, *one.confounded_with} for one in found.findings)
 
 
 def test_spring_and_force_gauge_are_one_set_in_a_map_of_forces(table):

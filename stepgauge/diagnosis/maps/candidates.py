@@ -15,6 +15,7 @@ Shape = Literal["line", "plane", "linear", "lobes"]
 _STEEL = {"tip_modulus_GPa": 400.0, "tip_poisson": 0.27, "modulus_GPa": 210.0, "poisson": 0.30}
 GAUGE_KINDS = ("force_gauge_scale", "force_gauge_offset")
 EMPIRICAL = "empirical"
+SHORTEST_STEM_MM, LONGEST_STEM_MM = 2.0, 500.0
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def candidates_for(table: Table, quantities: Sequence[str]) -> list[Candidate]:
         return _of_laws(table)
     if "seat" not in table:
         return []
-    found = [*_of_seat(table["seat"]), _compliance(), _tip_friction(table)]
+    found = [*_of_seat(table["seat"]), _stylus_length(table["stylus"]), _compliance(), _tip_friction(table)]
     return [*found, *_of_gauge()] if "trigger_force_N" in quantities else found
 
 
@@ -134,6 +135,20 @@ def _tip_friction(probe: Table) -> Candidate:
 def _rigid_or(surface: Table | None) -> Table:
     """The surface of the file; without one, ruby on steel without indentation."""
     return dict(surface) if surface is not None else {**_STEEL, "indentation": "left out"}
+
+
+def _stylus_length(sections: Sequence[Table]) -> Candidate:
+    """Another stylus of the same kind than the file's: its stem, the longest section, is longer or shorter."""
+    stem = max(range(len(sections)), key=lambda place: float(sections[place]["length_mm"]))
+    before = float(sections[stem]["length_mm"])
+
+    def change(table: Table, values: Sequence[float]) -> None:
+        table["stylus"][stem]["length_mm"] = before + values[0]
+        table.pop("stylus_length_mm", None)  # follows from the sections
+
+    return Candidate(
+        "stylus_length", (Knob("mm", "mm", 0.0, SHORTEST_STEM_MM - before, LONGEST_STEM_MM - before),), change
+    )
 
 
 def _compliance() -> Candidate:

@@ -13,15 +13,17 @@ from stepgauge.diagnosis.engine import odds
 from stepgauge.diagnosis.fits.solve import Estimate, widened
 from stepgauge.diagnosis.forms.words import UNDETERMINED
 from stepgauge.diagnosis.maps.candidates import EMPIRICAL, GAUGE_KINDS, Candidate, candidates_for, empirical
+from stepgauge.diagnosis.maps.fit import Fitted
 from stepgauge.diagnosis.maps.forms import DIRECTION, Form, quantity_words
 from stepgauge.diagnosis.maps.holdout import Stage, fits_of
 from stepgauge.diagnosis.maps.model import MapModel, Term, Terms, changed_table, check_model
 from stepgauge.diagnosis.maps.parameters import estimates
 from stepgauge.diagnosis.maps.problem import MapRows, lacking
-from stepgauge.diagnosis.maps.result import OUTLIERS, Law, MapDiagnosis, MapFinding
+from stepgauge.diagnosis.maps.result import OUTLIERS, Law, MapDiagnosis, MapFinding, MapRival
 from stepgauge.diagnosis.maps.scatter import MapScatter, estimate_scatter
 from stepgauge.diagnosis.maps.search import Searched, form_of, searched
 from stepgauge.diagnosis.maps.separate import reason, separate
+from stepgauge.diagnosis.output.words import name_of
 from stepgauge.diagnosis.posterior.answer import Alternative
 from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
 from stepgauge.diagnosis.posterior.scatter import OUTLYING
@@ -175,9 +177,10 @@ def _finding(
     said, term = found.laws[place], found.fitted.terms[place]
     candidate, rivals = term.candidate, rival_laws(said, found.priors.decision)
     same = [one for one in rivals if one.candidate.kind == candidate.kind]
-    fitted = {one.candidate.kind: found.instead(place, one) for one in rivals[::-1] if one not in same}
-    kinds = [kind for kind in dict.fromkeys(one.candidate.kind for one in rivals) if kind in fitted]
-    words, commands = separate(found.rows.model, by_row, [found.fitted, *(fitted[kind] for kind in kinds)])
+    fitted = [(one, found.instead(place, one)) for one in rivals if one is not said.lead]
+    others = [(one.candidate.kind, fit) for one, fit in fitted if one not in same]
+    kinds = list(dict.fromkeys(kind for kind, _ in others))
+    words, commands = separate(found.rows.model, by_row, [found.fitted, *(fit for _, fit in others)])
     share = _moved(found, term)
     return MapFinding(
         candidate.kind,
@@ -194,13 +197,14 @@ def _finding(
         separate_by=words,
         choice=candidate.choice,
         share=share,
-        instead={kind: _values(fitted[kind].terms[place]) for kind in kinds},
+        rivals=tuple(_rival(found, one.share, fit, place) for one, fit in fitted),
         commands=commands,
     )
 
 
-def _values(term: Term) -> dict[str, float]:
-    return {knob.name: value for knob, value in zip(term.candidate.knobs, term.values, strict=True)}
+def _rival(found: Searched, share: float, fitted: Fitted, place: int) -> MapRival:
+    changed, parameters = fitted.terms[place].candidate, estimates(found.rows.model.table, fitted)[place]
+    return MapRival(changed.kind, changed.label, changed.choice, share, parameters)
 
 
 def _moved(found: Searched, term: Term) -> dict[str, Array]:
@@ -235,7 +239,7 @@ def _vague(found: Searched) -> Iterator[Located]:
     """Places in which a law fits with a size that is not determined."""
     for said in found.vague:
         label = said.lead.candidate.label
-        words = f"similar to {label}, whose size this map does not determine"
+        words = f"similar to {name_of(label)}, whose size this map does not determine"
         yield Located(DIRECTION, "both", UNDETERMINED, words, 1.0, found.answer.probability([label]))
 
 
@@ -284,11 +288,11 @@ def _law(found: Searched, said: Said, amplitudes: Array, u: Array) -> tuple[Term
 
 
 def _remarks(found: Searched) -> Iterator[str]:
-    gauge = [t.candidate.label.replace("_", " ") for t in found.fitted.terms if t.candidate.kind in GAUGE_KINDS]
+    gauge = [name_of(t.candidate.label) for t in found.fitted.terms if t.candidate.kind in GAUGE_KINDS]
     if gauge:
         yield f"An error of the force gauge ({', '.join(gauge)}) is no property of the probe and not in its file."
     if found.slight:
-        words = ", ".join(one.lead.candidate.label.replace("_", " ") for one in found.slight)
+        words = ", ".join(name_of(one.lead.candidate.label) for one in found.slight)
         yield (
             f"What explains less than {found.priors.maps.slight:g} of the squared residuals is not named, since no"
             f" statics are exact ({words}); the uncertainties of the parameters allow for it."

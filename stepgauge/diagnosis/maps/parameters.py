@@ -64,6 +64,11 @@ def _compliance(table: Table, term: Term, u: float | None) -> dict[str, Estimate
     return {"lateral_um_per_N": Estimate(lateral * term.values[0], None if u is None else lateral * u, "um/N")}
 
 
+def _stylus_length(table: Table, term: Term, u: float | None) -> dict[str, Estimate]:
+    sections = changed_table(table, [term])["stylus"]
+    return {"stylus_length_mm": Estimate(sum(float(one["length_mm"]) for one in sections), u, "mm")}
+
+
 def _total(key: str, name: str, unit: str) -> Callable[[Table, Term, float | None], dict[str, Estimate]]:
     """The value in the changed file."""
 
@@ -75,6 +80,7 @@ def _total(key: str, name: str, unit: str) -> Callable[[Table, Term, float | Non
 
 _DERIVED = {
     "compliance": _compliance,
+    "stylus_length": _stylus_length,
     "preload": _total("preload_N", "preload_N", "N"),
     "contact_radius": _total("contact_radius_mm", "contact_radius_mm", "mm"),
     "contact_angle": _total("contact_angle_deg", "contact_angle_deg", "deg"),

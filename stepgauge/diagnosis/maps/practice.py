@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from stepgauge.diagnosis.maps.result import OUTLIERS, MapFinding
+from stepgauge.diagnosis.maps.result import OUTLIERS, MapFinding, MapRival
 from stepgauge.diagnosis.output.words import size
 
 Values = Mapping[str, float]
 
 
-def in_practice(finding: MapFinding) -> str:
-    """A finding in a sentence, with its size."""
-    if finding.kind == OUTLIERS:
+def in_practice(finding: MapFinding | MapRival) -> str:
+    """A finding, or what may be there in its place, in a sentence with its size."""
+    if isinstance(finding, MapFinding) and finding.kind == OUTLIERS:
         return _outliers(len(finding.rows))
     values = {name: estimate.value for name, estimate in finding.parameters.items()}
     sentence = _SENTENCES.get((finding.kind, finding.choice)) or _SENTENCES[(finding.kind, "")]
@@ -63,6 +63,7 @@ def _much(value: float) -> str:
 
 _SENTENCES: dict[tuple[str, str], Callable[[Values], str]] = {
     ("lever_arm", ""): _lever,
+    ("stylus_length", ""): _more("The stylus", "longer", "shorter", "stylus_length_mm", "mm"),
     ("preload", ""): _more("The spring's force", "more", "less", "preload_N", "N"),
     ("contact_radius", ""): _more("The radius of the contacts", "larger", "smaller", "contact_radius_mm", "mm"),
     ("contact_angle", ""): _more("The angle of the contacts", "steeper", "flatter", "contact_angle_deg", "deg"),

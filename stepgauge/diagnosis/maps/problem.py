@@ -179,6 +179,7 @@ def _laws(
             shares=ones,
             log_weight=_weights(points),
             positive=positive,
+            least=prior.least * group[0].nominal,
             refine=refine,
         )
 

@@ -23,17 +23,28 @@ Array = NDArray[np.float64]
 OUTLIERS = "outliers"
 
 
+@dataclass(frozen=True)
+class MapRival:
+    """A change that may be there in the place of a stated one, with its own values; ``share`` of the probability."""
+
+    kind: str
+    label: str
+    choice: str
+    share: float
+    parameters: dict[str, Estimate]
+
+
 @dataclass(frozen=True, kw_only=True)
 class MapFinding(Finding):
     """A change of the construction, or the outliers.
 
-    ``choice``: which one of a kind; ``share``: its influence on each quantity, (n,) by name; ``instead``: other kinds
-    that this map cannot discriminate from it, with their values; ``rows``: indices of outliers.
+    ``choice``: which one of a kind; ``share``: its influence on each quantity, (n,) by name; ``rivals``: changes that
+    this map cannot discriminate from it; ``rows``: indices of outliers.
     """
 
     choice: str = ""
     share: dict[str, Array] = field(default_factory=dict)
-    instead: dict[str, dict[str, float]] = field(default_factory=dict)
+    rivals: tuple[MapRival, ...] = ()
     commands: tuple[str, ...] = ()
     rows: tuple[int, ...] = ()
 

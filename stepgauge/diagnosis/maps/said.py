@@ -12,7 +12,7 @@ import numpy as np
 from stepgauge import __version__
 from stepgauge.diagnosis.maps.data import MapData
 from stepgauge.diagnosis.maps.practice import in_practice
-from stepgauge.diagnosis.maps.result import OUTLIERS, Law, MapDiagnosis, MapFinding, QuantityFit
+from stepgauge.diagnosis.maps.result import OUTLIERS, Law, MapDiagnosis, MapFinding, MapRival, QuantityFit
 from stepgauge.diagnosis.output.files import FORMAT, checksum, estimate_json, evidence_json, without_nan
 from stepgauge.diagnosis.result import rms
 
@@ -53,7 +53,8 @@ def _effect(finding: MapFinding, found: MapDiagnosis, folder: Path) -> dict[str,
         "probability": finding.probability,
         "own_probability": finding.own,
         "confounded_with": list(finding.confounded_with),
-        "instead": finding.instead,
+        "instead": {one.kind: {name: p.value for name, p in one.parameters.items()} for one in finding.rivals},
+        "rivals": [_rival(one) for one in finding.rivals],
         "alternatives": list(finding.alternatives),
         "reason": finding.reason,
         "separate_by": finding.separate_by,
@@ -65,6 +66,16 @@ def _effect(finding: MapFinding, found: MapDiagnosis, folder: Path) -> dict[str,
     if finding.kind == OUTLIERS:
         said["rows"] = [_outlier(row, found) for row in finding.rows]
     return said
+
+
+def _rival(rival: MapRival) -> dict[str, Any]:
+    return {
+        "kind": rival.kind,
+        "label": rival.label,
+        "share": rival.share,
+        "parameters": {name: estimate_json(p) for name, p in rival.parameters.items()},
+        "in_practice": in_practice(rival),
+    }
 
 
 def _outlier(row: int, found: MapDiagnosis) -> dict[str, Any]:

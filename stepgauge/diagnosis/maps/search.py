@@ -128,9 +128,10 @@ class SizedSearch(Search):
         if not law.named or (point := _point(term)).candidate.shape not in ("line", "plane"):
             return term
         size = float(f"{found.amplitudes(place)[0][0]:.3g}")
-        if size == 0.0 or abs(size / point.size - 1.0) < SAME_SIZE:
+        sized = replace(point, size=size)
+        if size == 0.0 or _of_one_size(sized, point):
             return term
-        for exact, columns in signature(self.rows, replace(point, size=size)):
+        for exact, columns in signature(self.rows, sized):
             return replace(term, columns=columns, shape=exact)
         return term
 
@@ -163,10 +164,11 @@ def searched(model: MapModel, candidates: Sequence[Candidate], scatter: MapScatt
         found = _search(rows, SizedSearch(problem, priors, rows, seed), priors)
         exact = rows.moved(found.fitted.terms)
         settled = min(rms(exact - before), rms(_signatures(found) + remainder - exact)) < SETTLED
-        if settled and _same(rows, found, scatter):
+        points = _exactly(found)
+        if settled and _same(rows, found, scatter) and _are_tried(points, fitted):
             break
         remainder = exact - sum((rows.moved((term,)) for term in found.fitted.terms), np.zeros(len(exact)))
-        before, fitted = exact, _exactly(found)
+        before, fitted = exact, points
         seed = tuple(one.lead.candidate.label for one in (*found.laws, *found.forms))
         rows = MapRows(model, _sigma(rows, found, scatter))
     return found
@@ -273,6 +275,19 @@ def _exactly(found: Searched) -> dict[str, list[Point]]:
         if point.size and candidate.shape != "linear":
             points.setdefault(candidate.prior or candidate.kind, []).append(point)
     return points
+
+
+def _are_tried(points: dict[str, list[Point]], tried: dict[str, list[Point]]) -> bool:
+    """Whether every change that may stand for a stated one was a hypothesis at its own size."""
+    return all(
+        any(one.candidate.label == point.candidate.label and _of_one_size(one, point) for one in tried.get(name, ()))
+        for name, several in points.items()
+        for point in several
+    )
+
+
+def _of_one_size(one: Point, other: Point) -> bool:
+    return abs(one.size / other.size - 1.0) < SAME_SIZE
 
 
 def _point_of(term: Term) -> Point:

@@ -23,6 +23,10 @@ _COARSE = (0.02, 0.2)
 """Assumed scatter of a quantity that the map does not have: N and um."""
 
 REASONS = {
+    frozenset(
+        {"lever_arm", "stylus_length"}
+    ): "the lever of a force at the tip is the stylus and what it is held by; only "
+    "how far the stylus bends tells them apart",
     frozenset({"lever_arm", "contact_radius"}): "a force at the tip reaches the contacts through the ratio of lever to "
     "contact radius alone",
     frozenset({"preload", "force_gauge_scale"}): "every trigger force is proportional to the spring's force, so a "

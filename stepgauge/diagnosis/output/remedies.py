@@ -203,6 +203,7 @@ _CENTRED = Remedy(
 _STATE = "If it is so, state it in the probe file; else have the probe repaired."
 _OF_A_MAP = {
     "lever_arm": Remedy("Measure the length of stylus and carrier.", _STATE),
+    "stylus_length": Remedy("Measure the stylus; was it exchanged?", "Take the probe file of this stylus."),
     "preload": Remedy("Measure the trigger force across the stylus with a force gauge.", "Have the spring adjusted."),
     "contact_radius": Remedy("Compare the module with its drawing.", _STATE),
     "contact_angle": Remedy("Compare the module with its drawing.", _STATE),

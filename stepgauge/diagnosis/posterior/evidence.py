@@ -13,8 +13,8 @@ from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
+from stepgauge.diagnosis.posterior.bounds import log_inside
 from stepgauge.diagnosis.posterior.likelihood import Likelihood, SigmaPrior
 from stepgauge.diagnosis.posterior.metric import Rows, nuisances
 from stepgauge.diagnosis.posterior.priors import Priors
@@ -28,7 +28,6 @@ LEAST_SIGMA = 1e-3
 """Of the scatter over what is stated, where readings are on no steps."""
 RESIZED = 60
 """Most changes of a size on the way to the most probable ones: a few, but for laws that are nearly the same."""
-LOG_2 = float(np.log(2.0))
 
 
 @dataclass(frozen=True)
@@ -134,7 +133,7 @@ class Evidence:
     def _state(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
         """The hypothesis with the most probable size of every term, and all sizes summed."""
         state = self._of_likeliest_sizes(terms, scatter, near_um)
-        state = self._with_signs(replace(state, log_posterior=_summed(state)))
+        state = self._within_bounds(replace(state, log_posterior=_summed(state)))
         return state if np.isfinite(state.log_posterior) else replace(state, log_posterior=-np.inf)
 
     def _of_likeliest_sizes(self, terms: tuple[Term, ...], scatter: Scatter, near_um: float) -> State:
@@ -178,13 +177,15 @@ class Evidence:
             weights = tuple(term.candidate.sizes.log_weight for term in terms)
             return replace(state, log_posterior=-np.inf, by_size=weights)
 
-    def _with_signs(self, state: State) -> State:
-        """The state with half-normal priors of amplitudes that cannot be negative: twice the part above zero."""
+    def _within_bounds(self, state: State) -> State:
+        """The state with the priors of amplitudes that cannot be negative, or small, cut there."""
         gain = 0.0
         for place, term in enumerate(state.terms):
-            if isinstance(term.candidate, Law) and term.candidate.positive:
+            law = term.candidate
+            if isinstance(law, Law) and law.bounded:
                 mean, covariance = state.amplitudes(place)
-                gain += LOG_2 + float(special.log_ndtr(mean[0] / np.sqrt(covariance[0, 0])))
+                u = np.sqrt(covariance[0, 0])
+                gain += float(log_inside(mean[0], u, term.sd, law.least, law.positive))
         return replace(state, log_posterior=state.log_posterior + gain) if gain else state
 
     def most_without(self, state: State, place: int) -> float:
@@ -196,7 +197,7 @@ class Evidence:
         square, and the determinant rises at least with as many powers as there are rows beyond columns.
         """
         term, dof = state.terms[place], len(self.problem) - len(state.mean)
-        if dof <= 0 or any(isinstance(one.candidate, Law) and one.candidate.positive for one in state.terms):
+        if dof <= 0 or any(isinstance(one.candidate, Law) and one.candidate.bounded for one in state.terms):
             return np.inf
         more = square_without(state, place)
         if more <= dof:

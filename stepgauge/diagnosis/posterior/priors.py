@@ -96,12 +96,13 @@ class KindPrior(Table):
     """Prior odds and usual size of one kind of law; ``basis``: what the size depends on; ``why``: its reason.
 
     ``most``: the largest standard deviation of its size that is physically possible; ``again``: odds that another axis
-    has it where one has, without a value as if there was none.
+    has it where one has, without a value as if there was none; ``least``: the smallest size that occurs, of maps.
     """
 
     odds: float = Field(gt=0.0)
     usual: float = Field(gt=0.0)
     most: float = Field(np.inf, gt=0.0)
+    least: float = Field(0.0, ge=0.0)
     again: float | None = Field(None, gt=0.0)
     basis: Literal["", "grade", "sag", "certificate", "stylus"] = ""
     unit: str = ""

@@ -94,15 +94,17 @@ class Law(Candidate):
     """Few amplitudes, many shapes: a period, a position, a time constant on a grid.
 
     ``pattern (atoms, depth, n)`` times each of ``shares (k, n)``; candidates that differ only in the shares have the
-    same pattern. ``log_weight (atoms,)``: prior of the shapes; ``positive``: whether amplitudes are; ``refine``: see
-    :data:`Refine`. ``beside``: from the number of an atom to columns ``(p, n)`` that it may move beside the signature,
-    with amplitudes of the same size, of which nothing is told.
+    same pattern. ``log_weight (atoms,)``: prior of the shapes; ``positive``: whether amplitudes are; ``least``: the
+    smallest magnitude of a single amplitude; ``refine``: see :data:`Refine`. ``beside``: from the number of an atom to
+    columns ``(p, n)`` that it may move beside the signature, with amplitudes of the same size, of which nothing is
+    told.
     """
 
     pattern: Array | NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 1, 0)))
     shares: Array = field(default_factory=lambda: np.zeros((1, 0)))
     log_weight: Array = field(default_factory=lambda: np.zeros(0))
     positive: bool = False
+    least: float = 0.0
     refine: Refine | None = None
     beside: Callable[[int], Array] | None = None
 
@@ -114,6 +116,11 @@ class Law(Candidate):
     def dimension(self) -> int:
         """Number of amplitudes."""
         return int(self.pattern.shape[1]) * len(self.shares)
+
+    @property
+    def bounded(self) -> bool:
+        """Whether the prior of an amplitude is a part of a normal distribution."""
+        return self.positive or self.least > 0.0
 
     def columns(self, atom: int) -> Array:
         columns = np.concatenate([self.pattern[atom].astype(float) * share for share in self.shares])

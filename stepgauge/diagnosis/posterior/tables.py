@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
+from stepgauge.diagnosis.posterior.bounds import log_inside
 from stepgauge.diagnosis.posterior.look import UNSEEN, Beside, Look
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.parallel import each
@@ -16,6 +16,8 @@ from stepgauge.diagnosis.posterior.patterns import Patterns, mixed
 from stepgauge.diagnosis.posterior.problem import Law
 
 Array = NDArray[np.float64]
+Bounds = tuple[NDArray[np.bool_], Array]
+"""Of amplitudes, by row: whether they are positive, and their least magnitude."""
 WORTH_A_SIZE = 15.0
 """Shapes whose evidence is lower than the best by more than this are not tried with further sizes, nats."""
 
@@ -36,6 +38,7 @@ class Table:
     sizes: Array
     weight: Array
     positive: NDArray[np.bool_]
+    least: Array
     first: NDArray[np.intp]
     owner: NDArray[np.intp]
 
@@ -49,12 +52,15 @@ class Table:
         diagonal = np.arange(d)
         own[:, diagonal, diagonal] = np.maximum(own[:, diagonal, diagonal], 0.0) + self.unseen
         found = np.full(self.sizes.shape, -np.inf)
-        found[-1:], most = _sized(own, self.unseen, dot, self.sizes[-1:], self.positive, beside)
+        found[-1:], most = _sized(own, self.unseen, dot, self.sizes[-1:], self._bounds(slice(None)), beside)
         if len(found) > 1:
             keep = np.flatnonzero(most[0] > np.maximum.reduceat(most[0], self.first)[self.owner] - WORTH_A_SIZE)
-            sizes, positive = self.sizes[:-1, keep], self.positive[keep]
-            found[:-1, keep], _ = _sized(own[keep], self.unseen[keep], dot[keep], sizes, positive, beside)
+            sizes, bounds = self.sizes[:-1, keep], self._bounds(keep)
+            found[:-1, keep], _ = _sized(own[keep], self.unseen[keep], dot[keep], sizes, bounds, beside)
         yield from self._summed(found + self.weight)
+
+    def _bounds(self, rows: slice | NDArray[np.intp]) -> Bounds:
+        return self.positive[rows], self.least[rows]
 
     def _summed(self, evidence: Array) -> Iterator[Look]:
         """The looks of all laws from log evidences ``(t, rows)``, priors included."""
@@ -109,6 +115,7 @@ def _table(parts: Sequence[tuple[int, Array, list[Law], Array, Array]]) -> Table
         sizes,
         weight,
         np.repeat([law.positive for law in laws], count),
+        np.repeat([law.least for law in laws], count),
         np.r_[0, np.cumsum(count)[:-1]],
         np.repeat(np.arange(len(laws)), count),
     )
@@ -128,9 +135,7 @@ def _mixed_dots(dots: Array, mix: Array, d: int) -> Array:
     return np.asarray(products.reshape(products.shape[0], d, -1))
 
 
-def _sized(
-    gram: Array, unseen: Array, dot: Array, sd: Array, positive: NDArray[np.bool_], beside: Beside
-) -> tuple[Array, Array]:
+def _sized(gram: Array, unseen: Array, dot: Array, sd: Array, bounds: Bounds, beside: Beside) -> tuple[Array, Array]:
     """Log evidence ``(t, rows)`` for some sizes of each, with and without its Occam factor.
 
     ``gram`` with the limits of rounding ``unseen`` on its diagonal.
@@ -138,9 +143,10 @@ def _sized(
     ridge = beside.scatter / sd**2
     explained, log_det = _explained(gram, unseen, ridge, dot)
     most = beside.student(explained)
-    if positive.any():
-        z = dot[positive, 0] / np.sqrt((gram[positive, 0, 0] + ridge[:, positive]) * beside.scatter)
-        most[:, positive] += special.log_ndtr(z) + np.log(2.0)
+    positive, least = bounds
+    if (cut := positive | (least > 0.0)).any():
+        a = gram[cut, 0, 0] + ridge[:, cut]
+        most[:, cut] += log_inside(dot[cut, 0] / a, np.sqrt(beside.scatter / a), sd[:, cut], least[cut], positive[cut])
     return most - 0.5 * np.maximum(log_det, 0.0), most
 
 

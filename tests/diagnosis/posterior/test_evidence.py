@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import special, stats
 from scipy.integrate import trapezoid
 
+from stepgauge.diagnosis.posterior.bounds import log_inside
 from stepgauge.diagnosis.posterior.evidence import Evidence
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import shipped_priors
@@ -156,6 +157,32 @@ def test_half_normal_priors_of_either_sign_have_the_evidence_of_a_normal_one_on_
     ]
     assert special.logsumexp(halves) - np.log(2.0) == pytest.approx(both)
     assert abs(halves[0] - halves[1]) > 1.0
+
+
+def test_a_law_that_cannot_be_small_is_not_there_where_its_amplitude_is() -> None:
+    _, evidence, scatter = made({})
+    slope = coordinate()[None, None]
+    small, large = (
+        evidence((term(law(f"slope of {least}", slope, least=least), log_prior=0.0),), scatter) for least in (1e-6, 2.0)
+    )
+    amplitude, u = small.amplitudes(0)[0][0], np.sqrt(small.amplitudes(0)[1][0, 0])
+    lost = stats.norm.logsf((2.0 - abs(amplitude)) / u) - np.log(2.0) - stats.norm.logsf(2.0 / small.terms[0].sd)
+    assert abs(amplitude) < 1.0
+    assert large.log_posterior - small.log_posterior == pytest.approx(lost)
+
+
+@pytest.mark.parametrize("positive", [False, True])
+@pytest.mark.parametrize("least", [0.0, 0.3, 2.0])
+def test_evidence_within_bounds_is_the_integral_over_the_cut_prior(least: float, positive: bool) -> None:
+    """By quadrature, for a normal likelihood with the mean 0.5 and the standard deviation 0.4."""
+    amplitude, sd = np.linspace(-12.0, 12.0, 400_001), 1.5
+    prior = stats.norm.pdf(amplitude, 0.0, sd)
+    product = prior * stats.norm.pdf(0.5, amplitude, 0.4)
+    inside = (amplitude >= least) if positive else (np.abs(amplitude) >= least)
+    cut = trapezoid(product * inside, amplitude) / trapezoid(prior * inside, amplitude)
+    variance = 1.0 / (0.4**-2.0 + sd**-2.0)
+    found = log_inside(0.5 * variance / 0.4**2, np.sqrt(variance), sd, least, positive)
+    assert float(found) == pytest.approx(np.log(cut / trapezoid(product, amplitude)), abs=1e-3)
 
 
 @pytest.mark.parametrize("beside", TERMS.values(), ids=TERMS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -79,9 +80,11 @@ def test_the_term_of_a_look_has_the_volume_of_all_shapes_and_sizes_in_its_prior(
     assert added.log_posterior - state.log_posterior == pytest.approx(wanted, abs=1.5, rel=0.0)
 
 
-def test_a_law_of_one_sign_is_looked_at_with_half_a_normal_prior() -> None:
-    """Twice the evidence of both signs, times the probability of the right one."""
-    slope = law("slope", coordinate()[None, None], positive=True)
+@pytest.mark.parametrize("bound", [{"positive": True}, {"least": 0.05}], ids=["positive", "not small"])
+def test_a_law_within_bounds_is_looked_at_with_a_part_of_a_normal_prior(bound: dict[str, Any]) -> None:
+    """The evidence without bounds, times the share of the posterior within them over that of the prior."""
+    slope = law("slope", coordinate()[None, None], **bound)
+    least, positive = bound.get("least", 0.0), bound.get("positive", False)
     both = law("slope of any sign", coordinate()[None, None])
     for sign in (1.0, -1.0):
         one = problem(noise() + sign * 0.1 * coordinate(), (slope, both))
@@ -89,12 +92,15 @@ def test_a_law_of_one_sign_is_looked_at_with_half_a_normal_prior() -> None:
         state = evidence((), evidence.scatters.plain())
         gains = {look.candidate.label: look.gain for look in Looks(one)(state, evidence.scatters)}
         total = []
-        for sd, share in zip(both.sizes.sd, both.sizes.log_weight, strict=True):
-            own = Term(both, 0, both.columns(0), float(sd), both.log_odds + share)
+        for sd, weight in zip(both.sizes.sd, both.sizes.log_weight, strict=True):
+            own = Term(both, 0, both.columns(0), float(sd), both.log_odds + weight)
             added = evidence((own,), state.scatter)
             mean, covariance = added.amplitudes(0)
-            right = np.log(2.0) + stats.norm.logsf(0.0, mean[0], np.sqrt(covariance[0, 0]))
-            total.append(added.log_posterior - state.log_posterior + right)
+            share = [
+                one.sf(least) + (0.0 if positive else one.cdf(-least))
+                for one in (stats.norm(mean[0], np.sqrt(covariance[0, 0])), stats.norm(0.0, sd))
+            ]
+            total.append(added.log_posterior - state.log_posterior + np.log(share[0] / share[1]))
         assert gains["slope"] == pytest.approx(float(special.logsumexp(total)), abs=0.3)
 
 
