@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stepgauge.files.notation import aligned, printed, rounded, uncertain
+from stepgauge.files.notation import aligned, printed, printed_unit, rounded, uncertain
 
 
 @pytest.mark.parametrize(
@@ -80,3 +80,18 @@ def test_decimal_points_stand_below_each_other() -> None:
 def test_units_and_signs_in_print_but_not_in_names(text: str, shown: str) -> None:
     assert printed(text) == shown
     assert printed(shown) == shown
+
+
+@pytest.mark.parametrize(
+    ("unit", "shown"),
+    [
+        ("um", "µm"),
+        ("um/(m K)", "µm/(m K)"),
+        ("urad/m", "µrad/m"),
+        ("1e-6/K", "10⁻⁶/K"),
+        ("number", "number"),
+        ("N", "N"),
+    ],
+)
+def test_a_unit_alone_is_set_in_print(unit: str, shown: str) -> None:
+    assert printed_unit(unit) == shown

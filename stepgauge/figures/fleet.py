@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure, save_figure
+from stepgauge.files.notation import printed_unit
 from stepgauge.fleet.crossed.answer import owner_of, words_of
 from stepgauge.fleet.crossed.watch import Watched
 
@@ -99,7 +100,7 @@ def causes_figure(causes: Sequence[Mapping[str, Any]]) -> Figure:
     panels = figure.subplots(len(by_unit), 1, squeeze=False, height_ratios=heights)[:, 0]
     for axes, (unit, some) in zip(panels, by_unit.items(), strict=True):
         _draw_causes(axes, sorted(some, key=lambda one: (list(OWNERS).index(one["owner_kind"]), one["owner"])))
-        axes.set_xlabel(f"size ({unit.replace('um', 'µm').replace('urad', 'µrad')})")
+        axes.set_xlabel(f"size ({printed_unit(unit)})")
     return figure
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from stepgauge.figures.error_chart import LINES, SYMBOLS, numbers
+from stepgauge.files.notation import printed_unit
 from stepgauge.history.entries import QUANTITIES
 from stepgauge.history.trend import YEAR_DAYS, Series
 
@@ -47,7 +48,7 @@ def history_chart(series: Sequence[Series], limits: Mapping[str, float], titles:
 def _panel(number: int, title: str, unit: str) -> dict[str, Any]:
     height = 1.0 / len(QUANTITIES)
     top = 1.0 - (number - 1) * height
-    head = {"text": f"{title.replace(': ', '<br>')}<br>({unit.replace('um', 'µm')})", "font": {"size": 11}}
+    head = {"text": f"{title.replace(': ', '<br>')}<br>({printed_unit(unit)})", "font": {"size": 11}}
     return {"title": head, "domain": [max(top - height + GAP, 0.0), top], "zeroline": True, "nticks": 5}
 
 

@@ -38,7 +38,13 @@ def printed(text: str) -> str:
     return MINUS.sub("−", MICRO.sub("µ", PLUS_MINUS.sub("±", text)))
 
 
+def printed_unit(unit: str) -> str:
+    """A unit alone as it is set in print: µm/m for um/m, µrad for urad, 10⁻⁶ for 1e-6."""
+    return MICRO_UNIT.sub("µ", unit).replace("1e-6", "10⁻⁶")
+
+
 MICRO = re.compile(r"(?:(?<=\d )|(?<=\())u(?=(?:m|rad)\b)")
+MICRO_UNIT = re.compile(r"(?<![^\W\d_])u(?=(?:m|rad|in)\b)")
 MINUS, PLUS_MINUS = re.compile(r"(?<![^\s(])-(?=\d)"), re.compile(r"\+-(?=\d)")
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from stepgauge.figures.budget import budget_figure
 from stepgauge.figures.style import figure_style
-from stepgauge.files.notation import UNDEFINED, number, quantity
+from stepgauge.files.notation import UNDEFINED, number, printed_unit, quantity
 from stepgauge.reports.page import Column, PrintedTable
 from stepgauge.standards.budget_files import StoredBudget, StoredLine, StoredSource, dof_text, farthest, label
 
@@ -76,7 +76,7 @@ def _range_note(budget: StoredBudget, placement: int) -> str:
 
 def _source(source: StoredSource, lines: Sequence[StoredLine]) -> list[str]:
     low, high = _short(source.u_min), _short(source.u_max)
-    unit = source.unit.replace("um", "µm").replace("urad", "µrad")
+    unit = printed_unit(source.unit)
     u = f"{low if low == high else f'{low} to {high}'} {unit}"
     return [
         source.label,

@@ -17,7 +17,7 @@ from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.evaluation.probings import TEMPERATURES, probing_errors
 from stepgauge.figures.plotly_library import packed_library
-from stepgauge.files.notation import clean
+from stepgauge.files.notation import clean, printed_unit
 from stepgauge.recording import Recording
 
 MOST_ROWS = 10_000
@@ -97,7 +97,7 @@ def _what(said: Mapping[str, Any], rows: pd.DataFrame, unit: str) -> dict[str, A
             "hint": "Dashed: two sigma of the noise, which is one for every quantity.",
         }
     return {
-        "unit": unit.replace("um", "µm"),
+        "unit": printed_unit(unit),
         "group": "target" if "axis" in said else "face",
         "part": "placement",
         "noise": said["fit"][f"noise_{unit}"],

@@ -15,6 +15,7 @@ from starlette.responses import HTMLResponse, Response
 
 from stepgauge import __version__
 from stepgauge.errors import InputError
+from stepgauge.files.notation import printed, printed_unit
 from stepgauge.web.assets import plotly_version
 from stepgauge.web.site import Site
 from stepgauge.web.texts import LANGUAGES, Words, best_language
@@ -27,9 +28,11 @@ PARTIAL = "x-part"
 @cache
 def _templates() -> jinja2.Environment:
     loader = jinja2.PackageLoader("stepgauge.web", "templates")
-    return jinja2.Environment(
+    environment = jinja2.Environment(
         loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    environment.filters |= {"printed": printed, "printed_unit": printed_unit}
+    return environment
 
 
 def site_of(request: Request) -> Site:

@@ -83,7 +83,7 @@ def _finding(number: int, effect: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _rival(one: Mapping[str, Any], probability: float, first: float) -> dict[str, Any]:
-    """A cause of a finding; of a probe's map the probability is known of the first cause alone."""
+    """A cause of a finding; of several laws that stand together the probability is not known."""
     from stepgauge.diagnosis.output.words import name_of
     from stepgauge.reports.findings import uncertainties, values
 
@@ -101,7 +101,7 @@ def _rival(one: Mapping[str, Any], probability: float, first: float) -> dict[str
 def _with_u(values: str, uncertainties: str) -> list[str]:
     """A line for each number, with its standard uncertainty."""
     pairs = zip(values.split("\n"), uncertainties.split("\n"), strict=True)
-    return [(f"{one}, u = {its}" if its else one).replace(" um", " µm") for one, its in pairs if one]
+    return [f"{one}, u = {its}" if its else one for one, its in pairs if one]
 
 
 def scene(request: Request) -> Response:

@@ -17,6 +17,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from stepgauge.errors import InputError
+from stepgauge.files.notation import printed_unit
 from stepgauge.web.forms import Form, asked_form, with_form
 from stepgauge.web.render import json_answer, render, site_of, words_of
 from stepgauge.web.site import Site
@@ -110,7 +111,7 @@ def show(request: Request) -> Response:
         machines=sorted(machines),
         gauges=sorted(gauges),
         asked=asked,
-        units={name: one.unit.replace("um", "µm") for name, one in QUANTITIES.items()},
+        units={name: printed_unit(one.unit) for name, one in QUANTITIES.items()},
     )
 
 
