@@ -37,6 +37,8 @@ def one(kind: str, where: str, column: Array) -> Family:
 
 
 def _scales(scene: Scene) -> Iterator[Family]:
+    if (np.abs(scene.approach).max(axis=0) > 0.1).sum() > 1:
+        yield one("scale_temperature", "all", (scene.approach * scene.centre_mm).sum(axis=1))
     for axis, name in enumerate(AXES):
         p, x = scene.approach[:, axis], scene.centre_mm[:, axis]
         if np.abs(p).max() < 0.05:

@@ -208,11 +208,11 @@ def _bound(
 
 
 def _choices(annotation: Any) -> tuple[str, ...]:
-    """The words of a ``Literal``, also inside a union."""
+    """The words of a ``Literal``, or of all in a union."""
     arguments = get_args(annotation)
     if arguments and all(isinstance(argument, str) for argument in arguments):
         return arguments
-    return next((words for argument in arguments if (words := _choices(argument))), ())
+    return tuple(word for argument in arguments for word in _choices(argument))
 
 
 def along(direction: str | Vector, um: Array) -> Displacement:

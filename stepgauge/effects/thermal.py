@@ -90,7 +90,9 @@ class ScaleTemperature(Effect):
     equation: ClassVar[str] = "d = -scale_expansion_per_K delta_K x"
     source: ClassVar[str] = "ISO/TR 16015; alpha_s is machine.scale_expansion_per_K; the same compensated or not"
     covariates: ClassVar[tuple[str, ...]] = ("coordinate",)
-    axis: Axis = parameter(unit="", role="choice", meaning="axis of the scale: x, y or z")
+    axis: Axis | Literal["all"] = parameter(
+        unit="", role="choice", meaning="axis of the scale: x, y or z; all: those of one room are alike"
+    )
     delta_K: float = parameter(
         unit="K", meaning="true minus recorded scale temperature", ge=-40, le=40, sensible=(-5, 5)
     )
@@ -98,7 +100,8 @@ class ScaleTemperature(Effect):
     def displacement_um(self, probings: Probings) -> Displacement:
         """Proportional to the coordinate, from machine zero."""
         per_mm = probings.setting.scale_expansion_per_K * 1e3
-        return {self.axis: self.delta_K * (-per_mm * probings.axis_mm(self.axis))}
+        axes = "xyz" if self.axis == "all" else self.axis
+        return {axis: self.delta_K * (-per_mm * probings.axis_mm(axis)) for axis in axes}
 
 
 class ThermalDrift(Effect):

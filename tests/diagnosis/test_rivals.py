@@ -36,6 +36,25 @@ def test_a_set_is_whole_however_little_there_is_to_see(ppm: float) -> None:
     assert not said or said >= STRETCH
 
 
+@pytest.mark.parametrize("kelvin", [0.7, -0.4])
+def test_a_machine_whose_scales_are_all_warmer_is_a_rival_of_a_colder_gauge_in_every_placement(kelvin: float) -> None:
+    """Both stretch all there is alike: no further direction tells them apart, and each sounded surer with more."""
+    warm = ({"kind": "scale_temperature", "axis": "all", "delta_K": kelvin},)
+    axes = (ALONG_X, ALONG_Y, (1.0, 1.0, 0.0))
+    found = diagnose(record(machine(warm), axes, seed=4), gauge(), machine())
+    (one,) = found.findings
+    assert {one.kind, *one.confounded_with} >= {"gauge_temperature", "scale_temperature"}
+    (scales,) = (member for member in one.members if member.kind == "scale_temperature")
+    assert scales.parameters["delta_K"].value == pytest.approx(kelvin, abs=0.1)
+
+
+def test_one_placement_along_an_axis_has_no_law_of_all_scales() -> None:
+    for axes, shown in (((ALONG_X,), False), ((ALONG_X, ALONG_Y), True)):
+        data = make_residuals(clean(axes), gauge(), machine(noise_um=NOISE_UM))
+        labels = {one.label for one in effect_families(data, shipped_priors())}
+        assert ("scale_temperature_all" in labels) is shown
+
+
 def test_some_of_the_sizes_tried_above_do_show_and_some_do_not() -> None:
     assert not stretched(0.2, ALONG_X)
     assert stretched(2.4, ALONG_X) >= STRETCH

@@ -21,6 +21,8 @@ from stepgauge.effects.following import Following
 from stepgauge.probes import MechanicalProbe
 
 Array = NDArray[np.float64]
+ALL = "all"
+"""The choice of an axis that means all of them."""
 NEEDS_TIME = {"time", "order"}
 MOST_PAUSES = 4
 PAUSE_JUMP = 1.25
@@ -51,13 +53,15 @@ def choices_of(law: type[Effect], data: Residuals) -> Iterator[dict[str, Any]]:
     names = [p for p in law.parameters() if p.role == "choice" or p.name == "pause_s"]
     for combination in product(*(_values_of(p, data, law) for p in names)):
         choices = {p.name: value for p, value in zip(names, combination, strict=True) if value is not None}
-        if _is_own(law, choices) and _varies(law, choices, data):
+        if _is_own(law, choices, data) and _varies(law, choices, data):
             yield choices | _about(law, choices, data)
 
 
-def _is_own(law: type[Effect], choices: dict[str, Any]) -> bool:
+def _is_own(law: type[Effect], choices: dict[str, Any], data: Residuals) -> bool:
     """Whether a choice is none that another law is made for, or another choice of the same law."""
     if "minus" in choices and choices["column"] >= choices["minus"]:
+        return False
+    if choices.get("axis") == ALL and not _moves_along_several(data):
         return False
     if "component" not in choices:
         return True
@@ -65,6 +69,12 @@ def _is_own(law: type[Effect], choices: dict[str, Any]) -> bool:
     if law.kind == "error_motion":
         return bool(choices["order"] == (2 if turns else 3))  # lower orders have laws of their own
     return bool(choices["order"] == (1 if turns else 2) and not own_axis)  # a beam bends, it grows elsewhere
+
+
+def _moves_along_several(data: Residuals) -> bool:
+    """Whether the gauge lay along more than one axis: along one of them its scale is all that shows."""
+    seen = np.abs(list(data.probings.setting.axis.values())).max(axis=0)
+    return bool((seen > LIKE_DIRECTIONS).sum() > 1)
 
 
 def _varies(law: type[Effect], choices: dict[str, Any], data: Residuals) -> bool:
@@ -121,8 +131,11 @@ def choice_odds(kind: str, choices: Mapping[str, Any], priors: Priors) -> float:
     A thermometer tells of the part that it is on. A part bends by a difference of temperature within itself; that
     between two parts, or one temperature alone, bends it only as far as it stands for such a difference. And a scale
     grows by its own temperature, not by that of the gauge or of another scale, of which columns are documented. The
-    mean pre-travel of a tripod is in the effective radius of its qualification, so that only the rest shows.
+    mean pre-travel of a tripod is in the effective radius of its qualification, so that only the rest shows. And the
+    scales of a machine have the temperature of its room.
     """
+    if choices.get("axis") == ALL:
+        return priors.laws.all_axes
     if kind == "kinematic_pretravel" and choices["part"] == "whole":
         return priors.laws.unqualified
     if kind == "thermal_bending" and on_one_part(choices["column"], choices.get("minus", "")):

@@ -205,10 +205,20 @@ def _gauge_soaking(v: Values, data: Residuals) -> str:
 
 def _scale_temperature(v: Values, data: Residuals) -> str:
     axis, k = v["axis"], v["delta_K"]
+    if axis == "all":
+        return _all_scales(k, data)
     um = k * data.probings.setting.scale_expansion_per_K * 1e3 * span_mm(axis, data)
     return (
         f"The {axis} scale is {size(k)} K {'warmer' if k > 0 else 'colder'} than recorded: it indicates"
         f" {in_um(float(um))} too {long(-k)} over the {span_mm(axis, data):.0f} mm of {axis} that were used."
+    )
+
+
+def _all_scales(k: float, data: Residuals) -> str:
+    um = k * data.probings.setting.scale_expansion_per_K * 1e3 * length_mm(data)
+    return (
+        f"All scales are {size(k)} K {'warmer' if k > 0 else 'colder'} than recorded: they indicate"
+        f" {in_um(float(um))} too {long(-k)} over the {length_mm(data):.0f} mm of the gauge, wherever it lies."
     )
 
 

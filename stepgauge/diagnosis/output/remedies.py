@@ -90,7 +90,7 @@ _REMEDIES = {
         "Let the gauge soak for three time constants before measuring; lay it with gloves.",
     ),
     "scale_temperature": Remedy(
-        "Measure the temperature of the {axis} scale with a calibrated thermometer.",
+        "Measure the scale temperature of {axis} with a calibrated thermometer.",
         "Have its sensor adjusted, or state the measured temperature.",
     ),
     "thermal_drift": Remedy(
@@ -275,4 +275,6 @@ def _names(text: str) -> list[str]:
 
 
 def _short(value: Any) -> str:
+    if value == "all":
+        return "all axes"
     return rounded(value, 5) if isinstance(value, float) else str(value)
