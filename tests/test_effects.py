@@ -276,6 +276,13 @@ def test_block_defect_moves_its_face_along_the_gauge_from_either_side() -> None:
     assert_allclose(bend(seen, kind="block_defect", face=8, um=3.0)[:, 0], [0.0, 3.0, 3.0])
 
 
+def test_block_shift_moves_both_faces_of_its_block_and_no_other() -> None:
+    seen = probings(4, face=[6, 7, 8, 9], approach_i=[-1.0, 1.0, -1.0, 1.0])
+    assert_allclose(bend(seen, kind="block_shift", block=4, um=3.0)[:, 0], [0.0, 3.0, 3.0, 0.0])
+    with pytest.raises(InputError, match="no such block; found 22; expected 1 to 21"):
+        bend(seen, kind="block_shift", block=22, um=3.0)
+
+
 def test_bending_tilts_the_ends_as_a_beam_on_its_ends_does() -> None:
     """Simply supported: slope at the ends 16/5 of sag / length; none in the middle."""
     length = float(GAUGE.position_mm[-1])

@@ -91,6 +91,8 @@ def _gauge(scene: Scene) -> Iterator[Family]:
     yield one("misalignment", "", stretch)
     for face in np.unique(scene.face):
         yield one("block_defect", str(face), scene.side * (scene.face == face))
+    for block in np.unique(scene.face // 2)[1:]:
+        yield one("block_shift", str(block), scene.side * ((scene.face + 1) // 2 == block))
     u = scene.along_mm / scene.gauge.length_mm
     tilts = []
     for foot in np.arange(0.0, 0.3, 0.004):

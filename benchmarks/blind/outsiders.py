@@ -35,6 +35,7 @@ _COVARIATES = {
     "gauge_temperature": "gauge",
     "misalignment": "gauge",
     "block_defect": "gauge",
+    "block_shift": "gauge",
     "gauge_bending": "gauge",
     "reversal_error": "direction azimuth placement side",
     "effective_radius": "direction side",

@@ -23,6 +23,7 @@ _WHERE: dict[str, tuple[tuple[str, ...], ...]] = {
     "squareness": (("plane",),),
     "angular_error": (("travel", "travel_axis", "axis"), ("rotation", "rotation_axis", "about")),
     "block_defect": (("face",),),
+    "block_shift": (("block",),),
     "tip_change": (("placement",),),
     "scale_joint": (("axis",), ("order",)),
     "error_motion": (("axis",), ("component",), ("order",)),

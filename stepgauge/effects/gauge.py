@@ -30,6 +30,24 @@ class BlockDefect(Effect):
         return {"approach": probings.shifted_along_gauge(self.um * (probings.face == self.face))}
 
 
+class BlockShift(Effect):
+    """A block was moved: d = um along the gauge axis at both of its faces, wherever the gauge lies."""
+
+    kind: ClassVar[str] = "block_shift"
+    equation: ClassVar[str] = "d = um along the gauge axis where the face is 2 block - 1 or 2 block"
+    source: ClassVar[str] = "definition; positive towards the end block"
+    covariates: ClassVar[tuple[str, ...]] = ("face",)
+    block: int = parameter(unit="", role="choice", meaning="number of the block", ge=1, le=5_000)
+    um: float = parameter(unit="um", meaning="true minus certified position", ge=-1e4, le=1e4, sensible=(-20, 20))
+
+    def displacement_um(self, probings: Probings) -> Displacement:
+        """Zero on all other blocks; :class:`InputError` for a block that the gauge does not have."""
+        known = probings.setting.gauge
+        if known is not None and 2 * self.block > known.n_faces:
+            raise InputError("effects", "no such block", found=self.block, expected=f"1 to {known.n_faces // 2}")
+        return {"approach": probings.shifted_along_gauge(self.um * ((probings.face + 1) // 2 == self.block))}
+
+
 class GaugeReversed(Effect):
     """The gauge was laid the wrong way round: each face stands where the certificate has its mirror image.
 

@@ -83,7 +83,15 @@ def test_every_unit_of_a_candidate_is_turned_into_the_users() -> None:
 
 NEVER = {
     *("angular_error", "error_motion", "roll", "squareness", "straightness", "thermal_bending"),
-    *("block_defect", "gauge_bending", "gauge_reversed", "gauge_soaking", "gauge_temperature", "misalignment"),
+    *(
+        "block_defect",
+        "block_shift",
+        "gauge_bending",
+        "gauge_reversed",
+        "gauge_soaking",
+        "gauge_temperature",
+        "misalignment",
+    ),
     *("kinematic_pretravel", "lever_arm", "pretravel_scale", "probe_lobing", "seat_defect", "tip_change"),
     *("scale_temperature", "scale_warm_up", "servo_lag"),
     *("axis_compensation", "empirical", "error_map"),

@@ -362,6 +362,7 @@ EXAMPLES: list[tuple[str, dict[str, Any], list[str]]] = [
     ("step_change", {"direction": "x", "time_s": 200.0, "um": 0.6}, ["At 200 s", "+x"]),
     ("misalignment", {"mrad": 2.0}, ["2 mrad"]),
     ("block_defect", {"face": 14, "um": 0.8}, ["Face 14, the back of block 7", "end block"]),
+    ("block_shift", {"block": 7, "um": -1.5}, ["Both faces of block 7", "beginning block", "1.5 um"]),
     ("gauge_bending", {"supports_mm": [0.0, 400.0], "sag_um": 5.0}, ["5.0 um"]),
     ("approach_memory", {"um": 1.5, "touches": 8.0}, ["later", "8 probings"]),
     ("vibration", {"direction": "x", "amplitude_um": 0.5, "frequency_hz": 3.3}, ["3.3 Hz"]),

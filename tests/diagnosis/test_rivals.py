@@ -109,3 +109,16 @@ def test_where_the_laws_leave_something_is_where_the_disagreement_lives() -> Non
     assert found.verdict == "unknown"
     assert {one.covariate for one in found.unexplained} <= {one.covariate for one in found.located}
     assert "speed" in {one.covariate for one in found.located}
+
+
+@pytest.mark.parametrize("um", [1.2, -2.5])
+def test_a_block_that_was_moved_is_no_defect_of_the_scale_for_sure(um: float) -> None:
+    """It was called one at more than 0.99 for want of the law: the error would have gone into the machine's table."""
+    moved = ({"kind": "block_shift", "block": 6, "um": um},)
+    one = diagnose(record(machine(moved), (ALONG_X,), seed=5), gauge(), machine()).findings[0]
+    assert one.kind == "block_shift"
+    assert set(one.confounded_with) <= {"local_scale_defect"}
+    found = diagnose(record(machine(moved), (ALONG_X, ALONG_Y), seed=5), gauge(), machine())
+    (one,) = found.findings
+    assert (one.kind, one.choices["block"], one.confounded_with) == ("block_shift", 6, ())
+    assert abs(one.parameters["um"].value - um) < 3.0 * one.parameters["um"].u

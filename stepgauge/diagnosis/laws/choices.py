@@ -97,18 +97,12 @@ def _about(law: type[Effect], choices: dict[str, Any], data: Residuals) -> dict[
 
 
 def _values_of(parameter: Parameter, data: Residuals, law: type[Effect]) -> Sequence[Any]:
-    if parameter.name == "face":
-        return [int(face) for face in np.unique(data.face)]
+    if parameter.name in _BY_RECORDING:
+        return _BY_RECORDING[parameter.name](data)
     if parameter.name == "direction" and has_free_direction(law):
         return ["approach"]  # what it is along the approach is known by then; the direction takes a share of it
-    if parameter.name == "pause_s":
-        return pauses_s(data)
-    if parameter.name == "column":
-        return temperatures(data)
     if parameter.name == "minus":
         return [None, *temperatures(data)] if law.kind == "thermal_bending" else [None]
-    if parameter.name == "placement":
-        return _beside_others(data)
     if parameter.name == "order":
         return _ORDERS[law.kind]
     if parameter.name == "warmed":
@@ -116,6 +110,16 @@ def _values_of(parameter: Parameter, data: Residuals, law: type[Effect]) -> Sequ
     if parameter.name == "arm":
         return ["first"]  # the azimuth says which one
     return parameter.choices or (parameter.default,)
+
+
+def _faces(data: Residuals) -> list[int]:
+    return [int(face) for face in np.unique(data.face)]
+
+
+def _blocks(data: Residuals) -> list[int]:
+    """Blocks that were probed on both sides: a defect of one face has its own law."""
+    met = set(_faces(data))
+    return sorted(face // 2 for face in met if face % 2 == 0 and face - 1 in met)
 
 
 def _beside_others(data: Residuals) -> list[int]:
@@ -173,6 +177,16 @@ def pauses_s(data: Residuals) -> list[float]:
     places = [i for i in np.argsort(-jump)[:MOST_PAUSES] if jump[i] > PAUSE_JUMP and gaps[i + 1] > SHORT_PAUSE_S]
     found = [float(np.sqrt(gaps[i] * gaps[i + 1])) for i in places]
     return [float(f"{pause:.3g}") for pause in found] or [60.0]
+
+
+_BY_RECORDING: dict[str, Callable[[Residuals], Sequence[Any]]] = {
+    "face": _faces,
+    "block": _blocks,
+    "pause_s": pauses_s,
+    "column": temperatures,
+    "placement": _beside_others,
+}
+"""Choices by what there is in the recording."""
 
 
 def _always(_: Residuals) -> bool:

@@ -272,6 +272,15 @@ def _block(v: Values, data: Residuals) -> str:
     )
 
 
+def _shifted(v: Values, data: Residuals) -> str:
+    end = "end" if v["um"] > 0 else "beginning"
+    u = float(data.gauge.u_um[2 * int(v["block"]) - 1])
+    return (
+        f"Both faces of block {int(v['block'])} lie {in_um(v['um'])} nearer to the {end} block than certified (standard"
+        f" uncertainty {size(u)} um): the block was moved."
+    )
+
+
 def _bending(v: Values, data: Residuals) -> str:
     return f"The gauge sags by {in_um(v['sag_um'])} between its supports, which tilts its faces."
 
@@ -332,6 +341,7 @@ _SENTENCES: dict[str, Sentence] = {
     "step_change": _step,
     "misalignment": _misalignment,
     "block_defect": _block,
+    "block_shift": _shifted,
     "gauge_bending": _bending,
     "approach_memory": _memory,
     "vibration": _vibration,

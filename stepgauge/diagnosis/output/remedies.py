@@ -115,6 +115,10 @@ _REMEDIES = {
     "block_defect": Remedy(
         "Look for dirt, rust or a dent on face {face}.", "Clean it; then have the gauge calibrated."
     ),
+    "block_shift": Remedy(
+        "Look whether block {block} sits tight; lay the gauge elsewhere: does the error go with it?",
+        "Have the gauge calibrated; do not use it as it is.",
+    ),
     "misalignment": Remedy(
         "Probe the 16 points again and compare the placements (stepgauge locate).", "Plan anew with the new placement."
     ),
