@@ -206,7 +206,7 @@ class Answer:
         """Weights, means ``(h, d)`` and covariances of a term's amplitudes in the hypotheses that contain it.
 
         Only those with odds of at least ``least`` against the best one count, since less probable ones do not change
-        the coverage interval, and only those with the same shape of the grid.
+        the coverage interval. Of several amplitudes, as of a wave, those of another shape of the grid are others.
         """
         own = next((t for t in self.best.terms if t.candidate.label == label), None)
         if own is None:
@@ -214,7 +214,8 @@ class Answer:
         near = self.best.log_posterior + float(np.log(least))
         every = (one for one in self.search.evidence.current if one.log_posterior >= near)
         every = (one for one in every if not one.labels & set(without))
-        held = [(one, i) for one in every for i, term in enumerate(one.terms) if term.key[:2] == own.key[:2]]
+        same = 1 if own.told == 1 else 2
+        held = [(one, i) for one in every for i, term in enumerate(one.terms) if term.key[:same] == own.key[:same]]
         if not held:
             return None
         # a shape fitted between the grid's may be so much larger that the amplitude is that much smaller

@@ -36,8 +36,8 @@ BEAM = 2
 MOST_TERMS = 8
 PROPOSED, PROPOSED_FORMS = 4, 2
 """Laws and forms that are tried for addition to a hypothesis."""
-PROPOSED_PAIRS = 3
-"""Pairs of laws of one shape and one amplitude that are."""
+PROPOSED_PAIRS, MOST_SHARED = 3, 6
+"""Pairs of laws of one shape and one amplitude that are; laws that may share what one of many shapes explains."""
 COARSE, PEAKS = 5.0, 4
 """Gain of a fitted shape over that of the grid from which the grid is too coarse, nats; peaks that are tried then."""
 HOPELESS = -6.0
@@ -257,10 +257,28 @@ class Search:
             if best.log_posterior <= old.log_posterior + SETTLED:
                 pairs = combinations(range(len(old.terms)), 2)
                 best = max((best, *(one for places in pairs for one in self._ones(old, *places))), key=worth)
+                best = max((best, *self._shared(old)), key=worth)
             best = self._better(old, self.polished(self.reshaped(best)))
             if best.log_posterior <= old.log_posterior + SETTLED:
                 break
         return best
+
+    def _shared(self, state: State) -> Iterator[State]:
+        """The hypothesis with a law of one shape that stands for a part of what a law of many shapes explains.
+
+        At the shape that explains most alone the other law adds nothing: the shape is found anew beside it. Forms are
+        left out, since they may stand for what the shape of the law alone does not explain.
+        """
+        forms = [i for i, term in enumerate(state.terms) if not term.candidate.named]
+        for place, term in enumerate(state.terms):
+            if not isinstance(term.candidate, Law) or place in forms or term.candidate.atoms == 1:
+                continue
+            base, own = self.without(state, place, *forms), Looks(replace(self.problem, candidates=[term.candidate]))
+            plain = (one for one in self.beside(base) if one.gain > 0.0 and _is_plain(one.candidate))
+            for look in islice(_few_of_a_kind(plain), MOST_SHARED if len(base.terms) < MOST_TERMS - 1 else 0):
+                one = self._with(base, look.term())
+                found = (self.added(one, shape) for shape in own(one, self.scatters))
+                yield from (self._weeded(both, base.labels) for both in found)
 
     def _in_parts(self, best: State) -> State:
         """The same with laws that hold in a part of the record only, as long as these are more probable.
