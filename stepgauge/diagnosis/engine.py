@@ -15,7 +15,7 @@ from stepgauge.axis.sensors import without_probe
 from stepgauge.diagnosis.checks import predictive_checks, widening
 from stepgauge.diagnosis.clock import clock_start_s, counted_from, told_by_clock
 from stepgauge.diagnosis.fits.solve import Estimate, Solved, solve
-from stepgauge.diagnosis.forms.words import CORRELATED, GROWING, located
+from stepgauge.diagnosis.forms.words import CORRELATED, DISTURBED, GROWING, located
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.laws import geometry
 from stepgauge.diagnosis.laws.library import carried
@@ -41,6 +41,7 @@ from stepgauge.diagnosis.verdict import (
 )
 from stepgauge.effects import effect_kinds
 from stepgauge.errors import InputError
+from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.recording import Recording
@@ -182,7 +183,7 @@ def _told(
     noise = _noise(model, found.data, data)
     named, nameless = _of_scatter(answer, model, noise, data, priors, without)
     told += named
-    left += nameless
+    left += [*nameless, *_disturbed(found, start_s, priors)]
     told = [told_by_clock(one, start_s) for one in told]
     beside_um = model.beside_um if len(found.data) == len(data) else np.zeros(len(data))
     shares = np.sum([beside_um, *(one.share_um for one in told)], axis=0)
@@ -220,7 +221,7 @@ def odds(answer: Answer, told: Sequence[Finding], left: Sequence[Located]) -> di
         {"form": one.form, "covariate": one.covariate, "probability": one.probability, "includes_set": False}
         for one in left
     ]
-    names = ("growth", "correlation", "certificate", OUTLYING, "heavy")
+    names = ("growth", "burst", "correlation", "certificate", OUTLYING, "heavy")
     scatter = {name: answer.probability_of_scatter(name) for name in names}
     return {"adequate": answer.adequate, "scatter": scatter, "statements": said}
 
@@ -301,6 +302,20 @@ def _of_scatter(
         covariate = "order" if one.kind == "outliers" else str(one.choices["per"])
         left.append(Located(covariate, "both", GROWING, f"{one.kind} with {covariate}", 0.0, one.probability))
     return [one for one in named if one.kind not in without], left
+
+
+def _disturbed(found: Searched, start_s: float, priors: Priors) -> Iterator[Located]:
+    """Larger scatter in a stretch of the record as a form over the time, or over the order of reading."""
+    burst, p = found.model.state.scatter.burst, found.answer.probability_of_scatter("burst")
+    if burst is None or p < priors.decision.stated:
+        return
+    first, end, factor = burst
+    where = f"from reading {first + 1} to {end}"
+    if found.data.has_time:
+        low, high = found.data.probings.time_s[found.search.problem.order[[first, end - 1]]] + start_s
+        where = f"from {rounded(float(low), 4)} s to {rounded(float(high), 4)} s"
+    words = f"the scatter is about {factor:g} times as large {where} as in the rest of the record"
+    yield Located("time" if found.data.has_time else "order", "both", DISTURBED, words, 0.0, p)
 
 
 def _growing(scatter: Scatter, sigma_um: float, p: float, data: Residuals) -> Finding:

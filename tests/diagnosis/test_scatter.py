@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -75,3 +76,31 @@ def test_noise_with_as_much_power_in_every_octave_is_no_radius_and_no_drift(seed
     assert (found.verdict, names(found)) == ("unknown", [])
     assert [one.form for one in found.unexplained] == ["correlated scatter"]
     assert "1/f" in found.unexplained[0].where
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_stretch_of_larger_scatter_is_told_with_its_times(seed: int) -> None:
+    """A press next door: it was called adequate, with a remark on heavy tails."""
+    random = np.random.default_rng(seed)
+
+    def shaken(recording: Recording) -> Array:
+        time_s = recording.frame["time_s"].to_numpy()
+        low, high = np.quantile(time_s, [0.3, 0.5])
+        return random.normal(0.0, 6.0 * NOISE_UM, len(time_s)) * ((time_s > low) & (time_s < high))
+
+    shaky = bent(shaken)
+    found = told(shaky)
+    low, high = np.quantile(shaky.frame["time_s"], [0.3, 0.5])
+    (one,) = found.unexplained
+    assert (found.verdict, one.form, one.covariate, names(found)) == ("unknown", "disturbed scatter", "time", [])
+    said = [float(word) for word in re.findall(r"([\d.]+) s\b", one.where)]
+    np.testing.assert_allclose(said, [low, high], atol=0.06 * np.ptp(shaky.frame["time_s"]))
+    shakier = found.noise.by_row_um > 2.0 * found.noise.sigma_um
+    assert 0.14 < shakier.mean() < 0.26
+    assert found.noise.outliers.size == 0
+
+
+def test_even_scatter_is_not_disturbed_anywhere() -> None:
+    for seed in range(4):
+        recording = bent(lambda r, s=seed: np.random.default_rng(s).normal(0.0, NOISE_UM, len(r)))
+        assert told(recording).verdict == "adequate"

@@ -27,8 +27,9 @@ from stepgauge.diagnosis.result import Located
 from stepgauge.files.notation import rounded
 
 Array = NDArray[np.float64]
-CORRELATED, GROWING, UNDETERMINED = "correlated scatter", "growing scatter", "undetermined"
-SCATTER = (CORRELATED, GROWING)
+CORRELATED, GROWING, DISTURBED = "correlated scatter", "growing scatter", "disturbed scatter"
+UNDETERMINED = "undetermined"
+SCATTER = (CORRELATED, GROWING, DISTURBED)
 """Forms of the scatter, which no formula of the mean describes."""
 CHANGED = 3.0
 """Standard deviations from which a form counts as changed."""

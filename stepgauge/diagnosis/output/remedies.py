@@ -11,6 +11,7 @@ from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 from stepgauge.diagnosis.forms.form import HYSTERESIS, LOOP, RESTS, SAWTOOTH, WAVE
+from stepgauge.diagnosis.forms.words import DISTURBED
 from stepgauge.files.notation import rounded
 
 
@@ -241,6 +242,10 @@ _FORMS = {
     SAWTOOTH: _WAVE,
     HYSTERESIS: _LATE,
     LOOP: _LATE,
+    DISTURBED: Remedy(
+        "Ask what shook the machine or the gauge then: a press, a lorry, a door, a draught of air, a loose clamp.",
+        "Measure again without it; readings of that stretch have less weight.",
+    ),
     RESTS: Remedy(
         "Read one place ten times at once, after a pause, and after a long pause: what a rest leaves fades from reading"
         " to reading.",

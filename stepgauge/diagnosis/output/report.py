@@ -24,6 +24,7 @@ SURE = 0.99
 """Probability above which no digits are stated: the priors are not known so well."""
 SCATTER_WORDS = {
     "growth": "scatter that grows",
+    "burst": "scatter that is larger in one stretch of the record",
     "correlation": "scatter correlated from touch to touch",
     "certificate": "certificate with uncertainties that are too small",
     "outlying": "single outliers",

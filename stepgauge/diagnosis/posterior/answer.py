@@ -257,6 +257,7 @@ def place_of(search: Search, best: State, place: int) -> Place:
 def _has(scatter: Scatter, has: str) -> bool:
     return {
         "growth": scatter.growth is not None,
+        "burst": scatter.burst is not None,
         "correlation": scatter.correlated,
         "certificate": scatter.certificate > 1.0,
         "outlying": scatter.tails == "outlying",

@@ -22,6 +22,9 @@ FARTHER = 4.0
 """Difference to the best hypothesis up to which another is gone on with, nats."""
 NEAR_OUTLYING = 9.0
 """Squared residual over the variance from which a row may be an outlier."""
+EDGES, FEWEST_IN_A_BURST, MOST_IN_A_BURST = 48, 8, 0.75
+"""Places of a record between which the scatter may be larger, and how many readings: fewer are outliers, and of more
+what is left is the exception."""
 MEDIAN_SQUARE = 0.4549
 """Median of chi-square with one degree of freedom."""
 
@@ -43,6 +46,10 @@ class Facets:
             yield tried(change(scatter, growth=None))
         else:
             yield tried(change(scatter, growth=self._likeliest_growth(state)))
+        if scatter.burst is not None:
+            yield tried(change(scatter, burst=None))
+        elif (burst := self._likeliest_burst(state)) is not None:
+            yield tried(change(scatter, burst=burst))
         yield from self._correlated(state, tried)
         yield from (tried(change(scatter, certificate=f)) for f in (1.0, *prior.certificate_factors))
         if self.problem.rounded_um.any():
@@ -60,6 +67,21 @@ class Facets:
 
         every = [(name, rate) for name in self.problem.growing for rate in self.priors.growth_rates]
         return max(every, key=lambda one: gain(*one))
+
+    def _likeliest_burst(self, state: State) -> tuple[int, int, float] | None:
+        """The stretch of the record with the largest scatter, by the likelihood; None where none is near probable.
+
+        Where rows have no order of reading there is none.
+        """
+        if not np.isfinite(self.problem.gap).any():
+            return None
+        total = np.r_[0.0, np.cumsum(self.evidence.squares(state)[self.problem.order])]
+        n, factor = len(total) - 1, np.array(self.priors.burst_factors)
+        edges = np.unique(np.linspace(0, n, EDGES + 1).astype(int))
+        best, gain = _loudest(total, edges, edges, factor)
+        firsts, ends = (np.arange(max(at - n // EDGES, 0), min(at + n // EDGES, n) + 1) for at in best[:2])
+        finer, more = _loudest(total, firsts, ends, factor)
+        return max((gain, best), (more, finer))[1] if max(gain, more) + self.scatters.log_burst > -FARTHER else None
 
     def _correlated(self, state: State, tried: Callable[[Scatter], State]) -> Iterator[State]:
         """Correlations about the present one, farther as long as they are more probable; 1/f noise if one is near."""
@@ -104,6 +126,24 @@ class Facets:
             square = self.evidence.squares(state)
         assert best is not None
         return best
+
+
+def _loudest(
+    total: Array, firsts: NDArray[np.intp], ends: NDArray[np.intp], factors: Array
+) -> tuple[tuple[int, int, float], float]:
+    """The most probable stretch with a scatter larger by a factor, and the log likelihood that it gains.
+
+    ``total``: sums of the squared residuals of the rows before each row, and of all.
+    """
+    n = len(total) - 1
+    first, end, factor = (one.ravel() for one in np.meshgrid(firsts, ends, factors, indexing="ij"))
+    count = end - first
+    inside = np.where(count > 0, total[end] - total[first], 0.0)
+    left = total[-1] - inside * (1.0 - factor**-2.0)
+    gain = -count * np.log(factor) - 0.5 * n * np.log(left / total[-1])
+    gain = np.where((count >= FEWEST_IN_A_BURST) & (count <= MOST_IN_A_BURST * n), gain, -np.inf)
+    at = int(gain.argmax())
+    return (int(first[at]), int(end[at]), float(factor[at])), float(gain[at])
 
 
 def _kurtosis(square: Array) -> float:

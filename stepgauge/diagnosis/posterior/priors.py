@@ -62,6 +62,8 @@ class ScatterPriors(Table):
     correlation: float = Field(gt=0.0)
     correlations: list[float] = Field(min_length=1)
     flicker: float = Field(gt=0.0)
+    burst: float = Field(0.03, gt=0.0)
+    burst_factors: list[float] = Field(default=[2.0, 4.0, 8.0], min_length=1)
     flicker_shares: list[float] = Field(min_length=1)
     certificate: float = Field(gt=0.0)
     certificate_factors: list[float] = Field(min_length=1)

@@ -27,9 +27,10 @@ class Scatter:
     """A model of the scatter.
 
     ``weight (n,)``: expected precision of a row over that of an ordinary one; ``growth``: covariate and rate of growing
-    scatter beyond the stated; ``correlation``: from one reading to the next; ``flicker``: share of 1/f noise;
-    ``certificate``: factor on the stated uncertainties; ``rounded``: whether the errors of display and latch are the
-    same in all repeats; ``tails``: see the module; ``outlying (n,)``: probability of a row being an outlier;
+    scatter beyond the stated; ``burst``: first row in the order of reading, the one after the last, and the factor by
+    which the scatter between them is larger; ``correlation``: from one reading to the next; ``flicker``: share of 1/f
+    noise; ``certificate``: factor on the stated uncertainties; ``rounded``: whether the errors of display and latch are
+    the same in all repeats; ``tails``: see the module; ``outlying (n,)``: probability of a row being an outlier;
     ``log_prior``: logarithm of the prior with the constants of the bound.
     """
 
@@ -38,6 +39,7 @@ class Scatter:
     growth: tuple[str, float] | None = None
     correlation: float = 0.0
     flicker: float = 0.0
+    burst: tuple[int, int, float] | None = None
     certificate: float = 1.0
     rounded: bool = False
     tails: str = NORMAL
@@ -49,20 +51,20 @@ class Scatter:
     def key(self) -> tuple[object, ...]:
         """Identity of a model."""
         tails = (self.tails, self.freedom, round(self.bound, 6), round(float(self.weight.sum()), 6))
-        return self.growth, self.correlation, self.flicker, self.certificate, self.rounded, tails
+        return self.growth, self.burst, self.correlation, self.flicker, self.certificate, self.rounded, tails
 
     @cached_property
     def alike(self) -> tuple[object, ...]:
         """Approximate identity of a model: the weights of the rows by their mean."""
         mean = round(float(self.weight.mean()) * 50.0)
         tails = (self.tails, self.freedom, mean)
-        return self.growth, self.correlation, self.flicker, self.certificate, self.rounded, tails
+        return self.growth, self.burst, self.correlation, self.flicker, self.certificate, self.rounded, tails
 
     @property
     def kind(self) -> tuple[object, ...]:
         """Kind of the model, without its numbers."""
         growth = None if self.growth is None else self.growth[0]
-        return growth, self.correlated, self.certificate > 1.0, self.rounded, self.tails
+        return growth, self.burst is None, self.correlated, self.certificate > 1.0, self.rounded, self.tails
 
     @property
     def correlated(self) -> bool:
@@ -72,7 +74,7 @@ class Scatter:
     @property
     def plain(self) -> bool:
         """Whether it is the simplest model: the same for all rows, independent, no outliers."""
-        return self.growth is None and not self.correlated and self.tails != OUTLYING
+        return self.growth is None and self.burst is None and not self.correlated and self.tails != OUTLYING
 
 
 class Scatters:
@@ -95,10 +97,24 @@ class Scatters:
         stated = self.problem.stated * self.ones
         if scatter.rounded:
             stated = stated - (self.problem.latched_um / self.problem.scale_um) ** 2
-        if scatter.growth is None:
-            return stated
-        name, rate = scatter.growth
-        return stated + (rate * self.problem.typical * self.problem.growing[name]) ** 2
+        if scatter.growth is not None:
+            name, rate = scatter.growth
+            stated = stated + (rate * self.problem.typical * self.problem.growing[name]) ** 2
+        if scatter.burst is not None:
+            first, end, factor = scatter.burst
+            stated = stated * np.where(self._inside(first, end), factor**2, 1.0)
+        return stated
+
+    def _inside(self, first: int, end: int) -> NDArray[np.bool_]:
+        inside = np.zeros(len(self.problem), bool)
+        inside[self.problem.order[first:end]] = True
+        return inside
+
+    @cached_property
+    def log_burst(self) -> float:
+        """Logarithm of the prior of larger scatter by one of the factors in one stretch of the record."""
+        prior, n = self.priors, len(self.problem)
+        return float(np.log(prior.burst / len(prior.burst_factors) / (0.5 * n**2)))
 
     def changed(self, scatter: Scatter, **facets: object) -> Scatter:
         """A model with some properties changed, and its new prior."""
@@ -141,6 +157,8 @@ class Scatters:
         prior, log_prior = self.priors, scatter.bound
         if scatter.growth is not None:
             log_prior += np.log(prior.growth / len(self.problem.growing) / len(prior.growth_rates))
+        if scatter.burst is not None:
+            log_prior += self.log_burst
         if scatter.correlation:
             log_prior += np.log(prior.correlation / len(prior.correlations))
         if scatter.flicker:

@@ -114,6 +114,9 @@ def dense_covariance(
     if scatter.growth is not None:
         name, rate = scatter.growth
         variance = variance + np.median(one.stated) * (rate * one.growing[name]) ** 2
+    if scatter.burst is not None:
+        first, end, factor = scatter.burst
+        variance = np.array([v * factor**2 if first <= at < end else v for v, at in zip(variance, place, strict=True)])
     deviation = np.sqrt(variance / scatter.weight)
     found = sigma_um**2 * correlation * np.outer(deviation, deviation)
     for column, u in zip(one.certified, one.certified_u, strict=True):

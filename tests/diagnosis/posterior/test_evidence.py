@@ -40,6 +40,7 @@ FACETS = {
     "growing": {"growth": ("position", 3.0)},
     "correlated": {"correlation": 0.7},
     "growing and correlated": {"growth": ("time", 1.5), "correlation": 0.5},
+    "a burst, growing": {"burst": (10, 25, 4.0), "growth": ("time", 1.5)},
     "1/f and growing": {"flicker": 0.6, "growth": ("time", 1.5)},
     "certificate": {"certificate": 4.0},
     "rounded": {"rounded": True},
