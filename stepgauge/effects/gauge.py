@@ -71,9 +71,12 @@ class Misalignment(Effect):
     """The probed line is at an angle to the gauge: cosine error, indication S / cos(angle), S angle^2 / 2 too long."""
 
     kind: ClassVar[str] = "misalignment"
-    equation: ClassVar[str] = "d = S (1 / cos(mrad) - 1) along the gauge axis"
+    equation: ClassVar[str] = "d = S (1 / cos(mrad) - 1) along the gauge axis, in one placement or in all"
     source: ClassVar[str] = "cosine error: parallel planes S apart are S / cos(angle) apart along an inclined line"
-    covariates: ClassVar[tuple[str, ...]] = ("position",)
+    covariates: ClassVar[tuple[str, ...]] = ("position", "placement")
+    placement: int | None = parameter(
+        None, unit="", role="choice", meaning="number of the placement; without it all", ge=1, le=10_000
+    )
     mrad: float = parameter(
         unit="mrad", role="nonlinear", meaning="angle between line and gauge", ge=0, le=200, sensible=(0, 20)
     )
@@ -82,7 +85,8 @@ class Misalignment(Effect):
         """1 / cos - 1 written as 2 sin^2(half) / cos, exact for small angles."""
         angle = np.asarray(self.mrad) * 1e-3
         stretch = 2.0 * np.sin(angle / 2.0) ** 2 / np.cos(angle) * 1e3
-        return {"approach": probings.shifted_along_gauge(stretch * probings.certified_mm())}
+        there = 1.0 if self.placement is None else probings.column("placement") == self.placement
+        return {"approach": probings.shifted_along_gauge(stretch * probings.certified_mm() * there)}
 
 
 class GaugeBending(Effect):

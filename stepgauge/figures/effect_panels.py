@@ -240,7 +240,7 @@ def _covariate_of(effect: Effect, values: dict[str, object]) -> str:
     if first == "coordinate":
         plane = values.get("plane")
         axis = plane[1] if isinstance(plane, str) else values.get("travel_axis") or values["axis"]
-        return f"machine {axis}"
+        return "position" if axis == "all" else f"machine {axis}"
     if first == "order":
         return f"{TOUCHES} of {round(float(str(values['pause_s'])))} s"
     return OF_COVARIATE.get(first, "position")

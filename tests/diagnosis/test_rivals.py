@@ -122,3 +122,21 @@ def test_a_block_that_was_moved_is_no_defect_of_the_scale_for_sure(um: float) ->
     (one,) = found.findings
     assert (one.kind, one.choices["block"], one.confounded_with) == ("block_shift", 6, ())
     assert abs(one.parameters["um"].value - um) < 3.0 * one.parameters["um"].u
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_placements_that_were_each_aligned_badly_are_not_called_a_squareness_for_sure(seed: int) -> None:
+    """The law had one angle for all: a scale error and a squareness were told at 0.98, to be entered somewhere."""
+    badly = tuple({"kind": "misalignment", "placement": n, "mrad": mrad} for n, mrad in ((1, 3.0), (2, 7.0), (3, 10.0)))
+    axes = (ALONG_X, ALONG_Y, (1.0, 1.0, 0.0))
+    found = diagnose(record(machine(badly), axes, seed=seed), gauge(), machine())
+    assert found.verdict == "effects"
+    for one in found.findings:
+        assert any("misalignment" in name for name in (one.kind, *one.confounded_with))
+
+
+def test_one_placement_has_one_law_of_its_alignment() -> None:
+    for axes, expected in (((ALONG_X,), ["misalignment"]), ((ALONG_X, ALONG_Y), ["", "_1", "_2"])):
+        data = make_residuals(clean(axes), gauge(), machine(noise_um=NOISE_UM))
+        labels = [one.label for one in effect_families(data, shipped_priors()) if one.kind == "misalignment"]
+        assert labels == [f"misalignment{one.removeprefix('misalignment')}" for one in expected]

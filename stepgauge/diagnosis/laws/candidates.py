@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import solve
 from stepgauge.diagnosis.laws.beside import LAG, Courses, Untold, untold
-from stepgauge.diagnosis.laws.choices import choice_odds
+from stepgauge.diagnosis.laws.choices import choice_odds, is_common
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
 from stepgauge.diagnosis.laws.usual import odds_of, shape_range, size_of_shape, usual_shape, usual_size
 from stepgauge.diagnosis.posterior.metric import Metric
@@ -40,7 +40,7 @@ def law_candidates(data: Residuals, priors: Priors, metric: Metric, without: Col
         label = family.label if labels[family.label] == 1 else f"{family.label} #{labels[family.label]}"
         family = replace(family, about=_about(family, priors, data))
         sizes, log_odds = sizes_of(family, priors, data), float(np.log(odds_of(family.kind, priors) * own))
-        again = priors.laws.of(family.kind).again
+        again = None if is_common(family.kind, family.choices) else priors.laws.of(family.kind).again
         if id(family.pattern) not in patterns:
             patterns[id(family.pattern)] = _usual_pattern(family)
             courses[id(family.pattern)] = Courses(family.pattern)

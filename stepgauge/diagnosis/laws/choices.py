@@ -97,6 +97,8 @@ def _about(law: type[Effect], choices: dict[str, Any], data: Residuals) -> dict[
 
 
 def _values_of(parameter: Parameter, data: Residuals, law: type[Effect]) -> Sequence[Any]:
+    if law.kind == "misalignment":
+        return [None, *(_placements(data) if len(_placements(data)) > 1 else ())]
     if parameter.name in _BY_RECORDING:
         return _BY_RECORDING[parameter.name](data)
     if parameter.name == "direction" and has_free_direction(law):
@@ -120,6 +122,11 @@ def _blocks(data: Residuals) -> list[int]:
     """Blocks that were probed on both sides: a defect of one face has its own law."""
     met = set(_faces(data))
     return sorted(face // 2 for face in met if face % 2 == 0 and face - 1 in met)
+
+
+def _placements(data: Residuals) -> list[int]:
+    """Each is aligned by itself."""
+    return [int(one) for one in np.unique(data.frame["placement"])]
 
 
 def _beside_others(data: Residuals) -> list[int]:
@@ -147,6 +154,11 @@ def choice_odds(kind: str, choices: Mapping[str, Any], priors: Priors) -> float:
     part = choices.get("of") if kind == "thermal_expansion_of" else choices.get("axis")
     read = {PART_OF.get(choices.get(name, ""), part) for name in ("column", "minus")}
     return 1.0 if part is None or read == {part} else 1.0 / priors.laws.same_part
+
+
+def is_common(kind: str, choices: Mapping[str, Any]) -> bool:
+    """Whether a law is of all axes, or of all placements, at once."""
+    return choices.get("axis") == ALL or (kind == "misalignment" and "placement" not in choices)
 
 
 def on_one_part(one: str, other: str) -> bool:

@@ -255,9 +255,10 @@ def _step(v: Values, data: Residuals) -> str:
 
 def _misalignment(v: Values, data: Residuals) -> str:
     um = length_mm(data) * 1e3 * (1.0 / np.cos(v["mrad"] * 1e-3) - 1.0)
+    where = f"In placement {v['placement']} the" if v.get("placement") else "The"
     return (
-        f"The probed line is {abs(v['mrad']):.3g} mrad off the axis of the gauge; the cosine error makes lengths too"
-        f" long: {in_um(um)} over the {length_mm(data):.0f} mm measured."
+        f"{where} probed line is {abs(v['mrad']):.3g} mrad off the axis of the gauge; the cosine error makes lengths"
+        f" too long: {in_um(um)} over the {length_mm(data):.0f} mm measured."
     )
 
 

@@ -59,7 +59,7 @@ class Looker:
         beside, tables = self._beside(state), self.tables[known:]
         dots = self._dots(beside, dict.fromkeys(place for table in tables for place, _ in table.sets))
         found = [look for own in each(lambda table: list(table.looks(dots, beside)), tables) for look in own]
-        kinds = {term.candidate.kind for term in state.terms}
+        kinds = _in_company(state)
         found = [look.beside(kinds) for look in found]
         return found if known else [*found, *self.smooth.looks(beside)]
 
@@ -110,9 +110,10 @@ class Looker:
         gram = white @ white.T - lost @ lost.T
         first, second = np.triu_indices(len(laws), 1)
         kind, again = np.array([law.kind for law in laws]), np.array([law.again for law in laws])
-        there = np.isin(kind, [term.candidate.kind for term in state.terms])
+        there = np.isin(kind, list(_in_company(state)))
         odds = np.array([law.log_odds for law in laws]) + np.where(there, again, 0.0)
-        alike = np.where((kind[first] == kind[second]) & ~there[first], again[first], 0.0)
+        alike = (kind[first] == kind[second]) & (again[first] != 0.0) & (again[second] != 0.0) & ~there[first]
+        alike = np.where(alike, again[first], 0.0)
         found: list[tuple[float, int, int, int]] = []
         sizes = [law.sizes for law in laws]
         for k in range(max(len(one.sd) for one in sizes)):
@@ -156,6 +157,11 @@ class Looker:
         whole, rest = np.linalg.norm(self.white), np.linalg.norm(left)
         known = known and bool(np.linalg.norm(taken) <= MOST_TURNED * whole and whole <= MOST_TAKEN * rest)
         return Beside(left, lost, total, self.metric.dof, spans, turn if known else None, taken)
+
+
+def _in_company(state: State) -> set[str]:
+    """Kinds of which another law is likelier where one is; a law of all axes at once is none of these."""
+    return {term.candidate.kind for term in state.terms if term.candidate.again}
 
 
 def _alone(law: Law, size: int, gain: float) -> Look:

@@ -331,5 +331,6 @@ def together(terms: Iterable[Term]) -> float:
     """What the log prior of terms rises by where several are of a kind that comes together."""
     kinds = defaultdict[str, list[float]](list)
     for term in terms:
-        kinds[term.candidate.kind].append(term.candidate.again)
+        if term.candidate.again:
+            kinds[term.candidate.kind].append(term.candidate.again)
     return sum(sum(own) - min(own) for own in kinds.values() if len(own) > 1)

@@ -78,7 +78,7 @@ class Search:
             best = self._better(best, heads[0])
             heads = [one for one in heads if len(one.terms) < MOST_TERMS]
             laws = max((one for one in heads if one.named), key=worth, default=laws)
-        found = self._one_by_one(self._in_parts(self._exchanged(best)))
+        found = self._of_a_kind(self._one_by_one(self._in_parts(self._exchanged(best))))
         return self._independent(found) if found.scatter.correlated else found
 
     def _one_by_one(self, best: State) -> State:
@@ -89,9 +89,28 @@ class Search:
                 best = self._from_another(best, self.polished(other))
         return best
 
+    def _of_a_kind(self, best: State) -> State:
+        """The best also from all laws of a kind that axes, or placements, have together, in place of one or two laws.
+
+        Each of them alone may be worse than the first one of another kind, which stands for a part of several.
+        """
+        plain = [i for i, term in enumerate(best.terms) if _is_plain(term.candidate)]
+        for places in (*((i,) for i in plain), *combinations(plain, 2)):
+            base, kinds = self.without(best, *places), dict[str, list[Look]]()
+            for look in self.beside(base):
+                if _is_plain(look.candidate) and look.candidate.again:
+                    kinds.setdefault(look.candidate.kind, []).append(look)
+            for looks in (some for some in kinds.values() if len(some) > 1):
+                terms = (*base.terms, *(look.term() for look in looks))
+                every = self.evidence(terms[:MOST_TERMS], best.scatter, best.sigma_um)
+                if every.log_posterior > best.log_posterior - NEEDED:
+                    best = self._better(best, self._needed(every))
+        return best
+
     def _of_plain(self, base: State) -> State:
-        """A hypothesis with those that are needed of all likely laws of one shape besides."""
+        """A hypothesis with those that are needed of all likely laws of one shape, and of any sign, besides."""
         plain = (look for look in self.beside(base) if look.gain > HOPELESS and _is_plain(look.candidate))
+        plain = (look for look in plain if not getattr(look.candidate, "positive", False))
         looks = islice(_few_of_a_kind(plain, THREE_AXES), MOST_PLAIN)
         every = self.evidence((*base.terms, *(look.term() for look in looks)), base.scatter, base.sigma_um)
         return self._needed(self.evidence(needed(every, MOST_TERMS), base.scatter, base.sigma_um))
@@ -380,9 +399,10 @@ def _is_plain(candidate: Candidate) -> bool:
 
 
 def _few_of_a_kind(looks: Iterator[Look], most: int = 2) -> Iterator[Look]:
-    count: dict[str, int] = {}
+    """The first ones of every kind; one of all axes at once is none of those of an axis."""
+    count: dict[tuple[str, float], int] = {}
     for look in looks:
-        kind = look.candidate.kind
+        kind = (look.candidate.kind, look.candidate.again)
         count[kind] = count.get(kind, 0) + 1
         if count[kind] <= most:
             yield look

@@ -71,9 +71,14 @@ def answer_of(search: Search, decision: Decision) -> Answer:
 def _of_the_likelier(search: Search, best: State) -> State:
     """The best hypothesis of single laws, if those are together more probable than those with forms or combinations.
 
-    A form may stand for several laws, of which many combinations are each a little less probable.
+    A form may stand for several laws, of which many combinations are each a little less probable. What a hypothesis has
+    besides that is less probable than nothing does not count: whose neighbours were computed would have more of it.
     """
-    every = search.evidence.likeliest.values()
+    least = best.log_posterior + float(np.log(LEAST_ODDS))
+    near = [one for one in search.evidence.likeliest.values() if one.log_posterior > least]
+    every = [
+        one for one in near if not any(o.labels < one.labels and o.log_posterior > one.log_posterior for o in near)
+    ]
     single = [state for state in every if state.terms and _single(state)]
     others = [state.log_posterior for state in every if not _single(state)]
     if _single(best) or not single or special.logsumexp([worth(one) for one in single]) < special.logsumexp(others):
