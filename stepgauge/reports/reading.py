@@ -16,8 +16,13 @@ from stepgauge.files.text import in_folder
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine, check_recorded
+from stepgauge.standards.budget_given import stated_gauge
 
+GAUGE_KEYS = ("name", "material", "expansion_per_K", "expansion_uncertainty_per_K", "reference_temperature_C")
+CERTIFICATE_KEYS = ("laboratory", "coverage_factor", "example")
+"""What an evaluation repeats of the gauge file and its certificate, beside what identifies them."""
 SAME_POSITION_MM = 1e-6
+SAME_U_UM = 1e-6
 SAME_AXIS_RAD = 0.01
 """A placement file turned farther than this from the evaluated axis describes another placement."""
 
@@ -116,17 +121,8 @@ def read_checked_evaluation(path: str | Path, with_inputs: bool = True) -> dict[
 
 def check_gauge(evaluation: dict[str, Any], gauge: Gauge) -> None:
     """:class:`InputError` where a gauge file is not the one that was evaluated against."""
-    stored = evaluation["gauge"]
-    pairs = (
-        ("serial number", gauge.table.serial, stored["serial"]),
-        ("certificate", gauge.certificate.number, stored["certificate"]),
-        ("date of calibration", gauge.certificate.date.isoformat(), stored["date"]),
-    )
-    for what, found, expected in pairs:
-        if found != expected:
-            raise InputError(
-                gauge.path, f"not the gauge of this evaluation: its {what}", found=found, expected=expected
-            )
+    stated = stated_gauge(gauge)
+    check_certificate(evaluation, stated, gauge.path)
     for row in evaluation["placements"][0]["faces"]:
         face, expected_mm = row["face"], row["position_mm"]
         found_mm = gauge.position_mm[face - 1] if face <= gauge.n_faces else np.nan
@@ -137,6 +133,32 @@ def check_gauge(evaluation: dict[str, Any], gauge: Gauge) -> None:
                 found=f"{found_mm:.5f} mm",
                 expected=f"{expected_mm:.5f} mm",
             )
+    check_u_certificate(evaluation, stated, gauge.path)
+
+
+def check_certificate(evaluation: dict[str, Any], stated: dict[str, Any], where: str | Path) -> None:
+    """:class:`InputError` where what a gauge file states (:func:`stated_gauge`) is not what was evaluated with."""
+    table, certificate, stored = stated["gauge"], stated["certificate"], evaluation["gauge"]
+    for what, found, key in (
+        ("serial number", table["serial"], "serial"),
+        ("certificate", certificate["number"], "certificate"),
+        ("date of calibration", certificate["date"], "date"),
+        *((f"gauge.{key}", table[key], key) for key in GAUGE_KEYS),
+        *((f"certificate.{key}", certificate[key], key) for key in CERTIFICATE_KEYS),
+    ):
+        if found != stored.get(key, found):
+            what = f"not the gauge of this evaluation: its {what}"
+            raise InputError(where, what, found=found, expected=stored[key])
+
+
+def check_u_certificate(evaluation: dict[str, Any], stated: dict[str, Any], where: str | Path) -> None:
+    """:class:`InputError` where the certified uncertainty of a face is not that of the evaluation."""
+    for row in evaluation["placements"][0]["faces"]:
+        face, expected_um = row["face"], row.get("u_certificate_um")
+        found_um = stated["u_um"][face - 1] if face <= len(stated["u_um"]) else np.nan
+        if expected_um is not None and not abs(found_um - expected_um) <= SAME_U_UM:
+            what = f"not the certificate of this evaluation: standard uncertainty of face {face}"
+            raise InputError(where, what, found=f"{found_um:.4g} um", expected=f"{expected_um:.4g} um")
 
 
 def check_placements(evaluation: dict[str, Any], placements: Sequence[Placement], files: Sequence[str]) -> None:

@@ -11,8 +11,15 @@ from stepgauge.gauge.placement import Placement, read_placement
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.reports.certificate_file import check_filled, read_laboratory
 from stepgauge.reports.content import Sources
-from stepgauge.reports.reading import check_gauge, check_machine, check_placements
+from stepgauge.reports.reading import (
+    check_certificate,
+    check_gauge,
+    check_machine,
+    check_placements,
+    check_u_certificate,
+)
 from stepgauge.standards.budget_files import StoredBudget, check_budget, read_budget
+from stepgauge.standards.budget_given import check_given
 
 
 def read_sources(
@@ -41,7 +48,12 @@ def read_sources(
         check_machine(evaluation, cmm)
     sure = budget if isinstance(budget, StoredBudget) else read_budget(budget) if budget else None
     if sure is not None:
-        check_budget(sure, evaluation, "budget" if isinstance(budget, StoredBudget) else str(budget))
+        name = "budget" if isinstance(budget, StoredBudget) else str(budget)
+        check_budget(sure, evaluation, name)
+        if sure.given is not None:
+            check_certificate(evaluation, sure.given["gauge"], name)
+            check_u_certificate(evaluation, sure.given["gauge"], name)
+        check_given(sure.given, name, steps, cmm, list(zip(lies, names, strict=True)))
     said = read_laboratory(laboratory) if laboratory else None
     if said is not None:
         check_filled(said)

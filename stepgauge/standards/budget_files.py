@@ -208,6 +208,7 @@ class StoredBudget(_Stored, Shown):
     sources: list[StoredSource] = Field(min_length=1)
     assumptions: list[str]
     not_included: list[StoredGap]
+    given: dict[str, Any] | None = None
     bands: list[StoredBand] = Field(default_factory=list)
     quantities: list[StoredLine] = Field(min_length=1)
 

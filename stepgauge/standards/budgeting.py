@@ -14,6 +14,7 @@ from stepgauge.montecarlo import Model, ModelOptions, Summary, read_model, run_m
 from stepgauge.recording import Recording
 from stepgauge.standards.budget import Asked, Progress, make_budget
 from stepgauge.standards.budget_files import StoredBudget, stored_budget
+from stepgauge.standards.budget_given import stated_with
 from stepgauge.standards.budget_sources import Repeats
 
 COVERAGE_PERCENT = (50.0, 99.99)
@@ -59,7 +60,8 @@ def whole_budget(
     model = read_model(sources, machine, _correlated(gauge, choice.correlation), placements, choice.model)
     simulated = _simulated(model, choice, shown) if choice.runs else None
     asked = Asked(placements, choice.repeats, choice.percent)
-    return stored_budget(model, make_budget(model, asked, simulated, shown("budget")), choice.runs)
+    made = stored_budget(model, make_budget(model, asked, simulated, shown("budget")), choice.runs)
+    return made.model_copy(update={"given": stated_with(gauge, machine, placements)})
 
 
 def _silent(_: str) -> Progress:
