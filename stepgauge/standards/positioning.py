@@ -74,8 +74,8 @@ class AxisTest:
     """Positioning of one axis from one placement.
 
     ``axis``: x, y or z, None where several axes move (of an instrument: its name, as ``title``); ``off_deg``: angle
-    of the gauge to the nearest axis; ``reversed``: whether the gauge runs against the axis, its backs then being
-    touched on the way up.
+    of the gauge to the nearest axis; ``reversed``: whether the gauge runs against the (nearest) axis, its backs then
+    being touched on the way up.
     """
 
     placement: int
@@ -175,7 +175,7 @@ def _axis_test(table: FaceTable, gauge: Gauge, tip: TipDiameter, pairing: Pairin
     blocks, runs = _complete(table)
     nearest, off_deg = nearest_axis(table.axis)
     along = off_deg <= ALONG_AXIS_DEG
-    against = along and bool(table.axis[nearest] < 0.0)
+    against = bool(table.axis[nearest] < 0.0)  # also where several axes move: the targets are told on the nearest one
     middle = gauge.block_centre_mm[blocks - 1]
     order = slice(None, None, -1 if against else 1)
     return AxisTest(

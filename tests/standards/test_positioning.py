@@ -66,7 +66,7 @@ def test_carrying_is_exact_on_straight_lines(slope: float, offset: float, turn: 
 def test_a_gauge_turned_round_tells_the_same_of_the_axis() -> None:
     """The same machine, x indicated 15 ppm too much and 1 um more when x rises, gauge along +x and along -x."""
 
-    def along(sign: float):
+    def along(sign: float, across: float = 0.0):
         start_x = START_MM[0] if sign > 0 else START_MM[0] + face_mm(12)
 
         def error(cycle: int, face: int) -> float:
@@ -75,7 +75,8 @@ def test_a_gauge_turned_round_tells_the_same_of_the_axis() -> None:
             return sign * (15e-3 * x + 0.5 * rising) + SCATTER[cycle - 1]
 
         start = np.array([start_x, *START_MM[1:]])
-        return positioning_test(made(GAUGE, error, (sign, 0, 0), cycles=5, start_mm=start), GAUGE, TIP_MM).axes[0]
+        axis = (sign, across, 0)
+        return positioning_test(made(GAUGE, error, axis, cycles=5, start_mm=start), GAUGE, TIP_MM).axes[0]
 
     one, other = along(1.0), along(-1.0)
     assert (one.reversed, other.reversed) == (False, True)
@@ -86,6 +87,13 @@ def test_a_gauge_turned_round_tells_the_same_of_the_axis() -> None:
         assert np.all(np.diff(test.targets.machine_mm) > 0)
         assert np.all(np.diff(test.parameters.mean_um) < 0)
     assert one.targets.machine_mm[0] == pytest.approx(START_MM[0] + 5.0, abs=0.02)
+
+    turned = along(-1.0, 0.05)  # 2.9 deg off: several axes move, and the targets are told on x all the same
+    assert (turned.axis, turned.nearest, turned.reversed) == (None, "x", True)
+    assert turned.parameters.mean_B_um == pytest.approx(-1.0, abs=1e-6)
+    assert np.all(np.diff(turned.targets.machine_mm) > 0)
+    assert np.all(np.diff(turned.parameters.mean_um) < 0)
+    assert turned.parameters.up.mean_um == pytest.approx(other.parameters.up.mean_um, abs=0.01)
 
 
 def test_the_tip_from_a_block_hides_a_constant_reversal_and_says_so() -> None:
