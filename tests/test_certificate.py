@@ -6,6 +6,7 @@ import datetime
 import importlib.util
 import io
 import re
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -28,7 +29,7 @@ from stepgauge.files.notation import uncertain
 from stepgauge.files.resources import folder
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.reports.certificate import closing_sections, identity_sections, not_stated
-from stepgauge.reports.certificate_file import read_laboratory
+from stepgauge.reports.certificate_file import check_days, read_laboratory
 from stepgauge.reports.content import Sources, make_content
 from stepgauge.reports.page import Stated
 from stepgauge.reports.render import render_html, render_pdf
@@ -267,6 +268,10 @@ def test_html_has_the_same_sections() -> None:
         ("[[person]]\nrole = 'A'\n", r"key person\[1\].name is missing"),
         ("[customer]\nname = ' '\n", "key customer.name is wrong"),
         ('[customer]\nname = "a\\u0007"\n', "key customer.name is wrong.*control characters"),
+        ("[customer]\nname = '...'\n", r"key customer.name is wrong; found '\.\.\.'; expected what holds instead"),
+        ("[method]\nstandards = ['…']\n", "key method.standards.0 is wrong.*expected what holds instead"),
+        ("[certificate]\nissued = 2999-01-01\n", "key certificate.issued lies in the future; found 2999-01-01"),
+        ("[certificate]\nperformed_to = 2999-01-01\n", "key certificate.performed_to lies in the future"),
     ],
 )
 def test_wrong_files_are_named(tmp_path: Path, text: str, message: str) -> None:
@@ -275,12 +280,57 @@ def test_wrong_files_are_named(tmp_path: Path, text: str, message: str) -> None:
         read_laboratory(tmp_path / "c.toml")
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[certificate]\nperformed_from = 2026-05-05\nperformed_to = 2026-05-04\n",
+        "[customer]\nname = ''\n",
+        "[laboratory]\ncountry = 'Germany'\n",
+        "[certificate]\nnumber = 2026-05-03\n",
+    ],
+)
+def test_wrong_files_are_told_in_words(tmp_path: Path, text: str) -> None:
+    (tmp_path / "c.toml").write_text(text)
+    with pytest.raises(InputError) as refused:
+        read_laboratory(tmp_path / "c.toml")
+    assert not re.search(r"\{'|datetime|[Ss]tring should", str(refused.value))
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "measured_at", "message"),
+    [
+        (
+            "2026-03-01",
+            "2026-05-05",
+            None,
+            r"before the calibration of the gauge.*found 2026-03-01; expected 2026-03-02",
+        ),
+        ("2026-05-04", "2026-05-05", "2024-01-01", "was not measured on the days.*expected measured_at 2024-01-01"),
+        ("2026-05-04", "2026-05-05", "2026-05-05T14:30; 2026-05-06", "expected measured_at 2026-05-06"),
+        ("2026-05-04", "2026-05-05", "2026-05-05T23:59; 2026-05-04", None),
+    ],
+)
+def test_a_calibration_is_after_that_of_its_gauge_and_when_it_was_measured(
+    first: str, last: str, measured_at: str | None, message: str | None
+) -> None:
+    days = {
+        "performed_from": datetime.date.fromisoformat(first),
+        "performed_to": datetime.date.fromisoformat(last),
+        "received": None,
+    }
+    said = replace(laboratory(), certificate=laboratory().certificate.model_copy(update=days))
+    evaluation = evaluated()[0]
+    comments = {**evaluation["comments"], **({"measured_at": measured_at} if measured_at else {})}
+    with nullcontext() if message is None else pytest.raises(InputError, match=message):
+        check_days(said, {**evaluation, "comments": comments})
+
+
 def test_the_shipped_form_is_empty_and_every_key_of_it_is_known(tmp_path: Path) -> None:
     form = folder("templates") / "reports" / "certificate.toml"
     empty = read_laboratory(form)
     assert empty.certificate.number is None
     assert empty.persons == ()
-    filled = re.sub(r"^# (?=[\w\[]+(?: =|\]))", "", form.read_text(), flags=re.MULTILINE)
+    filled = re.sub(r"^# (?=[\w\[]+(?: =|\]))", "", form.read_text(), flags=re.MULTILINE).replace('"..."', '"said"')
     (tmp_path / "filled.toml").write_text(filled)
     said = read_laboratory(tmp_path / "filled.toml")
     assert said.certificate.number == "2026-017"

@@ -255,7 +255,7 @@ pretravel_um = 3.0
         ("pretravel_um = 3.0", "stylus_diameter_mm = 5", ["smaller than the tip ball"]),
         ("pretravel_um = 3.0", "stylus_direction = [0, 0, 2]", ["unit vector"]),
         ("[probe]", "[sensor]", ["[sensor] is not known"]),
-        ("measuring_speed_mm_s = 3.0", "measuring_speed_mm_s = true", ["machine.measuring_speed_mm_s", "True"]),
+        ("measuring_speed_mm_s = 3.0", "measuring_speed_mm_s = true", ["machine.measuring_speed_mm_s", "true"]),
     ],
 )
 def test_wrong_machine_files_are_refused(tmp_path: Path, old: str, new: str, words: list[str]) -> None:

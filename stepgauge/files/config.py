@@ -78,11 +78,26 @@ def _as_input_error(model: type[Table], error: ValidationError, where: str | Pat
         return InputError(where, f"key {name} is not known{more}", expected=_known_keys(model, str(first["loc"][-1])))
     if first["type"] == "missing":
         return InputError(where, f"key {name} is missing{more}", expected=_meaning(model, first["loc"]))
-    expected = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
-    meaning = _meaning(model, first["loc"])
-    return InputError(
-        where, f"key {name} is wrong{more}", found=repr(first["input"]), expected=f"{expected} ({meaning})"
-    )
+    said = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
+    asked, meaning = _PLAIN.get(first["type"], said), _meaning(model, first["loc"]) if first["loc"] else ""
+    expected = f"{asked} ({meaning})" if asked and meaning else asked or meaning
+    what = f"{'key' if first['loc'] else 'table'} {name} is wrong{more}"
+    return InputError(where, what, found=_written(first["input"]), expected=expected)
+
+
+_PLAIN = {"string_too_short": "text", "string_pattern_mismatch": "", "date_type": "a date, 2026-03-02"}
+"""What is asked, where pydantic says it in words of Python; nothing where the meaning of the key says it."""
+
+
+def _written(value: object) -> str | None:
+    """A value as a file states it; of a whole table, in which keys contradict each other, nothing."""
+    if isinstance(value, dict | BaseModel):
+        return None
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(str(_written(one)) for one in value)}]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(value) if isinstance(value, str) else str(value)
 
 
 def _first(model: type[Table], details: list[Any]) -> Any:

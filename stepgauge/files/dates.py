@@ -26,6 +26,12 @@ def parse_moment(text: str, where: Place) -> datetime.datetime:
     return moment
 
 
+def check_past(day: datetime.date, where: Place, what: str) -> None:
+    """:class:`InputError` for a day that has not come yet."""
+    if day > datetime.date.today():
+        raise InputError(where, f"{what} lies in the future", found=day, expected="today or a day before")
+
+
 def _in_order(text: str) -> str:
     """The date that was meant, year first, where that can be told; else an example."""
     match = re.fullmatch(r"(\d{1,2})\.(\d{1,2})\.(\d{4})", text.strip())
@@ -36,7 +42,12 @@ def first_moment(text: str | None, where: Place) -> str | None:
     """The earliest of the dates that joined recordings carry (``"; "`` between them), as it was written."""
     if text is None:
         return None
-    return min((one.strip() for one in text.split(";")), key=lambda one: parse_moment(one, where))
+    return min(moments(text), key=lambda one: parse_moment(one, where))
+
+
+def moments(text: str) -> list[str]:
+    """The dates that joined recordings carry, as they were written."""
+    return [one.strip() for one in text.split(";")]
 
 
 def moment_in_path(path: Path) -> datetime.datetime | None:

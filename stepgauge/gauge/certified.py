@@ -14,6 +14,7 @@ from pydantic import Field
 
 from stepgauge.errors import InputError, naming, reader
 from stepgauge.files.config import Table, check_table, read_toml
+from stepgauge.files.dates import check_past
 from stepgauge.files.resources import find_data
 from stepgauge.files.shown import Shown, as_lines
 from stepgauge.files.tables import CsvTable, read_numbers
@@ -181,8 +182,7 @@ def read_gauge(name: str | Path) -> Gauge:
             raise InputError(path, f"table [{key}] is not known", expected="[gauge] and [certificate]")
     table = check_table(GaugeTable, data.get("gauge"), path, "gauge")
     certificate = check_table(CertificateTable, data.get("certificate"), path, "certificate")
-    if certificate.date > datetime.date.today():
-        raise InputError(path, "key certificate.date lies in the future", found=certificate.date)
+    check_past(certificate.date, path, "key certificate.date")
     faces = read_numbers(path.parent / table.faces, FACE_COLUMNS)
     _check_faces(faces)
     u_um = faces["uncertainty_um"] / certificate.coverage_factor

@@ -11,12 +11,13 @@ import datetime
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, StringConstraints, model_validator
 
 from stepgauge.errors import InputError
 from stepgauge.files.config import Table, check_table, read_toml
+from stepgauge.files.dates import check_past, moments, parse_moment
 
 
 def _printable(text: str) -> str:
@@ -27,9 +28,23 @@ def _printable(text: str) -> str:
     return text
 
 
-Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1), AfterValidator(_printable)]
+def _filled(text: str) -> str:
+    """The dots of the form are the place for what holds, and nothing that a laboratory says."""
+    if not text.strip(".… "):
+        raise ValueError("what holds instead of the dots of the form, or no such line")
+    return text
+
+
+Text = Annotated[
+    str,
+    StringConstraints(strip_whitespace=True, min_length=1),
+    AfterValidator(_printable),
+    AfterValidator(_filled),
+]
 Country = Annotated[str, StringConstraints(pattern="^[A-Z]{2}$")]
 Place = Literal["laboratory", "customer", "laboratoryBranch", "customerBranch", "other"]
+DAYS = ("received", "performed_from", "performed_to", "issued")
+"""Dates of a certificate, in their order."""
 Interval = Annotated[tuple[float, float], Field(strict=False)]
 
 
@@ -47,9 +62,7 @@ class CertificateHead(Table):
 
     @model_validator(mode="after")
     def _in_order(self) -> CertificateHead:
-        days = [("received", self.received), ("performed_from", self.performed_from)]
-        days += [("performed_to", self.performed_to), ("issued", self.issued)]
-        known = [(name, day) for name, day in days if day is not None]
+        known = [(name, day) for name in DAYS if (day := getattr(self, name)) is not None]
         for (before, early), (after, late) in pairwise(known):
             if late < early:
                 raise ValueError(f"{before} ({early}) not after {after} ({late})")
@@ -174,8 +187,36 @@ def read_laboratory(path: str | Path) -> Laboratory:
     if not isinstance(persons, list):
         raise InputError(path, "persons are an array of tables", found="[person]", expected="[[person]]")
     tables = {name: check_table(model, data.get(name, {}), path, name) for name, model in _TABLES.items()}
+    _check_past(tables["certificate"], path)
     people = tuple(check_table(Person, one, path, f"person[{i}]") for i, one in enumerate(persons, 1))
     return Laboratory(**tables, persons=people, path=str(path))  # type: ignore[arg-type]
+
+
+def _check_past(head: Table, path: str | Path) -> None:
+    """:class:`InputError` for a date of the certificate that has not come yet."""
+    for name in DAYS:
+        day = getattr(head, name)
+        if day is not None:
+            check_past(day, path, f"key certificate.{name}")
+
+
+def check_days(said: Laboratory, evaluation: dict[str, Any]) -> None:
+    """:class:`InputError` where a machine was calibrated before its gauge, or not when it was measured.
+
+    ``evaluation``: the content of its JSON file. Without a calibration of the gauge before it, nothing is traceable
+    (ISO/IEC 17025:2017, 6.5).
+    """
+    head, gauge = said.certificate, evaluation["gauge"]
+    if head.performed_from is not None and head.performed_from.isoformat() < gauge["date"]:
+        what = "key certificate.performed_from is before the calibration of the gauge: its results are not traceable"
+        expected = f"{gauge['date']} (certificate {gauge['certificate']}) or later"
+        raise InputError(said.path, what, found=head.performed_from, expected=expected)
+    for text in moments(evaluation["comments"].get("measured_at") or evaluation.get("measured_at") or ""):
+        day = parse_moment(text, said.path).date() if text else None
+        first, last = head.performed_from or day, head.performed_to or day
+        if day is not None and first is not None and last is not None and not first <= day <= last:
+            what = "the evaluation was not measured on the days of [certificate] performed_from and performed_to"
+            raise InputError(said.path, what, found=f"{first} to {last}", expected=f"measured_at {text}")
 
 
 def check_filled(said: Laboratory) -> None:
