@@ -21,6 +21,7 @@ from stepgauge.dcc.elements import (
 )
 from stepgauge.dcc.read import ERROR, EXAMPLE, MEASURED, REFERENCE
 from stepgauge.dcc.units import CELSIUS, MICROMETRE, MILLIMETRE, ONE
+from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.reports.certificate_file import Laboratory
@@ -48,6 +49,7 @@ def machine_certificate(
     said : what the laboratory states; :class:`InputError` names what a DCC demands and it lacks
     gauge, machine : files that were used, checked to belong to the evaluation
     """
+    _check_coverage(budget)
     named = machine.table.name if machine else evaluation["comments"].get("machine")
     item = machine_item(said, named or "Measuring machine")
     several = len(evaluation["placements"]) > 1
@@ -55,6 +57,17 @@ def machine_certificate(
         _result(evaluation, placed, budget, said, gauge, machine, several) for placed in evaluation["placements"]
     ]
     return certificate(administrative(said, item, _statements(evaluation, budget, said, gauge)), results)
+
+
+def _check_coverage(budget: StoredBudget) -> None:
+    """D-SI has coverage factors of 1 and more; an interval of 50 % has a smaller one."""
+    least = min(line.k for line in budget.quantities)
+    if least < 1.0:
+        found = f"k = {least:.3f} ({budget.coverage_percent:g} %)"
+        what = "a coverage factor below 1 has no place in a digital certificate"
+        raise InputError(
+            "budget", what, found=found, expected=naming("coverage_percent", words="a budget with {} 95.45")
+        )
 
 
 def _statements(evaluation: dict[str, Any], budget: StoredBudget, said: Laboratory, gauge: Gauge) -> list[Element]:

@@ -139,11 +139,12 @@ def _check_header(where: str, header: list[str], required: Sequence[str], others
     for names, what in (
         ([name for name in required if name not in header], "missing"),
         ([name for name in header if name not in required and not others], "unknown"),
-        ([name for name in required if header.count(name) > 1], "there twice"),
+        ([name for name in header if name and header.count(name) > 1], "there twice"),
     ):
         if names:
             unpaired = set(header) - set(required) if what == "missing" else set(required) - set(header)
             near = difflib.get_close_matches(names[0], sorted(unpaired), n=1, cutoff=0.7)
             hint = f" ({near[0]!r} is {'there' if what == 'missing' else 'missing'})" if near else ""
             said = f"column {names[0]} is {what}{hint}"
-            raise InputError(where, said, found=",".join(header), expected=",".join(required))
+            expected = "every column once" if what == "there twice" else ",".join(required)
+            raise InputError(where, said, found=",".join(header), expected=expected)

@@ -152,7 +152,7 @@ class StoredLine(_Stored):
     value_um: float
     u_um: float = Field(ge=0)
     dof: float | None = Field(ge=0)
-    k: float = Field(ge=1)
+    k: float = Field(gt=0)
     expanded_um: float = Field(ge=0)
     contributions_um: dict[str, float]
     through_r_eff_um: float

@@ -125,9 +125,14 @@ def _channel(name: str, since_s: Array, um: Array) -> Channel:
 def read_drift(path: str) -> Drift:
     """A table with ``time_s``, displacements ``NAME_um`` and temperatures ``NAME_C``.
 
-    :class:`InputError` where there is no displacement, or a cell is no number.
+    :class:`InputError` where there is no displacement, a cell is no number, or a column is something else: it may be
+    a displacement in another unit, which nobody would miss.
     """
     rows = read_rows(path, ("time_s",))
+    unknown = [name for name in rows.header if name != "time_s" and not name.endswith(("_um", "_C"))]
+    if unknown:
+        expected = "time_s, displacements like x1_um and temperatures like room_C"
+        raise InputError(path, "a column is neither displacement nor temperature", found=unknown[0], expected=expected)
     um, degrees = (_ending(rows, end) for end in ("_um", "_C"))
     if not um:
         found = ",".join(rows.header)

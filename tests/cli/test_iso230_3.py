@@ -41,7 +41,9 @@ def test_tolerances_are_decided_and_printed(run: Run, table: Path, tmp_path: Pat
     [
         (TABLE, ("--test", "etve", "-g", "step-gauge-420"), ["--test axis"]),
         (TABLE, ("--test", "etve", "--tolerance", "y=3"), ["--tolerance", "x1"]),
-        (TABLE.replace("x1_um", "x1"), ("--test", "etve"), ["no displacement"]),
+        (TABLE.replace("x1_um", "x1_C"), ("--test", "etve"), ["no displacement"]),
+        (TABLE.replace("room_C", "y1_mm"), ("--test", "etve"), ["neither displacement nor temperature; found y1_mm"]),
+        (TABLE.replace("room_C", "x1_um"), ("--test", "axis"), ["sensors.csv:2: column x1_um is there twice"]),
         (TABLE.replace("3600", "1800"), ("--test", "axis"), ["does not rise"]),
         (TABLE.replace("3.1", "much"), ("--test", "axis"), ["sensors.csv:6", "x1_um"]),
         ("time_s,x1_um\n", ("--test", "axis"), ["no rows"]),

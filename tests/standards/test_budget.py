@@ -7,6 +7,7 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
+from statistics import NormalDist
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
+from stepgauge.dcc.write import machine_certificate
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import _along_scales_C, evaluate
 from stepgauge.evaluation.files import evaluation_to_dict
@@ -37,6 +39,7 @@ from stepgauge.standards.budget_files import (
 )
 from stepgauge.standards.budget_sources import Asked, cosine_rms
 from stepgauge.standards.coverage import coverage_factor, expand
+from tests.dcc.made import laboratory
 from tests.measured import ALONG_X, lay, named, run, shipped, with_gaps
 
 U_CERTIFICATE = np.array([0.10, 0.11, 0.11, 0.12, 0.12, 0.13, 0.13, 0.14, 0.14, 0.15, 0.16, 0.17]) / 2.0
@@ -407,6 +410,19 @@ def test_files_are_read_back_and_belong_to_one_evaluation(tmp_path: Path) -> Non
         check_budget(stored, {**evaluation, "r_eff_origin": "all"}, "budget.json")
 
 
+@pytest.mark.parametrize("percent", [50.0, 60.0, 68.0])
+def test_a_small_coverage_has_a_factor_below_one(tmp_path: Path, percent: float) -> None:
+    """Closed form: 0.674 standard deviations hold half of a normal distribution. A DCC has no k < 1."""
+    model = modelled(quiet_gauge(), recording=RECORDING)
+    stored = stored_budget(model, make_budget(model, Asked(percent=percent)), 0)
+    write_budget(tmp_path, stored)
+    least = min(line.k for line in read_budget(tmp_path).quantities)
+    assert least == pytest.approx(NormalDist().inv_cdf(0.5 + percent / 200.0), abs=1e-3)
+    evaluation = {"comments": {}, "placements": []}
+    with pytest.raises(InputError, match=rf"a coverage factor below 1 .*found k = 0\.\d+ \({percent:g} %\)"):
+        machine_certificate(evaluation, stored, laboratory(), model.gauge, None)
+
+
 def test_a_file_that_is_no_budget_is_named(tmp_path: Path) -> None:
     model = modelled(quiet_gauge(), recording=RECORDING)
     data = budget_to_dict(model, make_budget(model), 0)
@@ -415,7 +431,7 @@ def test_a_file_that_is_no_budget_is_named(tmp_path: Path) -> None:
         ('{"format": "stepgauge evaluation 1"}', "not a budget"),
         (json.dumps(data), "this budget has no checksum"),
         (json.dumps({**data, "checksum": "0" * 64}), "this budget was changed after it was written"),
-        ({**data, "quantities": [{**data["quantities"][0], "k": 0.5}]}, r"key quantities.0.k is wrong"),
+        ({**data, "quantities": [{**data["quantities"][0], "k": 0.0}]}, r"key quantities.0.k is wrong"),
     ):
         if isinstance(text, dict):
             write_json(tmp_path / "budget.json", text)
