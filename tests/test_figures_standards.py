@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from stepgauge.figures.iso230 import positioning_figure
-from stepgauge.figures.iso10360 import length_test_figure
+from stepgauge.figures.iso10360 import conformance_zone, length_test_figure
 from stepgauge.standards.iso10360 import Choices, Specification, length_test
+from stepgauge.standards.iso10360_statements import verdicts
 from stepgauge.standards.mpe import Mpe
 from stepgauge.standards.positioning import positioning_test
 from tests.build import make_gauge
@@ -32,6 +35,29 @@ def test_every_repeat_is_a_mark_between_the_limits() -> None:
         assert axes.get_title(loc="left").endswith("(test incomplete)")
         lengths = {float(x) for line in axes.lines if line.get_linestyle() == "None" for x in line.get_xdata()}
         assert lengths == {one.nominal_mm for one in test.lengths(kind)}  # beside each other, never moved
+
+
+def test_the_zone_of_conformity_ends_where_the_uncertainty_is_the_larger() -> None:
+    """Closed form: an MPE of 1 um and a U of 0.02 um per mm cross at 50 mm; beyond there is no zone to draw."""
+    test = length_test(made(GAUGE, error), GAUGE, Specification(Mpe.parse("1")), choices=Choices(TIP_MM))
+    grown = [replace(one, expanded_um=0.02 * one.nominal_mm) for one in test.lengths("bidirectional")]
+    sizes, zone = conformance_zone(grown)
+    assert sizes[zone == 0.0] == pytest.approx([50.0])
+    assert zone[sizes < 50.0] == pytest.approx(1.0 - 0.02 * sizes[sizes < 50.0])
+    assert np.isnan(zone[sizes > 50.0]).all()
+    assert (sizes > 50.0).sum() > 1
+    told = verdicts(replace(test, positions=(replace(test.positions[0], lengths=tuple(grown)),)))
+    (said,) = [text for text in told if "no error proves conformity there" in text]
+    assert said.startswith("Bidirectional lengths: at ")
+    assert f"{max(one.nominal_mm for one in grown):g} mm U is larger than the MPE" in said
+
+
+def test_titles_end_inside_the_figure() -> None:
+    test = length_test(made(GAUGE, error), GAUGE, Specification(Mpe.parse("0.1"), 0.01), choices=Choices(TIP_MM))
+    figure = length_test_figure(test)
+    figure.canvas.draw()
+    for axes in figure.axes:
+        assert axes.get_tightbbox().x1 <= figure.bbox.x1  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize("far_um", [9.0, -40.0])

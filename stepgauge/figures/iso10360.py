@@ -2,7 +2,7 @@
 
 Every repeat is a mark; the marks of a position have one shape and colour. Those of several positions at one length
 stand side by side, by points of print and not by millimetres of length. The dashed lines are the permissible error
-minus the expanded uncertainty: within them conformity is proven.
+minus the expanded uncertainty: within them conformity is proven. They end where the uncertainty is the larger one.
 """
 
 from __future__ import annotations
@@ -14,12 +14,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
+from numpy.typing import NDArray
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
 from stepgauge.standards.iso10360 import KINDS, LengthTest
 from stepgauge.standards.iso10360_positions import TestLength
 from stepgauge.standards.lengths import Kind
 
+Array = NDArray[np.float64]
 WIDTH_MM, HEIGHT_MM = 170.0, 90.0
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 DODGE_PT = 1.6
@@ -51,9 +53,9 @@ def _extent_um(lengths: Sequence[TestLength]) -> tuple[float, float]:
 def _title(test: LengthTest, kind: Kind) -> str:
     """The decision on the errors and, where there is a limit, on the range of the repeats."""
     symbol = test.series.symbol.replace("E_0", "E$_0$").replace("E_150", "E$_{150}$")
-    head = f"{symbol}, bidirectional" if kind == "bidirectional" else "unidirectional, for information"
+    head = f"{symbol}, bidirectional: " if kind == "bidirectional" else "unidirectional, for information:\n"
     ranges = test.repeatability_outcome(kind)
-    said = f"{head}: {test.outcome(kind)}" + (f"\nrange of the repeats: {ranges}" if ranges else "")
+    said = f"{head}{test.outcome(kind)}" + (f"\nrange of the repeats: {ranges}" if ranges else "")
     return said if test.complete else f"{said}\n(test incomplete)"
 
 
@@ -85,11 +87,23 @@ def _draw_limits(axes: Axes, test: LengthTest, lengths: Sequence[TestLength], en
     """The permissible error over all lengths, and the conformance zone where lengths were tested (the smallest one)."""
     along = np.linspace(0.0, end_mm, 200)
     limit = test.specification.mpe.at_um(along)
-    sizes = sorted({one.nominal_mm for one in lengths})
-    zone = [min(one.mpe_um - one.expanded_um for one in lengths if one.nominal_mm == size) for size in sizes]
+    sizes, zone = conformance_zone(lengths)
     for sign in (1.0, -1.0):
         axes.plot(along, sign * limit, color=COLORS["model"], linewidth=1.3, zorder=2)
-        axes.plot(sizes, sign * np.array(zone), color=COLORS["model"], linewidth=0.8, linestyle=(0, (5, 3)), zorder=2)
+        axes.plot(sizes, sign * zone, color=COLORS["model"], linewidth=0.8, linestyle=(0, (5, 3)), zorder=2)
+
+
+def conformance_zone(lengths: Sequence[TestLength]) -> tuple[Array, Array]:
+    """Nominal lengths in mm and MPE - U in um, the smallest of a length; NaN where U is larger: there is no zone.
+
+    Between two lengths it ends where MPE = U on the straight line between them.
+    """
+    sizes = np.array(sorted({one.nominal_mm for one in lengths}))
+    zone = np.array([min(one.mpe_um - one.expanded_um for one in lengths if one.nominal_mm == at) for at in sizes])
+    ends = np.flatnonzero(zone[:-1] * zone[1:] < 0.0)
+    at_zero = sizes[ends] + np.diff(sizes)[ends] * zone[ends] / (zone[ends] - zone[ends + 1])
+    sizes, zone = np.insert(sizes, ends + 1, at_zero), np.insert(zone, ends + 1, 0.0)
+    return sizes, np.where(zone < 0.0, np.nan, zone)
 
 
 def _legend(figure: Figure, test: LengthTest) -> None:

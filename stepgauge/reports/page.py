@@ -130,7 +130,7 @@ class Page:
             "warnings": [clean(text) for text in self.warnings],
             "statements": [clean(text) for text in self.statements],
             "figures": [{"svg": svg, "caption": clean(caption)} for svg, caption in self.figures],
-            "sections": [section.as_dict() for section in self.sections],
+            "sections": [section.as_dict() for section in self.sections if section.rows],
             "tables": [table.as_dict() for table in self.tables],
             "lists": [
                 {"title": title, "items": [clean(item) for item in items]} for title, items in self.lists if items

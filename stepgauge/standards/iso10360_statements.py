@@ -89,6 +89,7 @@ def verdicts(test: LengthTest) -> list[str]:
     """What can be said of the machine, without the rules that were not met."""
     said = [_verdict(test, kind) for kind in KINDS if test.lengths(kind)]
     said += [text for kind in KINDS for text in _repeatability(test, kind)]
+    said += [text for kind in KINDS for text in _not_provable(test, kind)]
     said += [text for kind in KINDS for text in _remeasure(test, kind)]
     if test.missing:
         said.append(
@@ -118,6 +119,16 @@ def _repeatability(test: LengthTest, kind: Kind) -> list[str]:
     limit = test.specification.repeatability_um
     name = "R_0" if kind == "bidirectional" and test.series is E0 else f"Range of three repeats, {kind} lengths"
     return [f"{name}: largest {largest:.2f} µm, limit {limit:g} µm: {outcome}."]
+
+
+def _not_provable(test: LengthTest, kind: Kind) -> list[str]:
+    """Lengths without a conformance zone, for whatever was measured there could not prove conformity."""
+    lengths = test.lengths(kind)
+    sizes = sorted({one.nominal_mm for one in lengths if one.expanded_um > one.mpe_um})
+    if not sizes:
+        return []
+    where = ", ".join(f"{size:g}" for size in sizes)
+    return [f"{kind.capitalize()} lengths: at {where} mm U is larger than the MPE: no error proves conformity there."]
 
 
 def _remeasure(test: LengthTest, kind: Kind) -> list[str]:
