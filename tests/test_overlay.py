@@ -19,7 +19,7 @@ from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import Evaluation, evaluate
 from stepgauge.evaluation.face_errors import face_errors
 from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
-from stepgauge.recording import Recording
+from stepgauge.recording import Recording, join_recordings
 from stepgauge.recording.by_face import FaceStatistics
 from stepgauge.reports.overlay import short_names
 from stepgauge.standards.difference import ERRORS, differences
@@ -214,12 +214,19 @@ def test_three_evaluations_are_compared_with_the_first(tmp_path: Path) -> None:
 
 def test_two_placements_have_a_figure_and_a_table_each(tmp_path: Path) -> None:
     both = two_placements()
-    sg.report([both, both], tmp_path / "overlay.html")
+    again = evaluate(named(join_recordings([measure(2).recording, measure(3, ALONG_X).recording])), shipped()[0])
+    sg.report([both, again], tmp_path / "overlay.html")
     page = (tmp_path / "overlay.html").read_text("utf-8")
     assert page.count("<figure>") == page.count("by face, placement") == 2
     with pytest.raises(InputError, match="one placement"):
-        sg.report([both, both], tmp_path / "overlay.png")
+        sg.report([both, again], tmp_path / "overlay.png")
     assert not (tmp_path / "overlay.png").exists()
+
+
+def test_an_evaluation_is_not_laid_over_itself(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="evaluation 2 repeats evaluation 1"):
+        sg.report([one_placement(), one_placement()], tmp_path / "overlay.pdf")
+    assert not (tmp_path / "overlay.pdf").exists()
 
 
 def test_other_results_and_options_of_a_signed_report_are_refused(run: Command, tmp_path: Path) -> None:  # noqa: F811

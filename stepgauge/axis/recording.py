@@ -162,7 +162,10 @@ def write_axis_recording(path: str | Path, recording: AxisRecording) -> None:
 
 
 def join_axis_recordings(recordings: Sequence[AxisRecording]) -> AxisRecording:
-    """Several settings up of one axis as one recording, in the units of the first; placements are numbered on."""
+    """Several settings up of one axis as one recording, in the units of the first; placements are numbered on.
+
+    :class:`InputError` for recordings of another kind, and for one that is there twice: it is no second measurement.
+    """
     first, frames, taken = recordings[0], list[pd.DataFrame](), 0
     for one in recordings:
         if (one.form, one.units, one.sensor) != (first.form, first.units, first.sensor):
@@ -173,7 +176,35 @@ def join_axis_recordings(recordings: Sequence[AxisRecording]) -> AxisRecording:
         taken = int(frames[-1]["placement"].max())
     shared = [name for name in first.frame.columns if all(name in frame for frame in frames)]
     path = ", ".join(one.path for one in recordings)
-    return replace(first, frame=pd.concat([f[shared] for f in frames], ignore_index=True), path=path)
+    whole = replace(first, frame=pd.concat([f[shared] for f in frames], ignore_index=True), path=path)
+    _check_copies(whole)
+    return whole
+
+
+def _check_copies(recording: AxisRecording) -> None:
+    seen: dict[bytes, int] = {}
+    for number, rows in recording.frame.groupby("placement"):
+        again = int(str(number))
+        first = seen.setdefault(rows[[n for n in ("target", "reading") if n in rows]].to_numpy(float).tobytes(), again)
+        if first != again and len(rows) > 1:
+            what = f"setting up {again} repeats the readings of setting up {first}"
+            expected = "a recording of its own for every setting up"
+            raise InputError(recording.path, what, found="the same readings to the last digit", expected=expected)
+
+
+def ways_doubt(frame: pd.DataFrame) -> str | None:
+    """What to say where the order of the targets contradicts the stated sense of travel in every run.
+
+    Tables often list the way back with rising targets, so one direction alone tells nothing: it is doubtful only where
+    the targets rise on all ways down and fall on all ways up.
+    """
+    if "target" not in frame or frame["way"].nunique() < 2:
+        return None
+    for _, rows in frame.groupby(["placement", "cycle", "way"], sort=False):
+        steps = np.diff(rows["target"].to_numpy(float))
+        if len(steps) == 0 or not (steps * rows["way"].to_numpy(float)[1:] < 0.0).all():
+            return None
+    return "targets rise where the direction is stated as down and fall where it is up, as if they were exchanged"
 
 
 def _names(units: AxisUnits) -> dict[str, str]:

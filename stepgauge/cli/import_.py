@@ -5,9 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.core import ParameterSource
 
-from stepgauge.cli.options import PLACEMENT_NUMBER, TEMPERATURE_C, FiniteRange, leaves, machine_option, output, say
+from stepgauge.cli.options import (
+    PLACEMENT_NUMBER,
+    TEMPERATURE_C,
+    FiniteRange,
+    is_typed,
+    leaves,
+    machine_option,
+    output,
+    say,
+)
 
 if TYPE_CHECKING:
     from stepgauge.gauge.placement import Placement
@@ -233,7 +241,7 @@ def command(log: str, source: str | None, output: str, **options: Any) -> None:
 
 
 def _is_of_axis(log: str, source: str | None, options: dict[str, Any]) -> bool:
-    return bool(options["sensor"]) and not _is_typed("placement") and not _names_points(log, source, options)
+    return bool(options["sensor"]) and not is_typed("placement") and not _names_points(log, source, options)
 
 
 def _check_options(options: dict[str, Any]) -> None:
@@ -268,11 +276,6 @@ def _constants(options: dict[str, Any]) -> dict[str, str]:
     return {name.strip(): value.strip() for name, _, value in pairs}
 
 
-def _is_typed(name: str) -> bool:
-    """Whether an option stands on the command line: a project file is for all verbs, and says nothing of an axis."""
-    return click.get_current_context().get_parameter_source(name) == ParameterSource.COMMANDLINE
-
-
 def _names_points(log: str, source: str | None, options: dict[str, Any]) -> bool:
     """Whether a log has points of three coordinates: any but a table, and a table that names x, y and z."""
     from stepgauge.importing import TABLES, recognise_log
@@ -293,7 +296,7 @@ def _import_axis(log: str, output: str, options: dict[str, Any]) -> None:
     from stepgauge.importing.cells import DELIMITERS
 
     targets = parse_targets(options["targets"]) if options["targets"] else None
-    if targets is None and _is_typed("gauge"):
+    if targets is None and is_typed("gauge"):
         targets = gauge_targets(read_gauge(options["gauge"]))
     choice = AxisOptions(
         options["sensor"],

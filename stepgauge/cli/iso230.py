@@ -8,10 +8,10 @@ import click
 
 from stepgauge.cli.options import (
     GAUGE_IF_NEEDED,
-    NOT_NEGATIVE,
     PLACEMENTS,
     POSITIVE,
     SUFFIX,
+    is_typed,
     machine_option,
     output,
     say,
@@ -60,7 +60,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--expanded-uncertainty",
-    type=NOT_NEGATIVE,
+    type=POSITIVE,
     metavar="UM",
     help="Expanded uncertainty U (k = 2) of the parameters, um (arcsec), as estimated by ISO/TR 230-9. Default: not"
     " stated, and conformity is then not proven.",
@@ -93,6 +93,8 @@ def command(recordings: tuple[str, ...], gauge: str | None, output: str, machine
 
     cmm = read_machine(machine) if machine else None
     of_axis = is_axis_recording(recordings[0])
+    if of_axis and is_typed("gauge"):
+        raise click.UsageError("--gauge is for recordings of a step gauge; a recording of one axis has its own targets")
     test = _axis_test(recordings, options) if of_axis else _gauge_test(recordings, gauge, cmm, options)
     written, notes = report_positioning(output, test, stated_from(options), cmm, options["template"], options["suffix"])
     for note in notes:

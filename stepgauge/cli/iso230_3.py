@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stepgauge.cli.options import NOT_NEGATIVE, SUFFIX, output, say, say_written
+from stepgauge.cli.options import POSITIVE, SUFFIX, output, say, say_written
 from stepgauge.cli.stated import stated_from, stated_options
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--expanded-uncertainty",
-    type=NOT_NEGATIVE,
+    type=POSITIVE,
     metavar="UM",
     help="Expanded uncertainty U (k = 2) of the ranges, um. Default: not stated, and conformity is then not proven.",
 )

@@ -233,6 +233,13 @@ def is_from_project(name: str) -> bool:
     return click.get_current_context().get_parameter_source(name) == ParameterSource.DEFAULT_MAP
 
 
+def is_typed(name: str) -> bool:
+    """Whether an option stands on the command line: a project file is for all verbs, and says nothing of an axis."""
+    from click.core import ParameterSource
+
+    return click.get_current_context().get_parameter_source(name) == ParameterSource.COMMANDLINE
+
+
 def leaves(names_of: Callable[[dict[str, Any]], Sequence[str]]) -> Decorator:
     """Options that a verb leaves alone, by their Python names, given the values of all: they are told of no project.
 

@@ -23,9 +23,12 @@ class Day(click.ParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> datetime.date:
         try:
-            return value if isinstance(value, datetime.date) else datetime.date.fromisoformat(value)
+            day = value if isinstance(value, datetime.date) else datetime.date.fromisoformat(value)
         except ValueError:
             self.fail(f"{value} is no date; expected year-month-day, e.g. 2026-03-02", param, ctx)
+        if day > datetime.date.today():
+            self.fail(f"{day} lies in the future; expected today or a day before", param, ctx)
+        return day
 
 
 def stated_options(template: str = "Your own Typst template; start from a copy of report.typ.") -> Decorator:

@@ -112,11 +112,16 @@ MAIN = (
 )
 
 
+LEAST_RUNS = 40
+"""Of fewer runs none lies beyond either end of an interval of 95 %: it would be the smallest and the largest value."""
+
+
 def _say_main(summary: Any, placement: int) -> None:
     for name, words, unit, digits in MAIN:
         i = summary.index(name, None, placement)
-        low, high = summary.low[i], summary.high[i]
+        within = f"95 % from {summary.low[i]:.{digits}f} to {summary.high[i]:.{digits}f} {unit}"
+        if summary.runs < LEAST_RUNS:
+            within = f"too few runs for an interval of 95 % ({LEAST_RUNS} at least)"
         say(
-            f"placement {placement}: {words} {summary.mean[i]:.{digits}f} {unit},"
-            f" u {summary.u[i]:.2g} {unit}, 95 % from {low:.{digits}f} to {high:.{digits}f} {unit}"
+            f"placement {placement}: {words} {summary.mean[i]:.{digits}f} {unit}, u {summary.u[i]:.2g} {unit}, {within}"
         )

@@ -54,11 +54,27 @@ def gauge_certificate(gauge: Gauge, said: Laboratory) -> Element:
 
 
 def _of_gauge(said: Laboratory, gauge: Gauge) -> Laboratory:
-    """Name and serial number of the item are those of the gauge file."""
+    """Name and serial number of the item are those of the gauge file, whose certificate is the one that is written."""
     if said.item.serial not in (None, gauge.table.serial):
         found, expected = said.item.serial, f"{gauge.table.serial} ({gauge.table.name})"
         raise InputError(said.path, "key item.serial is not that of the gauge", found=found, expected=expected)
+    _check_certificate(said, gauge)
     return replace(said, item=said.item.model_copy(update={"name": gauge.table.name, "serial": gauge.table.serial}))
+
+
+def _check_certificate(said: Laboratory, gauge: Gauge) -> None:
+    """:class:`InputError` where form and gauge file tell of different certificates: by number, or by date.
+
+    A gauge file may have the day of the calibration or that of the issue.
+    """
+    head, own = said.certificate, gauge.certificate
+    if head.number not in (None, own.number):
+        what = f"key certificate.number is not that of {gauge.path}"
+        raise InputError(said.path, what, found=head.number, expected=own.number)
+    first, last = head.performed_from or own.date, head.issued or head.performed_to or own.date
+    if not first <= own.date <= last:
+        what = f"[certificate] performed_from to issued does not hold certificate.date of {gauge.path}"
+        raise InputError(said.path, what, found=f"{first} to {last}", expected=own.date)
 
 
 def _properties(gauge: Gauge) -> Element:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from stepgauge.errors import InputError, naming
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict
+from stepgauge.files.dates import check_past
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
@@ -85,6 +86,7 @@ def report(
         files that are not of this evaluation, evaluations that cannot be compared, a template that fails
     """
     stated = dict(zip(SAID, (number, customer, location, operator, remarks), strict=True))
+    _check_date(date)
     asked = _Asked(several(result), path, gauge, several(placements), machine, budget, certificate, date, stated)
     kinds = {_kind(one) for one in asked.results}
     if kinds != {"evaluation"} or len(asked.results) > 1 or interactive:
@@ -107,6 +109,14 @@ def report(
     if kinds == {FLEET}:
         return write_report(path, _fleet(asked.results[0]), template)
     return _signed(asked, template)
+
+
+def _check_date(day: object) -> None:
+    """:class:`InputError` for what is no date, or has not come yet."""
+    if isinstance(day, datetime.datetime):
+        raise InputError(naming("date"), "this is a moment", found=day, expected="a date without time")
+    if day is not None:
+        check_past(of_kind(day, datetime.date, "date"), naming("date"), "the date of the report")
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from stepgauge.errors import InputError
 from stepgauge.figures.faces import NAMES
 from stepgauge.figures.overlay import overlay_figure
 from stepgauge.figures.style import save_figure
-from stepgauge.files.notation import UNDEFINED, number, quantity, uncertain
+from stepgauge.files.notation import UNDEFINED, aligned, number, quantity, uncertain
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.page import Column, Page, PrintedTable, Stated
 from stepgauge.reports.render import write_report
@@ -53,6 +53,7 @@ def write_overlay(
     -------
     Notes on the file, mostly none. :class:`InputError` as :func:`stepgauge.standards.difference.differences`.
     """
+    _check_copies(evaluations, names)
     found = [
         differences(evaluations[0], one, (names[0], name)) for one, name in zip(evaluations[1:], names[1:], strict=True)
     ]
@@ -66,6 +67,17 @@ def write_overlay(
         )
     save_figure(_figure(evaluations, found, short, 0), path)
     return ()
+
+
+def _check_copies(evaluations: Sequence[Mapping[str, Any]], names: Sequence[str]) -> None:
+    """:class:`InputError` for an evaluation that is there twice: nothing happened between it and itself."""
+    for i, one in enumerate(evaluations):
+        for j, other in enumerate(evaluations[:i]):
+            if one["placements"] == other["placements"]:
+                what = f"evaluation {i + 1} repeats evaluation {j + 1}"
+                raise InputError(
+                    names[i], what, found="the same errors to the last digit", expected="another evaluation"
+                )
 
 
 def short_names(names: Sequence[str]) -> list[str]:
@@ -166,20 +178,25 @@ def _faces(one: Difference, names: Sequence[str], later: int) -> PrintedTable:
         Column("XM", "µm", place=names[later]),
     ]
     columns += [c for error in ERRORS for c in (Column(f"Δ{error.upper()}", "µm"), Column("U", "µm"))]
-    rows = [_row(one, i) for i in range(len(one.face))]
+    cells = [_cells(one, i) for i in range(len(one.face))]
+    even = zip(*(aligned(column) for column in zip(*cells, strict=True)), strict=True)
+    rows = [_row(one, i, line) for i, line in enumerate(even)]
     title = f"{names[later]} − {names[0]} by face, placement {one.placement}"
     note = "* interpolated from the two neighbouring faces of the same side. – not defined."
     return PrintedTable(title, columns, rows, note, stripe=2)
 
 
-def _row(one: Difference, i: int) -> list[str]:
-    cells = [str(one.face[i]), number(float(one.nominal_mm[i]), 1)]
-    cells += [number(float(side["xm"][i]), 2) for side in (one.before_um, one.after_um)]
-    for error in ERRORS:
-        between = (error == "xb") == (one.face[i] % 2 == 1) and error in ("xf", "xb")
-        d = number(float(one.of(error)[i]), 2)
-        cells += [f"{d}*" if between and d != UNDEFINED else d, number(float(one.expanded_um[error][i]), 2)]
-    return cells
+def _cells(one: Difference, i: int) -> list[str]:
+    """The differences at a face, each with its expanded uncertainty and to its place."""
+    pairs = [uncertain(float(one.of(error)[i]), float(one.expanded_um[error][i]), most=2) for error in ERRORS]
+    return [cell for pair in pairs for cell in pair]
+
+
+def _row(one: Difference, i: int, cells: Sequence[str]) -> list[str]:
+    head = [str(one.face[i]), number(float(one.nominal_mm[i]), 1)]
+    head += [number(float(side["xm"][i]), 2) for side in (one.before_um, one.after_um)]
+    between = 2 * ERRORS.index("xb" if one.face[i] % 2 == 1 else "xf")
+    return head + [f"{c}*" if n == between and c != UNDEFINED else c for n, c in enumerate(cells)]
 
 
 def _data(evaluations: Sequence[Mapping[str, Any]], found: Found, names: Sequence[str]) -> dict[str, Any]:

@@ -39,7 +39,7 @@ class Requirement:
     def parse(
         cls, texts: Sequence[str], expanded_um: float | None = None, names: Sequence[str] = PARAMETERS
     ) -> Requirement:
-        """``A=10``, ``R_up=4``: :class:`InputError` for another form or name, or a limit that is not above zero."""
+        """``A=10``, ``R_up=4``: :class:`InputError` for another form or name, no limit above zero, or two of them."""
         limits: dict[str, float] = {}
         for text in texts:
             name, _, value = text.partition("=")
@@ -50,6 +50,9 @@ class Requirement:
             if name not in names or not 0.0 < limit < float("inf"):
                 expected = f"NAME=UM with NAME one of {', '.join(names)}, e.g. {names[0]}=10"
                 raise InputError(naming("tolerances"), "this is no tolerance", found=repr(text), expected=expected)
+            if name in limits:
+                found = f"{name}={limits[name]:g} and {text}"
+                raise InputError(naming("tolerances"), "a parameter has two tolerances", found=found, expected="one")
             limits[name] = limit
         return cls(limits, expanded_um)
 

@@ -47,11 +47,17 @@ def rules_of(
 
 
 def axis_rules(
-    target: Array, runs: int, temperatures: Sequence[str], rotary: bool = False, ways: Sequence[str] = ("up", "down")
+    target: Array,
+    runs: int,
+    temperatures: Sequence[str],
+    rotary: bool = False,
+    ways: Sequence[str] = ("up", "down"),
+    doubt: str | None = None,
 ) -> tuple[Rule, ...]:
     """Every rule for an axis that an instrument read; ``target (m,)`` in mm, of a rotary axis in deg.
 
-    ``temperatures``: columns that were recorded besides; ``ways``: directions in which targets were approached.
+    ``temperatures``: columns that were recorded besides; ``ways``: directions in which targets were approached;
+    ``doubt``: why they may not be true.
     """
     known = f"recorded ({', '.join(temperatures)}), readings taken as they are" if temperatures else "not recorded"
     found = _runs_and_targets_of_turn(target, runs) if rotary else _runs_and_targets(target, runs)
@@ -61,7 +67,11 @@ def axis_rules(
         f"approached {ways[0]} only: reversal, and all that is of both directions, is not known",
         False,
     )
-    return (*found, *([one_way] if len(ways) == 1 else []), _temperature(known, bool(temperatures)))
+    directions = [one_way] if len(ways) == 1 else []
+    if doubt:
+        asked = "directions of approach as the targets follow each other"
+        directions.append(Rule("ISO 230-2:2014, test procedure", asked, doubt, False))
+    return (*found, *directions, _temperature(known, bool(temperatures)))
 
 
 def _temperature(found: str, met: bool) -> Rule:

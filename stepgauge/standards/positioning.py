@@ -245,7 +245,8 @@ def _complete(table: FaceTable) -> tuple[Counts, Counts]:
     if len(blocks) < 2:
         raise InputError(where, "no two blocks have both faces in every run", found=f"{len(blocks)}", expected="2")
     if runs.sum() < 2:
-        raise InputError(where, "too few runs for a standard deviation", found=f"{runs.sum()} run", expected="5 runs")
+        expected = "2 runs at least (ISO 230-2 asks 5)"
+        raise InputError(where, "too few runs for a standard deviation", found=f"{runs.sum()} run", expected=expected)
     return blocks, table.cycles[runs]
 
 

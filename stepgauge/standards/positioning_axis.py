@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from stepgauge.axis.recording import AxisRecording, places_of
+from stepgauge.axis.recording import AxisRecording, places_of, ways_doubt
 from stepgauge.axis.sensors import SENSORS
 from stepgauge.axis.units import BASE
 from stepgauge.errors import InputError, naming
@@ -31,6 +31,7 @@ ACTUAL: tuple[Actual, ...] = ("reading", "target")
 TEMPERATURE = re.compile(r"temp|°C|_C$", re.IGNORECASE)
 """Names of columns with a temperature."""
 _NAMES = {1: "up", -1: "down"}
+LEAST_EVALUATED = "2 targets in 2 runs at least, in every direction (ISO 230-2 asks 5 in 5)"
 EACH_RUN = "ISO 230-2:2014 (each target in each run, in both directions)"
 
 
@@ -115,7 +116,7 @@ def _axis_test(recording: AxisRecording, rows: pd.DataFrame, placement: int, act
         AxisParameters(**found) if len(found) > 1 else OneWay(*next(iter(found.items()))),
         None,
         None,
-        axis_rules(at, len(runs), temperatures, units is ROTARY, list(found)),
+        axis_rules(at, len(runs), temperatures, units is ROTARY, list(found), ways_doubt(rows)),
         excluded,
         f"{name}, setting up {placement}" if several else name,
         units,
@@ -153,7 +154,7 @@ def _complete(
     ways = set(table.index.get_level_values("way"))
     complete = sorted(set.intersection(*({place for place, way in full if way == one} for one in ways)))
     if len(complete) < 2 or len(runs) < 2:
-        found, expected = f"{len(complete)} targets, {len(runs)} runs", "5 targets in 5 runs, in every direction"
+        found, expected = f"{len(complete)} targets, {len(runs)} runs", LEAST_EVALUATED
         raise InputError(path, "too few complete targets or runs", found=found, expected=expected)
     short = [str(run) for run in table.columns if int(run) not in runs]
     lone = [f"{target_mm[place]:g}" for place in range(len(target_mm)) if place not in complete]

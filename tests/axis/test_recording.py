@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -64,11 +65,14 @@ def test_a_file_that_is_wrong_is_refused(tmp_path: Path, old: str, new: str, wor
 
 
 def test_settings_up_of_one_axis_are_joined_and_other_ones_refused() -> None:
-    joined = join_axis_recordings([RECORDINGS[0], RECORDINGS[0]])
+    again = replace(RECORDINGS[0], frame=RECORDINGS[0].frame.assign(reading=RECORDINGS[0].frame["reading"] + 1e-4))
+    joined = join_axis_recordings([RECORDINGS[0], again])
     assert len(joined) == 2 * len(RECORDINGS[0])
     assert sorted(joined.frame["placement"].unique()) == [1, 2]
     with pytest.raises(InputError, match="not a recording of the same kind; found spot by dial in mm"):
         join_axis_recordings(RECORDINGS[:2])
+    with pytest.raises(InputError, match="setting up 3 repeats the readings of setting up 1"):
+        join_axis_recordings([RECORDINGS[0], again, RECORDINGS[0]])
 
 
 def test_verbs_of_gauges_say_which_verb_reads_it(run: Run, tmp_path: Path) -> None:

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import datetime
 from pathlib import Path
+from typing import Any
 
 import pytest
 from pypdf import PdfReader
 
 from stepgauge.cli import main
+from stepgauge.errors import InputError
 from stepgauge.evaluation.files import write_evaluation
 from stepgauge.gauge.placement import write_placement
+from stepgauge.public.report import report
 from tests.measured import lay, one_placement, shipped
+
+DAY_TO_COME = datetime.date(2999, 1, 1)
 
 
 @pytest.fixture
@@ -42,6 +48,22 @@ def test_everything_stated(result: Path, tmp_path: Path, capsys: pytest.CaptureF
     text = "\n".join(page.extract_text() for page in PdfReader(target).pages)
     for word in ("N-1", "Op", "Cu", "Lo", "Re", "2026-03-04", "EXAMPLE-2026-0420", "Bridge CMM"):
         assert word in text
+
+
+@pytest.mark.parametrize(
+    ("day", "message"),
+    [
+        ("yesterday", "date: this is no date; found str"),
+        (datetime.datetime(2026, 3, 4, 5), "date: this is a moment"),
+        (DAY_TO_COME, "lies in the future"),
+    ],
+)
+def test_a_date_that_is_none_or_has_not_come(result: Path, tmp_path: Path, day: Any, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        report(result, tmp_path / "r.pdf", date=day)
+    assert not (tmp_path / "r.pdf").exists()
+    if day == DAY_TO_COME:
+        assert run(result, "--date", day, "-o", tmp_path / "r.pdf") == 2
 
 
 def test_html_from_the_file_itself(result: Path, tmp_path: Path) -> None:

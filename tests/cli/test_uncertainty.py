@@ -86,6 +86,14 @@ def test_parquet_and_csv_processes_and_chunks_give_the_same(folder: Path) -> Non
     assert (folder / "a" / "uncertainty.csv").read_text() == (folder / "b" / "uncertainty.csv").read_text()
 
 
+def test_of_few_runs_no_interval_is_told(folder: Path) -> None:
+    """The 2.5 % quantile of fewer than 40 values is beyond the smallest."""
+    done = stepgauge(*command(folder, "recording.csv", "-o", str(folder / "a"), "--jobs", "1", "--runs", "2"))
+    assert done.returncode == 0, done.stderr
+    assert "too few runs for an interval of 95 % (40 at least)" in done.stderr
+    assert "95 % from" not in done.stderr
+
+
 def test_a_program_without_placement_is_an_error(folder: Path) -> None:
     done = stepgauge(*command(folder, "gauge.ngc", "-o", str(folder / "a")))
     assert done.returncode == 2

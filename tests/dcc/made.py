@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -64,8 +65,13 @@ def machine_xml(placements: int = 1) -> str:
 
 def gauge_xml(gauge: Gauge | None = None) -> str:
     """The certificate of the shipped gauge."""
-    said = laboratory()
-    item = said.item.model_copy(update={"serial": None})
-    from dataclasses import replace
+    gauge = gauge or shipped()[0]
+    return to_bytes(gauge_certificate(gauge, gauge_laboratory(gauge))).decode()
 
-    return to_bytes(gauge_certificate(gauge or shipped()[0], replace(said, item=item))).decode()
+
+def gauge_laboratory(gauge: Gauge) -> Laboratory:
+    """What the laboratory of the gauge states."""
+    said, own = laboratory(), gauge.certificate
+    day = dict.fromkeys(("received", "performed_from", "performed_to", "issued"), own.date)
+    head = said.certificate.model_copy(update={"number": own.number, **day})
+    return replace(said, certificate=head, item=said.item.model_copy(update={"serial": None}))

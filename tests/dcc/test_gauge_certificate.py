@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import datetime
 import re
 import tomllib
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +21,7 @@ from stepgauge.dcc.xml import parse_xml, validate
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge
 from tests.build import gauges
-from tests.dcc.made import SAID, SCHEMA, gauge_xml, laboratory, machine_xml, needs_schema
+from tests.dcc.made import SAID, SCHEMA, gauge_laboratory, gauge_xml, laboratory, machine_xml, needs_schema
 from tests.measured import shipped
 
 
@@ -63,7 +66,7 @@ def test_round_trip_of_the_shipped_gauge(tmp_path: Path) -> None:
     kept = ("name", "serial", "material", "expansion_per_K", "expansion_uncertainty_per_K", "reference_temperature_C")
     for key in (*kept, "block_width_mm", "block_height_mm"):
         assert getattr(gauge.table, key) == pytest.approx(getattr(original.table, key))
-    assert gauge.certificate.number == "EXAMPLE-2026-017"
+    assert gauge.certificate.number == "EXAMPLE-2026-0420"
     assert gauge.certificate.coverage_factor == 2.0
     assert gauge.certificate.example
 
@@ -307,7 +310,7 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
         return code, capsys.readouterr().err
 
     said = tmp_path / "lab.toml"
-    said.write_text(SAID.read_text().replace('serial = "B700-0042"\n', ""))
+    said.write_text((SAID.parent / "gauge-laboratory.toml").read_text())
     out = tmp_path / "gauge.xml"
     assert call("dcc", "export-gauge", "step-gauge-420", "-c", said, "-o", out)[0] == 0
     assert call("dcc", "check", out)[0] == 0
@@ -330,6 +333,26 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
 def test_the_certificate_of_a_machine_is_no_gauge(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"this is the certificate of a machine; found Coordinate .* B700-0042"):
         import_gauge(put(tmp_path, machine_xml()), STATED)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        (
+            {"number": "X-1"},
+            r"key certificate\.number is not that of .*420\.toml; found X-1; expected EXAMPLE",
+        ),
+        ({"issued": datetime.date(2026, 3, 1)}, r"does not hold certificate\.date of .*found 2026-03-02 to 2026-03-01"),
+        ({"performed_from": datetime.date(2026, 3, 3)}, r"does not hold certificate\.date .*expected 2026-03-02"),
+        ({"issued": datetime.date(2026, 4, 1), "performed_from": datetime.date(2026, 2, 1)}, None),
+    ],
+)
+def test_form_and_gauge_file_tell_of_one_certificate(changed: dict[str, Any], message: str | None) -> None:
+    gauge = shipped()[0]
+    said = gauge_laboratory(gauge)
+    said = replace(said, certificate=said.certificate.model_copy(update=changed))
+    with nullcontext() if message is None else pytest.raises(InputError, match=message):
+        gauge_certificate(gauge, said)
 
 
 def test_the_gauge_certificate_names_the_gauge() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stepgauge.axis.recording import FORM, FORMS, AxisRecording, places_of
+from stepgauge.axis.recording import FORM, FORMS, AxisRecording, places_of, ways_doubt
 from stepgauge.errors import InputError, reading
 from stepgauge.importing.axis.build import AxisOptions, build_axis
 from stepgauge.importing.axis.grid import Grid, find_grid
@@ -103,6 +103,8 @@ def _words(roles: list[Role], found: Long, recording: AxisRecording) -> list[str
         ways = "stated" if found.way.all() else "from the order of the targets"
         count = len(np.unique(places_of(frame["target"].to_numpy(float))))
         words.append(f"{len(frame)} readings of {count} targets, cycles: {frame['cycle'].max()}, direction {ways}")
+        doubt = ways_doubt(frame)
+        words += [f"doubtful: {doubt}"] if doubt else []
     else:
         what = "one spot" if recording.form == "spot" else "distances between stations"
         words.append(f"{len(frame)} readings of {what}")

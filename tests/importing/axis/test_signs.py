@@ -55,6 +55,20 @@ def scale_um_m(path: Path) -> float:
     return float(np.polyfit(back.frame["target"], back.deviation, 1)[0]) * 1e3
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_directions_against_the_order_of_the_targets_are_told(run: Run, tmp_path: Path, turned: bool) -> None:
+    rows = [
+        f"{cycle},{way},{t:g},{t + 0.001 * cycle:.4f}"
+        for cycle in (1, 2)
+        for way, order in (("+-"[turned], TARGETS), ("-+"[turned], TARGETS[::-1]))
+        for t in order
+    ]
+    (tmp_path / "t.csv").write_text("\n".join(["run,direction,target (mm),reading (mm)", *rows, ""]), encoding="utf-8")
+    done = run("import", tmp_path / "t.csv", "--sensor", "laser", "-o", tmp_path / "axis.csv")
+    assert done.code == 0, done.err
+    assert ("doubtful: targets rise where the direction is stated as down" in done.err) == turned
+
+
 @pytest.mark.parametrize(
     ("header", "sign"), [*((one, 1) for one in AS_DEVIATION), *((one, -1) for one in AS_CORRECTION)]
 )
