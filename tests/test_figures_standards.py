@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from stepgauge.figures.iso230 import positioning_figure
 from stepgauge.figures.iso10360 import conformance_zone, length_test_figure
+from stepgauge.reports.iso230 import caption
 from stepgauge.standards.iso10360 import Choices, Specification, length_test
 from stepgauge.standards.iso10360_statements import verdicts
 from stepgauge.standards.mpe import Mpe
@@ -76,6 +78,19 @@ def test_fronts_alone_have_one_panel() -> None:
     spec = Specification(Mpe.parse("2"))
     figure = length_test_figure(length_test(made(GAUGE, faces=range(1, 16, 2)), GAUGE, spec))
     assert len(figure.axes) == 1
+
+
+def test_a_long_name_of_the_axis_stands_above_the_parameters() -> None:
+    """That of a line near an axis was printed over R; a short one stands beside it."""
+    for axis, breaks in (((1, 0, 0), 0), ((1, 0.1, 0), 1)):
+        (one,) = positioning_test(made(GAUGE, error, axis, cycles=5), GAUGE, TIP_MM).axes
+        assert positioning_figure(one).axes[0].get_title(loc="left").count("\n") == breaks
+
+
+def test_the_caption_of_positioning_is_set_in_print() -> None:
+    (one,) = positioning_test(made(GAUGE, error, (-1, 0, 0), cycles=5, start_mm=np.zeros(3)), GAUGE, TIP_MM).axes
+    assert re.search(r"targets from −\d+\.\d to −?\d+\.\d mm", caption(one))
+    assert "-" not in caption(one)
 
 
 def test_brackets_say_the_parameters() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import io
 from collections.abc import Callable
 from copy import deepcopy
@@ -21,7 +22,8 @@ from stepgauge.evaluation.face_errors import face_errors
 from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
 from stepgauge.recording import Recording, join_recordings
 from stepgauge.recording.by_face import FaceStatistics
-from stepgauge.reports.overlay import short_names
+from stepgauge.reports.overlay import overlay_content, short_names
+from stepgauge.reports.page import Stated
 from stepgauge.standards.difference import ERRORS, differences
 from tests.cli.conftest import Run as Command
 from tests.cli.conftest import run  # noqa: F401
@@ -221,6 +223,18 @@ def test_two_placements_have_a_figure_and_a_table_each(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="one placement"):
         sg.report([both, again], tmp_path / "overlay.png")
     assert not (tmp_path / "overlay.png").exists()
+
+
+def test_the_table_rounds_as_the_summary_does() -> None:
+    """Both to the place of U with two digits: the summary had said -0.9 of the face that the table gave -0.94."""
+    both = [evaluation_to_dict(evaluate(named(measure(cycles).recording), shipped()[0])) for cycles in (2, 3)]
+    page = overlay_content(both, [differences(*both)], ["A", "B"], Stated(datetime.date(2026, 5, 4)))
+    (table,) = page["tables"]
+    rows = {row[0]: row[4:] for row in table["rows"]}
+    for number, (_, where, difference, expanded, *_) in enumerate(page["result"]["rows"]):
+        cells = rows[where.split(",")[0].removeprefix("face ")]
+        assert cells[2 * number].rstrip("*\u2007\u2008") == difference.removesuffix(" µm")
+        assert cells[2 * number + 1].rstrip("\u2007\u2008") == expanded.removesuffix(" µm")
 
 
 def test_an_evaluation_is_not_laid_over_itself(tmp_path: Path) -> None:

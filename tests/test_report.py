@@ -23,7 +23,7 @@ from pypdf import PdfReader
 from stepgauge.errors import InputError
 from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict, write_evaluation
-from stepgauge.files.notation import clean, number, quantity
+from stepgauge.files.notation import clean, in_percent, number, quantity
 from stepgauge.files.resources import folder
 from stepgauge.files.text import write_json
 from stepgauge.machine.uncertain import Uncertain
@@ -322,6 +322,10 @@ def test_any_text_compiles(said: dict[str, Any], text: str) -> None:
     page = Text(render_html(changed).data)
     assert "script" not in page.tags
     assert page.tags.count("table") == 2
+
+
+def test_numbers_are_not_broken_between_their_digits() -> None:
+    assert clean(f"up to 2\u00a0000 mm\t, {in_percent(0.0087, 2)}") == "up to 2\u00a0000 mm , 0.87 %"
 
 
 @given(text=st.text(st.characters(codec=None)))

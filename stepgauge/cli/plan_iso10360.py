@@ -49,6 +49,7 @@ def plan_seven(
 def _too_short(problems: Sequence[PlannedPosition], machine: Machine) -> InputError:
     """The error that names the positions along which the gauge is too short, or does not fit."""
     from stepgauge.errors import InputError
+    from stepgauge.files.notation import in_percent
     from stepgauge.standards.measuring_line import LONGEST_SHARE
 
     return InputError(
@@ -57,7 +58,7 @@ def _too_short(problems: Sequence[PlannedPosition], machine: Machine) -> InputEr
         f" (positions {', '.join(str(one.orientation.number) for one in problems)}; nothing was written,"
         " --allow-short writes what can be measured)",
         found=f"position {problems[0].orientation.number}: {problems[0].problem}",
-        expected=f"lengths of {LONGEST_SHARE:.0%} of the travel along each line",
+        expected=f"lengths of {in_percent(LONGEST_SHARE)} of the travel along each line",
     )
 
 
@@ -81,9 +82,12 @@ def _check_options(source: str | None, options: dict[str, Any]) -> None:
 
 
 def _told(one: PlannedPosition, machine: Machine) -> str:
+    from stepgauge.files.notation import in_percent
+
     if one.program is None or one.probe is None:
         return str(one.problem)
-    told = f"blocks {', '.join(map(str, one.blocks))}; longest {one.longest_mm:.1f} mm, {one.share:.0%} of the travel"
+    blocks = ", ".join(map(str, one.blocks))
+    told = f"blocks {blocks}; longest {one.longest_mm:.1f} mm, {in_percent(one.share)} of the travel"
     if one.turned(machine):
         told += "; stylus square to the gauge, (" + ", ".join(f"{v:.4f}" for v in one.probe.stylus_direction) + ")"
     return f"{told}; {one.problem}" if one.problem else told

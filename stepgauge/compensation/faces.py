@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
+from stepgauge.files.notation import in_percent
 
 Array = NDArray[np.float64]
 AXES = "xyz"
@@ -277,7 +278,7 @@ def _about(
 def _notes(one: Mapping[str, Any], axis: str, unknown: list[str], no_expansion: bool) -> list[str]:
     angle = angle_deg(one, axis)
     share = np.sin(np.radians(angle))
-    notes = [f"the gauge lay {angle:.3f} deg off {axis}: {share:.2%} of other axes' errors are in the table"]
+    notes = [f"the gauge lay {angle:.3f} deg off {axis}: {in_percent(share, 2)} of other axes' errors are in the table"]
     temperature = one["gauge_temperature_C"]
     notes.append(
         "no gauge temperature was recorded: the certificate's was assumed"

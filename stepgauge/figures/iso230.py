@@ -16,12 +16,15 @@ from matplotlib.figure import Figure
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.text import Text
 
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, new_figure
 from stepgauge.standards.iso230 import AxisParameters, Direction
 from stepgauge.standards.positioning import AxisTest, Units
 
 WIDTH_MM, HEIGHT_MM = 170.0, 100.0
+TITLE_GAP_PT = 10.0
+"""Between the name of the axis and the parameters beside it, points of print."""
 
 
 class _Look(NamedTuple):
@@ -51,6 +54,7 @@ def positioning_figure(test: AxisTest) -> Figure:
         _brackets(axes, test)
         _label(axes, test)
         _legend(figure, [LOOKS[way] for way in parameters.directions])
+        _part_titles(figure, axes)
     return figure
 
 
@@ -119,6 +123,17 @@ def _label(axes: Axes, test: AxisTest) -> None:
         values = {"R": p.R_um, **values, "mean B": p.mean_B_um}
     told = (f"{name} = {value:.2f} {test.units.deviation_symbol}".replace("-", "−") for name, value in values.items())
     axes.set_title(", ".join(told), loc="right")
+
+
+def _part_titles(figure: Figure, axes: Axes) -> None:
+    """A long name of the axis goes above the parameters, where the two have no room side by side."""
+    figure.draw_without_rendering()
+    left, right = axes.get_title(loc="left"), axes.get_title(loc="right")
+    name, told = (
+        next(t for t in axes.get_children() if isinstance(t, Text) and t.get_text() == s) for s in (left, right)
+    )
+    if name.get_window_extent().x1 + TITLE_GAP_PT > told.get_window_extent().x0:
+        axes.set_title(f"{left}\n", loc="left", fontweight="bold")
 
 
 def _legend(figure: Figure, looks: Sequence[_Look]) -> None:

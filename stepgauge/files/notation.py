@@ -85,13 +85,24 @@ def quantity(value: float | None, decimals: int, unit: str) -> str:
     return text if text == UNDEFINED else f"{text}{'' if unit == '°' else ' '}{unit}"
 
 
+def in_percent(share: float, decimals: int = 0) -> str:
+    """A share in percent, with the space that ISO 80000-1 (7.1.4) has before the symbol: 66 %."""
+    return f"{100.0 * share:.{decimals}f} %"
+
+
 def vector(values: Iterable[float], decimals: int, unit: str = "") -> str:
     """Components in brackets, with their unit."""
     text = "(" + ", ".join(number(value, decimals) for value in values) + ")"
     return f"{text} {unit}".strip()
 
 
+KEPT = "\n\u00a0"
+
+
 def clean(text: object) -> str:
-    """Text a page can show: control characters become spaces (line breaks stay), lone surrogates question marks."""
+    """Text a page can show: control characters become spaces, lone surrogates question marks.
+
+    Line breaks stay, and the spaces inside of numbers, at which no line is broken.
+    """
     whole = str(text).encode("utf-8", "replace").decode("utf-8").replace("\r\n", "\n").replace("\r", "\n")
-    return "".join(mark if mark == "\n" or mark.isprintable() else " " for mark in whole).strip()
+    return "".join(mark if mark in KEPT or mark.isprintable() else " " for mark in whole).strip()

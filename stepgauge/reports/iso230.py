@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from stepgauge.figures.iso230 import positioning_figure
-from stepgauge.files.notation import number
+from stepgauge.files.notation import number, quantity
 from stepgauge.machine.file import Machine
 from stepgauge.reports.content import figure_svg
 from stepgauge.reports.page import Column, Page, PrintedTable, Stated
@@ -79,11 +79,11 @@ def report_positioning(
 def caption(one: AxisTest) -> str:
     """What the figure shows, in a sentence."""
     at, units, known = one.targets.machine_mm, one.units, parameters_um(one.parameters)
-    told = [f"{LABELS.get(n, n)} = {v:.2f} {units.deviation_symbol}" for n, v in known.items()]
+    told = [f"{LABELS.get(n, n)} = {quantity(v, 2, units.deviation_symbol)}" for n, v in known.items()]
     chosen = told if len(told) < len(PARAMETERS) else [told[0], told[PARAMETERS.index("R")]]
     return (
-        f"Placement {one.placement}, {one.name}: {len(at)} targets from {at.min():.1f} to {at.max():.1f}"
-        f" {units.position_symbol}, {len(one.runs)} runs; {', '.join(chosen)}."
+        f"Placement {one.placement}, {one.name}: {len(at)} targets from {number(at.min(), 1)} to"
+        f" {quantity(at.max(), 1, units.position_symbol)}, {len(one.runs)} runs; {', '.join(chosen)}."
     )
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
+from stepgauge.files.notation import in_percent
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import STANDING_COS, Placement, make_placement
 from stepgauge.machine.file import Machine
@@ -123,8 +124,8 @@ def _too_short(longest_mm: float, line_mm: float, reason: str) -> str | None:
     if longest_mm >= asked:
         return None
     return (
-        f"longest length {longest_mm:.1f} mm, asked {asked:.1f} mm ({LONGEST_SHARE:.0%} of {line_mm:.1f} mm): short by"
-        f" {asked - longest_mm:.1f} mm; {reason}"
+        f"longest length {longest_mm:.1f} mm, asked {asked:.1f} mm ({in_percent(LONGEST_SHARE)} of {line_mm:.1f} mm):"
+        f" short by {asked - longest_mm:.1f} mm; {reason}"
     )
 
 

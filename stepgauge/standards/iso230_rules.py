@@ -21,7 +21,7 @@ TARGETS_PER_M = 5.0
 LONGEST_MM = 2000.0
 SAME_STEP = 1e-3
 """Steps between targets that differ by less than this share are one constant step."""
-LINEAR = "ISO 230-2:2014, linear axes up to 2 000 mm"
+LINEAR = "ISO 230-2:2014, linear axes up to 2\u00a0000 mm"
 FULL_TURN_DEG = 360.0
 TARGETS_BY_TRAVEL = ((90.0, 3), (180.0, 5), (FULL_TURN_DEG, 8))
 """Least number of targets by the travel of a rotary axis, deg, up to and with it."""

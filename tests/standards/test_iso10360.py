@@ -141,7 +141,7 @@ def test_a_complete_test_of_a_good_machine() -> None:
     test = length_test(seven(), GAUGE, SPEC, ALL, STATED, CUBE)
     met = rules_met(test)
     assert [asks for asks, is_met in met.items() if not is_met] == [
-        "longest length at least 66% of the machine's travel along the measured line"
+        "longest length at least 66 % of the machine's travel along the measured line"
     ]
     assert len(test.lengths("bidirectional")) == 35
     assert sum(len(one.error_um) for one in test.lengths("bidirectional")) == 105
