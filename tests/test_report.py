@@ -28,9 +28,10 @@ from stepgauge.files.resources import folder
 from stepgauge.files.text import write_json
 from stepgauge.machine.uncertain import Uncertain
 from stepgauge.reports.content import Sources, make_content
-from stepgauge.reports.page import Stated
+from stepgauge.reports.page import Column, Page, PrintedTable, Stated
 from stepgauge.reports.reading import check_gauge, check_machine, check_placements, read_checked_evaluation
 from stepgauge.reports.render import Pages, render_html, render_pdf, write_report
+from stepgauge.reports.sections import Section
 from tests.measured import ALONG_X, lay, one_placement, shipped, two_placements, with_gaps
 
 DAY = datetime.date(2026, 5, 4)
@@ -322,6 +323,15 @@ def test_any_text_compiles(said: dict[str, Any], text: str) -> None:
     page = Text(render_html(changed).data)
     assert "script" not in page.tags
     assert page.tags.count("table") == 2
+
+
+def test_a_section_with_nothing_in_it_is_left_out() -> None:
+    """Of a recording that says nothing of itself: its heading had stood on the page alone."""
+    empty, full = Section("Recording"), Section("Decision", [("Rule", "ISO 14253-1")])
+    page = Page(
+        "T", "t", (), PrintedTable("R", [Column("A")], []), ("a.json", {"comments": {}}), sections=[empty, full]
+    )
+    assert [one["title"] for one in page.as_dict(Stated(datetime.date(2026, 5, 4)))["sections"]] == ["Decision"]
 
 
 def test_numbers_are_not_broken_between_their_digits() -> None:

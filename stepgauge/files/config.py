@@ -85,7 +85,15 @@ def _as_input_error(model: type[Table], error: ValidationError, where: str | Pat
     return InputError(where, what, found=_written(first["input"]), expected=expected)
 
 
-_PLAIN = {"string_too_short": "text", "string_pattern_mismatch": "", "date_type": "a date, 2026-03-02"}
+_PLAIN = {
+    "string_type": "text in quotes",
+    "string_too_short": "text",
+    "string_pattern_mismatch": "",
+    "too_long": "fewer values",
+    "date_type": "a date",
+    "bool_type": "true or false",
+    "list_type": "a list in brackets",
+}
 """What is asked, where pydantic says it in words of Python; nothing where the meaning of the key says it."""
 
 
