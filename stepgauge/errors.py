@@ -186,6 +186,9 @@ def reader(what: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
         @wraps(function)
         def read(*args: P.args, **kwargs: P.kwargs) -> T:
             path = args[0] if args else next(iter(kwargs.values()))
+            if not isinstance(path, str | PathLike):
+                found = "None" if path is None else type(path).__name__
+                raise InputError(what, "this names no file", found=found, expected="the name of a file")
             with reading(str(path), what):
                 return function(*args, **kwargs)
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from stepgauge.alignment import locate, read_points
 from stepgauge.alignment.adjustment import adjust
+from stepgauge.alignment.agreement import agreement
 from stepgauge.alignment.blocks import solve_blocks
 from stepgauge.errors import InputError
 from stepgauge.gauge.certified import Gauge, read_gauge
@@ -165,6 +166,22 @@ def test_other_slips_are_named() -> None:
     leaning = points.copy()
     leaning[8] += 0.3
     assert re.search("points 9 to 11 is .* deg off square", refused(leaning, blocks, gauge))
+
+
+@pytest.mark.parametrize(
+    ("order", "words"),
+    [
+        ([*range(8), *range(8)], "points 9 to 16 are the same as points 1 to 8; found blocks 0.000 mm apart"),
+        ([*range(8), *range(7, -1, -1)], "points 9 to 16 lie on the block of points 1 to 8"),
+        ([0] * 16, "all 16 points are the same"),
+    ],
+)
+def test_one_block_pasted_twice_is_named(order: list[int], words: str) -> None:
+    gauge = make_gauge(21)
+    points, blocks = level(gauge)
+    assert words in refused(points[order], blocks, gauge)
+    assert agreement(points[order], gauge, blocks) is None, "the page shows no table of such points"
+    assert agreement(points[order], gauge, blocks, turned=True) is None
 
 
 def test_sides_that_are_not_square_are_refused() -> None:

@@ -59,7 +59,8 @@ class Adjustment:
 
     ``off_mm (16,)``: distance of each point from its adjusted face (outward positive); ``redundancy (16,)``;
     ``normalised (16 + k,)``: normalised residuals of points and of the further observations; ``chi2``: sum of squared
-    residuals in units of their standard deviations; ``rotation``: rows a, s, up; ``c1_mm``: centre of the first block.
+    residuals in units of their standard deviations, infinite, and all else NaN, where the points do not make two
+    blocks; ``rotation``: rows a, s, up; ``c1_mm``: centre of the first block.
     """
 
     off_mm: Array
@@ -143,9 +144,8 @@ def adjust(
     x = _start(model)
     for _ in range(_ITERATIONS):
         scaled, design = _linear(model, x, sigma_mm)
-        step = np.linalg.lstsq(design, -scaled, rcond=None)[0] / _scale()
-        x = x + step
-        if (np.abs(step) < _STEPS * 1e-4).all():
+        x = x + (step := _step(scaled, design))
+        if not (np.abs(step) >= _STEPS * 1e-4).any():
             break
     scaled, design = _linear(model, x, sigma_mm)
     orthogonal = np.linalg.qr(design)[0]
@@ -153,7 +153,15 @@ def adjust(
     with np.errstate(divide="ignore", invalid="ignore"):
         normalised = np.where(share > 1e-9, scaled / np.sqrt(share), 0.0)
     off = model.misclosures(x) * OUTWARD
-    return Adjustment(off, share[:16], normalised, float(scaled @ scaled), model.rotation(x), x[:3], x)
+    chi2 = float(scaled @ scaled)
+    return Adjustment(off, share[:16], normalised, chi2 if np.isfinite(chi2) else np.inf, model.rotation(x), x[:3], x)
+
+
+def _step(scaled: Array, design: Array) -> Array:
+    """Step of the unknowns ``(13,)``; NaN, which LAPACK must not get, where the points do not make two blocks."""
+    if not (np.isfinite(design).all() and np.isfinite(scaled).all()):
+        return np.full(design.shape[1], np.nan)
+    return np.linalg.lstsq(design, -scaled, rcond=None)[0] / _scale()
 
 
 def _model(points: Array, gauge: Gauge, blocks: tuple[int, int], up: Array | None) -> _Model:

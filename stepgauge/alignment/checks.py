@@ -61,6 +61,20 @@ def wrong_unit(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> tuple[st
     return None
 
 
+def one_place(points: Array, gauge: Gauge, blocks: tuple[int, int]) -> tuple[str, str, str] | None:
+    """The contradiction, what was found and what was expected, where both blocks' points lie at the same place."""
+    begin, end = points.reshape(2, 8, 3)
+    apart = float(np.linalg.norm(end.mean(axis=0) - begin.mean(axis=0)))
+    if apart > SMALLEST_TRIANGLE_MM:
+        return None
+    what = "points 9 to 16 lie on the block of points 1 to 8"
+    if (begin == end).all():
+        what = "points 9 to 16 are the same as points 1 to 8"
+    if (points == points[0]).all():
+        what = "all 16 points are the same"
+    return what, f"blocks {apart:.3f} mm apart", f"{block_distance_mm(gauge, *blocks):.3f} mm"
+
+
 def collinear(points: Array) -> str | None:
     """Front points that do not span their face, None if all do."""
     for block, first in ((0, 1), (1, 9)):

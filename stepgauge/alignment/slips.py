@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stepgauge.alignment.adjustment import Adjustment, expected_place, suspects
 from stepgauge.alignment.blocks import fit_up, rough_axis, solve_blocks
-from stepgauge.alignment.checks import check_tip, collinear, complaint, wrong_unit
+from stepgauge.alignment.checks import check_tip, collinear, complaint, one_place, wrong_unit
 from stepgauge.errors import InputError, Naming, naming
 from stepgauge.files.resources import folder
 from stepgauge.gauge.certified import Gauge, read_gauge
@@ -39,9 +39,9 @@ def check_points(
     where: str | Path,
 ) -> None:
     """Raise :class:`InputError` where the points contradict the certificate, with the slip that explains them."""
-    unit = wrong_unit(points, gauge, blocks)
-    if unit:
-        raise InputError(where, unit[0], found=unit[1], expected=unit[2])
+    whole = wrong_unit(points, gauge, blocks) or one_place(points, gauge, blocks)
+    if whole:
+        raise InputError(where, whole[0], found=whole[1], expected=whole[2])
     in_line = collinear(points)
     if in_line:
         off = next(_single(points, gauge, blocks, False, _judge(gauge, blocks, False)), None)

@@ -66,8 +66,12 @@ def locate(
 def _tip_centres(points: File | ArrayLike) -> np.ndarray:
     if isinstance(points, File):
         return read_sixteen(points)
-    given = np.asarray(points, float)
-    if given.shape != (16, 3) or not np.isfinite(given).all():
-        expected = "finite numbers in mm, shape (16, 3)"
+    given, expected = np.asarray(points, float), "finite numbers in mm, shape (16, 3)"
+    if given.shape != (16, 3):
         raise InputError("points", "not 16 points", found=f"shape {given.shape}", expected=expected)
+    bad = ~np.isfinite(given).all(axis=1)
+    if bad.any():
+        point = int(bad.argmax())
+        found = ", ".join(f"{value:g}" for value in given[point])
+        raise InputError("points", f"point {point + 1} is not known", found=found, expected=expected)
     return given
