@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
 from stepgauge.files.numerals import number
-from stepgauge.files.units import temperature_hint, unit_hint
+from stepgauge.files.units import find_unit, temperature_hint, unit_hint
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.importing.departures import from_target
@@ -166,9 +166,17 @@ def _finish(
 
 
 def _doubtful(log: ProbeLog, frame: pd.DataFrame) -> list[str]:
-    """The warning where a column may be the temperature of the gauge and nothing says which one is."""
+    """The warning where a column may be the temperature of the gauge and nothing says which one is.
+
+    :class:`InputError` where such a column has a unit and no name: it may as well be that of the gauge.
+    """
     if not log.degrees or "gauge_temperature_C" in frame:
         return []
+    nameless = [header for header in log.degrees if find_unit(header.strip("[]()")) is not None]
+    if nameless:
+        header = f'{{}} gauge_temperature_C="{nameless[0]}" if it is the gauge\'s, or that of the gauge with {{}}'
+        expected = naming("columns", "gauge_temperature_C", words=header)
+        raise InputError(log.path, f"whose temperature is column {nameless[0]!r}?", expected=expected)
     one, every = log.degrees[0], ", ".join(map(repr, log.degrees))
     return [
         "warning: no temperature of the gauge is recognised, and lengths will not be corrected for it; whose"

@@ -24,7 +24,8 @@ QUANTITY = {
 LONGEST_HEADER = 200
 """Characters of the name of a column; longer ones are text."""
 _SAY_NOTHING = """wert value val pos position koordinate koordinaten coordinate coord coords actual act ist istwert
-    measured meas messwert gemessen achse axis punkt point tip centre center mitte mittelpunkt antastpunkt probe"""
+    measured meas messwert gemessen achse axis punkt point tip centre center mitte mittelpunkt antastpunkt probe
+    messpunkt ball kugel tastkugel kugelmitte kugelmittelpunkt tastkugelmitte tastkugelmittelpunkt"""
 _FILLERS = frozenset(_SAY_NOTHING.split())
 _NAMES = {
     "x_mm": "x",
@@ -86,6 +87,31 @@ def read_header(cells: Sequence[str], mapping: Mapping[str, str]) -> list[Column
     return columns
 
 
+def joined_headers(upper: Sequence[str], lower: Sequence[str]) -> list[str]:
+    """Headers of two rows as those of one: names above, in merged cells, and parts or units of them below.
+
+    A merged cell stands in its first column; it is carried to the right over columns that the lower row names.
+    """
+    joined, group = list[str](), ""
+    for place, part in enumerate(lower):
+        own = upper[place] if place < len(upper) else ""
+        group = own or (group if part else "")
+        joined.append(_joined(group, part, own=bool(own)))
+    return joined
+
+
+def _joined(group: str, part: str, *, own: bool) -> str:
+    """One header of ``group`` above and ``part`` below; under an ``own`` cell above, a unit is its unit."""
+    if not group or not part:
+        return group or part
+    unit = find_unit(part.strip("[]()"))
+    if own and unit is not None and _target(f"{group} {part}") not in DIRECTIONS:
+        return f"{group} [{unit.name}]"
+    (name, whole), (low, narrow) = split_unit(group), split_unit(part)
+    known = narrow or whole
+    return f"{name} {low} [{known.name}]" if known is not None else f"{group} {part}"
+
+
 def split_unit(header: str) -> tuple[str, Unit | None]:
     """Name and unit of a header such as ``X [mm]``, ``X (inch)``, ``Position X / µm``, ``T in °C`` or ``x_mm``."""
     for pattern in (_BRACKETS, _BEHIND):
@@ -97,9 +123,10 @@ def split_unit(header: str) -> tuple[str, Unit | None]:
 
 
 def in_degrees(column: Column) -> bool:
-    """Whether a column is a temperature, by its unit or by a word of its name."""
-    if column.unit is not None and column.unit.quantity != "none":
-        return column.unit.quantity == "temperature"
+    """Whether a column is a temperature, by its unit, also where that is its name, or by a word of its name."""
+    unit = column.unit or find_unit(column.header.strip("[]()")) if len(column.header) > 1 else column.unit
+    if unit is not None and unit.quantity != "none":
+        return unit.quantity == "temperature"
     return bool(set(_words(re.sub(r"\d", " ", column.name))) & (_TEMPERATURE - {"t"}))
 
 

@@ -26,6 +26,7 @@ from stepgauge.importing.headers import (
     Column,
     check_columns,
     in_degrees,
+    joined_headers,
     read_header,
     with_units,
 )
@@ -126,9 +127,9 @@ def has_points(
 
 
 def _make_table(cells: Cells, layout: TableLayout) -> _Table:
-    at, columns = _find_header(cells, layout)
-    if at:
-        cells = replace(cells, notes=(*cells.notes, f"dropped: {at} rows above the header"))
+    at, size, columns = _find_header(cells, layout)
+    if above := at - size + 1:
+        cells = replace(cells, notes=(*cells.notes, f"dropped: {above} rows above the header"))
     body = list(zip(cells.rows, cells.lines, strict=True))[at + 1 :]
     if body and is_units(body[0][0]):
         columns = with_units(columns, [str(cell) for cell in body[0][0]])
@@ -151,14 +152,18 @@ def _make_table(cells: Cells, layout: TableLayout) -> _Table:
     return _Table(cells, columns, rows, [line for _, line in body], layout.decimal or mark_of(cells.path, texts))
 
 
-def _find_header(cells: Cells, layout: TableLayout) -> tuple[int, list[Column]]:
-    """The first row that names x, y and z."""
+def _find_header(cells: Cells, layout: TableLayout) -> tuple[int, int, list[Column]]:
+    """The first row that names x, y and z, how many rows the header has with one of names above it, and its columns."""
     best: list[str] = []
     for at, row in enumerate(cells.rows[:HEADER_WITHIN]):
         names = [cell if isinstance(cell, str) else "" for cell in row]
+        upper = _upper(cells.rows[at - 1], names) if at else []
+        joined = read_header([*joined_headers(upper, names), *layout.constants], layout.columns) if upper else []
+        if {*POSITION, *layout.columns} <= {column.target for column in joined}:
+            return at, 2, joined
         columns = read_header([*names, *layout.constants], layout.columns)
         if set(POSITION) <= {column.target for column in columns}:
-            return at, columns
+            return at, 1, columns
         if sum(bool(name) and not looks_numeric(name) for name in names) > len(best):
             best = [name for name in names if name]
     unknown = [header for header in layout.columns.values() if best and header not in best]
@@ -174,6 +179,16 @@ def _find_header(cells: Cells, layout: TableLayout) -> tuple[int, list[Column]]:
             words='X [mm];Y [mm];Z [mm], or {} x_mm="HEADER" for each, or of one axis {} laser (dial, ..)',
         ),
     )
+
+
+def _upper(row: Sequence[Cell], names: Sequence[str]) -> list[str]:
+    """The texts of a row above a header, where it may name what that leaves without a name or alike; else empty."""
+    texts = [cell if isinstance(cell, str) else "" for cell in row[: len(names)]]
+    named = [name for name in names if name]
+    fills = len(set(named)) < len(named)
+    fills |= any(text and (not name or find_unit(name.strip("[]()"))) for text, name in zip(texts, names, strict=False))
+    numbers = any(not isinstance(cell, str) or looks_numeric(cell) for cell in row)
+    return texts if fills and len({text for text in texts if text}) > 1 and not numbers else []
 
 
 def _unit(column: Column, layout: TableLayout) -> Unit:
@@ -242,13 +257,16 @@ def _time(table: _Table, column: Column) -> Array:
 def _further(table: _Table, layout: TableLayout) -> tuple[dict[str, Array], tuple[str, ...], tuple[str, ...]]:
     """Columns of a recording besides position, direction and time; covariates; what was kept and what was dropped."""
     columns: dict[str, Any] = {}
-    kept, dropped = [], []
+    kept, dropped, nameless = [], [], 0
     for name in [*COUNTS, *OPTIONAL[2:]]:
         column = table.column(name)
         if column is not None and any(cell != "" for cell in table.texts(column)):
             columns[name] = _counts(table, column) if name in COUNTS else _numbers(table, column, layout)
     for column in table.columns:
-        if column.target is not None or not column.header:
+        if column.target is not None:
+            continue
+        if not column.header:
+            nameless += any(cell != "" for cell in table.texts(column))
             continue
         values = table.values(column)
         name = column.header.replace(",", " ").replace('"', " ").strip()
@@ -258,7 +276,9 @@ def _further(table: _Table, layout: TableLayout) -> tuple[dict[str, Array], tupl
         else:
             dropped.append(column.header)
     words = (f"kept as covariates: {', '.join(kept)}",) if kept else ()
-    return columns, words, (f"dropped: columns {', '.join(dropped)} (not numbers in every row)",) if dropped else ()
+    left_out = [f"dropped: columns {', '.join(dropped)} (not numbers in every row)"] if dropped else []
+    left_out += [f"dropped: {nameless} columns without a name"] if nameless else []
+    return columns, words, tuple(left_out)
 
 
 def _counts(table: _Table, column: Column) -> NDArray[np.int64]:

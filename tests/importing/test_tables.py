@@ -240,6 +240,54 @@ def test_tables_that_are_wrong_are_refused_with_their_row(tmp_path: Path, old: s
         read(case, write(tmp_path, text.replace(old, new, 1)))
 
 
+def two_rows(case: Case, upper: str, lower: str) -> str:
+    """A table with a header of two rows; its columns are face, x, y, z and the temperature."""
+    columns = dict.fromkeys(("face", "x_mm", "y_mm", "z_mm", "gauge_temperature_C"), "")
+    return "\n".join([upper, lower, *table_of(case, columns).splitlines()[1:]])
+
+
+@pytest.mark.parametrize(
+    ("upper", "lower"),
+    [
+        ("Fläche;Tastkugelmitte [mm];;;Temperatur Lehre", ";X;Y;Z;°C"),
+        ("Fläche;Ist;;;Lehre", ";X [mm];Y [mm];Z [mm];Temperatur [°C]"),
+        (";Soll;;;", "Fläche;X;Y;Z;Temperatur"),
+    ],
+)
+def test_a_header_of_two_rows_with_merged_names(tmp_path: Path, upper: str, lower: str) -> None:
+    case = make_case()
+    path = write(tmp_path, "Protokoll;;;;\n" + two_rows(case, upper, lower))
+    back = read(case, path)
+    assert np.abs(back.recording.position_mm - case.recording.position_mm).max() < 0.51e-6
+    assert (back.recording.frame["gauge_temperature_C"] == 20.4).all()
+    assert back.recording.frame["face"].equals(case.recording.frame["face"])
+    rows = 2 if "Soll" in upper else 1  # what names nothing that the row below leaves open is no header
+    assert f"dropped: {rows} rows above the header" in back.report
+
+
+def test_a_group_of_nominal_positions_beside_the_measured_ones(tmp_path: Path) -> None:
+    case = make_case()
+    rows = [line.split(";") for line in table_of(case, XYZ).splitlines()[1:]]
+    text = "\n".join(["Soll;;;Ist;;;", "X;Y;Z;X;Y;Z;", *(";".join(["1", "2", "3", *row, ""]) for row in rows)])
+    back = read(case, write(tmp_path, text))
+    assert np.abs(back.recording.position_mm - case.recording.position_mm).max() < 0.51e-6
+
+
+def test_a_temperature_whose_column_is_a_unit_alone_is_asked_for(tmp_path: Path) -> None:
+    case = make_case()
+    path = write(tmp_path, two_rows(case, "Stufe 9;;;;", "Fläche;X;Y;Z;[°C]"))
+    with pytest.raises(InputError, match=r"whose temperature is column '\[°C\]'\?; expected columns"):
+        read(case, path)
+    assert (read(case, path, gauge_temperature_C=22.7).recording.frame["gauge_temperature_C"] == 22.7).all()
+
+
+def test_a_column_without_a_name_is_told(tmp_path: Path) -> None:
+    case = make_case()
+    lines = table_of(case, XYZ).splitlines()
+    report = read(case, write(tmp_path, "\n".join([lines[0] + ";;", *(f"{line};7;" for line in lines[1:])]))).report
+    assert "dropped: 1 columns without a name" in report
+
+
 def test_thousands_in_doubt_ask_for_the_decimal_mark(tmp_path: Path) -> None:
     case = make_case()
     text = "X;Y;Z\n" + "112,345;-45,678;98,765\n" * 24
