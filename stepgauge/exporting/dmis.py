@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import re
 import textwrap
+from urllib.parse import quote
 
 from stepgauge import __version__
 from stepgauge.errors import InputError, naming
 from stepgauge.exporting.options import DECIMALS, Export, ExportOptions, left_out, run_comments, tip_radius_mm
 from stepgauge.files.templating import fixed, plain
 from stepgauge.files.units import LENGTH_MM
+from stepgauge.programs.dmis import ENCODED
 from stepgauge.recording import Recording
 
 UNITS = {"mm": "MM", "m": "M", "inch": "INCH"}
 LINE = 78
+SAFE = " /,;()[]=+#&<>!?@|"
+"""Signs that need not be encoded; a colon ends the key."""
 
 
 def render(recording: Recording, options: ExportOptions, _: str) -> Export:
@@ -34,16 +38,24 @@ def render(recording: Recording, options: ExportOptions, _: str) -> Export:
         lines.append(f"S(PROBE)=SNSDEF/PROBE,FIXED,CART,0.0,0.0,0.0,0.0,0.0,-1.0,{diameter}")
     lines.append("PRCOMP/ON" if options.surface else "PRCOMP/OFF")
     for key, value in run_comments(recording).items():
-        lines += _text(f"{key}: {value}")
+        lines += _said(key, value)
     lines += _points(recording, factor, DECIMALS[options.unit])
     lines.append("ENDFIL")
     return Export(("\n".join(lines) + "\n").encode("ascii"), left_out(recording, ()))
 
 
+def _said(key: str, value: str) -> list[str]:
+    """A comment of the recording; what DMIS cannot hold is percent-encoded behind ``key*`` (RFC 8187), and shown."""
+    words = f"{key}: {value}"
+    shown = re.sub(r"[^\x20-\x7e]|['$]", "_", words)
+    if shown == words and not key.endswith(ENCODED):
+        return _text(words)
+    return [f"$$ {shown}"[:LINE], *_text(f"{quote(key, SAFE)}{ENCODED}: {quote(value, SAFE)}")]
+
+
 def _text(words: str) -> list[str]:
     """A TEXT/OUTFIL statement, continued where it is long."""
-    clean = re.sub(r"[^\x20-\x7e]|['$]", "_", words)
-    parts = textwrap.wrap(f"TEXT/OUTFIL,'{clean}'", LINE, drop_whitespace=False, break_on_hyphens=False)
+    parts = textwrap.wrap(f"TEXT/OUTFIL,'{words}'", LINE, drop_whitespace=False, break_on_hyphens=False)
     return [*(line + "$" for line in parts[:-1]), parts[-1]]
 
 

@@ -2,7 +2,7 @@
 
 i,j,k is the outward normal of the surface, so the approach is minus that. PRCOMP says whether the points are
 compensated by the tip radius, UNITS in what they are. Nominal points F(..) and the rest are counted and left out.
-``TEXT/OUTFIL,'key: value'`` is kept as a comment.
+``TEXT/OUTFIL,'key: value'`` is kept as a comment, percent-encoded where the key ends in ``*``.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import datetime
 import re
 from collections import Counter
+from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from stepgauge.files.units import LENGTH_MM
 from stepgauge.importing.log import ProbeLog, counted, unit_vectors
 from stepgauge.motion.moves import ProbingSettings
-from stepgauge.programs.dmis import statements
+from stepgauge.programs.dmis import ENCODED, statements
 from stepgauge.programs.reading import Reader
 
 Array = NDArray[np.float64]
@@ -117,8 +118,11 @@ class _Output:
     def _text(self, rest: str) -> None:
         where, _, words = rest.partition(",")
         key, colon, value = words.strip().strip("'").partition(":")
+        key, value = key.strip(), value.strip()
         if where.strip().upper() == "OUTFIL" and colon:
-            self.comments[key.strip()] = value.strip()
+            if key.endswith(ENCODED):
+                key, value = unquote(key.removesuffix(ENCODED)), unquote(value)
+            self.comments[key] = value
         else:
             self.dropped["TEXT"] += 1
 

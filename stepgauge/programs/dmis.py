@@ -13,6 +13,8 @@ from stepgauge.files.templating import fixed
 from stepgauge.programs.reading import Reader
 
 _STATEMENT = re.compile(r"(?:([A-Z]+)\(([\w-]+)\)\s*=\s*)?([A-Z]+)(?:\s*/\s*(.*))?", re.ASCII)
+ENCODED = "*"
+"""Behind the key of a text ``key: value``: both are percent-encoded, for DMIS holds ASCII only."""
 _NO_MOVE = {"DMISMN", "TEXT", "DISPLY"}
 _OUTPUT_HEAD = ("UNITS", "PRCOMP")
 """Statements that say in the output what its points are."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 
 from stepgauge.errors import InputError
 from stepgauge.exporting import FORMS, ExportOptions, export_recording, write_export
-from stepgauge.importing import ImportOptions, import_log, recognise_log
+from stepgauge.importing import ImportOptions, import_log, read_log, recognise_log
 from stepgauge.recording import Recording, read_recording, write_recording
 from tests.build import angles, gauges
 from tests.importing.made import RADIUS_MM, Case, make_case
@@ -74,6 +75,28 @@ def test_a_workbook(tmp_path_factory, case, unit, wave) -> None:
     assert recognise_log(path) == "xlsx"
     back = case.stated(path, "xlsx").recording
     same(back, case.recording, ["time_s", "gauge_temperature_C", "wave"])
+
+
+NAMES = {
+    "gauge_serial": "SN-ü/7",
+    "machine": "Fräse „Süd“ #3 'x' $$ 5 %",
+    "Prüfer*": "M%C3%BC",
+    "plain": "100 % of it: yes",
+    "long": "ß" * 99,
+}
+
+
+def test_dmis_output_keeps_names_that_are_not_ascii(tmp_path: Path) -> None:
+    case = make_case()
+    recording = replace(case.recording, comments={**case.recording.comments, **NAMES})
+    path = tmp_path / "recording.dmo"
+    write_export(path, export_recording(recording, "dmis", ExportOptions()))
+    text = path.read_text("ascii")
+    assert max(map(len, text.splitlines())) <= 80
+    assert "$$ gauge_serial: SN-_/7\n" in text, "for a person"
+    assert "TEXT/OUTFIL,'plain: 100 % of it: yes'" in text, "as it is where it can be"
+    log = read_log(path, "dmis")
+    assert {name: log.comments[name] for name in NAMES} == NAMES
 
 
 @settings(max_examples=50)
