@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.files.numerals import number
-from stepgauge.importing.clock import seconds_of, stamp_in
+from stepgauge.importing.clock import read_clock, stamp_in
 from stepgauge.importing.log import ProbeLog, counted, unit_vectors
 from stepgauge.recording import comment_lines
 
@@ -184,7 +184,7 @@ def read(text: str, path: str) -> ProbeLog:
         approach=approach,
         time_s=time_s,
         columns=columns,
-        comments=comments,
+        comments=_date(session) | comments,
         tip_radius_mm=radius,
         cut="" if session.ended else "no EndSession()",
         failures=tuple(session.failures),
@@ -209,7 +209,7 @@ def _time_s(session: _Session) -> tuple[Array | None, tuple[str, ...]]:
     if len(whole) < len(stamps):
         return None, ("no time_s", "dropped: times that are not there for all points, or run back")
     try:
-        seconds = seconds_of(whole, lambda _: session.path, "time")
+        seconds = read_clock(whole, lambda _: session.path, "time").elapsed_s
     except InputError as error:
         return None, ("no time_s", f"dropped: times that are not understood ({error.found})")
     if (np.diff(seconds) < 0.0).any():
@@ -217,6 +217,17 @@ def _time_s(session: _Session) -> tuple[Array | None, tuple[str, ...]]:
     if len(seconds) > 2 and not np.ptp(seconds[1:]):
         return None, ("no time_s", f"dropped: times, for the clock stands at {whole[-1]}")
     return seconds[1:].round(6), ("time_s from the clock",)
+
+
+def _date(session: _Session) -> dict[str, str]:
+    """The date and time before the first line, where they are whole and not in doubt."""
+    if session.first is None:
+        return {}
+    try:
+        start = read_clock([session.first], lambda _: session.path, "time").start
+    except InputError:
+        return {}
+    return {} if start is None else {"measured_at": start}
 
 
 def _tip_radius_mm(session: _Session) -> tuple[float | None, tuple[str, ...]]:

@@ -7,6 +7,7 @@ speeds mm/s, times s from the first row. Numeric columns that mean nothing to st
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from stepgauge.errors import InputError, naming
 from stepgauge.files.numerals import Numerals, looks_numeric
 from stepgauge.files.units import Unit, find_unit
 from stepgauge.importing.cells import Cell, Cells, is_units, mark_of, read_text_cells, read_workbook_cells, value_of
-from stepgauge.importing.clock import seconds_of
+from stepgauge.importing.clock import Clock, is_date, joined, read_clock
 from stepgauge.importing.headers import (
     DIRECTIONS,
     NORMAL,
@@ -35,6 +36,8 @@ from stepgauge.recording import APPROACH, COUNTS, OPTIONAL, POSITION, comment_li
 
 Array = NDArray[np.float64]
 _UNIT_LENGTH = 0.01
+DECIMALS = 9
+"""Of mm, deg C and mm/s that were turned from other units: a picometre, and no digits of the machine's arithmetic."""
 HEADER_WITHIN = 200
 """Rows among which the header is looked for."""
 
@@ -94,22 +97,26 @@ def read_sheet(path: str | Path, kind: str, layout: TableLayout) -> ProbeLog:
     position = _vector(table, POSITION, layout)
     assert position is not None
     approach, words = _approach(table, layout)
-    columns, kept, left_out = _further(table, layout)
     time = table.column("time_s")
+    clock = None if time is None else _clock(table, time)
     comments = comment_lines(cells.comments)
+    start = None if clock is None else clock.start
+    if start is not None:
+        comments.setdefault("measured_at", start)
+    columns, kept, left_out = _further(table, layout, None if start is None else _date(table))
     return ProbeLog(
         str(path),
         "table" if kind == "csv" else "workbook",
         position,
         np.array(table.lines),
         approach=approach,
-        time_s=None if time is None else _time(table, time),
+        time_s=None if clock is None else clock.elapsed_s,
         columns=columns,
         comments=comments,
         surface={"surface": True, "tip centres": False}.get(comments.get("points", "")),
         dropped=cells.blank + len(cells.comments),
         mapped=(*table.cells.notes, *_mapped(table, layout), *words, *kept),
-        left_out=left_out,
+        left_out=(*left_out, *(() if clock is None else clock.words)),
         degrees=tuple(one.header for one in table.columns if one.target is None and in_degrees(one)),
     )
 
@@ -215,7 +222,9 @@ def _numbers(table: _Table, column: Column, layout: TableLayout) -> Array:
             expected=f"a number with decimal {'comma' if table.decimal == ',' else 'point'}",
         )
     unit = _unit(column, layout)
-    return values if unit.factor == 1.0 and unit.offset == 0.0 else values * unit.factor + unit.offset
+    if unit.factor == 1.0 and unit.offset == 0.0:
+        return values
+    return np.round(values * unit.factor + unit.offset, DECIMALS)
 
 
 def _vector(table: _Table, names: Sequence[str], layout: TableLayout) -> Array | None:
@@ -246,16 +255,27 @@ def _approach(table: _Table, layout: TableLayout) -> tuple[Array | None, tuple[s
     return None, ()
 
 
-def _time(table: _Table, column: Column) -> Array:
+def _clock(table: _Table, column: Column) -> Clock:
     """Seconds: numbers in the column's unit, or the time since the first row where they are dates or times of day."""
     values = table.values(column)
     if np.isfinite(values).all():
-        return values * (column.unit.factor if column.unit else 1.0)
-    return seconds_of(table.texts(column), table.at, column.header)
+        return Clock(values * (column.unit.factor if column.unit else 1.0), None, ())
+    texts, date = table.texts(column), _date(table)
+    if date is not None:
+        with suppress(InputError):  # what is no date is left out, and said to be
+            return read_clock(joined(table.texts(date), texts), table.at, date.header)
+    return read_clock(texts, table.at, column.header)
 
 
-def _further(table: _Table, layout: TableLayout) -> tuple[dict[str, Array], tuple[str, ...], tuple[str, ...]]:
-    """Columns of a recording besides position, direction and time; covariates; what was kept and what was dropped."""
+def _date(table: _Table) -> Column | None:
+    """The column of dates beside one of times of day."""
+    return next((one for one in table.columns if one.target is None and is_date(one.header)), None)
+
+
+def _further(
+    table: _Table, layout: TableLayout, date: Column | None
+) -> tuple[dict[str, Array], tuple[str, ...], tuple[str, ...]]:
+    """Columns of a recording besides position, direction, time and ``date``; covariates; what was kept and dropped."""
     columns: dict[str, Any] = {}
     kept, dropped, nameless = [], [], 0
     for name in [*COUNTS, *OPTIONAL[2:]]:
@@ -263,7 +283,7 @@ def _further(table: _Table, layout: TableLayout) -> tuple[dict[str, Array], tupl
         if column is not None and any(cell != "" for cell in table.texts(column)):
             columns[name] = _counts(table, column) if name in COUNTS else _numbers(table, column, layout)
     for column in table.columns:
-        if column.target is not None:
+        if column.target is not None or column is date:
             continue
         if not column.header:
             nameless += any(cell != "" for cell in table.texts(column))
@@ -302,6 +322,8 @@ def _mapped(table: _Table, layout: TableLayout) -> list[str]:
             continue
         quantity = QUANTITY.get(column.target)
         unit = _unit(column, layout).name if quantity else ""
+        if quantity == "time" and not np.isfinite(table.values(column)).all():
+            unit = "dates and times"
         words.append(f"{column.header} -> {column.target}{f' (from {unit})' if unit else ''}")
     decimal = "comma" if table.decimal == "," else "point"
     same = [column.header for column in table.columns if column.target == column.header]

@@ -218,6 +218,7 @@ COMMENTS = {
     "seed": "Seed of the simulation",
     "tip_radius_mm": "Nominal tip radius",
     "measured": "Measured",
+    "measured_at": "Measured",
     "date": "Date",
     "time": "Time",
     "log": "Log",
@@ -232,7 +233,7 @@ def add_comments(section: Section, comments: dict[str, str]) -> None:
     for key, value in sorted(comments.items()):
         if key not in OF_THE_READER:
             section.add(*comment_line(key, value))
-    if not {"date", "measured", "time"} & set(comments):
+    if not {"date", "measured", "measured_at", "time"} & set(comments):
         section.missing.append(DATE_MISSING)
 
 

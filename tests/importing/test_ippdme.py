@@ -54,7 +54,7 @@ def test_answers_find_their_commands_by_tag() -> None:
     assert log.columns["gauge_temperature_C"].tolist() == [20.4, 20.4]
     assert log.columns["ER"].tolist() == [0.5, 0.25]
     assert log.failures == ((21, 'PtMeas: Error(2, 1006, "server", "Surface not found")'),)
-    assert log.comments == {"gauge_serial": "T-1"}
+    assert log.comments == {"gauge_serial": "T-1", "measured_at": "2026-03-02T10:00:00"}
     assert log.surface is False
     assert log.cut == ""
     assert "1 events" in log.left_out[0]

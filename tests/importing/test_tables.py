@@ -131,7 +131,7 @@ def test_units_are_turned_into_those_of_a_recording(tmp_path: Path, unit, factor
     path = write(tmp_path, table_of(written, columns | more, digits=10))
     back = read(case, path).recording
     assert np.abs(back.position_mm - case.recording.position_mm).max() < 1e-6
-    np.testing.assert_allclose(back.frame["gauge_temperature_C"], 20.4, atol=1e-9)
+    assert (back.frame["gauge_temperature_C"] == 20.4).all(), "not 20.400000000000034"
     np.testing.assert_allclose(back.frame["speed_mm_s"], 3.0)
     np.testing.assert_allclose(back.frame["time_s"], case.recording.frame["time_s"], atol=1e-6)
     bare = write(tmp_path, table_of(written, XYZ | {"gauge_temperature_C": "T"}, digits=10))
@@ -199,17 +199,71 @@ def test_approaches_and_normals(tmp_path: Path) -> None:
         import_log(write(tmp_path, table_of(case, XYZ)), "csv")
 
 
-@pytest.mark.parametrize("style", ["%Y-%m-%d %H:%M:%S.%f", "%d.%m.%Y %H:%M:%S", "%H:%M:%S", "%m/%d/%Y %H:%M:%S"])
-def test_dates_and_times_of_day_become_seconds(tmp_path: Path, style: str) -> None:
-    """The run passes midnight of 30 March, which is no month."""
-    case = make_case().changed(time_s=4.0 * np.arange(24))
-    start = datetime.datetime(2026, 3, 30, 23, 59, 20)
+def timed(tmp_path: Path, case: Case, style: str, start: datetime.datetime, hours_back: int = 0) -> Path:
+    """A table with a time every 4 s; the clock is set back before the 13th row."""
     lines = table_of(case, XYZ).splitlines()
     lines[0] += ";Uhrzeit"
     for n in range(24):
-        lines[n + 1] += ";" + (start + datetime.timedelta(seconds=4.0 * n)).strftime(style)
-    back = read(case, write(tmp_path, "\n".join(lines))).recording
-    assert back.frame["time_s"].tolist() == case.recording.frame["time_s"].tolist()
+        moment = start + datetime.timedelta(seconds=4.0 * n, hours=-hours_back if n >= 12 else 0)
+        lines[n + 1] += ";" + moment.strftime(style)
+    return write(tmp_path, "\n".join(lines))
+
+
+@pytest.mark.parametrize(
+    ("style", "kept"),
+    [
+        ("%Y-%m-%d %H:%M:%S.%f", "2026-03-30T23:59:20"),
+        ("%Y-%m-%dT%H:%M:%SZ", "2026-03-30T23:59:20+00:00"),
+        ("%Y-%m-%dT%H:%M:%S.%f0+01:00", "2026-03-30T23:59:20+01:00"),
+        ("%Y-%m-%d %H:%M:%S -0500", "2026-03-30T23:59:20-05:00"),
+        ("%d.%m.%Y %H:%M:%S", "2026-03-30T23:59:20"),
+        ("%m/%d/%Y %H:%M:%S", "2026-03-30T23:59:20"),
+        ("%H:%M:%S", None),
+    ],
+)
+def test_dates_and_times_of_day_become_seconds(tmp_path: Path, style: str, kept: str | None) -> None:
+    """The run passes midnight of 30 March, which is no month."""
+    case = make_case().changed(time_s=4.0 * np.arange(24))
+    told = read(case, timed(tmp_path, case, style, datetime.datetime(2026, 3, 30, 23, 59, 20)))
+    assert told.recording.frame["time_s"].tolist() == case.recording.frame["time_s"].tolist()
+    assert told.recording.comments.get("measured_at") == kept
+    assert not [line for line in told.report if line.startswith("warning")]
+    assert any("Uhrzeit -> time_s (from dates and times)" in line for line in told.report)
+
+
+@pytest.mark.parametrize(
+    ("start", "words"),
+    [
+        (datetime.datetime(2026, 3, 4, 10, 0), "04/03/2026 10:00:00 may be day/month or month/day"),
+        (datetime.datetime(2926, 3, 30, 10, 0), "30/03/2926 10:00:00 cannot be (is the clock set?)"),
+        (datetime.datetime(1970, 1, 1, 10, 0), "01/01/1970 10:00:00 cannot be (is the clock set?)"),
+    ],
+)
+def test_a_date_in_doubt_is_not_kept(tmp_path: Path, start: datetime.datetime, words: str) -> None:
+    case = make_case()
+    told = read(case, timed(tmp_path, case, "%d/%m/%Y %H:%M:%S", start))
+    assert f"warning: the date of the measurement is not kept: {words}" in told.report
+    assert "measured_at" not in told.recording.comments
+
+
+@pytest.mark.parametrize("dates", ["Datum", "Date"])
+def test_a_date_in_a_column_of_its_own(tmp_path: Path, dates: str) -> None:
+    case = make_case().changed(time_s=4.0 * np.arange(24))
+    lines = timed(tmp_path, case, "%H:%M:%S;%d.%m.%Y", datetime.datetime(2026, 3, 4, 23, 59, 20)).read_text()
+    told = read(case, write(tmp_path, lines.replace("Uhrzeit", f"Uhrzeit;{dates}")))
+    assert told.recording.comments["measured_at"] == "2026-03-04T23:59:20"
+    assert told.recording.frame["time_s"].tolist() == case.recording.frame["time_s"].tolist()
+    assert not any("dropped" in line for line in told.report)
+    told = read(case, write(tmp_path, lines.replace("Uhrzeit", f"Uhrzeit;{dates}").replace(".2026", ". im März")))
+    assert "measured_at" not in told.recording.comments
+    assert told.recording.frame["time_s"].tolist() == case.recording.frame["time_s"].tolist()
+
+
+def test_a_clock_that_is_set_back_is_told_with_its_row(tmp_path: Path) -> None:
+    case = make_case()
+    path = timed(tmp_path, case, "%d.%m.%Y %H:%M:%S", datetime.datetime(2026, 10, 25, 2, 59, 20), hours_back=1)
+    (warning,) = (line for line in read(case, path).report if line.startswith("warning"))
+    assert f"{path}:14: the time runs back by 3596 s, from 25.10.2026 03:00:04 to 25.10.2026 02:00:08" in warning
 
 
 def test_a_date_that_may_be_two_days_is_refused(tmp_path: Path) -> None:

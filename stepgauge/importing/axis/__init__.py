@@ -60,9 +60,15 @@ def import_axis(path: str | Path, options: AxisOptions, layout: TableLayout | No
         recording = build_axis(found, grid, options)
     if options.heights is not None:
         recording = reduced(recording, read_heights(options.heights), options.heights)
-    report = (*notes, *grid.left_out, *_words(roles, found, recording))
-    said = {**recording.comments, **comments, "log": Path(path).name, "import": "\n".join(report)}
+    clock = () if found.clock is None else found.clock.words
+    report = (*notes, *grid.left_out, *_words(roles, found, recording), *clock)
+    said = {**recording.comments, **_date(found), **comments, "log": Path(path).name, "import": "\n".join(report)}
     return AxisImport(AxisRecording(recording.frame, recording.form, recording.units, recording.sensor, said), report)
+
+
+def _date(found: Long) -> dict[str, str]:
+    start = None if found.clock is None else found.clock.start
+    return {} if start is None else {"measured_at": start}
 
 
 def _read_grid(

@@ -29,7 +29,7 @@ from stepgauge.importing.axis.roles import (
     Role,
 )
 from stepgauge.importing.axis.travel import cycles_of_repeats
-from stepgauge.importing.clock import seconds_of
+from stepgauge.importing.clock import Clock, is_date, joined, read_clock
 
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -42,7 +42,8 @@ class Long:
     ``row (n,)``: row of the grid of each; ``target``, ``value``, ``u_target``: in the units of their columns;
     ``value_role``: what the value is (reading, deviation, correction, or unknown); ``way``, ``cycle``: nought where
     nothing states them;
-    ``stations``: names of both; ``others``: numbers recorded besides; ``dropped``: columns that were not.
+    ``clock``: of the rows of the grid; ``stations``: names of both;
+    ``others``: numbers recorded besides; ``dropped``: columns that were not.
     """
 
     row: Whole
@@ -57,6 +58,7 @@ class Long:
     cycle: Whole
     placement: Whole
     time_s: Array | None
+    clock: Clock | None
     stations: tuple[list[str], list[str]] | None
     others: dict[str, Array]
     dropped: list[str]
@@ -73,6 +75,7 @@ def to_long(grid: Grid, roles: Sequence[Role], missing: bool) -> Long:
     target = _only(roles, TARGET)
     u_target = _only(roles, U_TARGET)
     others, dropped = _others(grid, roles)
+    clock = _clock(grid, roles)
     return Long(
         row,
         value,
@@ -85,7 +88,8 @@ def to_long(grid: Grid, roles: Sequence[Role], missing: bool) -> Long:
         way,
         cycle,
         np.maximum(_of_rows(grid, roles, PLACEMENT, [LABEL] * len(grid.rows))[row], 1),
-        _time(grid, roles, row),
+        None if clock is None or clock.stands else clock.elapsed_s[row],
+        clock,
         _stations(grid, roles, row),
         {name: values[row] for name, values in others.items()},
         dropped,
@@ -256,7 +260,7 @@ def _way(text: str) -> int:
     return plain.get(text.strip()) or way_of(text) or parse_label(text).way
 
 
-def _time(grid: Grid, roles: Sequence[Role], row: Whole) -> Array | None:
+def _clock(grid: Grid, roles: Sequence[Role]) -> Clock | None:
     """Seconds: numbers in the column's unit, or dates and times of day, in one column or two."""
     columns = [one for one in roles if one.role == TIME]
     columns = [one for one in columns if any(cell != "" for cell in grid.cells(one.place))]
@@ -265,10 +269,10 @@ def _time(grid: Grid, roles: Sequence[Role], row: Whole) -> Array | None:
     values = grid.numbers(columns[0].place)
     if len(columns) == 1 and np.isfinite(values).all():
         unit = columns[0].unit
-        return values[row] * (unit.factor if unit is not None and unit.quantity == "time" else 1.0)
+        return Clock(values * (unit.factor if unit is not None and unit.quantity == "time" else 1.0), None, ())
+    columns = sorted(columns, key=lambda one: not is_date(one.header))[:2]
     cells = [grid.cells(one.place) for one in columns]
-    texts = cells[0] if len(columns) == 1 else [f"{a} {b}" for a, b in zip(cells[0], cells[1], strict=True)]
-    return seconds_of(texts, grid.at, columns[0].header)[row]
+    return read_clock(cells[0] if len(columns) == 1 else joined(*cells), grid.at, columns[0].header)
 
 
 def _stations(grid: Grid, roles: Sequence[Role], row: Whole) -> tuple[list[str], list[str]] | None:

@@ -40,7 +40,7 @@ _WORDS = {
     WAY: "direction dir way richtung fahrtrichtung sense approach bearing_direction travel sens verfahrrichtung",
     CYCLE: "cycle run cycles runs repeat repetition series zyklus lauf durchgang messreihe wiederholung trial pass",
     PLACEMENT: "placement setup aufstellung aufspannung session",
-    TIME: "time timestamp datetime zeit uhrzeit zeitstempel elapsed seconds clock date_time temps date",
+    TIME: "time timestamp datetime zeit uhrzeit zeitstempel elapsed seconds clock date_time temps date datum",
     FROM: "from von start standpunkt",
     TO: "to nach end zielpunkt",
 }

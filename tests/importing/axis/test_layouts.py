@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from stepgauge.axis.recording import AxisRecording, read_axis_recording
+from stepgauge.reports.sections import DATE_MISSING, recording_section
 from tests.cli.conftest import Run
 from tests.importing.axis.layouts import LAYOUTS, Layout, swept, travelled, truth
 
@@ -48,6 +49,15 @@ def test_every_reading_arrives(run: Run, tmp_path: Path, layout: Layout) -> None
     assert found[["way", "cycle"]].to_numpy().tolist() == expected[["way", "cycle"]].to_numpy().tolist()
     np.testing.assert_allclose(found["deviation"], expected["deviation"], atol=2e-3 * of_file)
     assert back.covariates == list(layout.covariates)
+
+
+@pytest.mark.parametrize("name", ["date and time in every row", "date and time of day in two columns"])
+def test_the_date_is_kept(run: Run, tmp_path: Path, name: str) -> None:
+    (layout,) = (one for one in LAYOUTS if one.name == name)
+    comments = imported(run, tmp_path, layout).comments
+    assert comments["measured_at"] == "2026-03-02T10:01:00"
+    section = recording_section({"recording": "axis.csv", "comments": comments})
+    assert DATE_MISSING not in section.missing
 
 
 def test_sweeps_below_one_another_are_in_the_order_of_travel(run: Run, tmp_path: Path) -> None:
