@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 
 import click
@@ -47,4 +48,4 @@ def command(folder: str, dialect: str | None, **stated: str | None) -> None:
     texts = {key: value for key, value in stated.items() if key not in ("gauge", "machine") and value}
     written = create_project(folder, NewProject(str(stated["gauge"]), str(stated["machine"]), texts, dialect))
     say_written(*written)
-    say("next: " + ("" if folder == "." else f"cd {folder}; ") + "stepgauge status")
+    say("next: " + ("" if folder == "." else f"cd {shlex.quote(folder)}; ") + "stepgauge status")

@@ -80,14 +80,15 @@ def _text(gauge: str, machine: str, new: NewProject) -> str:
     lines += [f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in stated.items() if value]
     lines += [f'# {key} = ""  # {meaning}' for key, meaning in COMMON.items() if not stated.get(key)]
     if new.dialect:
-        lines += ["", "[plan]", f'dialect = "{new.dialect}"', f'output = "program{_suffix(new.dialect)}"']
+        lines += ["", "[plan]", f'dialect = "{new.dialect}"', f'output = "program{program_suffix(new.dialect)}"']
     for verb, output in OUTPUTS.items():
         lines += ["", f"[{verb}]", f'output = "{output}"']
         lines += [f'placement = "{OUTPUTS["locate"]}"'] if verb in ("budget", "report") else []
     return "\n".join(lines) + "\n"
 
 
-def _suffix(dialect: str) -> str:
+def program_suffix(dialect: str) -> str:
+    """The usual suffix of a program; that of DMIS where there is no such dialect."""
     from stepgauge.programs import DIALECTS
 
-    return DIALECTS[dialect].suffix
+    return DIALECTS.get(dialect, DIALECTS["dmis"]).suffix

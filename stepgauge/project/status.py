@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import shlex
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import datetime
@@ -17,7 +18,7 @@ from stepgauge.files.text import read_result
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, read_placement
 from stepgauge.machine.file import read_machine
-from stepgauge.project.create import OUTPUTS, RECORDINGS, RESULTS
+from stepgauge.project.create import OUTPUTS, RECORDINGS, RESULTS, program_suffix
 from stepgauge.project.file import Project
 from stepgauge.recording import read_recording
 from stepgauge.recording.columns import REQUIRED
@@ -73,7 +74,8 @@ def project_status(project: Project) -> Status:
 def _path(project: Project, key: str) -> str:
     value = project.values.get(key)
     if not isinstance(value, str):
-        raise InputError(project.path, f"key {key} is missing", expected="a path, or the name of a shipped file")
+        what, found = (f"key {key} is missing", None) if value is None else (f"key {key} is no text", repr(value))
+        raise InputError(project.path, what, found=found, expected="a path, or the name of a shipped file, in quotes")
     return project.place(value)
 
 
@@ -205,10 +207,11 @@ def _next(project: Project, items: list[Item], recordings: list[Item], results: 
         if item.wrong:
             return "stepgauge shipped", f"state a {item.what} in the project file; these are shipped"
     if items[2].wrong:
-        return "stepgauge locate POINTS.csv", "probe the 16 points, and find how the gauge lies"
+        return _command(project, "locate", "POINTS.csv"), "probe the 16 points, and find how the gauge lies"
     usable = [one for one in recordings if not one.wrong]
     if not usable:
-        return f"stepgauge plan {items[2].path}", "write the measuring program; run it, and 'import' what was measured"
+        reason = "write the measuring program; run it, and 'import' what was measured"
+        return _command(project, "plan", items[2].path), reason
     done = [one for one in results if not one.wrong]
     for kind, (verb, reason) in _REASONS.items():
         made = frozenset[str]().union(*(one.files for one in done if one.what == kind))
@@ -216,19 +219,31 @@ def _next(project: Project, items: list[Item], recordings: list[Item], results: 
         lacking = sorted((one for one in asked if not one.files <= made), key=lambda one: not one.of_axis)
         if lacking:
             one = lacking[-1]
-            command = f"stepgauge {verb} {one.path}{_elsewhere(project, kind, one, done)}"
+            command = _command(project, verb, one.path, _elsewhere(project, kind, one, done))
             return command, _REASON_OF_AXIS if one.of_axis else reason
     evaluations = [one.path for one in done if one.what == "evaluation"]
     if evaluations and not _is_reported(project, evaluations[-1]):
-        return f"stepgauge report {evaluations[-1]}", "write the report"
-    return f"stepgauge plan {items[2].path}", "all is there, the report too; measure again when it is due"
+        return _command(project, "report", evaluations[-1]), "write the report"
+    return _command(project, "plan", items[2].path), "all is there, the report too; measure again when it is due"
+
+
+def _command(project: Project, verb: str, path: str, output: str = "") -> str:
+    """A command as it is typed, with what its verb needs and the project file does not state; paths are quoted."""
+    words, stated = ["stepgauge", verb, path], project.table((verb,))
+    dialect = str(stated.get("dialect", "dmis"))
+    if verb == "plan" and "dialect" not in stated:
+        words += ["--dialect", dialect]
+    if not output and "output" not in stated:
+        usual = f"program{program_suffix(dialect)}" if verb == "plan" else OUTPUTS[verb]
+        output = os.path.relpath(project.folder / usual)
+    return shlex.join([*words, *(["-o", output] if output else [])])
 
 
 def _elsewhere(project: Project, kind: str, recording: Item, done: list[Item]) -> str:
-    """A folder of its own for a result where the usual one may hold that of another recording."""
+    """A folder of its own for a result where the usual one may hold that of another recording; else empty."""
     if not any(one.what == kind for one in done):
         return ""
-    return f" -o {os.path.relpath(project.folder / RESULTS / f'{kind}-{Path(recording.path).stem}')}"
+    return os.path.relpath(project.folder / RESULTS / f"{kind}-{Path(recording.path).stem}")
 
 
 def _is_reported(project: Project, evaluation: str) -> bool:

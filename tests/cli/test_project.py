@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -121,6 +122,34 @@ def test_status_reads_axes_and_diagnoses(run: Run, project: Path) -> None:
     assert re.search(r"recording +laser/again.csv\n +axis by optical sensor", run("status").out)
     path.write_text(path.read_text() + "\n")
     assert re.search(r"diagnosis +results/diagnosis\n +! .*axis.csv has changed", run("status").out)
+
+
+def test_the_next_command_can_be_typed_as_it_stands(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a project without a dialect, and whose file states nothing but gauge and machine; paths have blanks."""
+    monkeypatch.chdir(tmp_path)
+    made = run("init", "ein Ordner ü", "-g", "step-gauge-420", "-m", "bridge-cmm")
+    assert "next: cd 'ein Ordner ü'; stepgauge status" in made.err
+    folder = tmp_path / "ein Ordner ü"
+    file = folder / "stepgauge.toml"
+    monkeypatch.chdir(folder)
+    for stated in (file.read_text(), file.read_text().partition("\n[")[0]):
+        file.write_text(stated)
+        (folder / "POINTS.csv").write_text((ROOT / "examples/demo/points.csv").read_text())
+        for verb in ("locate", "plan"):
+            words = shlex.split(run("status").out.partition("next")[2].splitlines()[0])
+            assert words[:2] == ["stepgauge", verb]
+            assert run(*words[1:]).code == 0, words
+        assert run("simulate", "program.dmi", "--seed", 1, "-o", "recordings/a b.csv").code == 0
+        words = shlex.split(run("status").out.partition("next")[2].splitlines()[0])
+        assert run(*words[1:]).code == 0, words
+        for made_here in (*folder.glob("placement.toml"), *folder.glob("recordings/*")):
+            made_here.unlink()
+
+
+def test_status_says_what_is_wrong_with_a_key(run: Run, project: Path) -> None:
+    file = project / "stepgauge.toml"
+    file.write_text(file.read_text().replace('gauge = "gauge/step-gauge-420.toml"', "gauge = 5"))
+    assert "stepgauge.toml: key gauge is no text; found 5; expected a path" in run("status").out
 
 
 def test_status_says_what_comes_next(run: Run, project: Path) -> None:
