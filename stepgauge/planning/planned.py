@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 from stepgauge.errors import InputError
 from stepgauge.files.shown import Shown, as_lines
 from stepgauge.motion.moves import Program
-from stepgauge.planning.program import ProgramText, check_tool, duration_s, program_text
+from stepgauge.planning.program import ProgramText, check_tool, duration_s, duration_words, program_text
 from stepgauge.programs import DIALECTS
 
 if TYPE_CHECKING:
@@ -29,10 +29,12 @@ class Plan(Shown):
 
     def summary(self) -> str:
         """Points, moves, time at full speed, and what the path was checked against."""
-        minutes, seconds = divmod(round(duration_s(self.program)), 60)
         travel = ", travel" if self.travel_checked else "; travel limits NOT checked (no machine)"
         size = f"{self.program.n_points} points, {len(self.program)} moves"
-        return as_lines(f"{size}; about {minutes} min {seconds} s at full speed", f"path checked: gauge, rail{travel}")
+        return as_lines(
+            f"{size}; about {duration_words(duration_s(self.program))} at full speed",
+            f"path checked: gauge, rail{travel}",
+        )
 
     def to_frame(self) -> pd.DataFrame:
         """One row per move: measuring point, name, target in mm, whether it measures, unit direction of the search."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stepgauge.alignment import locate
 from stepgauge.alignment.checks import RADIUS_TOLERANCE_MM
@@ -256,8 +257,21 @@ def check_tool(name: str, dialect: str) -> None:
         )
 
 
-def duration_s(program: Program) -> float:
-    """How long the path takes at full speed, without accelerations."""
+def durations_s(program: Program) -> NDArray[np.float64]:
+    """How long each move takes at full speed, without accelerations, ``(n_moves,)``."""
     path, settings = trace(program), program.settings
     speed = np.where(path.measuring, settings.measuring_speed_mm_s, settings.travel_speed_mm_s)
-    return float((path.length_mm / speed).sum())
+    seconds = np.zeros(len(program))
+    np.add.at(seconds, path.move, path.length_mm / speed)
+    return seconds
+
+
+def duration_s(program: Program) -> float:
+    """How long the path takes at full speed, without accelerations."""
+    return float(durations_s(program).sum())
+
+
+def duration_words(seconds: float) -> str:
+    """A duration as people read it off a clock: ``7 min 23 s``."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s"

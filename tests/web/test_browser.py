@@ -31,6 +31,19 @@ def test_the_project_says_what_is_next(served: Served, watched: Watched) -> None
     assert watched.page.get_by_role("link", name="Projekt", exact=True).get_attribute("aria-current") == "page"
 
 
+@pytest.mark.parametrize("width", [400, 500, 1280])
+def test_the_project_is_seen_whole_at_any_width(served: Served, watched: Watched, width: int) -> None:
+    page = watched.page
+    page.set_viewport_size({"width": width, "height": 900})
+    page.goto(served.address)
+    page.get_by_text("not there yet").wait_for()
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    hidden = "one => one.scrollHeight - one.clientHeight > 1 || one.scrollWidth - one.clientWidth > 1"
+    assert not page.evaluate(f"[...document.querySelectorAll('.scroll')].some({hidden})")
+    height = page.evaluate("document.querySelector('td.file').clientHeight")
+    assert width < 1000 or height < 45, "names of files are not broken where there is room"
+
+
 def test_a_folder_without_a_project_gets_one(tmp_path: Path, watched: Watched) -> None:
     server = Served(tmp_path)
     try:

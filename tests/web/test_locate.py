@@ -63,18 +63,23 @@ def test_from_wrong_points_to_a_placement(served: Served, watched: Watched) -> N
     page.get_by_text("disagrees with the others").wait_for()
     assert "point 8" in page.get_by_role("alert").inner_text()
     assert not (served.folder / "placement.toml").exists()
+    assert page.get_by_role("cell", name="front face, block 21").count() == 3, "the gauge's number, not block 2"
+    paste(page, TEXT.replace("324.9965", "326.8965"))
+    page.get_by_text("off by 1.9").wait_for()
+    assert [path.name for path in served.folder.glob("points*")] == ["points-refused.csv"]
     page.get_by_label("A file of points").set_input_files(str(POINTS))
     page.get_by_label("Or paste the rows").fill("")
     page.get_by_role("button", name="Locate").click()
     page.get_by_text("The gauge is located").wait_for()
     page.locator(".plot[data-ready]").wait_for()
     assert watched.violations() == []
+    assert [path.name for path in served.folder.glob("points*")] == ["points.csv"]
     written = tomllib.loads((served.folder / "placement.toml").read_text())
     assert written["last_block"] == 21
 
 
 def test_a_scene_has_the_gauge_and_the_travel(served: Served) -> None:
-    status, _, body = served.ask("/locate/scene.json?points=points-2.csv")
+    status, _, body = served.ask("/locate/scene.json?points=points.csv")
     names = [one["name"] for one in json.loads(body)["data"]]
     assert status == 200
     assert names == ["blocks", "rail", "points (tip centre)", "travel of the machine"]

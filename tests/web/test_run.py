@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
 from urllib.parse import urlencode
+
+import pytest
 
 from stepgauge.live.journal import look
 from stepgauge.recording import read_recording
@@ -38,6 +41,29 @@ def wait(until: Callable[[], bool], seconds: float = 60.0) -> None:
     while not until():
         assert time.monotonic() < end
         time.sleep(0.05)
+
+
+@pytest.mark.parametrize(("cycles", "order"), [(1, "blocks"), (5, "blocks"), (7, "up-down")])
+def test_the_page_says_the_time_of_the_command_line(tmp_path: Path, cycles: int, order: str) -> None:
+    import stepgauge as sg
+
+    folder = located(tmp_path / "project")
+    with Served(folder) as server:
+        _, _, body = server.ask(f"/plan/part?cycles={cycles}&order={order}&dialect=dmis")
+    planned = sg.plan(folder / "placement.toml", "step-gauge-420", "bridge-cmm", cycles=cycles, order=order)
+    time = re.search(r"about (\d+ min \d+ s) at full speed", planned.summary())
+    assert time is not None
+    assert f"<dd>{time[1]}</dd>" in body.decode()
+
+
+def test_points_of_one_block_twice_are_an_answer(tmp_path: Path) -> None:
+    rows = (ROOT / "examples/demo/points.csv").read_text().splitlines()[-16:]
+    begin = [row.partition(",")[2] for row in rows[:8]]
+    pasted = "\n".join(f"{number},{row}" for number, row in enumerate(begin * 2, 1))
+    with Served(make_project(tmp_path / "project")) as server:
+        status, body = post(server, "/locate", pasted=pasted)
+    assert status == 200
+    assert "points 9 to 16 are the same as points 1 to 8" in body.decode()
 
 
 def test_nothing_is_lost_when_the_server_is_killed(tmp_path: Path, watched: Watched) -> None:

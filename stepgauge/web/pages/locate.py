@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,8 @@ from stepgauge.web.site import Site
 if TYPE_CHECKING:
     from stepgauge.alignment.agreement import Agreement
 
-POINTS = "points.csv"
+POINTS, REFUSED = "points.csv", "points-refused.csv"
+"""Points that make a placement are kept, each set in a file of its own; of refused ones the last, to be looked at."""
 PLACES = ("front", "front", "front", "side_plus", "side_minus", "top", "rail", "back")
 
 
@@ -55,6 +56,7 @@ def locate(request: Request, form: Form) -> Response:
     error = ""
     try:
         _write_placement(site, asked)
+        asked = _accepted(site, asked)
     except InputError as wrong:
         error = wrong.as_typed()
     judged = _judged(site, asked)
@@ -65,7 +67,7 @@ def locate(request: Request, form: Form) -> Response:
 
 
 def _points_file(site: Site, form: Form) -> str:
-    """The 16 points as a file of the project; they are read before they are kept."""
+    """The 16 points as a file of the project, refused until they are located; they are read before they are written."""
     if form.text("kept") and "points" not in form.files and not form.text("pasted"):
         return str(existing(site.folder, form.text("kept")).relative_to(site.folder))
     data = form.files.get("points") or as_points_file(form.text("pasted")).encode()
@@ -75,10 +77,19 @@ def _points_file(site: Site, form: Form) -> str:
     with site.writing():
         from stepgauge.files.outputs import replacing
 
-        place = free_name(site.folder, POINTS, data)
-        with replacing(place) as beside:
+        with replacing(site.folder / REFUSED) as beside:
             beside.write_bytes(data)
-    return str(place.relative_to(site.folder))
+    return REFUSED
+
+
+def _accepted(site: Site, asked: Asked) -> Asked:
+    """The points that gave a placement, under a name by which they stay."""
+    if asked.points != REFUSED:
+        return asked
+    with site.writing():
+        place = free_name(site.folder, POINTS, (site.folder / REFUSED).read_bytes())
+        (site.folder / REFUSED).replace(place)
+    return replace(asked, points=str(place.relative_to(site.folder)))
 
 
 def _check_readable(data: bytes) -> None:
@@ -124,7 +135,7 @@ def _rows(judged: Agreement) -> list[dict[str, Any]]:
         {
             "point": number,
             "place": PLACES[(number - 1) % 8],
-            "block": 1 if number <= 8 else 2,
+            "block": judged.lies.first_block if number <= 8 else judged.lies.last_block,
             "off_um": 1e3 * float(judged.off_mm[number - 1]),
             "suspect": number == judged.suspect,
         }

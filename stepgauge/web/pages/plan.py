@@ -99,13 +99,16 @@ class Drafted:
         return self.program.n_points // min(self.cycles, SHOWN_CYCLES) * self.cycles
 
     @property
-    def minutes(self) -> float:
+    def duration(self) -> str:
         """At full speed, without accelerations; further cycles are as long as the last one that is shown."""
-        from stepgauge.planning.program import duration_s
+        import numpy as np
 
-        whole, own = duration_s(self.program), self.program
-        per_cycle = whole / min(self.cycles, SHOWN_CYCLES) if own.n_points else 0.0
-        return (whole + per_cycle * max(self.cycles - SHOWN_CYCLES, 0)) / 60.0
+        from stepgauge.planning.program import duration_words, durations_s
+
+        seconds, touches = durations_s(self.program), np.flatnonzero(self.program.is_measure)
+        further, size = max(self.cycles - SHOWN_CYCLES, 0), len(touches) // SHOWN_CYCLES
+        last = seconds[touches[-1 - size] + 1 : touches[-1] + 1].sum() if further and size else 0.0
+        return duration_words(float(seconds.sum() + further * last))
 
 
 @lru_cache(8)

@@ -88,6 +88,7 @@ export function looks(layout = {}) {
     {...AXIS(), backgroundcolor: style("--ground"), ...layout.scene[key]}]))};
   return {...layout, ...axes, ...(scene ? {scene} : {}), template: "none", paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
     font: {family: getComputedStyle(document.body).fontFamily, size: 13, color: style("--ink")},
+    modebar: {bgcolor: "rgba(0,0,0,0)", color: style("--quiet"), activecolor: style("--blue")},
     hoverlabel: {bgcolor: style("--raised"), font: {color: style("--ink")}, bordercolor: style("--rule")}};
 }
 export const CONFIG = {responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"]};
