@@ -135,7 +135,7 @@ def _message(where: str, what: str, found: object, expected: object) -> str:
         over = used + sum(map(len, parts)) - LONGEST
         parts[i] = _cut(parts[i], max(len(parts[i]) - max(over, 0), _SHORTEST))
     said = [head + part for head, part, value in zip(heads, parts, values, strict=True) if value is not None]
-    return _cut("".join(said), LONGEST)
+    return _cut("".join(said).removeprefix(": "), LONGEST)  # what was never in a file has no place
 
 
 def _cut(text: str, longest: int) -> str:
@@ -157,6 +157,8 @@ def _place(text: str, longest: int) -> str:
 @contextmanager
 def reading(path: str | PathLike[str], what: str = "file") -> Iterator[None]:
     """Whatever fails inside is an :class:`InputError` of ``path``; ``what`` it should be, in words."""
+    if not str(path):
+        raise InputError(what, "this names no file", found="an empty name", expected="the name of a file")
     try:
         yield
     except InputError:

@@ -14,6 +14,9 @@ import pytest
 import stepgauge
 from stepgauge.cli import VERBS, cli, main, run_command
 from stepgauge.errors import LONGEST, InputError, ProgramStoppedError, naming, option_of
+from stepgauge.files.text import read_json
+from stepgauge.gauge.certified import read_gauge
+from stepgauge.recording import read_recording
 
 
 def refuse() -> None:
@@ -44,6 +47,13 @@ def test_arguments_in_python_are_options_at_the_command_line() -> None:
         assert str(one) == told
         assert one.as_typed() == typed
         assert one.at("a.csv").as_typed() == typed.replace("--home", "a.csv", 1)
+
+
+def test_what_has_no_place_and_what_has_no_name(tmp_path: Path) -> None:
+    assert str(InputError("", "this is another gauge", found=1)) == "this is another gauge; found 1"
+    for read in (read_recording, read_gauge, read_json):
+        with pytest.raises(InputError, match="this names no file; found an empty name; expected the name of a file"):
+            read("")
 
 
 def test_every_argument_that_a_message_names_has_an_option() -> None:

@@ -108,6 +108,12 @@ def test_a_file_in_place_of_the_folder_is_named(tmp_path: Path) -> None:
         write_text(tmp_path / "points.csv" / "evaluation.json", "{}")
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no device that is full")
+def test_a_full_device_names_itself() -> None:
+    with pytest.raises(InputError, match="/dev/full: cannot be written: No space left on device"):
+        write_text("/dev/full", "text")
+
+
 def test_a_device_is_written_to_as_it_is() -> None:
     write_text("/dev/null", "gone")
     assert not Path("/dev/null").is_file()

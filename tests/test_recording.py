@@ -42,7 +42,8 @@ def test_comments_defaults_and_further_columns_are_kept(tmp_path: Path) -> None:
     [
         ("x_mm", "x_inch", [":3", "'x_mm' is missing"]),
         ("112.0", "", [":5", "x_mm", "finite number", "nothing"]),
-        ("112.0", "nan", [":5", "x_mm"]),
+        ("112.0", "nan", [":5", "x_mm", "found 'nan'"]),
+        ("112.0", "", [":5", "x_mm", "found nothing"]),
         ("112.0", "inf", [":5", "x_mm"]),
         ("112.0", "11l2", [":5", "x_mm", "11l2"]),
         ("2,1,98.1", "2,1.5,98.1", [":6", "face", "1.5", "whole number"]),

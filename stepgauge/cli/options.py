@@ -218,7 +218,14 @@ def mpe_from(options: dict[str, Any]) -> Mpe | None:
 
 def output(text: str) -> Decorator:
     """``-o``."""
-    return click.option("-o", "--output", required=True, metavar="PATH", help=text)
+    return click.option("-o", "--output", required=True, metavar="PATH", callback=_check_named, help=text)
+
+
+def _check_named(_: click.Context, param: click.Parameter, value: str) -> str:
+    """A variable of a script that was never set leaves an empty name, which would mean the working folder."""
+    if not value.strip():
+        raise click.BadParameter("the name is empty", param=param)
+    return value
 
 
 def percent(bar: Any) -> Callable[[int, int], None]:

@@ -194,7 +194,8 @@ def replacing(path: str | Path, at_once: bool = False) -> Iterator[Path]:
     """
     target = Path(os.path.realpath(path))
     if target.exists() and not stat.S_ISREG(target.stat().st_mode) and not target.is_dir():
-        yield target
+        with _naming(Path(path), target):
+            yield target
         return
     refuse_input(path)
     files = None if at_once else _current()

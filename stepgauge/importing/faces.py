@@ -155,17 +155,32 @@ def _check_approach(along: Array, where: Where) -> None:
 def check_mostly_on_blocks(position_mm: Array, gauge: Gauge, placement: Placement, where: Where) -> None:
     """:class:`InputError` where most points lie beside the blocks; a few may be points of something else."""
     tip = placement.to_gauge(gauge, position_mm)
-    half = np.array([gauge.table.block_width_mm, gauge.table.block_height_mm]) / 2.0
-    if (np.abs(tip[:, 1:]) > half).any(axis=1).mean() > 0.5:
-        _check_on_face(tip, gauge, where)
+    if _beside(tip, gauge).mean() > 0.5:
+        _check_on_face(tip, gauge, where, _exchanged(position_mm, gauge, placement))
 
 
-def _check_on_face(tip: Array, gauge: Gauge, where: Where) -> None:
+def _beside(tip: Array, gauge: Gauge) -> NDArray[np.bool_]:
+    """Which points, in gauge coordinates, lie beside the blocks."""
     half = np.array([gauge.table.block_width_mm, gauge.table.block_height_mm]) / 2.0
-    beside = (np.abs(tip[:, 1:]) > half).any(axis=1)
+    return np.asarray((np.abs(tip[:, 1:]) > half).any(axis=1))
+
+
+def _exchanged(position_mm: Array, gauge: Gauge, placement: Placement) -> str:
+    """Words where the points lie on the blocks once two of their coordinates are exchanged; else empty."""
+    for one, other in ((0, 1), (1, 2), (0, 2)):
+        order = [0, 1, 2]
+        order[one], order[other] = other, one
+        if _beside(placement.to_gauge(gauge, position_mm[:, order]), gauge).mean() < 0.5:
+            return f" (the columns of {'xyz'[one]} and {'xyz'[other]} look exchanged)"
+    return ""
+
+
+def _check_on_face(tip: Array, gauge: Gauge, where: Where, hint: str = "") -> None:
+    half = np.array([gauge.table.block_width_mm, gauge.table.block_height_mm]) / 2.0
+    beside = _beside(tip, gauge)
     if beside.any():
         row = int(beside.argmax())
-        hint = unit_hint(float(np.ptp(tip[:, 0])), float(np.ptp(gauge.position_mm)))
+        hint = hint or unit_hint(float(np.ptp(tip[:, 0])), float(np.ptp(gauge.position_mm)))
         raise InputError(
             where.at[row],
             f"{where.move} is aimed beside the blocks of the gauge as placed{hint}",

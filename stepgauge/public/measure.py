@@ -18,7 +18,16 @@ from stepgauge.live.measuring import measure as measure_job
 from stepgauge.machine.file import Machine
 from stepgauge.machine.virtual import probing_settings
 from stepgauge.programs import DIALECTS, read_program
-from stepgauge.public.inputs import File, as_gauge, as_machine, as_placement, at_least, moves_of_plan, one_of
+from stepgauge.public.inputs import (
+    File,
+    a_temperature,
+    as_gauge,
+    as_machine,
+    as_placement,
+    at_least,
+    moves_of_plan,
+    one_of,
+)
 from stepgauge.recording import Recording
 
 if TYPE_CHECKING:
@@ -78,6 +87,7 @@ def measure(
     """
     at_least("placement_number", placement_number, 1)
     at_least("search_mm", search_mm, 0.0, "mm", beyond=True)
+    a_temperature("gauge_temperature_C", gauge_temperature_C)
     steps, cmm = as_gauge(gauge), as_machine(machine)
     if isinstance(program, File):
         known = None if dialect is None else one_of("dialect", dialect, DIALECTS)

@@ -12,7 +12,16 @@ from stepgauge.machine.file import Machine
 from stepgauge.machine.virtual import Conditions, Run, probing_settings, run_program
 from stepgauge.programs import DIALECTS, recognise
 from stepgauge.programs.controller import controller_log
-from stepgauge.public.inputs import File, as_gauge, as_machine, as_placement, at_least, moves_of_plan, one_of
+from stepgauge.public.inputs import (
+    File,
+    a_temperature,
+    as_gauge,
+    as_machine,
+    as_placement,
+    at_least,
+    moves_of_plan,
+    one_of,
+)
 
 if TYPE_CHECKING:
     from stepgauge.planning.planned import Plan
@@ -71,6 +80,7 @@ def simulate(
     at_least("placement_number", placement_number, 1)
     at_least("start_s", start_s, 0.0, "s")
     at_least("search_mm", search_mm, 0.0, "mm", beyond=True)
+    a_temperature("gauge_temperature_C", gauge_temperature_C)
     steps, cmm = as_gauge(gauge), as_machine(machine)
     lies = as_placement(placement, steps)
     if true_placement is not None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import csv
 import re
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -274,10 +276,20 @@ def _refuse(
     if bad.any():
         row = int(bad.argmax())
         value = frame[name].iloc[row]
-        found = "nothing" if pd.isna(value) else str(value)
+        found = _written(path, first_line + row, frame.columns.get_loc(name)) if pd.isna(value) else str(value)
         raise InputError(
             f"{path}:{first_line + row}", f"column {name} {what}", found=found, expected=expected or "a number"
         )
+
+
+def _written(path: str | Path, line: int, place: Any) -> str:
+    """What stands in the file where no number was read: ``nan`` is something else than an empty cell."""
+    if is_parquet(path):
+        return "nothing"
+    with Path(path).open(encoding="utf-8-sig") as file:
+        cells = next(csv.reader([next(islice(file, line - 1, None), "")]), [])
+    text = cells[place].strip() if isinstance(place, int) and place < len(cells) else ""
+    return repr(text) if text else "nothing"
 
 
 def _check_values(frame: pd.DataFrame, path: str | Path, first_line: int) -> None:

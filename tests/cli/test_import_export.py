@@ -97,6 +97,8 @@ def test_export_and_import_on_the_command_line(run: Run, files: Path) -> None:
         (["import", "r.csv", *GAUGE, "--program", "p.dmi", "-o", "x.csv"], "--program needs --gauge and --placement"),
         (["import", "recording.csv", "--column", "x=X", "-o", "x.csv"], "--column: not understood; found 'x=X'"),
         (["import", "none.csv", "-o", "x.csv"], "none.csv: no such file"),
+        (["import", "", "-o", "x.csv"], "this names no file; found an empty name"),
+        (["export", "recording.csv", "--to", "csv", "-o", ""], "'-o' / '--output': the name is empty"),
         (["import", "recording.csv", "--from", "dmis", "-o", "x.csv"], "recording.csv:1: this is not a DMIS output"),
         (
             ["import", "program.dmi", *GAUGE, "-o", "x.csv"],

@@ -335,6 +335,13 @@ def test_a_temperature_whose_column_is_a_unit_alone_is_asked_for(tmp_path: Path)
     assert (read(case, path, gauge_temperature_C=22.7).recording.frame["gauge_temperature_C"] == 22.7).all()
 
 
+def test_exchanged_columns_are_named_and_not_taken_for_another_unit(tmp_path: Path) -> None:
+    case = make_case()
+    path = write(tmp_path, table_of(case, XYZ).replace("X;Y;Z", "Y;X;Z"))
+    with pytest.raises(InputError, match=r"\(the columns of x and y look exchanged\); found"):
+        read(case, path)
+
+
 def test_a_column_without_a_name_is_told(tmp_path: Path) -> None:
     case = make_case()
     lines = table_of(case, XYZ).splitlines()

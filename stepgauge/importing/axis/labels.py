@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-_PLUS = """+ +1 f fw fwd forward forwards up upward upwards rising increasing pos positive cw hin vor vorwarts vorwärts
-    aufwarts aufwärts steigend ↑ → > >> plus out outward ascending right aller u"""
+_PLUS = """+ +1 f fw fwd forward forwards up upward upwards rising increasing pos positive positiv positif cw hin vor
+    vorwarts vorwärts aufwarts aufwärts steigend ↑ → > >> plus out outward ascending right aller u"""
 _MINUS = """- -1 − – r b bw bwd rev reverse reversed backward backwards down downward downwards falling decreasing neg
-    negative ccw zuruck zurück ruck rück ruckwarts rückwärts abwarts abwärts fallend ↓ ← < << minus in inward
-    descending left retour d"""
+    negative negativ negatif négatif ccw zuruck zurück ruck rück ruckwarts rückwärts abwarts abwärts fallend ↓ ← < <<
+    minus in inward descending left retour d"""
 _BRIEF = "f r b u d in out pos neg > < + - − – right left"
 _FORWARD, _BACKWARD, _ALONE = (frozenset(words.split()) for words in (_PLUS, _MINUS, _BRIEF))
 """Words of each direction, and those that say one only at the end of a name or alone."""

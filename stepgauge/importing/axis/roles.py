@@ -214,11 +214,13 @@ def _stem(name: str) -> list[str]:
 def _settled(roles: list[Role], names: Sequence[str]) -> list[Role]:
     """A place is the target where no other column is one."""
     values = [one for one in roles if one.role in VALUE_ROLES]
+    labelled = [one for one in roles if one.label != LABEL]
     places = [
         one.place
         for one, name in zip(roles, names, strict=True)
-        if one.role is None and one.label == LABEL and words_of(name) and set(words_of(name)) <= _POSITION
+        if one.role is None and words_of(name) and set(words_of(name)) <= _POSITION
+        if one.label == LABEL or (words_of(name) == ["pos"] and labelled == [one])  # not the positive way of two
     ]
     if any(one.role == TARGET for one in roles) or len(places) != 1 or not values:
         return roles
-    return [replace(one, role=TARGET) if one.place == places[0] else one for one in roles]
+    return [replace(one, role=TARGET, label=LABEL) if one.place == places[0] else one for one in roles]

@@ -87,6 +87,17 @@ def test_what_is_open_is_asked_for(run: Run, tmp_path: Path, text: str, options:
     assert re.search(words, result.err), result.err
 
 
+def test_short_german_names_of_places_and_directions(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "axis.csv"
+    rows = [f"{place};positiv;{place},0001" for place in (0, 50, 100)]
+    rows += [f"{place};negativ;{place},0004" for place in (100, 50, 0)]
+    path.write_text("\n".join(["Pos [mm];Richtung;Ist [mm]", *rows]))
+    said = run("import", path, "--sensor", "laser", "-o", tmp_path / "out.csv")
+    assert said.code == 0
+    assert "mapped: Pos [mm] -> target, Richtung -> way, Ist [mm] -> reading" in said.err
+    assert "6 readings of 3 targets, cycles: 1, direction stated" in said.err
+
+
 def test_a_table_of_one_axis_without_a_sensor_names_the_option(run: Run, tmp_path: Path) -> None:
     for text in ("target_mm,error_um\n" + PAIRS, "target_mm;error_um;T\n" + NUMBERS.replace(",", ";")):
         (tmp_path / "t.csv").write_text(text)
