@@ -55,7 +55,8 @@ def _draw_bars(axes: Axes, budget: StoredBudget, lines: Sequence[StoredLine]) ->
             values.append(float(np.hypot.reduce([line.contributions_um.get(name, 0.0) for name in rest])))
         values += [line.u_um, line.expanded_um]
         at = place + (0.5 * (len(lines) - 1) - i) * height
-        bars = axes.barh(at, values, height=height * 0.92, color=CYCLE[i], label=f"{label(line)}, k = {line.k:.2f}")
+        name = label(line).replace("R_eff", "R$_{eff}$")
+        bars = axes.barh(at, values, height=height * 0.92, color=CYCLE[i], label=f"{name}, k = {line.k:.2f}")
         axes.bar_label(bars, fmt="%.3f", padding=2, fontsize=6.5)
     labels = {source.name: source.label for source in budget.sources}
     axes.set_yticks(place, [labels.get(name, name) for name in rows])

@@ -40,7 +40,7 @@ def draw_watch(path: str | Path, watched: Sequence[Watched]) -> None:
 
 
 def watch_figure(watched: Sequence[Watched]) -> Figure:
-    """One panel per kind of quantity; in grey who does as before and as its peers."""
+    """One panel per kind of quantity; in grey, where they are many, those that do as before and as their peers."""
     kinds = [kind for kind in LABELS if any(_kind(one) == kind for one in watched)]
     with figure_style():
         figure = new_figure(WIDTH_MM, HEAD_MM + PANEL_MM * max(len(kinds), 1))
@@ -66,19 +66,30 @@ def _notable(one: Watched) -> bool:
 
 
 def _draw(axes: Axes, some: Sequence[Watched]) -> None:
-    notable = sorted(filter(_notable, some), key=lambda one: (not one.changes, one.by_chance))[:NAMED]
-    for one in some:
-        if one not in notable:
-            axes.plot(_dates(one), one.level, color=COLORS["grey"], lw=0.5, alpha=0.35, zorder=1)
-    for one, color in zip(notable, CYCLE, strict=False):
+    first = sorted(some, key=lambda one: (not _notable(one), not one.changes, one.by_chance))
+    named = first if len(some) <= NAMED else [one for one in first if _notable(one)][:NAMED]
+    for number, one in enumerate(one for one in some if one not in named):
+        label = "_more" if number else "as before, as the peers"
+        axes.plot(_dates(one), one.level, color=COLORS["grey"], lw=0.8, alpha=0.6, zorder=1, label=label)
+    for one, color in zip(named, CYCLE, strict=False):
         level, u = np.array(one.level), np.array(one.u)
         axes.plot(_dates(one), level, "o-", color=color, ms=2.5, lw=1.0, label=f"{one.owner} {_place(one)}", zorder=3)
         axes.fill_between(_dates(one), level - 2.0 * u, level + 2.0 * u, color=color, alpha=0.15, lw=0.0, zorder=2)
     for limit in {one.limit for one in some if one.limit is not None}:
         for sign in (-1.0, 1.0):
             axes.axhline(sign * limit, color=COLORS["model"], lw=0.8, ls="--")
-    if notable:
+    _show_uncertainty(axes, some)
+    if some:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=6.5)
+
+
+def _show_uncertainty(axes: Axes, some: Sequence[Watched]) -> None:
+    """No panel shows less than what the levels are known to, 2 u: smaller steps are of no machine."""
+    u = [value for one in some for value in one.u if np.isfinite(value)]
+    low, high = axes.get_ylim()
+    lacking = 4.0 * float(np.median(u)) - (high - low) if u else 0.0
+    if lacking > 0.0:
+        axes.set_ylim(low - lacking / 2.0, high + lacking / 2.0)
 
 
 def _place(one: Watched) -> str:

@@ -23,7 +23,7 @@ LIMIT_COLOR, GREY = COLORS["model"], COLORS["grey"]
 LABELS = {
     "scale_ppm": "scale error\n(µm/m)",
     "reversal_um": "mean reversal\nXR (µm)",
-    "r_eff_change_um": "R_eff − first\n(µm)",
+    "r_eff_change_um": "R$_{eff}$ − first\n(µm)",
     "band_um": "range of XM\n(µm)",
     "worst_two_sigma_um": "largest 2s\n(µm)",
 }

@@ -53,9 +53,10 @@ def compensate_points(
 
 
 def write_compensated(path: str | Path, result: CompensatedPoints) -> None:
-    """The table of the points with :data:`NEW_COLUMNS`."""
+    """The table of the points with :data:`NEW_COLUMNS`, to a tenth of a nanometre, without a negative zero."""
     rows = result.points.rows
-    new = zip(rows.cells, result.pretravel_um, result.centre_mm, result.surface_mm, strict=True)
+    numbers = (one.round(decimals) + 0.0 for one, decimals in ((result.pretravel_um, 4), (result.centre_mm, 7)))
+    new = zip(rows.cells, *numbers, result.surface_mm.round(7) + 0.0, strict=True)
     write_table(path, [*rows.header, *NEW_COLUMNS], [[*old, w, *c, *s] for old, w, c, s in new])
 
 

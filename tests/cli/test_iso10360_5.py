@@ -70,6 +70,10 @@ def test_the_range_of_the_points_is_that_of_the_probe(run: Run, tmp_path: Path) 
     run("probe", "sphere", "omp40-2-50mm", "--scatter", 0, "-o", points)
     run("iso10360-5", points, *SPHERE, "-o", tmp_path / "out")
     run("probe", "qualify", points, "--sphere-diameter", 25, "--tip-diameter", 6, "-o", tmp_path / "q.json")
+    run("probe", "compensate", points, "-q", tmp_path / "q.json", "-o", tmp_path / "c.csv")
+    cells = (points.read_text() + (tmp_path / "c.csv").read_text()).replace("\n", ",").split(",")
+    assert "-0.0" not in cells
+    assert max(len(cell.partition(".")[2]) for cell in cells if cell.lstrip("-")[:1].isdigit()) <= 7
     form = json.loads((tmp_path / "out" / "iso10360-5.json").read_text())["values"][0]["value_um"]
     assert form == pytest.approx(json.loads((tmp_path / "q.json").read_text())["form_error_um"], abs=1e-3)
 

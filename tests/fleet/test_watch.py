@@ -13,11 +13,11 @@ from scipy.stats import norm
 import stepgauge as sg
 from stepgauge.cli import cli
 from stepgauge.cli.fleet.watch import LIMITS
-from stepgauge.figures.fleet import LABELS
+from stepgauge.figures.fleet import LABELS, NAMED, watch_figure
 from stepgauge.fleet.crossed.drifting import State, Wandering, beyond, due_day, follow
 from stepgauge.fleet.crossed.feed import Feed, feed_schema
 from stepgauge.fleet.crossed.infer import infer
-from stepgauge.fleet.crossed.watch import watch
+from stepgauge.fleet.crossed.watch import Watched, watch
 from stepgauge.fleet.crossed.watching import LIMITS as WATCHED
 from stepgauge.gauge.certified import Gauge
 from tests.fleet.crossed_made import crossed, fleet
@@ -111,3 +111,17 @@ def test_infer_and_watch_on_a_store(tmp_path: Path) -> None:
     done = run.invoke(cli, ["fleet", "watch", str(store), "--limit", "length=5", "-o", str(tmp_path)])
     assert done.exit_code == 2
     assert "one of scale" in done.output
+
+
+@pytest.mark.parametrize("count", [2, NAMED + 4])
+def test_the_figure_names_its_lines_and_shows_nothing_finer_than_their_uncertainty(count: int) -> None:
+    """Levels of nanometres that are known to 0.1 um are no steps of a machine."""
+    watched = [
+        Watched("machine", f"M{n}", "scale x", "um/m", (100.0, 200.0), (0.0, 1e-4 * n), (0.1, 0.1), 0.0, 0.1, ())
+        for n in range(count)
+    ]
+    (axes,) = watch_figure(watched).axes
+    low, high = axes.get_ylim()
+    assert high - low >= 0.4
+    named = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert named == (["M0 x", "M1 x"] if count == 2 else ["as before, as the peers"])

@@ -50,4 +50,5 @@ def command(store: str, recordings: tuple[str, ...], **options: Any) -> None:
     placements = options.pop("placement_files")
     with bar("adding") as progress:
         new, known = add_to_fleet(store, recordings, placements=placements, **options, progress=progress)
-    say(f"{len(new)} recordings added, {len(known)} were there: {len(Fleet(store).index())} in {store}")
+    added = f"{len(new)} recording{'' if len(new) == 1 else 's'} added"
+    say(f"{added}, {len(known)} {'was' if len(known) == 1 else 'were'} there: {len(Fleet(store).index())} in {store}")

@@ -58,7 +58,7 @@ def command(probe: str, output: str, **options: Any) -> None:
     held = read_probe(probe, options["stylus_direction"])
     rows = probed_sphere(held, options["sphere_diameter"], options["count"], options["scatter"], options["seed"])
     head = f"# probe: {held.name or probe}\n# seed: {options['seed']}\n"
-    write_text(output, head + csv_text([*POSITION, *APPROACH], rows.round(7).tolist()))
+    write_text(output, head + csv_text([*POSITION, *APPROACH], (rows.round(7) + 0.0).tolist()))
     say_written(output)
 
 
