@@ -74,6 +74,57 @@ def test_files_that_are_no_recording_are_refused(tmp_path: Path, old: str, new: 
     assert all(word in str(caught.value) for word in words), str(caught.value)
 
 
+@pytest.mark.parametrize("between", ["", "   ", "# coffee", "  # coffee: 2", ",,,,,,,,,,", '"",""'])
+def test_lines_that_say_nothing_are_read_over_and_counted(tmp_path: Path, between: str) -> None:
+    """Blank lines and comments stand anywhere; the line that an error names is that of the file."""
+    lines = CSV.splitlines()
+    spaced = "\n".join(
+        ["", *lines[:3], between, *(text for line in lines[3:] for text in (line, between)), between, ""]
+    )
+    pd.testing.assert_frame_equal(read(tmp_path, spaced).frame, read(tmp_path).frame)
+    assert read(tmp_path, spaced).comments == {"machine": "M: the first"}
+    for wrong, words in (("x8.1", "recording.csv:10: column x_mm is not a number"), ("98.1,7", r":10: .* found 12")):
+        with pytest.raises(InputError, match=words):
+            read(tmp_path, spaced.replace("98.1", wrong))
+
+
+def with_temperatures(values: list[float], placement: list[int] | None = None) -> str:
+    n = len(values)
+    header = "placement,cycle,face,x_mm,y_mm,z_mm,approach_i,approach_j,approach_k,gauge_temperature_C"
+    rows = [f"{p},1,{i + 1},0,0,0,1,0,0,{t}" for i, (t, p) in enumerate(zip(values, placement or [1] * n, strict=True))]
+    return "\n".join([header, *rows]) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("values", "placement", "words"),
+    [
+        ([0.0] * 4, None, ":2: column gauge_temperature_C .* exactly 0.* found 0 in 4 of 4 rows; expected .* without"),
+        ([20.3, 20.3, 0.0, 0.0], None, ":4: .* exactly 0.* found 0 in 2 of 4 rows, the others 20.3 to 20.3"),
+        ([0.0, 20.3, 20.3, 20.4], None, ":2: .* exactly 0"),
+        ([20.3, 20.3, 0.0, 0.0], [1, 1, 2, 2], ":4: .* exactly 0"),
+        ([20.3, 20.3, -5.0, -5.0], None, ":4: .* changes so fast; found -5 and 20.3 deg C"),
+        ([50.0, 50.0, 20.3, 20.3], None, ":3: .* changes so fast; found 50 and 20.3 deg C"),
+    ],
+)
+def test_what_a_thermometer_without_its_lead_shows_is_no_temperature(tmp_path: Path, values, placement, words) -> None:
+    with pytest.raises(InputError, match=words):
+        read(tmp_path, with_temperatures(values, placement))
+
+
+@pytest.mark.parametrize(
+    ("values", "placement"),
+    [
+        ([0.2, 0.1, 0.0, -0.1], None),  # a cold hall
+        ([1.0, 1.0, 0.0, 0.0], None),  # and a display of whole kelvins
+        ([6.0, 5.0, 4.0, 3.0], None),
+        ([20.0, 20.0, 3.0, 3.0], [1, 1, 2, 2]),  # carried outside between two placements
+        ([20.0, 27.0, 27.0, 27.0], None),
+    ],
+)
+def test_a_cold_gauge_and_one_that_was_carried_are_believed(tmp_path: Path, values, placement) -> None:
+    assert read(tmp_path, with_temperatures(values, placement)).frame["gauge_temperature_C"].tolist() == values
+
+
 def test_a_column_without_a_header_is_not_dropped_in_silence(tmp_path: Path) -> None:
     """pandas only warns of it, and goes on without the last column; delimiters at the ends of rows are no column."""
     comments = [line for line in CSV.splitlines() if line.startswith("#")]

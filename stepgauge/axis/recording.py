@@ -23,6 +23,7 @@ from stepgauge.errors import InputError, reader
 from stepgauge.files.shown import Shown, as_lines
 from stepgauge.files.text import read_text, write_text
 from stepgauge.recording import PROBINGS, comment_lines
+from stepgauge.recording.lines import is_beside, lines_beside, row_lines
 
 Array = NDArray[np.float64]
 FORMS = ("axis", "spot", "distances")
@@ -123,7 +124,7 @@ def is_axis_recording(path: str | Path) -> bool:
     try:
         with Path(path).open(encoding="utf-8-sig") as file:
             lines = iter(lambda: file.readline(LONGEST_COMMENT), "")
-            return any(_form_in(line) for line in takewhile(lambda line: line.startswith("#"), lines))
+            return any(_form_in(line) for line in takewhile(is_beside, lines))
     except (OSError, UnicodeDecodeError):
         return False
 
@@ -137,7 +138,7 @@ def _form_in(line: str) -> bool:
 def read_axis_recording(path: str | Path) -> AxisRecording:
     """Read and check a recording as :func:`write_axis_recording` writes it; errors name the line or column."""
     lines = read_text(path).splitlines()
-    first = next((n for n, line in enumerate(lines) if not line.startswith("#")), len(lines))
+    first = next((n for n, line in enumerate(lines) if not is_beside(line)), len(lines))
     comments = comment_lines(lines[:first])
     form = comments.pop(FORM, "")
     if form not in FORMS:
@@ -146,8 +147,9 @@ def read_axis_recording(path: str | Path) -> AxisRecording:
     sensor = comments.pop("sensor", "")
     if sensor not in SENSORS:
         raise InputError(path, "the sensor is not known", found=repr(sensor), expected=", ".join(SENSORS))
-    frame = _plain_columns(_table(path, first), units)
-    _check(frame, form, path, first + 2, comments.pop(PROBINGS, None))
+    beside = lines_beside(path, first + 1)
+    frame = _plain_columns(_table(path, [*range(first), *(line - 1 for line in beside)]), units)
+    _check(frame, form, path, row_lines(len(frame), first + 1, beside), comments.pop(PROBINGS, None))
     return AxisRecording(frame, form, units, sensor, comments, str(path))
 
 
@@ -214,11 +216,11 @@ def _names(units: AxisUnits) -> dict[str, str]:
     }
 
 
-def _table(path: str | Path, first: int) -> pd.DataFrame:
+def _table(path: str | Path, over: Sequence[int]) -> pd.DataFrame:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)  # pandas would drop what has no column
-            return pd.read_csv(path, skiprows=first, dtype=dict.fromkeys(STATIONS, str), index_col=False)
+            return pd.read_csv(path, skiprows=over, dtype=dict.fromkeys(STATIONS, str), index_col=False)
     except (pd.errors.ParserError, pd.errors.ParserWarning, pd.errors.EmptyDataError) as error:
         raise InputError(path, "the rows are not as the header says", found=str(error)) from None
 
@@ -231,7 +233,7 @@ def _plain_columns(frame: pd.DataFrame, units: AxisUnits) -> pd.DataFrame:
     return frame
 
 
-def _check(frame: pd.DataFrame, form: str, path: str | Path, first_line: int, stated: str | None) -> None:
+def _check(frame: pd.DataFrame, form: str, path: str | Path, lines: Sequence[int], stated: str | None) -> None:
     """The columns of the form, numbers without gaps, and all rows that the file says it has."""
     needed = {"axis": ["target", "reading"], "spot": ["reading"], "distances": [*STATIONS, "reading"]}[form]
     missing = [name for name in needed if name not in frame]
@@ -245,7 +247,7 @@ def _check(frame: pd.DataFrame, form: str, path: str | Path, first_line: int, st
         wrong = ~np.isfinite(values)
         if wrong.any():
             row = int(wrong.argmax())
-            where = f"{path}:{first_line + row}"
+            where = f"{path}:{lines[row]}"
             raise InputError(where, f"column {name} is not a number", found=repr(str(frame[name].iloc[row])))
     if not np.isin(frame["way"], (-1, 1)).all():
         raise InputError(path, "column way is no sense of travel", expected="1 or -1 in every row")

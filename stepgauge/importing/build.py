@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError, naming
 from stepgauge.files.numerals import number
-from stepgauge.files.units import find_unit, temperature_hint, unit_hint
+from stepgauge.files.units import find_unit, unit_hint
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement
 from stepgauge.importing.departures import from_target
@@ -21,9 +21,10 @@ from stepgauge.importing.faces import nearest_faces, tip_distance_mm
 from stepgauge.importing.log import ProbeLog
 from stepgauge.importing.matching import Match, match
 from stepgauge.motion.moves import Program
-from stepgauge.recording import APPROACH, OPTIONAL, POSITION, TEMPERATURE_C, Recording
+from stepgauge.recording import APPROACH, OPTIONAL, POSITION, Recording
 from stepgauge.recording.columns import near_miss
 from stepgauge.recording.identity import LARGEST_RADIUS_MM, axis_from_approaches, stated_serial
+from stepgauge.recording.temperatures import no_temperature
 
 Array = NDArray[np.float64]
 _OURS = ("import", "points", "probings", "log", "tip_radius_mm")
@@ -313,25 +314,19 @@ def _add_columns(frame: pd.DataFrame, log: ProbeLog, row: NDArray[np.int64], opt
         value = number(log.comments.get(name, ""))
         if np.isfinite(value) and name not in log.columns and name != "time_s":
             frame[name] = value
-    for name in frame.columns:
-        if name.endswith("_C") and name in OPTIONAL:
-            _check_temperature(log, row, frame[name].to_numpy(float), name)
     if options.gauge_temperature_C is not None:
         frame["gauge_temperature_C"] = options.gauge_temperature_C
     frame["placement"] = frame["placement"].astype(np.int64)
+    for name in frame.columns:
+        if name.endswith("_C") and name in OPTIONAL:
+            _check_temperature(log, row, frame, name)
 
 
-def _check_temperature(log: ProbeLog, row: NDArray[np.int64], values: Array, name: str) -> None:
-    low, high = TEMPERATURE_C
-    outside = (values < low) | (values > high)
-    if outside.any():
-        at = int(outside.argmax())
-        raise InputError(
-            log.at(row[at]),
-            f"{name} is no temperature in deg C",
-            found=f"{values[at]:g}",
-            expected=f"{low:g} to {high:g} deg C ({temperature_hint(float(values[at]))})",
-        )
+def _check_temperature(log: ProbeLog, row: NDArray[np.int64], frame: pd.DataFrame, name: str) -> None:
+    wrong = no_temperature(frame[name].to_numpy(float), frame["placement"].to_numpy())
+    if wrong is not None:
+        where = log.at(row[wrong.row])
+        raise InputError(where, f"{name} {wrong.why}", found=wrong.found, expected=wrong.expected)
 
 
 def _matched_words(log: ProbeLog, frame: pd.DataFrame, matched: Match) -> list[str]:

@@ -115,7 +115,7 @@ def one_of(name: str, given: str, choices: Iterable[str]) -> str:
 
 def a_temperature(name: str, given: float | None) -> None:
     """:class:`InputError` where a temperature is stated that no gauge has, deg C; also for NaN."""
-    from stepgauge.recording.table import TEMPERATURE_C
+    from stepgauge.recording.temperatures import TEMPERATURE_C
 
     low, high = TEMPERATURE_C
     if given is not None and not low <= given <= high:

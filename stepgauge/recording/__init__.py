@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from stepgauge.recording.columns import APPROACH, COUNTS, OPTIONAL, POSITION, REQUIRED
+from stepgauge.recording.lines import comment_lines
 from stepgauge.recording.table import (
     PROBINGS,
-    TEMPERATURE_C,
     Recording,
-    comment_lines,
     is_recording_file,
     join_recordings,
     read_recording,
@@ -22,7 +21,6 @@ __all__ = [
     "POSITION",
     "PROBINGS",
     "REQUIRED",
-    "TEMPERATURE_C",
     "Recording",
     "comment_lines",
     "is_recording_file",

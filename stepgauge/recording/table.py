@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
@@ -21,8 +21,9 @@ from stepgauge.files.outputs import was_read
 from stepgauge.files.parquet import is_parquet, read_parquet, write_parquet
 from stepgauge.files.shown import Shown, as_lines
 from stepgauge.files.text import replacing
-from stepgauge.files.units import temperature_hint
 from stepgauge.recording.columns import APPROACH, COUNTS, KNOWN, OPTIONAL, POSITION, REQUIRED, near_miss
+from stepgauge.recording.lines import LONGEST_HEADER, lines_beside, read_comments, row_lines
+from stepgauge.recording.temperatures import no_temperature
 
 Array = NDArray[np.float64]
 _DECIMALS = {**dict.fromkeys(POSITION, 7), **dict.fromkeys(APPROACH, 10), "time_s": 4}
@@ -34,10 +35,6 @@ MOST_COUNT = 10_000_000
 """Larger numbers of cycles, faces or placements are no counts."""
 LARGEST_MM = 100_000.0
 """No machine of this kind has coordinates of 100 m."""
-LONGEST_HEADER = 10_000_000
-"""Characters of a header, or of the comments above it."""
-TEMPERATURE_C = (-10.0, 60.0)
-"""Temperatures of gauge and scales that may be, deg C."""
 
 
 @dataclass(frozen=True)
@@ -127,19 +124,20 @@ def read_recording(path: str | Path) -> Recording:
     was_read(path)
     if is_parquet(path):
         frame, comments = read_parquet(path)
-        header = 0  # rows are counted from 1
+        header, beside = 0, list[int]()  # rows are counted from 1
     else:
-        comments, skipped = _read_comments(path)
+        comments, skipped = read_comments(path)
         if "recording" in comments and "sensor" in comments:
             form, expected = comments["recording"], "a recording of a gauge; 'diagnose' and 'iso230' read this one"
             raise InputError(path, "this is no recording of a gauge", found=form, expected=expected)
-        frame = _read_csv(path, skipped)
-        _check_complete(comments.pop(PROBINGS, None), len(frame), path)
         header = skipped + 1
-    first_line = header + 1
+        beside = lines_beside(path, header)
+        frame = _read_csv(path, skipped, beside)
+        _check_complete(comments.pop(PROBINGS, None), len(frame), path)
+    lines = row_lines(len(frame), header, beside)
     _check_columns(frame, path, header)
-    frame = _check_numbers(frame, path, first_line)
-    _check_values(frame, path, first_line)
+    frame = _check_numbers(frame, path, lines)
+    _check_values(frame, path, lines)
     return Recording(frame, comments, str(path))
 
 
@@ -158,12 +156,14 @@ def is_recording_file(path: str | Path) -> bool:
     return is_parquet(path) or Path(path).suffix.lower() == ".csv"
 
 
-def _read_csv(path: str | Path, skipped: int) -> pd.DataFrame:
+def _read_csv(path: str | Path, skipped: int, beside: Sequence[int]) -> pd.DataFrame:
+    """The table below the ``skipped`` lines, without those ``beside`` it (counted from 1)."""
+    over = [*range(skipped), *(line - 1 for line in beside)] if beside else skipped
     try:
         _check_header(path, skipped)
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)  # pandas would drop what has no column
-            return pd.read_csv(path, skiprows=skipped, skip_blank_lines=False, index_col=False)
+            return pd.read_csv(path, skiprows=over, skip_blank_lines=False, index_col=False)
     except pd.errors.ParserWarning:
         where = f"{path}:{skipped + 1}"
         raise InputError(where, "the rows have more cells than the header", expected=",".join(REQUIRED)) from None
@@ -193,39 +193,6 @@ def _check_header(path: str | Path, skipped: int) -> None:
         raise InputError(where, f"column {twice[0]!r} is there twice", found=line)
 
 
-def comment_lines(lines: Iterable[str]) -> dict[str, str]:
-    """``# key: value`` lines as a dictionary; lines of the same key are one value of several lines."""
-    comments: dict[str, str] = {}
-    for line in lines:
-        key, colon, value = line[1:].partition(":")
-        if line.startswith("#") and colon:
-            before = [comments[key.strip()]] if key.strip() in comments else []
-            comments[key.strip()] = "\n".join([*before, value.strip()])
-    return comments
-
-
-def _read_comments(path: str | Path) -> tuple[dict[str, str], int]:
-    """``# key: value`` lines before the header, and how many lines they are."""
-    lines, size = list[str](), 0
-    with Path(path).open("rb") as raw:
-        _refuse_other_kinds(path, raw.read(4))
-    with Path(path).open(encoding="utf-8-sig") as file:
-        while (line := file.readline(LONGEST_HEADER)).startswith("#"):
-            lines.append(line)
-            size += len(line)
-            if size > LONGEST_HEADER:
-                raise InputError(path, "the comments above the header have no end", expected="# key: value")
-    return comment_lines(lines), len(lines)
-
-
-def _refuse_other_kinds(path: str | Path, beginning: bytes) -> None:
-    if beginning.startswith(b"PK"):
-        expected = "a recording (CSV), which 'stepgauge import' makes of a workbook"
-        raise InputError(path, "this is an Excel workbook or another archive", expected=expected)
-    if beginning[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        raise InputError(path, "this is text in UTF-16", expected="a recording (CSV, UTF-8); try 'stepgauge import'")
-
-
 def _check_columns(frame: pd.DataFrame, path: str | Path, line: int) -> None:
     frame.columns = frame.columns.astype(str).str.strip()
     absent = [name for name in KNOWN if name not in frame.columns]
@@ -247,18 +214,16 @@ def _check_columns(frame: pd.DataFrame, path: str | Path, line: int) -> None:
         raise InputError(path, "the recording has a header but no rows")
 
 
-def _check_numbers(frame: pd.DataFrame, path: str | Path, first_line: int) -> pd.DataFrame:
+def _check_numbers(frame: pd.DataFrame, path: str | Path, lines: Sequence[int]) -> pd.DataFrame:
     """All columns as numbers; further columns of text are refused with the rest, for a diagnosis could not use them."""
     for name in frame.columns:
         values = frame[name]
         if not (pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values)):
             numbers = pd.to_numeric(values, errors="coerce")
-            _refuse(numbers.isna().to_numpy(), frame, path, first_line, name, "is not a number")
+            _refuse(numbers.isna().to_numpy(), frame, path, lines, name, "is not a number")
         column = values.to_numpy()
         if name in REQUIRED + OPTIONAL and column.dtype.kind != "i":
-            _refuse(
-                ~np.isfinite(column.astype(float, copy=False)), frame, path, first_line, name, "is not a finite number"
-            )
+            _refuse(~np.isfinite(column.astype(float, copy=False)), frame, path, lines, name, "is not a finite number")
     if "placement" not in frame:
         frame.insert(0, "placement", 1)
     return frame
@@ -268,7 +233,7 @@ def _refuse(
     bad: NDArray[np.bool_],
     frame: pd.DataFrame,
     path: str | Path,
-    first_line: int,
+    lines: Sequence[int],
     name: str,
     what: str,
     expected: str = "",
@@ -276,10 +241,8 @@ def _refuse(
     if bad.any():
         row = int(bad.argmax())
         value = frame[name].iloc[row]
-        found = _written(path, first_line + row, frame.columns.get_loc(name)) if pd.isna(value) else str(value)
-        raise InputError(
-            f"{path}:{first_line + row}", f"column {name} {what}", found=found, expected=expected or "a number"
-        )
+        found = _written(path, lines[row], frame.columns.get_loc(name)) if pd.isna(value) else str(value)
+        raise InputError(f"{path}:{lines[row]}", f"column {name} {what}", found=found, expected=expected or "a number")
 
 
 def _written(path: str | Path, line: int, place: Any) -> str:
@@ -292,37 +255,37 @@ def _written(path: str | Path, line: int, place: Any) -> str:
     return repr(text) if text else "nothing"
 
 
-def _check_values(frame: pd.DataFrame, path: str | Path, first_line: int) -> None:
-    _check_counts(frame, path, first_line)
-    _check_positions(frame, path, first_line)
-    _check_approach(frame, path, first_line)
-    _check_temperatures(frame, path, first_line)
+def _check_values(frame: pd.DataFrame, path: str | Path, lines: Sequence[int]) -> None:
+    _check_counts(frame, path, lines)
+    _check_positions(frame, path, lines)
+    _check_approach(frame, path, lines)
+    _check_temperatures(frame, path, lines)
     if "speed_mm_s" in frame:
         stands = frame["speed_mm_s"].to_numpy(float) <= 0
-        _refuse(stands, frame, path, first_line, "speed_mm_s", "must be positive", "mm/s")
+        _refuse(stands, frame, path, lines, "speed_mm_s", "must be positive", "mm/s")
 
 
-def _check_counts(frame: pd.DataFrame, path: str | Path, first_line: int) -> None:
+def _check_counts(frame: pd.DataFrame, path: str | Path, lines: Sequence[int]) -> None:
     """Counts are whole numbers, and from here on they are kept as such."""
     for name in COUNTS:
         counts = frame[name].to_numpy()
         wrong = (counts < 1) | (counts > MOST_COUNT)
         if counts.dtype != np.int64:
             wrong |= counts != np.floor(counts)
-        _refuse(wrong, frame, path, first_line, name, "is not a count", "a whole number from 1")
+        _refuse(wrong, frame, path, lines, name, "is not a count", "a whole number from 1")
         if counts.dtype != np.int64:
             frame[name] = counts.astype(np.int64)
 
 
-def _check_positions(frame: pd.DataFrame, path: str | Path, first_line: int) -> None:
+def _check_positions(frame: pd.DataFrame, path: str | Path, lines: Sequence[int]) -> None:
     for name in POSITION:
         column = frame[name].to_numpy(float)
         if max(column.max(), -column.min()) > LARGEST_MM:
             beyond = np.abs(column) > LARGEST_MM
-            _refuse(beyond, frame, path, first_line, name, "is no coordinate of a machine", "within 100 m (unit?)")
+            _refuse(beyond, frame, path, lines, name, "is no coordinate of a machine", "within 100 m (unit?)")
 
 
-def _check_approach(frame: pd.DataFrame, path: str | Path, first_line: int) -> None:
+def _check_approach(frame: pd.DataFrame, path: str | Path, lines: Sequence[int]) -> None:
     """In place, for a recording may have millions of rows."""
     i, j, k = (frame[name].to_numpy(float) for name in APPROACH)
     size = i * i
@@ -332,21 +295,20 @@ def _check_approach(frame: pd.DataFrame, path: str | Path, first_line: int) -> N
     if max(size.max() - 1.0, 1.0 - size.min()) > 1e-3:
         row = int((np.abs(size - 1.0) > 1e-3).argmax())
         raise InputError(
-            f"{path}:{first_line + row}",
+            f"{path}:{lines[row]}",
             "the approach is not a unit vector",
             found=f"length {size[row]:.4f}",
             expected="1",
         )
 
 
-def _check_temperatures(frame: pd.DataFrame, path: str | Path, first_line: int) -> None:
+def _check_temperatures(frame: pd.DataFrame, path: str | Path, lines: Sequence[int]) -> None:
     for name in OPTIONAL:
         if name.endswith("_C") and name in frame:
-            values = frame[name].to_numpy(float)
-            outside = (values < TEMPERATURE_C[0]) | (values > TEMPERATURE_C[1])
-            hint = temperature_hint(float(values[outside.argmax()]))
-            what = "is no temperature in deg C (K or F?)"
-            _refuse(outside, frame, path, first_line, name, what, f"-10 to 60 deg C ({hint})")
+            wrong = no_temperature(frame[name].to_numpy(float), frame["placement"].to_numpy())
+            if wrong is not None:
+                where, what = f"{path}:{lines[wrong.row]}", f"column {name} {wrong.why}"
+                raise InputError(where, what, found=wrong.found, expected=wrong.expected)
 
 
 def write_recording(path: str | Path, recording: Recording, at_once: bool = False) -> None:

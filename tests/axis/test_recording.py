@@ -25,6 +25,18 @@ TARGETS = np.arange(0.0, 101.0, 10.0)
 RECORDINGS = [axis(TARGETS, lambda t, w: 0.1 * t + w), spot(lambda t: 1e-6 * t, 1e-4), distances(1.0, 0.3)]
 
 
+def test_blank_lines_and_comments_are_read_over_and_counted(tmp_path: Path) -> None:
+    path = tmp_path / "axis.csv"
+    write_axis_recording(path, RECORDINGS[0])
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(["", *lines[:-1], "", "# the last one", lines[-1], ""]))
+    assert is_axis_recording(path)
+    assert len(read_axis_recording(path)) == len(RECORDINGS[0])
+    path.write_text("\n".join(["", *lines[:-1], "", "# the last one", lines[-1].replace(",", ",x", 1)]))
+    with pytest.raises(InputError, match=rf"axis\.csv:{len(lines) + 3}: "):
+        read_axis_recording(path)
+
+
 @pytest.mark.parametrize("recording", RECORDINGS, ids=lambda one: one.form)
 def test_a_recording_is_read_as_it_was_written(tmp_path: Path, recording) -> None:
     path = tmp_path / "axis.csv"
