@@ -18,6 +18,7 @@ from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.machine.styli import numbered, with_styli
 from stepgauge.recording import Recording, join_recordings, read_recording
+from stepgauge.recording.rows import check_seeds
 from stepgauge.work.processes import InProcess, Processes
 from stepgauge.work.run import run
 
@@ -117,11 +118,20 @@ def _diagnose(
     without: Collection[str],
     priors: Priors | None,
 ) -> Outcome:
-    recordings = [numbered(one, machine) for one in recordings]
-    whole = recordings[0] if len(recordings) == 1 else join_recordings(recordings)
+    recordings, whole = of_one_machine(recordings, machine)
     found = replace(diagnose(whole, gauge, machine, without, priors), recordings=tuple(recordings))
     files = tuple(found.write(folder, suffix))
     return Outcome(folder.name, found.summary(), files, tuple(_first(files[0])))
+
+
+def of_one_machine(recordings: Sequence[Recording], machine: Machine) -> tuple[list[Recording], Recording]:
+    """The recordings with the numbers of their styli, and all of them as one.
+
+    :class:`InputError` where one was made with another tip, or where two share the random numbers of a simulation.
+    """
+    check_seeds(recordings)
+    told = [numbered(one, machine) for one in recordings]
+    return told, told[0] if len(told) == 1 else join_recordings(told)
 
 
 def _first(path: Path) -> list[str]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.files.numerals import number
 from stepgauge.machine.file import TIP_TOLERANCE_MM, Machine
 from stepgauge.recording import Recording
@@ -57,12 +57,13 @@ def with_stylus(recording: Recording, stylus: int, machine: Machine) -> Recordin
 def numbered(recording: Recording, machine: Machine) -> Recording:
     """The recording with the number of its stylus, by its comment ``stylus`` where it has no such column.
 
-    :class:`InputError` where it names none of the machine's styli, or where another tip than that of stylus 1 is all
-    that it says.
+    :class:`InputError` where it names none of the machine's styli, where another tip than that of stylus 1 is all that
+    it says, or where it states another tip radius than the machine file of its stylus.
     """
     if not machine.styli or STYLUS in recording.frame:
+        _check_tips(recording, machine)
         return recording
-    if STYLUS not in recording.comments and not _is_of_another_tip(recording, machine):
+    if STYLUS not in recording.comments and not _is_of_another_tip(recording, machine, 1):
         return with_stylus(recording, 1, machine)
     names = [stylus_name(one) for one in (machine, *machine.styli)]
     name = recording.comments.get(STYLUS, "")
@@ -74,9 +75,26 @@ def numbered(recording: Recording, machine: Machine) -> Recording:
     return with_stylus(recording, names.index(name) + 1, machine)
 
 
-def _is_of_another_tip(recording: Recording, machine: Machine) -> bool:
-    stated_mm = number(recording.comments.get("tip_radius_mm", ""))
-    return abs(stated_mm - machine.probe.tip_radius_mm) > TIP_TOLERANCE_MM
+def _check_tips(recording: Recording, machine: Machine) -> None:
+    """Another tip than that of the file would be found as an effective radius or a reversal error of millimetres."""
+    used = set(recording.columns.get(STYLUS, [1]))
+    for stylus, own in enumerate((machine, *machine.styli), 1):
+        if stylus in used and _is_of_another_tip(recording, machine, stylus):
+            key = radius_comment(stylus)
+            raise InputError(
+                recording.path,
+                f"the recording was made with another tip than that of {own.path}",
+                found=f"# {key}: {recording.comments[key]}",
+                expected=naming(
+                    "machine", "styli", words=f"{own.probe.tip_radius_mm:g}, or the file of this tip by {{}} or {{}}"
+                ),
+            )
+
+
+def _is_of_another_tip(recording: Recording, machine: Machine, stylus: int) -> bool:
+    """By its comment; one that was recorded with the effective radius is smaller by the pre-travel."""
+    stated_mm = number(recording.comments.get(radius_comment(stylus), ""))
+    return abs(stated_mm - machine.with_stylus(stylus).probe.tip_radius_mm) > TIP_TOLERANCE_MM
 
 
 def stylus_words(machine: Machine, number: int) -> str:

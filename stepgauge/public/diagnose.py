@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, overload
 
 from stepgauge.axis.recording import AxisRecording, is_axis_recording, read_axis_recording
 from stepgauge.diagnosis.engine import diagnose as diagnose_recording
+from stepgauge.diagnosis.many import of_one_machine
 from stepgauge.diagnosis.posterior.priors import Priors, read_priors
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
-from stepgauge.machine.styli import numbered
 from stepgauge.public.inputs import File, as_gauge, as_machine_with, as_recordings, of_kind, several
-from stepgauge.recording import Recording, join_recordings
+from stepgauge.recording import Recording
 
 if TYPE_CHECKING:
     from stepgauge.diagnosis.axis.diagnosis import AxisDiagnosis
@@ -96,8 +96,7 @@ def diagnose(
             naming(missing), "a recording of a gauge needs it", expected=naming("gauge", "machine", words="{} and {}")
         )
     cmm = as_machine_with(machine, styli)
-    tables = [numbered(one, cmm) for one in as_recordings(given)]
-    whole = tables[0] if len(tables) == 1 else join_recordings(tables)
+    tables, whole = of_one_machine(as_recordings(given), cmm)
     found = diagnose_recording(whole, as_gauge(gauge), cmm, several(without), table)
     return replace(found, recordings=tuple(tables))
 

@@ -168,6 +168,24 @@ def check_copies(recording: Recording) -> None:
         )
 
 
+def check_seeds(recordings: Sequence[Recording]) -> None:
+    """No two recordings that were simulated may have the same seed.
+
+    Their scatter is then the same, number by number, and no scatter to anything that looks at both.
+    """
+    made: dict[str, str] = {}
+    for one in recordings:
+        for seed in filter(None, one.comments.get("seed", "").split("; ")):
+            if seed in made:
+                raise InputError(
+                    one.path,
+                    f"simulated with the same seed as {made[seed]}: both have the same scatter, number by number",
+                    found=f"# seed: {seed}",
+                    expected="recordings that were simulated with seeds of their own (simulate --seed)",
+                )
+        made |= dict.fromkeys(one.comments.get("seed", "").split("; "), one.path)
+
+
 def _taken_twice(recording: Recording) -> NDArray[np.bool_]:
     """Rows that share placement, cycle and face with another one, (n,); counted, for that is faster than sorting."""
     frame, keys = recording.frame, [recording.columns[name] for name in ("placement", "cycle", "face")]

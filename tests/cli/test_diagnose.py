@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict, write_di
 from stepgauge.diagnosis.result import Diagnosis
 from stepgauge.recording import Recording
 from tests.cli.conftest import Run
+from tests.conftest import ROOT
 from tests.diagnosis.made import (
     ALONG_X,
     ALONG_Y,
@@ -95,6 +97,27 @@ def test_too_little_to_tell_is_a_verdict_and_no_error(tmp_path: Path, run: Run) 
     assert run("diagnose", path, *COMMON, "-o", tmp_path / "out").code == 0
     assert diagnosis(tmp_path / "out")["verdict"] == "insufficient"
     assert (tmp_path / "out" / "diagnosis.md").is_file()
+
+
+def test_another_tip_than_that_of_the_machine_file_is_refused(tmp_path: Path, run: Run) -> None:
+    """It would be told as an effective radius or a reversal error of a millimetre."""
+    path = as_file(tmp_path, record(machine(), seed=3))
+    shown = (ROOT / "calibration_data" / "machines" / "bridge-cmm.toml").read_text()
+    (tmp_path / "other.toml").write_text(re.sub(r"(?m)^tip_radius_mm = .*$", "tip_radius_mm = 3.0", shown))
+    result = run("diagnose", path, "-g", "step-gauge-420", "-m", tmp_path / "other.toml", "-o", tmp_path / "out")
+    assert (result.code, (tmp_path / "out").exists()) == (2, False)
+    for words in (path.name, "other.toml", "# tip_radius_mm: 2", "expected 3", "--machine or --further-stylus"):
+        assert words in result.err
+
+
+def test_two_simulations_with_one_seed_are_refused_together(tmp_path: Path, run: Run) -> None:
+    parts = [as_file(tmp_path, record(machine(), [ALONG_X], seed), f"{name}") for name, seed in (("a", 3), ("b", 3))]
+    result = run("diagnose", *parts, *COMMON, "-o", tmp_path / "out")
+    assert (result.code, (tmp_path / "out").exists()) == (2, False)
+    for words in (parts[1].name, "simulated with the same seed as", parts[0].name):
+        assert words in result.err
+    assert "found # seed: 1003" in result.err
+    assert "--seed" in result.err
 
 
 def test_recordings_are_placements_of_one_machine_together(tmp_path: Path, run: Run) -> None:
