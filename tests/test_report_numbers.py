@@ -39,6 +39,7 @@ def test_by_hand(value: float | None, expanded: float | None, shown: tuple[str, 
         (9.96, 2, "10"),
         (4.2e-6, 2, "0.0000042"),
         (0.0, 3, "0"),
+        (3.84e-68, 2, "3.8e-68"),
     ],
 )
 def test_a_number_that_is_read_out_has_no_exponent(value: float, digits: int, said: str) -> None:

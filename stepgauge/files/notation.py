@@ -23,11 +23,15 @@ def number(value: float | None, decimals: int) -> str:
 def rounded(value: float, digits: int, plus: bool = False) -> str:
     """A number to some significant digits as one reads it out: 140, never 1.4e+02; ``plus``: with a sign if positive.
 
-    Zeros at the end behind the point are left out.
+    Zeros at the end behind the point are left out. One below :data:`LEAST_PLAIN` keeps its exponent.
     """
     sign = "+" if plus else ""
     text = f"{value:{sign}.{digits}g}"
-    return f"{Decimal(text):{sign}f}" if "e" in text else text
+    return f"{Decimal(text):{sign}f}" if "e" in text and abs(value) >= LEAST_PLAIN else text
+
+
+LEAST_PLAIN = 1e-6
+"""A smaller number is nothing in any unit of a report, and its zeros would fill the line."""
 
 
 def printed(text: str) -> str:

@@ -318,6 +318,7 @@ def test_commands_stand_alone_in_the_report() -> None:
         ({"value": 304.91, "u": 7.3, "unit": "s"}, "305 ± 15 s"),
         ({"value": 12.3456, "u": None, "unit": "mm"}, "12.35 mm"),
         ({"value": -0.0123, "u": 0.0004, "unit": "K"}, "-0.01230 ± 0.00080 K"),
+        ({"value": 5.93e-50, "u": 3.76e-25, "unit": "s"}, "5.930e-50 ± 7.5e-25 s"),
         ({"value": [1, 2]}, "1, 2"),
         ({"value": "x"}, "x"),
     ],

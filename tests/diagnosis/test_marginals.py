@@ -65,3 +65,14 @@ def test_lag_and_size_are_told_by_their_expectations_over_all_lags(um_per_m_K: f
     every = summed(data, family, metric)
     assert lag == pytest.approx(every[0], rel=0.06)  # one lag, none at all, is not among the 2000
     assert size == pytest.approx(every[1], rel=0.06)
+
+
+def test_what_follows_at_once_has_no_lag() -> None:
+    """The weight of all lags but none is some 1e-30, and so is the expectation: it was told with thirty zeros."""
+    data, family, metric = followed(600.0, 0.0, 4)
+    at_once = next(n for n, one in enumerate(family.atoms) if not one["lag_s"])
+    for fitted in (fit(data, family, metric), solve([family], [at_once], data, metric)):
+        found = with_marginals(fitted, data, metric).solved[0]
+        assert (found.parameters["lag_s"].value, found.parameters["lag_s"].u) == (0.0, None)
+        assert found.effect.lag_s == 0.0
+        assert found.parameters["um_per_m_K"].value == pytest.approx(600.0, rel=0.01)

@@ -28,6 +28,8 @@ LAG, AZIMUTH = "lag_s", "arm_azimuth_deg"
 LAGS, SHORTEST, FAR = 25, 0.125, 5.0
 """How many lags are integrated over, evenly by their logarithm; the shortest of them over that of the grid: frequent
 readings tell it from none; and how far from the fitted one as many lie closely, in its standard uncertainties."""
+AT_ONCE = 1e-3
+"""Share of the shortest lag: an expectation below it is the weight that is left beside a body that follows at once."""
 
 
 def with_marginals(fitted: Fitted, data: Residuals, metric: Metric) -> Fitted:
@@ -59,7 +61,8 @@ def _with_all_lags(solved: Solved, beside: Beside, data: Residuals) -> Solved:
     mean_s, size = float(weight @ lags), weight @ sizes
     apart = sizes - size
     covariance = np.tensordot(weight, within + apart[:, :, None] * apart[:, None, :], 1)
-    return _told(solved, Estimate(mean_s, float(np.sqrt(weight @ (lags - mean_s) ** 2)), "s"), size, covariance)
+    lag = Estimate(mean_s, float(np.sqrt(weight @ (lags - mean_s) ** 2)), "s")
+    return _told(solved, lag if mean_s > AT_ONCE * lags[1] else Estimate(0.0, None, "s"), size, covariance)
 
 
 def _tried(solved: Solved) -> tuple[Array, Array]:

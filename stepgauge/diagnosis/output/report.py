@@ -10,6 +10,7 @@ from typing import Any
 from stepgauge.diagnosis.forms.form import SMOOTH
 from stepgauge.diagnosis.output.practice import counted
 from stepgauge.diagnosis.output.words import listed, name_of, significant
+from stepgauge.files.notation import LEAST_PLAIN
 
 COVERAGE = 2.0
 """Coverage factor of the expanded uncertainty after a plus-minus sign."""
@@ -162,6 +163,8 @@ def plus_minus(parameter: Mapping[str, Any]) -> str:
     if not u:
         return f"{significant(value, 4)} {unit}".strip()
     expanded = COVERAGE * u
+    if expanded < LEAST_PLAIN:
+        return f"{significant(value, 4)} ± {significant(expanded, 2)} {unit}".strip()
     decimals = max(1 - math.floor(math.log10(expanded)), 0)
     return f"{value:.{decimals}f} ± {expanded:.{decimals}f} {unit}".strip()
 
