@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +18,11 @@ from stepgauge.figures.fleet import LABELS, NAMED, watch_figure
 from stepgauge.fleet.crossed.drifting import State, Wandering, beyond, due_day, follow
 from stepgauge.fleet.crossed.feed import Feed, feed_schema
 from stepgauge.fleet.crossed.infer import infer
+from stepgauge.fleet.crossed.spread import _expected
 from stepgauge.fleet.crossed.watch import Watched, watch
 from stepgauge.fleet.crossed.watching import LIMITS as WATCHED
 from stepgauge.gauge.certified import Gauge
-from tests.fleet.crossed_made import crossed, fleet
+from tests.fleet.crossed_made import crossed, fleet, gauge
 from tests.fleet.made import make_fleet
 
 
@@ -30,7 +32,8 @@ def test_a_level_that_does_not_walk_is_a_regression_with_priors() -> None:
     day = np.sort(rng.uniform(0.0, 700.0, 12))
     shares, variance = rng.normal(size=(12, 1)), rng.uniform(0.1, 0.5, 12)
     value = rng.normal(size=12)
-    states, density = follow(day, value, variance, shares, Wandering(1.5, 0.7, 0.0, 1.0))
+    prior = Wandering(np.array([1.5]), np.array([0.7]), np.zeros(1), np.ones(1))
+    states, density = follow(day, value, variance, shares, prior)
     years = (day - day[0]) / 365.25
     columns = shares * np.column_stack([np.ones(12), years])
     precision = columns.T @ (columns / variance[:, None]) + np.diag([1.5**-2, 0.7**-2])
@@ -74,6 +77,54 @@ def test_who_changed_drifts_or_leaves_its_peers_is_said() -> None:
     calm = [one for one in watched.values() if one.owner not in ("M3", "M5", "G2")]
     assert not [one for one in calm if one.changes or one.outcome == "does not conform"]
     assert sum(one.leaves_peers for one in calm) <= 1
+
+
+def test_two_machines_measured_along_one_line_conform_to_nothing() -> None:
+    """They do not determine how far machines differ, and nothing there shows a squareness.
+
+    Each visit knows its scale to 0.3 um/m and the gauge its length to more than that. The likeliest spread is its least
+    one: u was 0.1 um/m and 0.1 urad, and both "conformed".
+    """
+
+    def wrong(own: Gauge, name: str, machine: str, axis: str, day: float) -> np.ndarray:
+        return np.random.default_rng(int(day)).normal(0.0, 1.0) * own.position_mm * 1e-3
+
+    visits, gauges = fleet(7, [("M0", "G0"), ("M1", "G0")] * 2, wrong)
+    line = np.array([0.998, 0.0632, 0.0])
+    turned = [
+        replace(one, statistics=replace(one.statistics, axis=line, at_mm=one.statistics.at_mm[0] + along))
+        for one in visits
+        if one.statistics.axis[0]
+        for along in [gauge().position_mm[:, None] * line]
+    ]
+    said = watch(infer(turned, gauges), {"scale": 0.5, "squareness": 1.0, "reversal": 0.5})
+    judged = [one for one in said if one.owner_kind == "machine"]
+    assert {one.quantity for one in judged} >= {"scale x", "squareness xy", "reversal x"}
+    assert [one.outcome for one in judged] == ["not decidable"] * len(judged)
+    assert [one.due for one in judged] == [one.days[-1] for one in judged]
+    assert all(one.u[-1] > 5.0 for one in judged if one.quantity == "squareness xy")
+
+
+def test_the_levels_of_machines_that_differ_lie_about_them_as_far_as_u_says() -> None:
+    """Of forty machines the spread is known: it narrows u, and the truth lies within it."""
+    spread = 0.6
+    own = {f"M{n}": np.random.default_rng(n).normal(0.0, spread) for n in range(40)}
+
+    def wrong(steps: Gauge, name: str, machine: str, axis: str, day: float) -> np.ndarray:
+        return own[machine] * (axis == "x") * steps.position_mm * 1e-3
+
+    said = [one for one in watch(infer(*fleet(3, crossed(40, 6, 4), wrong))) if one.quantity == "scale x"]
+    z = [(one.level[-1] - own[one.owner]) / one.u[-1] for one in said]
+    assert np.sqrt(np.mean(np.square(z))) == pytest.approx(1.0, abs=0.3)
+    assert max(one.u[-1] for one in said) < 0.5 * spread
+
+
+def test_a_spread_that_is_known_is_its_likeliest_and_one_that_is_not_is_its_prior() -> None:
+    rng = np.random.default_rng(2)
+    known = _expected(rng.normal(0.0, 2.0, 400), np.full(400, 0.01), 0.1, 5.0)
+    assert known == pytest.approx(2.0, rel=0.1)
+    unknown = _expected(np.zeros(2), np.full(2, 1e9), 0.1, 5.0)
+    assert unknown == pytest.approx(5.0 * np.sqrt((3.0 - np.arctan(3.0)) / np.arctan(3.0)), rel=0.05)
 
 
 def test_names_written_out_are_those_that_are_watched() -> None:

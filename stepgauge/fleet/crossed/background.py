@@ -45,6 +45,8 @@ class Background:
     variance : of the observations themselves, from repeats ``(n,)``
     terms : the coefficients' columns and standard deviations
     scatter : standard deviation from visit to visit, a first value
+
+    ``ends``: where the coefficients of each term begin and end among all of them.
     """
 
     def __init__(self, variance: Array, terms: Sequence[Term], scatter: float) -> None:
@@ -54,7 +56,7 @@ class Background:
         blocks = [term.columns for term in self.terms]
         self.columns = sparse.hstack(blocks, format="csc") if blocks else sparse.csc_matrix((n, 0))
         self.rows = self.columns.tocsr()
-        self._ends = np.cumsum([0, *(term.columns.shape[1] for term in self.terms)])
+        self.ends = np.cumsum([0, *(term.columns.shape[1] for term in self.terms)])
         self.factor()
 
     def factor(self) -> None:
@@ -77,7 +79,7 @@ class Background:
     def expected(self, term: Term, um: Array) -> Array:
         """What a term is in every observation, given observations ``(n,)``: the mean of its posterior."""
         place = next(i for i, one in enumerate(self.terms) if one is term)
-        own = slice(self._ends[place], self._ends[place + 1])
+        own = slice(self.ends[place], self.ends[place + 1])
         return np.asarray(term.columns @ (self.inverse[own] @ (self.weighted.T @ um)))
 
     def log_likelihood(self, um: Array) -> float:
@@ -112,7 +114,7 @@ class Background:
     def _update_terms(self, at: Array, known: Array) -> None:
         squares, numbers = dict[str, float](), dict[str, float]()
         keys = [term.pool if self.pooled and term.pool else term.name for term in self.terms]
-        for key, low, high in zip(keys, self._ends[:-1], self._ends[1:], strict=True):
+        for key, low, high in zip(keys, self.ends[:-1], self.ends[1:], strict=True):
             squares[key] = squares.get(key, 0.0) + float((at[low:high] ** 2).sum())
             numbers[key] = numbers.get(key, 0.0) + float((1.0 - known[low:high]).sum())
         for key, term in zip(keys, self.terms, strict=True):

@@ -19,13 +19,18 @@ YEAR_DAYS = 365.25
 
 @dataclass(frozen=True)
 class Wandering:
-    """Prior of one kind of component: standard deviations of the first level, of the rate in a year, of the walk in the
-    root of a year, and of a jump."""
+    """Prior of the components ``(k,)``: standard deviations of the first level, of the rate in a year, of the walk in
+    the root of a year, and of a jump."""
 
-    level: float
-    rate: float
-    walk: float
-    jump: float
+    level: Array
+    rate: Array
+    walk: Array
+    jump: Array
+
+    @classmethod
+    def of(cls, level: Array, rate: float, walk: float, jump: float) -> Wandering:
+        """From the levels' standard deviations ``(k,)``, the others as multiples of them."""
+        return cls(level, rate * level, walk * level, jump * level)
 
 
 @dataclass(frozen=True)
@@ -59,13 +64,13 @@ def follow(
     jumps : days and components of changes that are known to have happened
     """
     k = shares.shape[1]
-    mean, cov = np.zeros(2 * k), np.diag([prior.level**2] * k + [prior.rate**2] * k)
+    mean, cov = np.zeros(2 * k), np.diag(np.concatenate([prior.level, prior.rate]) ** 2)
     states, log_density, now = list[State](), 0.0, float(day[0])
     left = sorted(jumps)
     for row in range(len(day)):
         mean, cov = _passed(mean, cov, (day[row] - now) / YEAR_DAYS, prior)
         while left and left[0][0] <= day[row]:
-            cov[left[0][1], left[0][1]] += prior.jump**2
+            cov[left[0][1], left[0][1]] += prior.jump[left[0][1]] ** 2
             left.pop(0)
         now = float(day[row])
         mean, cov, gain = _seen(mean, cov, value[row], variance[row], np.concatenate([shares[row], np.zeros(k)]))

@@ -12,11 +12,13 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 from scipy.stats import norm
 
 from stepgauge.fleet.crossed.answer import FleetInference, Number
 from stepgauge.fleet.crossed.drifting import State, Wandering, beyond, due_day, follow
 from stepgauge.fleet.crossed.priors import fleet_priors
+from stepgauge.fleet.crossed.spread import believed
 from stepgauge.standards.decision import Outcome, decide
 
 Array = NDArray[np.float64]
@@ -72,6 +74,7 @@ class _Followed:
     keys: list[tuple[str, str]]
     states: list[State]
     changes: dict[int, tuple[float, float]]
+    prior: Wandering
 
 
 def watch(found: FleetInference, limits: Mapping[str, float] | None = None, risk: float = RISK) -> list[Watched]:
@@ -87,6 +90,7 @@ def watch(found: FleetInference, limits: Mapping[str, float] | None = None, risk
     kinds_of: tuple[Literal["machine", "gauge"], ...] = ("machine", "gauge")
     for number, kinds in ((found.slopes, "slopes"), (found.sizes, "sizes")):
         if number is not None:
+            number = replace(number, background=believed(number.background, number.value - number.explained()))
             for owner_kind in kinds_of:
                 series += _of_kind(found, number, owner_kind, kinds, limits or {}, risk)
     return _against_chance(series)
@@ -100,21 +104,19 @@ def _of_kind(
     limits: Mapping[str, float],
     risk: float,
 ) -> list[Watched]:
-    scale = _usual(number, owner_kind, kinds)
-    ways = [Wandering(scale, RATE * scale, walk * scale, JUMP * scale) for walk in WALKS]
-    tried = [[*_follow(found, number, owner_kind, kinds, way)] for way in ways]
+    tried = [[*_follow(found, number, owner_kind, kinds, walk)] for walk in WALKS]
     best = int(np.argmax([sum(gain for _, gain in one) for one in tried]))
     followed = [one for one, _ in tried[best]]
-    said = [row for one in followed for row in _said(one, kinds, ways[best], limits, risk)]
+    said = [row for one in followed for row in _said(one, kinds, limits, risk)]
     return _with_peers(said, found)
 
 
-def _usual(number: Number, owner_kind: str, kinds: str) -> float:
-    """Standard deviation of first levels: of machines with all that is wrong, of gauges as the priors have it."""
+def _usual(number: Number, owner_kind: str, kind: str, line: str) -> float:
+    """Standard deviation of first levels: of machines of a line with all that is wrong, of gauges as the priors say."""
     if owner_kind == "gauge":
-        return fleet_priors().kinds["gauge"]["certificate_scale" if kinds == "slopes" else "wear"].usual
-    own = [float(np.max(term.sd)) for term in number.background.terms if term.name.startswith("machine")]
-    sizes = [one.size for one in number.found if one.owner_kind in ("machine", "type")]
+        return fleet_priors().kinds["gauge"][kind].usual
+    own = [float(np.max(term.sd)) for term in number.background.terms if term.name == f"machine {kind} of {line}"]
+    sizes = [one.size for one in number.found if one.owner_kind in ("machine", "type") and one.kind == kind]
     return float(np.sqrt(np.mean(np.square(own)) + (np.mean(np.square(sizes)) if sizes else 0.0)))
 
 
@@ -126,11 +128,11 @@ def _components(number: Number, owner_kind: str, kinds: str) -> dict[tuple[str, 
 
 
 def _follow(
-    found: FleetInference, number: Number, owner_kind: Literal["machine", "gauge"], kinds: str, prior: Wandering
+    found: FleetInference, number: Number, owner_kind: Literal["machine", "gauge"], kinds: str, walk: float
 ) -> Iterator[tuple[_Followed, float]]:
     """Every owner's states, with the logarithm of their density."""
     components = _components(number, owner_kind, kinds)
-    others, every = _of_others(number, owner_kind), number.explained()
+    others, every = _Others.of(number, owner_kind), number.explained()
     variance = 1.0 / number.background.weight
     fleet = found.fleet
     for place, owner in enumerate(fleet.names[owner_kind]):
@@ -142,21 +144,46 @@ def _follow(
         shares = np.column_stack([components[key][rows] for key in own])
         line = fleet.visits[rows[0]].type if owner_kind == "machine" else ""
         wrong = every[rows] - _own_wrong(number, owner_kind, owner, line)[rows]
-        value = number.value[rows] - others[rows] - wrong
+        value = number.value[rows] - others.share[rows] - wrong
         changes = _changes(number, owner_kind, owner, own)
         jumps = [(interval[1], component) for component, interval in changes.items()]
+        prior = Wandering.of(np.array([_usual(number, owner_kind, kind, line) for kind, _ in own]), RATE, walk, JUMP)
         states, gain = follow(np.floor(fleet.day[rows]), value, variance[rows], shares, prior, jumps)
-        yield _Followed(owner_kind, owner, own, states, changes), gain
+        lent = np.diag(np.concatenate([others.lent(rows, shares, prior.level), np.zeros(len(own))]))
+        states = [replace(state, covariance=state.covariance + lent) for state in states]
+        yield _Followed(owner_kind, owner, own, states, changes, prior), gain
 
 
-def _of_others(number: Number, owner_kind: str) -> Array:
-    """What the background's terms of other kinds of owners make of every visit."""
-    background = number.background
-    at = background.inverse @ (background.weighted.T @ (number.value - number.explained()))
-    mine = np.concatenate(
-        [np.full(term.columns.shape[1], term.name.startswith(owner_kind)) for term in background.terms]
-    )
-    return np.asarray(background.columns @ np.where(mine, 0.0, at))
+@dataclass(frozen=True)
+class _Others:
+    """What the background's terms of other kinds of owners make of every visit ``(n,)``, and how well that is known:
+    the covariance of their coefficients, whose columns are ``(n, q)``."""
+
+    share: Array
+    columns: sparse.csr_matrix
+    covariance: Array
+    weight: Array
+
+    @classmethod
+    def of(cls, number: Number, owner_kind: str) -> _Others:
+        """All terms but those of one kind of owner, by what causes leave."""
+        background = number.background
+        at = background.inverse @ (background.weighted.T @ (number.value - number.explained()))
+        names = [term.name for term in background.terms for _ in range(term.columns.shape[1])]
+        other = np.flatnonzero([not name.startswith(owner_kind) for name in names])
+        columns = background.columns[:, other].tocsr()
+        return cls(columns @ at[other], columns, background.inverse[np.ix_(other, other)], background.weight)
+
+    def lent(self, rows: NDArray[np.intp], shares: Array, level: Array) -> Array:
+        """Variance that it lends to levels, ``(k,)``, which more visits of the same gauge do not lessen.
+
+        Law of total variance: the levels by least squares with their priors are linear in what others make of visits.
+        """
+        weighted = shares * self.weight[rows][:, None]
+        gain = np.linalg.solve(weighted.T @ shares + np.diag(level**-2.0), weighted.T)
+        used = np.unique(self.columns[rows].indices)
+        through = gain @ self.columns[rows][:, used].toarray()
+        return np.einsum("kq,qr,kr->k", through, self.covariance[np.ix_(used, used)], through)
 
 
 def _own_wrong(number: Number, owner_kind: str, owner: str, line: str) -> Array:
@@ -177,13 +204,13 @@ def _changes(
     return {own.index((one.kind, one.where)): one.begin for one in dated if one.begin}
 
 
-def _said(one: _Followed, kinds: str, prior: Wandering, limits: Mapping[str, float], risk: float) -> Iterator[Watched]:
+def _said(one: _Followed, kinds: str, limits: Mapping[str, float], risk: float) -> Iterator[Watched]:
     count = len(one.keys)
     for k, (kind, where) in enumerate(one.keys):
         last = one.states[-1]
         u = tuple(float(np.sqrt(state.covariance[k, k])) for state in one.states)
         limit = limits.get(kind)
-        judged = _judged(last, k, u[-1], prior.walk, limit, risk)
+        judged = _judged(last, k, u[-1], float(one.prior.walk[k]), limit, risk)
         unit = {"slopes": "um/m", "sizes": "um"}[kinds]
         changes = (one.changes[k],) if k in one.changes else ()
         yield Watched(
