@@ -169,14 +169,15 @@ def _diagnose_axis(
     """Recordings without a gauge: together as settings up of one axis, or each into its own folder."""
     from pathlib import Path
 
-    from stepgauge.diagnosis.output.stored import read_diagnosis
-    from stepgauge.files.outputs import one_set
+    from stepgauge.diagnosis.output.stored import FILE, read_diagnosis
+    from stepgauge.files.outputs import one_set, refuse_own
     from stepgauge.public.diagnose import diagnose
     from stepgauge.reports.axis_diagnosis import first_of
 
     sets = [list(recordings)] if together else [[one] for one in recordings]
     for paths in sets:
         folder = Path(output) if together else Path(output) / Path(paths[0]).stem
+        refuse_own(folder / FILE)
         found = diagnose(paths, without=without, priors=priors)
         with one_set():
             files = found.write(folder, suffix)

@@ -10,10 +10,10 @@ from functools import partial
 from pathlib import Path
 
 from stepgauge.diagnosis.engine import diagnose
-from stepgauge.diagnosis.output.stored import read_diagnosis
+from stepgauge.diagnosis.output.stored import FILE, read_diagnosis
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.errors import InputError, naming
-from stepgauge.files.outputs import one_set
+from stepgauge.files.outputs import one_set, refuse_own
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.machine.file import Machine, read_machine
 from stepgauge.machine.styli import numbered, with_styli
@@ -45,6 +45,7 @@ def diagnose_together(
     styli: Sequence[str] = (),
 ) -> Outcome:
     """Diagnose several recordings as placements of one machine; parameters as :func:`diagnose_each`."""
+    refuse_own(Path(folder) / FILE)
     steps, cmm = read_gauge(gauge), with_styli(read_machine(machine), map(read_machine, styli))
     return _diagnose([read_recording(path) for path in paths], steps, cmm, Path(folder), suffix, without, priors)
 
@@ -79,9 +80,11 @@ def diagnose_each(
     Raises
     ------
     InputError
-        wrong files, equal names
+        wrong files, equal names, folders with somebody's own files of the names that are written
     """
     _check_names(paths)
+    for path in paths:
+        refuse_own(Path(folder) / Path(path).stem / FILE)
     steps, cmm = read_gauge(gauge), with_styli(read_machine(machine), map(read_machine, styli))
     recordings = [read_recording(path) for path in paths]
     one = partial(_one, gauge=steps, machine=cmm, folder=Path(folder), suffix=suffix, without=without, priors=priors)

@@ -19,6 +19,7 @@ from stepgauge.diagnosis.maps.result import MapDiagnosis
 from stepgauge.diagnosis.posterior.priors import Priors
 from stepgauge.errors import InputError, naming
 from stepgauge.files.config import read_toml
+from stepgauge.files.outputs import refuse_own
 from stepgauge.files.resources import find_data
 from stepgauge.files.text import check_output
 from stepgauge.probes.read import probe_table
@@ -51,6 +52,7 @@ def diagnose_probe_map(
         unreadable maps and probe files, maps of a quantity that the probe file does not give, a folder that cannot be
         written to or that contains the tested probe file
     """
+    refuse_own(Path(folder) / "diagnosis.json")
     check_output(Path(folder) / PROBE_FILE, find_data(probe_path, "probe", "probes"), map_path)
     found = judged_map(read_map_data(map_path, columns), probe_path, priors)
     write_map_diagnosis(found, found.probe_path, folder, suffix)

@@ -25,6 +25,8 @@ UNFINISHED = ".stepgauge-unfinished"
 
 READY = ".ready"
 """In the folder of a process: all files are whole."""
+HEAD = 4096
+"""Bytes in which a result says what it is."""
 _PICTURE = r"\.(png|svg|pdf)"
 GO_WITH = {
     "evaluation.json": rf"evaluation(-placement-\d+)?{_PICTURE}",
@@ -37,6 +39,10 @@ GO_WITH = {
     "plan.json": r"position-\d+(-machine)?\.(toml|dmi|ngc|ipp|jyc)",
 }
 """What is written beside a result as often as it is needed; those of an earlier call would be taken for new ones."""
+PLAIN_NAMES = {
+    "diagnosis.json": ("stepgauge diagnosis", r"diagnosis\.md|residuals\.csv|(machine|probe)\.diagnosed\.toml"),
+}
+"""Results beside which files have names that anybody may have given: what each begins with, and these names."""
 
 
 @dataclass
@@ -56,6 +62,8 @@ class OutputSet:
 
     def commit(self) -> None:
         """Every file takes its place; files of an earlier call that go with the same result are removed."""
+        for result in self.staged:
+            refuse_own(result)
         for folder in {beside.parent for beside in self.staged.values()}:
             (folder / READY).touch()
         for target, beside in self.staged.items():
@@ -163,6 +171,27 @@ def refuse_input(path: str | Path) -> None:
     for files in _open:
         if (target in files.read or target in files.sources) and target not in files.staged:
             raise InputError(path, "this output would replace what the command reads", expected="another name")
+
+
+def refuse_own(result: str | Path) -> None:
+    """:class:`InputError` where a folder has files of :data:`PLAIN_NAMES` but not the result that they go with.
+
+    They are then not of an earlier call but somebody's own.
+    """
+    path = Path(result)
+    if path.name not in PLAIN_NAMES or not path.parent.is_dir():
+        return
+    format_, names = PLAIN_NAMES[path.name]
+    if path.is_file() and f'"{format_}' in path.read_bytes()[:HEAD].decode("utf-8", "replace"):
+        return
+    for file in sorted(path.parent.iterdir()):
+        if file.name == path.name or re.fullmatch(f"{names}|{GO_WITH[path.name]}", file.name):
+            raise InputError(
+                file,
+                "this file would be replaced or removed, and is of no earlier result",
+                found=f"no {path.name} of stepgauge in this folder",
+                expected="another folder, or this file moved elsewhere",
+            )
 
 
 def inputs() -> dict[Path, str]:

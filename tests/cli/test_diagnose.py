@@ -13,6 +13,7 @@ import pytest
 from stepgauge.cli import VERBS
 from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict, write_diagnosis
 from stepgauge.diagnosis.result import Diagnosis
+from stepgauge.errors import InputError
 from stepgauge.recording import Recording
 from tests.cli.conftest import Run
 from tests.conftest import ROOT
@@ -97,6 +98,26 @@ def test_too_little_to_tell_is_a_verdict_and_no_error(tmp_path: Path, run: Run) 
     assert run("diagnose", path, *COMMON, "-o", tmp_path / "out").code == 0
     assert diagnosis(tmp_path / "out")["verdict"] == "insufficient"
     assert (tmp_path / "out" / "diagnosis.md").is_file()
+
+
+@pytest.mark.parametrize("name", ["diagnosis.md", "overview.png", "diagnosis.json", "separate-1.toml"])
+def test_files_that_are_somebodys_own_are_not_replaced(tmp_path: Path, run: Run, name: str) -> None:
+    """Those of an earlier diagnosis are; which they are is seen by its diagnosis.json."""
+    path, out = as_file(tmp_path, record(machine(), seed=3)), tmp_path / "out"
+    out.mkdir()
+    (out / name).write_text("my own")
+    result = run("diagnose", path, *COMMON, "-o", out)
+    assert result.code == 2
+    for words in (name, "no diagnosis.json of stepgauge in this folder", "another folder"):
+        assert words in result.err
+    assert [(one.name, one.read_text()) for one in out.iterdir()] == [(name, "my own")]
+    with pytest.raises(InputError, match="is of no earlier result"):
+        made("null")[1].write(out)
+    (out / name).unlink()
+    (out / "notes.txt").write_text("notes")
+    for _ in range(2):
+        assert run("diagnose", path, *COMMON, "-o", out).code == 0
+    assert (out / "notes.txt").read_text() == "notes"
 
 
 def test_another_tip_than_that_of_the_machine_file_is_refused(tmp_path: Path, run: Run) -> None:
