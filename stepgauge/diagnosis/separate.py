@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import Solved, orthonormal
 from stepgauge.diagnosis.laws.library import family_signatures
-from stepgauge.diagnosis.output.words import listed, name_of
+from stepgauge.diagnosis.output.words import in_place, listed, name_of
 from stepgauge.diagnosis.posterior.problem import Candidate
 from stepgauge.diagnosis.residuals import Residuals
 from stepgauge.diagnosis.result import Finding
@@ -30,7 +30,7 @@ from stepgauge.gauge.placement import format_placement
 Array = NDArray[np.float64]
 TELLING = 9.0
 """Increase of chi-square from which an extra run is proposed."""
-NO_SEPARATION = "the same in every placement and at every speed within this travel; log the temperatures"
+NO_SEPARATION = "nothing within this travel: in every placement and at every speed they look alike; log temperatures"
 MORE_LINES = "lay the gauge along further edges and diagonals of the volume, each line at two places"
 UNSOUGHT = "not looked for among many recordings; 'stepgauge diagnose' of this one does"
 
@@ -87,7 +87,7 @@ def with_separations(
             placements[f"{name}.toml"] = best.placement_text()
             machine = data.machine.with_stylus(best.run.stylus).path
             command = best.command(name, called(data.gauge.path), called(machine))
-            rest = f"; {', '.join(best.untold)}: {NO_SEPARATION}" if best.untold else ""
+            rest = f"; nothing within this travel separates it from {listed(best.untold, 'or')}" if best.untold else ""
             by = f"{best.run.words}, which separates it from {', '.join(best.told)}: {command}{rest}"
         told.append(replace(finding, reason=_reason(finding, data), separate_by=by))
     return told, placements
@@ -101,7 +101,8 @@ def _unsought(finding: Finding, data: Residuals) -> Finding:
 
 def _reason(finding: Finding, data: Residuals) -> str:
     """Why the set cannot be discriminated, in words."""
-    others = listed([name_of(one) for one in (*finding.confounded_with, *finding.alternatives)])
+    together = in_place(finding.confounded_with, [one.laws for one in finding.several])
+    others = listed([*together, *map(name_of, finding.alternatives)])
     count = int(data.placement.max()) + 1
     where = "the one placement" if count == 1 else f"the {count} placements"
     return f"in {where} of this recording {name_of(finding.label)} and {others} have the same signature"

@@ -11,7 +11,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from stepgauge.diagnosis.output.remedies import Remedy, remedy, remedy_of_form
-from stepgauge.diagnosis.output.report import COVERAGE, chosen, members_of, plus_minus, probability, remaining, without
+from stepgauge.diagnosis.output.report import (
+    COVERAGE,
+    chosen,
+    in_place_of,
+    members_of,
+    plus_minus,
+    probability,
+    remaining,
+    without,
+)
 from stepgauge.diagnosis.output.words import line, name_of, significant
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
@@ -134,7 +143,7 @@ def _of_form(row: Said) -> Remedy:
 
 
 def _remedy(effect: Said, told: Words) -> Remedy:
-    return remedy(effect["kind"], effect["parameters"], told.of)
+    return remedy(effect["kind"], effect["parameters"], told.of, aliased=bool(effect.get("aliases")))
 
 
 def found_part(said: Said, told: Words, *more: Block | None) -> dict[str, Any]:
@@ -181,7 +190,8 @@ def combinations(effect: Said) -> tuple[list[str], float]:
     members = members_of(effect)
     known = {one["kind"] for one in members}
     left = float(effect["probability"]) - sum(_of_set(one, effect) or 0.0 for one in members)
-    return [name_of(name) for name in effect["confounded_with"] if name not in known], max(left, 0.0)
+    others = {**effect, "confounded_with": [name for name in effect["confounded_with"] if name not in known]}
+    return in_place_of(others), max(left, 0.0)
 
 
 def _together_row(others: Sequence[str], p: float) -> list[str]:

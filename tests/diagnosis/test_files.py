@@ -18,9 +18,9 @@ from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.forms.formula import model_unknown, rest_um
 from stepgauge.diagnosis.output.files import Inputs, diagnosis_to_dict, write_diagnosis
 from stepgauge.diagnosis.output.machine_text import machine_text
-from stepgauge.diagnosis.output.practice import in_practice
+from stepgauge.diagnosis.output.practice import even_steps_mm, in_practice
 from stepgauge.diagnosis.output.remedies import remedy
-from stepgauge.diagnosis.output.report import plus_minus, probability, um, wrapped_sum
+from stepgauge.diagnosis.output.report import plus_minus, probability, summary, um, wrapped_sum
 from stepgauge.diagnosis.output.stored import read_diagnosis
 from stepgauge.diagnosis.output.summary import summary_line
 from stepgauge.diagnosis.output.words import name_of, significant
@@ -325,6 +325,55 @@ def test_commands_stand_alone_in_the_report() -> None:
 )
 def test_parameters_are_printed_to_two_digits_of_their_uncertainty(parameter: dict[str, Any], text: str) -> None:
     assert plus_minus(parameter) == text
+
+
+def effect_said(kind: str, confounded_with: tuple[str, ...] = (), several: tuple[tuple[str, ...], ...] = ()) -> Any:
+    """What a summary needs of a finding."""
+    combinations = [{"labels": list(laws), "others": [], "odds": 0.5} for laws in several]
+    return {
+        "kind": kind,
+        "label": kind,
+        "parameters": {},
+        "confounded_with": list(confounded_with),
+        "alternatives": [],
+        "several": combinations,
+    }
+
+
+def test_several_findings_with_sets_are_numbered_and_their_laws_have_their_axes() -> None:
+    radius = effect_said(
+        "effective_radius",
+        ("trigger_delay", "reversal_error + reversal_error"),
+        (("reversal_error_x", "reversal_error_y"), ("reversal_error_x", "squareness_xy")),
+    )
+    text = "effective radius, or in its place trigger delay or reversal error x + reversal error y"
+    assert summary({"verdict": "effects", "effects": [radius]}).endswith(f": {text}.")
+    both = summary({"verdict": "effects", "effects": [radius, effect_said("misalignment")]})
+    assert both.endswith(f": 1: {text}; 2: misalignment.")
+    alone = summary({"verdict": "effects", "effects": [effect_said("misalignment"), effect_said("misalignment")]})
+    assert alone.endswith(": twice misalignment.")
+
+
+@pytest.mark.parametrize("aliased", [True, False])
+def test_an_alias_is_only_spoken_of_where_one_is_named(aliased: bool) -> None:
+    parameters = {"axis": {"value": "x"}, "period_mm": {"value": 10.0, "u": 0.1, "unit": "mm"}}
+    check = remedy("periodic_scale_error", parameters, aliased=aliased).check
+    assert ("alias" in check) == aliased
+    assert "{" not in check
+    assert check.startswith("Compare the period, and" if aliased else "Compare the period with the pitch of the x")
+
+
+def test_a_pitch_that_goes_into_the_step_of_the_faces_is_a_limit() -> None:
+    """Of a gauge along x every tip radius may be a periodic error of the screw; a diagonal tells them apart."""
+    steps = diagnosis_to_dict(made("scale")[1], Inputs((made("scale")[0],)))["measured"]["even_steps_mm"]
+    assert steps == {"x": pytest.approx(20.0, abs=0.01), "y": pytest.approx(20.0, abs=0.01)}
+    text = report_text(said("scale"))
+    assert "whole steps of 20.00 mm of x" in text
+    assert "(1, 2, 2.5, 4, 5, 10 or 20 mm)" in text
+    beside = record(machine(), [ALONG_X, (1.0, 1.0, 0.0)], seed=3)
+    assert set(even_steps_mm(make_residuals(beside, gauge(), machine()))) == {"y"}
+    shifted = record(machine(), [ALONG_X, ALONG_X], seed=3, centres=[(350.0, 600.0, 250.0), (354.7, 600.0, 250.0)])
+    assert even_steps_mm(make_residuals(shifted, gauge(), machine())) == {}
 
 
 def finding(kind: str, **values: Any) -> Finding:

@@ -99,9 +99,16 @@ def is_lead(period_mm: float, u_mm: float) -> bool:
     return any(abs(period_mm - lead) <= COVERAGE * u_mm for lead in LEADS_MM)
 
 
+def leads_into_mm(step_mm: float) -> list[float]:
+    """Usual leads of screws of which a step has a whole number, mm."""
+    return [lead for lead in LEADS_MM if step_mm > lead / 2 and abs(step_mm / lead - round(step_mm / lead)) < ALIKE]
+
+
 def even(readings_at: ArrayLike) -> Even | None:
     """The common step of the places of readings, or None where they have none."""
     values = np.sort(np.asarray(readings_at, float))
+    if len(values) < FEWEST_PLACES:
+        return None
     apart = np.diff(values) > SAME_PLACE * max(float(np.ptp(values)), 1e-12)
     place = np.r_[0, np.cumsum(apart)]
     places = np.bincount(place, values) / np.bincount(place)

@@ -21,7 +21,7 @@ from stepgauge.diagnosis.fits.solve import Estimate
 from stepgauge.diagnosis.forms.formula import UnknownLaw, model_unknown, rest_rms_um
 from stepgauge.diagnosis.holdout import holdout_rms, make_folds
 from stepgauge.diagnosis.output.machine_text import effect_table, machine_text
-from stepgauge.diagnosis.output.practice import aliases_of, in_practice
+from stepgauge.diagnosis.output.practice import aliases_of, even_steps_mm, in_practice
 from stepgauge.diagnosis.output.probe_file import probe_file
 from stepgauge.diagnosis.output.rows import ROWS_FILE, row_table, rows_csv
 from stepgauge.diagnosis.posterior.search import Step
@@ -205,6 +205,7 @@ def _member(member: Member, data: Residuals) -> dict[str, Any]:
         "label": member.label,
         "share": member.share,
         "parameters": parameters,
+        "aliases": aliases_of(member, data),
         "in_practice": in_practice(member, data),
     }
 
@@ -355,6 +356,7 @@ def _measured(diagnosis: Diagnosis) -> dict[str, Any]:
         "speeds_mm_s": sorted({float(s) for s in frame["speed_mm_s"].round(6)}) if "speed_mm_s" in frame else [],
         "gauge_temperature_recorded": "gauge_temperature_C" in frame,
         "time_recorded": data.has_time,
+        "even_steps_mm": even_steps_mm(data),
     }
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.diagnosis.output.aliases import even, in_words
+from stepgauge.diagnosis.output.aliases import SAME_PLACE, even, in_words, leads_into_mm
 from stepgauge.diagnosis.output.machine_text import effect_table
 from stepgauge.diagnosis.output.sentences import FURTHER, Sentence, Values
 from stepgauge.diagnosis.output.words import in_um, length_mm, line, listed, long, name_of, size, span_mm, towards
@@ -17,6 +17,9 @@ from stepgauge.diagnosis.result import Finding, Member
 from stepgauge.effects import effect_kinds
 from stepgauge.files.notation import rounded
 from stepgauge.recording import APPROACH
+
+LEAST_ALONG = 0.2
+"""Cosine to an axis from which on a gauge shows errors that repeat along it: it passes some pitches."""
 
 
 def in_practice(finding: Finding | Member, data: Residuals) -> str:
@@ -50,6 +53,23 @@ def aliases_of(finding: Finding | Member, data: Residuals) -> dict[str, Any]:
     period = finding.parameters.get("period_mm")
     steps = None if period is None else even(data.probings.coordinate_mm(str(finding.choices["axis"])))
     return {} if steps is None or period is None else steps.told(period.value, period.u or 0.0, "mm", 1.0)
+
+
+def even_steps_mm(data: Residuals) -> dict[str, float]:
+    """The step by machine axis, mm, in which all fronts were probed, and all backs, whatever lies between the two.
+
+    Only where usual leads of screws go into it: an error with such a period is one shift of all fronts, and another
+    one of all backs.
+    """
+    found, placements = {}, np.unique(data.frame["placement"])
+    axes = np.abs([data.probings.setting.axis[int(one)] for one in placements])
+    for number, axis in enumerate("xyz"):
+        at, along = data.probings.coordinate_mm(axis), axes[data.placement, number] > LEAST_ALONG
+        steps = [even(at[along & (data.side == side)]) for side in (1.0, -1.0)]
+        spacing = [one.spacing for one in steps if one is not None]
+        if len(spacing) == 2 and np.ptp(spacing) < SAME_PLACE * spacing[0] and leads_into_mm(spacing[0]):
+            found[axis] = spacing[0]
+    return found
 
 
 def counted(names: Iterable[str]) -> list[str]:

@@ -38,7 +38,7 @@ _REMEDIES = {
         "Compare the error table of {axis} in the controller with the machine's last one.", _TABLE
     ),
     "periodic_scale_error": Remedy(
-        "Compare the period, and every alias of it that is named, with the pitch of the {axis} scale, screw or rack;"
+        "Compare the period{aliases} with the pitch of the {axis} scale, screw or rack;"
         " look for dirt on the reading head.",
         "Clean the {axis} scale and adjust the gap of its reading head.",
     ),
@@ -169,8 +169,7 @@ _OF_AN_AXIS = {
         "Make a new error table.",
     ),
     "periodic_scale_error": Remedy(
-        "Compare the period, and every alias of it that is named, with the pitch of scale, screw or gear, and with the"
-        " wavelength.",
+        "Compare the period{aliases} with the pitch of scale, screw or gear, and with the wavelength.",
         "Clean the scale and adjust its reading head.",
     ),
     "local_scale_defect": Remedy(
@@ -262,15 +261,17 @@ def remedy_of_form(shapes: Collection[str], covariate: str) -> Remedy:
     return filled(own or Remedy("Look for what changes with {covariate}.", _UNKNOWN), covariate=covariate)
 
 
-def remedy(kind: str, parameters: Mapping[str, Mapping[str, Any]], of: str = "gauge") -> Remedy:
+def remedy(kind: str, parameters: Mapping[str, Mapping[str, Any]], of: str = "gauge", aliased: bool = False) -> Remedy:
     """What to check and repair for a kind of effect, with its ``parameters`` as a ``diagnosis.json`` has them.
 
-    ``of``: what was diagnosed: a recording of a ``gauge``, of an ``axis`` without one, or the ``map`` of a probe.
+    ``of``: what was diagnosed: a recording of a ``gauge``, of an ``axis`` without one, or the ``map`` of a probe;
+    ``aliased``: whether other periods are named beside its own.
     """
     found = _BY_WHAT.get(of, {}).get(kind) or _REMEDIES.get(kind, _UNKNOWN_KIND)
     if of == "axis" and kind == "periodic_scale_error" and "period_deg" in parameters:
         found = _CENTRED
-    return filled(found, **{name: _short(one["value"]) for name, one in parameters.items() if "value" in one})
+    values = {name: _short(one["value"]) for name, one in parameters.items() if "value" in one}
+    return filled(found, **values, aliases=", and every alias of it that is named," if aliased else "")
 
 
 def filled(found: Remedy, **values: str) -> Remedy:

@@ -8,8 +8,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from stepgauge.diagnosis.forms.form import SMOOTH
+from stepgauge.diagnosis.output.aliases import leads_into_mm
 from stepgauge.diagnosis.output.practice import counted
-from stepgauge.diagnosis.output.words import listed, name_of, significant
+from stepgauge.diagnosis.output.words import in_place, listed, name_of, significant
 from stepgauge.files.notation import LEAST_PLAIN
 
 COVERAGE = 2.0
@@ -20,6 +21,7 @@ VERDICTS = {
     "unknown": "The recording disagrees with the simulation in a way that no known effect explains.",
     "insufficient": "The recording cannot tell whether the simulation is right.",
 }
+IN_PLACE = ", or in its place "
 FEW_DOF = 20
 SURE = 0.99
 """Probability above which no digits are stated: the priors are not known so well."""
@@ -38,23 +40,33 @@ NO_CHOICE = ("start_s", "pause_s", "about_mm")
 def summary(said: Mapping[str, Any]) -> str:
     """The verdict in a sentence or two."""
     text = VERDICTS[said["verdict"]]
-    named = counted(_named(effect) for effect in said["effects"])
+    named = _numbered([_named(effect) for effect in said["effects"]])
     if said["verdict"] == "effects":
-        return f"{text} {listed(named)}."
+        return f"{text} {named}."
     if said["verdict"] == "unknown":
         where = said["unexplained"][0]["where"] if said["unexplained"] else "somewhere"
-        return f"{text} Its form: {where}.{f' A part is explained: {listed(named)}.' if named else ''}"
+        return f"{text} Its form: {where}.{f' A part is explained: {named}.' if named else ''}"
     return text
+
+
+def _numbered(named: Sequence[str]) -> str:
+    """Findings with the numbers that they have on the page, where one has others in its place; else a plain list."""
+    if len(named) < 2 or not any(IN_PLACE in one for one in named):
+        return listed(counted(named))
+    return "; ".join(f"{number}: {one}" for number, one in enumerate(named, 1))
 
 
 def _named(effect: Mapping[str, Any]) -> str:
     """An effect with its choices, and its alternatives."""
     choices = [str(value) for value in chosen(effect) if not isinstance(value, list)]
     name = " ".join([name_of(effect["kind"]), *(choices and [f"({', '.join(choices)})"])])
-    others = [name_of(kind) for kind in effect["confounded_with"]] + [
-        name_of(label) for label in effect["alternatives"]
-    ]
-    return f"{name}, or in its place {listed(others, 'or')}" if others else name
+    others = in_place_of(effect) + [name_of(label) for label in effect["alternatives"]]
+    return f"{name}{IN_PLACE}{listed(others, 'or')}" if others else name
+
+
+def in_place_of(effect: Mapping[str, Any]) -> list[str]:
+    """What may be in place of an effect, in words."""
+    return in_place(effect["confounded_with"], [one["labels"] for one in effect.get("several", ())])
 
 
 def chosen(effect: Mapping[str, Any]) -> list[Any]:
@@ -88,6 +100,14 @@ def limits(said: Mapping[str, Any]) -> list[str]:
         )
     if len(measured["speeds_mm_s"]) < 2:
         found.append("There was one measuring speed: a trigger delay cannot be separated from a larger pre-travel.")
+    for axis, step in measured.get("even_steps_mm", {}).items():
+        leads = listed([f"{one:g}" for one in leads_into_mm(step)], "or")
+        found.append(
+            f"Fronts and backs were probed in whole steps of {significant(step, 4)} mm of {axis}: a periodic error of a"
+            f" period that goes into it ({leads} mm), as of a screw, is the same at all of them, and cannot be told"
+            f" from a tip radius or a backlash of {axis}. A placement shifted along {axis} by a quarter of the pitch"
+            " shows it."
+        )
     if not measured["time_recorded"]:
         found.append("No times were recorded: drift, cycles, steps and vibration could not be tested.")
     if not measured["gauge_temperature_recorded"]:

@@ -11,7 +11,8 @@ from stepgauge.diagnosis.axis.words import kind_name
 from stepgauge.diagnosis.forms.formula import UnknownLaw, rest_rms_um
 from stepgauge.diagnosis.output.aliases import periods_of
 from stepgauge.diagnosis.output.practice import counted
-from stepgauge.diagnosis.output.words import listed, name_of, significant
+from stepgauge.diagnosis.output.report import in_place_of
+from stepgauge.diagnosis.output.words import in_place, listed, name_of, significant
 from stepgauge.diagnosis.result import NUMBERS, Diagnosis
 
 Said = Mapping[str, Any]
@@ -22,7 +23,10 @@ IN_SUMMARY = 4
 def summary_line(found: Diagnosis, laws: Sequence[UnknownLaw] = ()) -> str:
     """Verdict, effects and fit; ``laws``: the empirical laws of the forms."""
     fit = found.fit
-    names = [_name(f.label, (*f.confounded_with, *f.alternatives)) for f in found.findings]
+    names = [
+        _name(f.label, in_place(f.confounded_with, [one.laws for one in f.several]), f.alternatives)
+        for f in found.findings
+    ]
     imitated = rest_rms_um(found, laws) if laws else None
     left = [one.where for one in found.unexplained]
     return _of_gauge(found.verdict, names, left, (fit.rms_before_um, fit.rms_after_um, fit.noise_um, imitated))
@@ -36,7 +40,7 @@ def stored_line(said: Said) -> str:
     if "map" in said["inputs"]:
         return map_line(said["verdict"], [one["kind"] for one in said["effects"]], left, said["lacking"])
     fit = said["fit"]
-    names = [_name(one["label"], (*one["confounded_with"], *one["alternatives"])) for one in said["effects"]]
+    names = [_name(one["label"], in_place_of(one), one["alternatives"]) for one in said["effects"]]
     numbers = [float("nan") if fit[key] is None else fit[key] for key in ("rms_before_um", "rms_after_um", "noise_um")]
     imitated = fit.get("with_empirical", {}).get("rms_after_um")
     return _of_gauge(said["verdict"], names, left, (*numbers, imitated))
@@ -110,5 +114,6 @@ def _line(verdict: str, said: Sequence[str], numbers: str = "") -> str:
     return verdict + (f": {what}" if what else "") + (f" ({numbers})" if numbers else "")
 
 
-def _name(label: str, others: Sequence[str]) -> str:
-    return name_of(label) + (f" (or {', '.join(name_of(kind) for kind in others)})" if others else "")
+def _name(label: str, others: Sequence[str], alternatives: Sequence[str]) -> str:
+    others = [*others, *map(name_of, alternatives)]
+    return name_of(label) + (f" (or {', '.join(others)})" if others else "")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -56,6 +56,20 @@ def line(direction: Any) -> str:
 def name_of(kind: str) -> str:
     """A kind in words."""
     return " ".join(kind.replace("_", " ").split())
+
+
+def in_place(kinds: Iterable[str], combinations: Sequence[Sequence[str]]) -> list[str]:
+    """What may be in place of a finding, in words; several laws together by their labels, which have the axes.
+
+    ``kinds``: as ``confounded_with`` has them, ``a + b`` for two together; ``combinations``: the labels of these.
+    """
+    found: list[str] = []
+    for kind in kinds:
+        parts = sorted(kind.split(" + "))
+        same = [sorted(laws) for laws in combinations if len(laws) == len(parts) > 1]
+        alike = [laws for laws in same if all(map(str.startswith, laws, parts))]
+        found += [" + ".join(map(name_of, laws)) for laws in alike] or [name_of(kind)]
+    return list(dict.fromkeys(found))
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:
