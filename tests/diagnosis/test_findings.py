@@ -190,18 +190,20 @@ def test_a_bow_of_two_coefficients_is_no_form_of_seven() -> None:
 # 6. Sets of several laws.
 
 
-def test_a_gauge_longer_by_the_same_along_both_axes_is_warm() -> None:
-    """One cause of a usual size is likelier than two scales of one size by chance."""
+def test_a_gauge_longer_by_the_same_along_both_axes_is_warm_or_all_scales_are_cold() -> None:
+    """One cause of a usual size is likelier than two scales of one size by chance; the two of them read the same."""
 
     def longer(f: pd.DataFrame) -> Array:
         return 10e-3 * ((f["x_mm"].to_numpy() - 350.0) + (f["y_mm"].to_numpy() - 600.0)) * side_of(f)
 
     found = told(by_hand(STEPS, longer, [ALONG_X, ALONG_Y]))
     (one,) = found.findings
-    assert one.kind == "gauge_temperature"
-    warmer = one.parameters["delta_K"]
-    assert warmer.u is not None
-    assert abs(warmer.value - 10.0 / 11.5) < 4.0 * warmer.u
+    members = {member.label: member.parameters["delta_K"] for member in one.members if "temperature" in member.label}
+    assert set(members) == {"gauge_temperature", "scale_temperature_all"}
+    for label, kelvin in (("gauge_temperature", 10.0 / 11.5), ("scale_temperature_all", -10.0 / 11.5)):
+        u = members[label].u
+        assert u is not None
+        assert abs(members[label].value - kelvin) < 4.0 * u
 
 
 def test_a_warm_gauge_and_a_long_scale_are_no_other_scale_and_squareness_for_certain() -> None:
