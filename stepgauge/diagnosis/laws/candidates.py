@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stepgauge.diagnosis.fits.solve import solve
 from stepgauge.diagnosis.laws.beside import LAG, Courses, Untold, untold
-from stepgauge.diagnosis.laws.choices import choice_odds, is_common
+from stepgauge.diagnosis.laws.choices import ALL, choice_odds, is_common
 from stepgauge.diagnosis.laws.library import Family, effect_families, family_signatures
 from stepgauge.diagnosis.laws.usual import odds_of, shape_range, size_of_shape, usual_shape, usual_size
 from stepgauge.diagnosis.posterior.metric import Metric
@@ -78,12 +78,19 @@ def usual_signature(family: Family, shape: dict[str, Any], data: Residuals) -> A
 
 
 def _shares(families: Sequence[Family], priors: Priors) -> list[float]:
-    """The share of each law in the odds of its kind, which all choices have together."""
+    """The share of each law in the odds of its kind, which all choices have together.
+
+    One of all axes at once is another cause than those of single ones, with odds of its own.
+    """
+    common = [one.choices.get("axis") == ALL for one in families]
     odds = [choice_odds(one.kind, one.choices, priors) for one in families]
     whole = defaultdict[str, float](float)
-    for family, own in zip(families, odds, strict=True):
-        whole[family.kind] += own
-    return [own / whole[family.kind] for family, own in zip(families, odds, strict=True)]
+    for family, own, apart in zip(families, odds, common, strict=True):
+        whole[family.kind] += 0.0 if apart else own
+    return [
+        priors.laws.all_axes if apart else own / whole[family.kind]
+        for family, own, apart in zip(families, odds, common, strict=True)
+    ]
 
 
 def sizes_of(family: Family, priors: Priors, data: Residuals) -> Sizes:

@@ -142,11 +142,8 @@ def choice_odds(kind: str, choices: Mapping[str, Any], priors: Priors) -> float:
     A thermometer tells of the part that it is on. A part bends by a difference of temperature within itself; that
     between two parts, or one temperature alone, bends it only as far as it stands for such a difference. And a scale
     grows by its own temperature, not by that of the gauge or of another scale, of which columns are documented. The
-    mean pre-travel of a tripod is in the effective radius of its qualification, so that only the rest shows. And the
-    scales of a machine have the temperature of its room.
+    mean pre-travel of a tripod is in the effective radius of its qualification, so that only the rest shows.
     """
-    if choices.get("axis") == ALL:
-        return priors.laws.all_axes
     if kind == "kinematic_pretravel" and choices["part"] == "whole":
         return priors.laws.unqualified
     if kind == "thermal_bending" and on_one_part(choices["column"], choices.get("minus", "")):

@@ -132,7 +132,7 @@ class LawPriors(Table):
     the evaluation corrects, over that of what follows others, ``corrected_most``: its largest standard deviation;
     ``lag``: odds of a body that takes time to follow, over one that follows at once; ``late``: those of a beginning
     during the measurement; ``unqualified``: odds of the whole pre-travel of a tripod, over its variation about the mean
-    of a qualification; ``all_axes``: of one error of all axes, over that of one alone; ``discrepancy``: standard
+    of a qualification; ``all_axes``: of one error of all axes, over one of any of them; ``discrepancy``: standard
     deviation of what laws with a shape in ``processes`` leave out, as a share of their size.
     """
 
@@ -144,7 +144,7 @@ class LawPriors(Table):
     lag: float = Field(1.0, gt=0.0)
     late: float = Field(0.2, gt=0.0)
     unqualified: float = Field(0.03, gt=0.0)
-    all_axes: float = Field(3.0, gt=0.0)
+    all_axes: float = Field(1.5, gt=0.0)
     discrepancy: float = Field(0.05, ge=0.0, lt=1.0)
     processes: list[str] = Field(default_factory=list)
     kinds: dict[str, KindPrior]
