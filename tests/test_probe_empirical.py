@@ -56,7 +56,7 @@ def test_a_direction_that_never_triggers_stays_so():
     [
         (SECTOR, "a value for 'c1'"),
         ({**LOBES, "coefficients": {"c1": 0.4, "c2": 1.0}}, "a formula with 'c2'"),
-        ({**LOBES, "formula": "c1 * open('x')"}, "formula"),
+        ({**LOBES, "formula": "c1 * open('x')"}, "functions among .*, not 'open'"),
         ({**LOBES, "quantity": "speed"}, "quantity"),
     ],
 )

@@ -179,6 +179,7 @@ def _example(parameter: Parameter) -> str:
 
 
 _EXAMPLES = {
+    "block": "4",
     "column": '"scale_temperature_x_C"',
     "direction": '"y"',
     "face": "7",

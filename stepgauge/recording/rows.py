@@ -181,7 +181,7 @@ def check_seeds(recordings: Sequence[Recording]) -> None:
                     one.path,
                     f"simulated with the same seed as {made[seed]}: both have the same scatter, number by number",
                     found=f"# seed: {seed}",
-                    expected="recordings that were simulated with seeds of their own (simulate --seed)",
+                    expected="recordings that were simulated with seeds of their own",
                 )
         made |= dict.fromkeys(one.comments.get("seed", "").split("; "), one.path)
 

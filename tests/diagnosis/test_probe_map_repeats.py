@@ -264,6 +264,6 @@ class TestFiles:
     def test_the_probe_file_that_is_judged_is_not_overwritten(self, tmp_path):
         judged = tmp_path / "probe.diagnosed.toml"
         judged.write_text(PROBE)
-        with pytest.raises(InputError, match="replace what the command reads"):
+        with pytest.raises(InputError, match="replaced or removed, and is of no earlier result"):
             diagnose_probe_map(written(tmp_path, made()), judged, tmp_path)
         assert judged.read_text() == PROBE
