@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from stepgauge.errors import InputError
+from stepgauge.errors import InputError, naming
 from stepgauge.gauge.certified import Gauge
 from stepgauge.recording.by_face import PIECE
 from stepgauge.recording.columns import OPTIONAL
@@ -181,7 +181,7 @@ def check_seeds(recordings: Sequence[Recording]) -> None:
                     one.path,
                     f"simulated with the same seed as {made[seed]}: both have the same scatter, number by number",
                     found=f"# seed: {seed}",
-                    expected="recordings that were simulated with seeds of their own",
+                    expected=naming("seed", words="recordings that were simulated each with a {} of its own"),
                 )
         made |= dict.fromkeys(one.comments.get("seed", "").split("; "), one.path)
 
