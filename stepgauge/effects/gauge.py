@@ -24,9 +24,7 @@ class BlockDefect(Effect):
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Zero on all other faces; :class:`InputError` for a face that the gauge does not have."""
-        known = probings.setting.gauge
-        if known is not None and self.face > known.n_faces:
-            raise InputError("effects", "no such face", found=self.face, expected=f"1 to {known.n_faces}")
+        _check_number("face", self.face, probings, 1)
         return {"approach": probings.shifted_along_gauge(self.um * (probings.face == self.face))}
 
 
@@ -42,10 +40,15 @@ class BlockShift(Effect):
 
     def displacement_um(self, probings: Probings) -> Displacement:
         """Zero on all other blocks; :class:`InputError` for a block that the gauge does not have."""
-        known = probings.setting.gauge
-        if known is not None and 2 * self.block > known.n_faces:
-            raise InputError("effects", "no such block", found=self.block, expected=f"1 to {known.n_faces // 2}")
+        _check_number("block", self.block, probings, 2)
         return {"approach": probings.shifted_along_gauge(self.um * ((probings.face + 1) // 2 == self.block))}
+
+
+def _check_number(part: str, number: int, probings: Probings, faces: int) -> None:
+    """:class:`InputError` for a part of so many faces that the gauge does not have."""
+    gauge = probings.setting.gauge
+    if gauge is not None and number > gauge.n_faces // faces:
+        raise InputError("effects", f"no such {part}", found=number, expected=f"1 to {gauge.n_faces // faces}")
 
 
 class GaugeReversed(Effect):

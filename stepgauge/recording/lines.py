@@ -45,9 +45,10 @@ def read_comments(path: str | Path) -> tuple[dict[str, str], int]:
 
 def lines_beside(path: str | Path, header: int) -> list[int]:
     """Comments and blank lines below the header, which is line ``header``; all lines are counted from 1."""
-    empty = _EMPTY.encode()
-    with Path(path).open("rb") as file:  # as bytes, for a recording may have millions of rows
-        return [n for n, line in enumerate(file, 1) if n > header and line.lstrip(empty)[:1] in (b"", b"#")]
+    empty, beside = _EMPTY.encode(), (b"", b"#")
+    odd = empty + b"#"  # how no row begins: a recording may have millions, and few lines are looked at closely
+    with Path(path).open("rb") as file:
+        return [n for n, one in enumerate(file, 1) if one[0] in odd and n > header and one.lstrip(empty)[:1] in beside]
 
 
 def row_lines(rows: int, header: int, beside: Sequence[int]) -> Sequence[int]:

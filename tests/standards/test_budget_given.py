@@ -49,14 +49,16 @@ def other(files: Path, name: str, was: str, now: str) -> Path:
     return files / "other" / name
 
 
-def issue(files: Path, **changed: Any) -> None:
+def issue(files: Path, **changed: Any) -> Path:
     given: dict[str, Any] = {
         "gauge": files / "step-gauge-420.toml",
         "machine": files / "m.toml",
         "placements": files / "p.toml",
     }
     given |= {"budget": files / "res", "certificate": SAID}
+    (files / "c.pdf").unlink(missing_ok=True)
     report(files / "res", files / "c.pdf", **{**given, **changed})
+    return files / "c.pdf"
 
 
 @pytest.mark.parametrize(
@@ -98,8 +100,8 @@ def test_the_same_content_is_the_same_file(files: Path) -> None:
     """Comments, the order of keys, another place and objects do not count."""
     machine = other(files, "m.toml", "[machine]\n", "# checked, A. M.\n[machine]   # ours\n")
     placement = sg.read_placement(other(files, "p.toml", "# Placement", "# The placement"), shipped()[0])
-    issue(files, machine=machine, placements=placement)
-    issue(files, machine=sg.read_machine(machine), gauge="step-gauge-420")
+    assert issue(files, machine=machine, placements=placement).exists()
+    assert issue(files, machine=sg.read_machine(machine), gauge="step-gauge-420").exists()
 
 
 def test_a_shipped_machine_by_its_name_and_a_placement_as_it_was_located(files: Path) -> None:

@@ -97,8 +97,9 @@ def _about(law: type[Effect], choices: dict[str, Any], data: Residuals) -> dict[
 
 
 def _values_of(parameter: Parameter, data: Residuals, law: type[Effect]) -> Sequence[Any]:
-    if law.kind == "misalignment":
-        return [None, *(_placements(data) if len(_placements(data)) > 1 else ())]
+    if parameter.name == "placement" and not parameter.required:
+        every = [int(one) for one in np.unique(data.frame["placement"])]
+        return [None, *(every if len(every) > 1 else ())]
     if parameter.name in _BY_RECORDING:
         return _BY_RECORDING[parameter.name](data)
     if parameter.name == "direction" and has_free_direction(law):
@@ -122,11 +123,6 @@ def _blocks(data: Residuals) -> list[int]:
     """Blocks that were probed on both sides: a defect of one face has its own law."""
     met = set(_faces(data))
     return sorted(face // 2 for face in met if face % 2 == 0 and face - 1 in met)
-
-
-def _placements(data: Residuals) -> list[int]:
-    """Each is aligned by itself."""
-    return [int(one) for one in np.unique(data.frame["placement"])]
 
 
 def _beside_others(data: Residuals) -> list[int]:

@@ -53,7 +53,11 @@ def _effect(finding: MapFinding, found: MapDiagnosis, folder: Path) -> dict[str,
         "probability": finding.probability,
         "own_probability": finding.own,
         "confounded_with": list(finding.confounded_with),
-        "instead": {one.kind: {name: p.value for name, p in one.parameters.items()} for one in finding.rivals},
+        "instead": {
+            one.kind: {name: p.value for name, p in one.parameters.items()}
+            for one in reversed(finding.rivals)  # of several of a kind the most probable stays
+            if one.kind != finding.kind
+        },
         "rivals": [_rival(one) for one in finding.rivals],
         "alternatives": list(finding.alternatives),
         "reason": finding.reason,

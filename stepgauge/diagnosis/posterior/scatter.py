@@ -64,7 +64,7 @@ class Scatter:
     def kind(self) -> tuple[object, ...]:
         """Kind of the model, without its numbers."""
         growth = None if self.growth is None else self.growth[0]
-        return growth, self.burst is None, self.correlated, self.certificate > 1.0, self.rounded, self.tails
+        return growth, self.burst is not None, self.correlated, self.certificate > 1.0, self.rounded, self.tails
 
     @property
     def correlated(self) -> bool:

@@ -109,8 +109,7 @@ class Search:
 
     def _of_plain(self, base: State) -> State:
         """A hypothesis with those that are needed of all likely laws of one shape, and of any sign, besides."""
-        plain = (look for look in self.beside(base) if look.gain > HOPELESS and _is_plain(look.candidate))
-        plain = (look for look in plain if not getattr(look.candidate, "positive", False))
+        plain = (look for look in self.beside(base) if look.gain > HOPELESS and _is_plain(look.candidate, signed=True))
         looks = islice(_few_of_a_kind(plain, THREE_AXES), MOST_PLAIN)
         every = self.evidence((*base.terms, *(look.term() for look in looks)), base.scatter, base.sigma_um)
         return self._needed(self.evidence(needed(every, MOST_TERMS), base.scatter, base.sigma_um))
@@ -393,9 +392,11 @@ def _significance(state: State, place: int) -> float:
     return float(mean @ np.linalg.pinv(covariance) @ mean) / len(mean)
 
 
-def _is_plain(candidate: Candidate) -> bool:
-    """Whether it is a law of one shape, but not many in one."""
-    return isinstance(candidate, Law) and candidate.named and candidate.atoms == 1 and not candidate.combined
+def _is_plain(candidate: Candidate, signed: bool = False) -> bool:
+    """Whether it is a law of one shape, but not many in one; ``signed``: whose amplitude may have any sign."""
+    if not isinstance(candidate, Law) or not candidate.named or candidate.combined:
+        return False
+    return candidate.atoms == 1 and not (signed and candidate.positive)
 
 
 def _few_of_a_kind(looks: Iterator[Look], most: int = 2) -> Iterator[Look]:
