@@ -26,7 +26,12 @@ ALLOWED = 4.0
 def predictive_checks(problem: Problem, state: State, metric: Metric) -> tuple[Check, ...]:
     """All parts of the check; ``metric``: that of the scatter of the state at its sigma."""
     independent = metric.rows(state.left_um) / state.sigma_um
-    return tuple(_checks(problem, state, independent, _ordinary(state, metric)))
+    return tuple(_checks(problem, state, independent, metric))
+
+
+def without_scatter(problem: Problem, state: State) -> bool:
+    """Whether less is left than the least scatter that a reading can have."""
+    return float(np.sqrt((state.left_um**2).mean())) < problem.least_um
 
 
 def widening(checks: tuple[Check, ...], problem: Problem, state: State, metric: Metric) -> float:
@@ -51,13 +56,15 @@ def _ordinary(state: State, metric: Metric) -> Array:
     return np.asarray(state.scatter.weight / metric.rows.scale**2)
 
 
-def _checks(problem: Problem, state: State, independent: Array, ordinary: Array) -> Iterator[Check]:
+def _checks(problem: Problem, state: State, independent: Array, metric: Metric) -> Iterator[Check]:
     n = len(independent)
     largest = float(np.abs(independent).max())
     chance = float(np.log(2.0 * n) + special.log_ndtr(-largest))
     rows = 0.0 if chance > np.log(0.5) else -float(special.ndtri_exp(chance))
     yield _check("rows", rows, f"the largest residual is {largest:.1f} standard deviations")
-    within = problem.repeating_um(state.left_um, ordinary)
+    if without_scatter(problem, state):
+        return  # less than the least scatter is left, and has no structure that anybody would see
+    within = problem.repeating_um(state.left_um, _ordinary(state, metric))
     if within is not None and state.scatter.weight.min() > 0.5:
         dof = int((np.bincount(problem.group) - 1).sum())
         ratio = state.sigma_um / max(within, 1e-12)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from stepgauge.axis.sensors import without_probe
-from stepgauge.diagnosis.checks import predictive_checks, widening
+from stepgauge.diagnosis.checks import predictive_checks, widening, without_scatter
 from stepgauge.diagnosis.clock import clock_start_s, counted_from, told_by_clock
 from stepgauge.diagnosis.fits.solve import Estimate, Solved, solve
 from stepgauge.diagnosis.forms.words import CORRELATED, DISTURBED, GROWING, located
@@ -27,7 +27,7 @@ from stepgauge.diagnosis.posterior.scatter import OUTLYING, Scatter, Scatters
 from stepgauge.diagnosis.posterior.search import Search
 from stepgauge.diagnosis.posterior.told import SURE_OUTLIER, answer_of, systematic
 from stepgauge.diagnosis.problem import bare_problem, make_problem
-from stepgauge.diagnosis.residuals import Residuals, make_residuals
+from stepgauge.diagnosis.residuals import Residuals, make_residuals, without_copies
 from stepgauge.diagnosis.result import Diagnosis, Finding, Fit, Located, Noise, Verdict, rms
 from stepgauge.diagnosis.separate import with_separations
 from stepgauge.diagnosis.verdict import (
@@ -51,8 +51,6 @@ FEWEST_DOF = 8
 MOST_SEARCHED = 3000
 """Largest number of rows in the search; the laws found are fitted to all."""
 FEWEST_RUNS = 6
-SMALLEST_SIGMA_UM = 1e-5
-"""Repeatability below this is an artefact of the file and no scale to judge residuals by."""
 GROWTH_UNITS = {"time": "um/h", "speed": "um/(mm/s)"}
 """Units of the rate of growing scatter; otherwise per length."""
 
@@ -92,7 +90,8 @@ def diagnose(
         recordings of another gauge, or too small for a diagnosis; kinds that do not exist
     """
     absent = {*without, *without_probe(recording.comments.get("sensor"))}
-    return diagnose_with_search(make_residuals(recording, gauge, machine), absent, priors, separations)[0]
+    recorded = without_copies(make_residuals(recording, gauge, machine))
+    return diagnose_with_search(recorded, absent, priors, separations)[0]
 
 
 def diagnose_residuals(recorded: Residuals, without: Collection[str] = (), priors: Priors | None = None) -> Diagnosis:
@@ -109,14 +108,11 @@ def diagnose_with_search(
     On one thread: many small products are five times slower if several threads share each.
     """
     _check_kinds(without)
-    start_s = clock_start_s(recorded)
-    searched = _some(recorded)
-    some = counted_from(searched, start_s)
-    if _degrees(some) < FEWEST_DOF or bare_problem(some).within_um < SMALLEST_SIGMA_UM:
-        return _insufficient(searched), None
-    found = _search(some, priors or shipped_priors(), without)
-    data = some if len(some) == len(recorded) else counted_from(recorded, start_s)
-    return _told(found, data, recorded, start_s, priors or shipped_priors(), without, separations), found
+    start_s, table = clock_start_s(recorded), priors or shipped_priors()
+    found = _search(recorded, start_s, table, without)
+    if found is None:
+        return _insufficient(_some(recorded)), None
+    return _told(found, recorded, start_s, table, without, separations), found
 
 
 def _check_kinds(without: Collection[str]) -> None:
@@ -155,15 +151,18 @@ def _repeated(data: Residuals) -> bool:
     return bool((count[data.group] > 1).mean() > 0.5)
 
 
-def _search(data: Residuals, priors: Priors, without: Collection[str]) -> Searched:
-    search = Search(make_problem(data, priors, without), priors)
+def _search(data: Residuals, start_s: float, priors: Priors, without: Collection[str]) -> Searched | None:
+    """The search in all rows, or in some of many, with times from ``start_s``; None if they are too few."""
+    some = counted_from(_some(data), start_s)
+    if _degrees(some) < FEWEST_DOF:
+        return None
+    search = Search(make_problem(some, priors, without), priors)
     answer = answer_of(search, priors.decision)
-    return Searched(data, search, answer, make_model(search, answer, data, priors))
+    return Searched(some, search, answer, make_model(search, answer, some, priors))
 
 
 def _told(
     found: Searched,
-    data: Residuals,
     recorded: Residuals,
     start_s: float,
     priors: Priors,
@@ -171,6 +170,7 @@ def _told(
     separations: bool,
 ) -> Diagnosis:
     search, answer, model = found.search, found.answer, found.model
+    data = found.data if len(found.data) == len(recorded) else counted_from(recorded, start_s)
     plain = Metric(search.problem, model.state.scatter, search.scatters, model.state.sigma_um)
     checks = predictive_checks(search.problem, model.state, plain)
     wider = widening(checks, search.problem, model.state, plain)
@@ -269,7 +269,8 @@ def _noise(model: Model, searched: Residuals, data: Residuals) -> Noise:
     if len(searched) < len(data):
         by_row, outliers = _stated_um(data, state.sigma_um), np.zeros(0, int)
     told_by_repeats = _repeated(data) and not latched_um.any()
-    return Noise(typical_um, by_row, max(_degrees(data), 1), outliers, told_by_repeats)
+    least = without_scatter(bare_problem(searched), state)
+    return Noise(typical_um, by_row, max(_degrees(data), 1), outliers, told_by_repeats, least)
 
 
 def _stated_um(data: Residuals, sigma_um: float) -> Array:
@@ -286,7 +287,7 @@ def _of_scatter(
     left: list[Located] = []
     p = answer.probability_of_scatter(OUTLYING)
     if p >= stated and noise.outliers.size:
-        rows = tuple(int(row) + 1 for row in noise.outliers)
+        rows = tuple(int(row) + 1 for row in data.row[noise.outliers])
         estimate = {"rows": Estimate(float(len(rows)), None, "count")}
         named.append(Finding("outliers", "outliers", None, {"rows": rows}, estimate, p, np.zeros(len(data)), own=p))
     p = answer.probability_of_scatter("growth")
@@ -354,7 +355,7 @@ def _fit(data: Residuals, noise: Noise, told: Sequence[Finding], beside_um: Arra
     used = np.isfinite(noise.by_row_um)
     # what moves a face from repeat to repeat is no repeatability: not more than the scatter of the stated model
     stated_um = rms(noise.by_row_um[used]) / problem.typical
-    sigma_um = max(min(stated_um, repeating_um or np.inf), SMALLEST_SIGMA_UM)
+    sigma_um = max(min(stated_um, repeating_um or np.inf), problem.least_um)
     scatters = Scatters(problem, shipped_priors())
     metric = Metric(problem, scatters.plain(), scatters, sigma_um)
     none = np.zeros((len(data), 0))

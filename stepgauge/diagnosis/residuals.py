@@ -17,6 +17,7 @@ from stepgauge.machine.file import Machine
 from stepgauge.machine.readout import machine_effects
 from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.columns import STYLUS
+from stepgauge.recording.copies import copied_cycles
 from stepgauge.recording.identity import axis_from_approaches, certified_mm, check_recording
 
 Array = NDArray[np.float64]
@@ -36,9 +37,10 @@ class Residuals:
     that effects use, with the simulated coordinates, since a recorded coordinate contains the residual itself;
     ``frame``: the recording, rows as in the file. Of a recording without a gauge, ``unknown (p, n)``: nuisance columns
     of which nothing is known, in place of the origins; ``turn_mm``: a turn of a rotary axis;
-    ``shortest_mm``: the shortest period along an axis that is looked for; ``grown_um (n,)``: standard deviation that
-    effects in the machine file add to the repeatability; ``latched_um (n,)``: that of a latch, which all repeats may
-    have in common.
+    ``shortest_mm``: the shortest period along an axis that is looked for; ``copied``: placements and cycles that were
+    left out since they repeat another one; ``of_recording (n,)``: which rows of the recording these are;
+    ``grown_um (n,)``: standard deviation that effects in the machine file add to the repeatability;
+    ``latched_um (n,)``: that of a latch, which all repeats may have in common.
     """
 
     um: Array
@@ -54,6 +56,8 @@ class Residuals:
     shortest_mm: float = SHORTEST_MM
     grown_um: Array | float = 0.0
     latched_um: Array | float = 0.0
+    copied: tuple[tuple[int, int], ...] = ()
+    of_recording: NDArray[np.intp] | None = None
 
     def __len__(self) -> int:
         return len(self.um)
@@ -127,7 +131,13 @@ class Residuals:
             unknown=None if self.unknown is None else self.unknown[:, rows],
             grown_um=np.broadcast_to(self.grown_um, rows.shape)[rows],
             latched_um=np.broadcast_to(self.latched_um, rows.shape)[rows],
+            of_recording=self.row[rows],
         )
+
+    @property
+    def row(self) -> NDArray[np.intp]:
+        """Index of every row in the recording."""
+        return np.arange(len(self)) if self.of_recording is None else self.of_recording
 
     @cached_property
     def stylus(self) -> NDArray[np.int64]:
@@ -186,6 +196,16 @@ def unchecked_residuals(recording: Recording, gauge: Gauge, machine: Machine) ->
     grown_um, late_um = scatter_um(effects, probings, 0.0)[-1], latched_um(effects, probings)
     seen = Probings(simulated, setting)
     return Residuals(um, side, placement, face, seen, frame, gauge, machine, grown_um=grown_um, latched_um=late_um)
+
+
+def without_copies(data: Residuals) -> Residuals:
+    """The residuals without cycles that repeat an earlier one in every reading."""
+    placement, cycle = (data.frame[name].to_numpy() for name in ("placement", "cycle"))
+    copied = copied_cycles(placement, cycle, [data.frame[name].to_numpy() for name in POSITION])
+    if not copied:
+        return data
+    kept = ~pd.MultiIndex.from_arrays([placement, cycle]).isin(copied)
+    return replace(data.at(kept), copied=tuple(copied))
 
 
 def stylus_of(frame: pd.DataFrame) -> NDArray[np.int64]:

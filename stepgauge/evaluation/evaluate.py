@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from stepgauge.errors import InputError
 from stepgauge.evaluation.face_errors import REffOrigin, band_um, face_errors, radius_blocks, reference_face
-from stepgauge.evaluation.notes import doubts, gaps, of_scale, unrecorded
+from stepgauge.evaluation.notes import copies, doubts, gaps, of_scale, unrecorded
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Shown, as_lines, figures
 from stepgauge.gauge.certified import Gauge
@@ -290,7 +290,7 @@ def _evaluate_placement(
     readings = project_readings(recording, gauge, section, axis)
     faces, kept = readings.faces, slice(None) if readings.kept is None else readings.kept
     seen = readings.by_face.statistics(faces)
-    notes = gaps(faces, seen.count)
+    notes = gaps(faces, seen.count) + copies(recording)
     _check_reference(seen, notes, recording.path)
     blocks = _check_blocks(seen, origin, notes, recording.path)
     errors = face_errors(seen, gauge.u_um[faces - 1], origin)

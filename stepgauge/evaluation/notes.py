@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from stepgauge.evaluation.face_errors import REffOrigin, reversal_of_scale_um
 from stepgauge.files.notation import rounded
 from stepgauge.gauge.certified import Gauge
+from stepgauge.recording import POSITION, Recording
 from stepgauge.recording.by_face import FaceStatistics
+from stepgauge.recording.copies import copied_cycles, copies_words
 from stepgauge.recording.repeats import left_out_words, odd_blocks, odd_faces
 
 if TYPE_CHECKING:
@@ -37,6 +39,18 @@ def gaps(faces: NDArray[np.int64], count: NDArray[np.int64]) -> list[str]:
     if seen.size and seen.max() == 1:
         notes.append("a single cycle: there is no repeatability, 2s and u of R_eff are undefined")
     return notes
+
+
+def copies(recording: Recording) -> list[str]:
+    """Cycles that repeat an earlier one in every reading."""
+    columns = recording.columns
+    found = copied_cycles(columns["placement"], columns["cycle"], recording.numbers(POSITION))
+    if not found:
+        return []
+    return [
+        f"{copies_words([cycle for _, cycle in found])}: every reading is that of an earlier cycle: copied,"
+        " or simulated without scatter; 2s and u of R_eff do not say how the machine repeats"
+    ]
 
 
 def unrecorded(gauge: Gauge, measured: NDArray[np.int64]) -> str:

@@ -21,6 +21,7 @@ from stepgauge.diagnosis.output.report import (
     probability_of,
     summary,
     um,
+    without_scatter,
     wrapped_sum,
 )
 from stepgauge.diagnosis.output.words import misfit, name_of, significant
@@ -149,7 +150,11 @@ def story(
         "title": title,
         "verdict": said["verdict"],
         "summary": sentence,
-        "warnings": [*(_fails(check) for check in said["checks"] if not check["passed"]), *_misfit(said)],
+        "warnings": [
+            *(_fails(check) for check in said["checks"] if not check["passed"]),
+            *_misfit(said),
+            *without_scatter(said),
+        ],
         "example": example,
         "parts": list(parts),
         "data": {"name": "diagnosis.json", "text": json.dumps(said, indent=1, ensure_ascii=False)},

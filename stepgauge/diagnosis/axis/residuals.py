@@ -31,6 +31,8 @@ from stepgauge.recording.columns import OPTIONAL
 
 Array = NDArray[np.float64]
 TYPICAL_MM = 300.0
+ROUNDING = 1e-6
+"""Scatter, um or arcsec, of numbers that are the same but for the last digits of the computer."""
 """Span of a step gauge on a CMM, for which the priors are made."""
 SURELY = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
@@ -105,14 +107,15 @@ def scatter_of_neighbours(away: Array, placement: NDArray[np.int64], face: NDArr
     """Standard deviation of a reading, from the differences of successive ones at the same target.
 
     What changes slowly cancels (J. von Neumann, Ann. Math. Statist. 12 (1941) 367); the median bears single wild
-    readings. Without repeats, successive readings along the axis.
+    readings. Without repeats, successive readings along the axis; of readings that are all the same what is usual.
     """
     order = np.lexsort((np.arange(len(face)), face, placement))
     same = (np.diff(face[order]) == 0) & (np.diff(placement[order]) == 0)
     steps = np.diff(away[order])[same] if same.sum() >= FEWEST_ROWS // 2 else np.diff(away)
     median = float(np.median(np.abs(steps))) * SURELY / np.sqrt(2.0)
     root = float(np.sqrt((steps**2).mean() / 2.0))
-    return median or root or max(float(np.std(away)), 1e-9)
+    found = (one for one in (median, root, float(np.std(away))) if one > ROUNDING)
+    return next(found, shipped_priors().sizes.repeatability_um)
 
 
 def _power(typical: float, value: float) -> float:

@@ -329,6 +329,7 @@ def _noise(diagnosis: Diagnosis) -> dict[str, Any]:
         "u_um": u,
         "dof": noise.dof,
         "from_repeats": noise.repeats,
+        "least": noise.least,
         "machine_file_um": diagnosis.data.machine.table.repeatability_um,
     }
 
@@ -357,6 +358,7 @@ def _measured(diagnosis: Diagnosis) -> dict[str, Any]:
         "gauge_temperature_recorded": "gauge_temperature_C" in frame,
         "time_recorded": data.has_time,
         "even_steps_mm": even_steps_mm(data),
+        "copied_cycles": [{"placement": placement, "cycle": cycle} for placement, cycle in data.copied],
     }
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from stepgauge.diagnosis.forms.form import SMOOTH
@@ -12,6 +12,7 @@ from stepgauge.diagnosis.output.aliases import leads_into_mm
 from stepgauge.diagnosis.output.practice import counted
 from stepgauge.diagnosis.output.words import in_place, listed, name_of, significant
 from stepgauge.files.notation import LEAST_PLAIN
+from stepgauge.recording.copies import copies_words
 
 COVERAGE = 2.0
 """Coverage factor of the expanded uncertainty after a plus-minus sign."""
@@ -117,6 +118,25 @@ def limits(said: Mapping[str, Any]) -> list[str]:
     return found
 
 
+def without_scatter(said: Mapping[str, Any]) -> Iterator[str]:
+    """That readings repeat as no reading does, which whoever reads the result must know."""
+    cycles: dict[int, list[int]] = {}
+    for one in said.get("measured", {}).get("copied_cycles", ()):
+        cycles.setdefault(one["placement"], []).append(one["cycle"])
+    if cycles:
+        each = listed([f"{copies_words(own)} of placement {placement}" for placement, own in cycles.items()])
+        yield (
+            f"Left out as copies: {each}. All their readings are those of an earlier cycle: they were copied, or"
+            " simulated without scatter, and tell nothing."
+        )
+    if said.get("noise", {}).get("least"):
+        least, stated = (significant(said["noise"][name], 2) for name in ("sigma_um", "machine_file_um"))
+        yield (
+            f"The readings scatter less than a probe and a machine do: they were copied, averaged or simulated without"
+            f" scatter. Each was taken to have a standard deviation of {least} um; the machine file states {stated} um."
+        )
+
+
 def lacking(said: Mapping[str, Any]) -> list[str]:
     """What an insufficient recording lacks."""
     if said["verdict"] != "insufficient":
@@ -124,9 +144,6 @@ def lacking(said: Mapping[str, Any]) -> list[str]:
     found = []
     if not said["noise"]["from_repeats"]:
         found.append("every face probed at least twice, better five times, in the same placement and at the same speed")
-    if (said["noise"]["sigma_um"] or 0.0) <= 0.0:
-        found.append("readings that differ between repeats: these are identical to the last digit, so they are rounded,"
-                     " copied or simulated without noise")  # fmt: skip
     return found or ["more cycles: too few repeats to separate noise from structure"]
 
 

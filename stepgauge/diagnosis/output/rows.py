@@ -43,13 +43,13 @@ def row_table(
         and um along the approach
     """
     data = diagnosis.data
-    names = names or [("", len(data))]
+    names = names or [("", int(data.row.max()) + 1)]
     where, along = position or ("mm", np.asarray(data.probings.certified_mm(), float))
     unit, factor = deviation
     frame = pd.DataFrame(
         {
-            "recording": np.repeat([name for name, _ in names], [count for _, count in names]),
-            "row": np.concatenate([np.arange(1, count + 1) for _, count in names]),
+            "recording": np.repeat([name for name, _ in names], [count for _, count in names])[data.row],
+            "row": np.concatenate([np.arange(1, count + 1) for _, count in names])[data.row],
             "placement": data.frame["placement"].to_numpy(),
             "cycle": data.frame["cycle"].to_numpy(),
             "face": data.face,

@@ -24,8 +24,6 @@ from stepgauge.diagnosis.posterior.sizes import by_size, in_proportion, over_siz
 from stepgauge.diagnosis.posterior.state import State, worth
 
 Array = NDArray[np.float64]
-LEAST_SIGMA = 1e-3
-"""Of the scatter over what is stated, where readings are on no steps."""
 RESIZED = 60
 """Most changes of a size on the way to the most probable ones: a few, but for laws that are nearly the same."""
 
@@ -52,8 +50,7 @@ class Evidence:
 
     def __init__(self, problem: Problem, priors: Priors) -> None:
         self.problem, self.scatters = problem, Scatters(problem, priors)
-        least_um = max(problem.steps_um / np.sqrt(12.0), LEAST_SIGMA * problem.scale_um)
-        self.sigma = SigmaPrior(problem.scale_um, priors.scatter.sigma_factor, least_um)
+        self.sigma = SigmaPrior(problem.scale_um, priors.scatter.sigma_factor, problem.least_um)
         self.visited: dict[tuple[object, ...], State] = {}
         self._bases: dict[tuple[object, ...], _Base] = {}
         self._columns: dict[tuple[object, ...], Array] = {}
@@ -160,7 +157,9 @@ class Evidence:
         base = self._base(scatter)
         gram = self._gram(terms, scatter, base)
         sd = np.concatenate([base.sd, *(term.sds for term in terms)])
-        likelihood = Likelihood(gram, sd, base.turn, base.value, len(self.problem), self.sigma)
+        # what scatters by no less is what the previous readings do not tell
+        prior = replace(self.sigma, least_um=self.sigma.least_um / base.rows.untold)
+        likelihood = Likelihood(gram, sd, base.turn, base.value, len(self.problem), prior)
         log_evidence, log_sigma = likelihood.integrated(near_um)
         factor, amplitudes = likelihood.solved(log_sigma)
         mean, first = sd * amplitudes, len(base.sd)

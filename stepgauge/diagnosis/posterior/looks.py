@@ -42,6 +42,7 @@ class Looker:
     def __init__(self, problem: Problem, metric: Metric, kernels: Kernels) -> None:
         self.metric, self.patterns = metric, list[Patterns]()
         self.white = metric(problem.um)
+        self.least = metric.dof * (problem.least_um / (metric.sigma_um * metric.rows.untold)) ** 2
         self.tables: list[Table] = []
         self.smooth = Features(kernels, metric)
         self.spans: dict[tuple[object, ...], Span] = {}
@@ -141,7 +142,8 @@ class Looker:
 
     def _beside(self, state: State) -> Beside:
         if not state.terms:
-            return Beside(self.white, np.zeros((len(self.white), 0)), float(self.white @ self.white), self.metric.dof)
+            total = max(float(self.white @ self.white), self.least)
+            return Beside(self.white, np.zeros((len(self.white), 0)), total, self.metric.dof)
         spans = tuple(self._span(term) for term in state.terms)
         rows, mix = np.vstack([one.rows for one in spans]), block_diag(*(one.mix for one in spans))
         sd = np.concatenate([term.sds for term in state.terms])
@@ -152,7 +154,7 @@ class Looker:
         left = self.white - rows.T @ taken
         share, vector = np.linalg.eigh(lost.T @ lost)
         turn, lost = turn @ vector[:, share > UNLOST], lost @ vector[:, share > UNLOST]
-        total = float(self.white @ left)
+        total = max(float(self.white @ left), self.least)
         known = len(rows) <= WIDE and (np.linalg.norm(turn, axis=0) <= MOST_TURNED * np.linalg.norm(lost, axis=0)).all()
         whole, rest = np.linalg.norm(self.white), np.linalg.norm(left)
         known = known and bool(np.linalg.norm(taken) <= MOST_TURNED * whole and whole <= MOST_TAKEN * rest)

@@ -61,8 +61,15 @@ class Rows:
     @cached_property
     def log_determinant(self) -> float:
         """Logarithm of the map's determinant."""
-        root = np.log(np.diag(self.flicker)).sum() if self.flicker is not None else 0.0
-        return float(np.log(self.scale).sum() + root - (np.log(self.left).sum() if self.correlated else 0.0))
+        return float(np.log(self.scale).sum() - len(self.scale) * np.log(self.untold))
+
+    @cached_property
+    def untold(self) -> float:
+        """Standard deviation of a row given the previous ones, over that of a row: the geometric mean of all."""
+        if not self.correlated:
+            return 1.0
+        left = 1.0 / np.diag(self.flicker) if self.flicker is not None else self.left
+        return float(np.exp(np.log(left).mean()))
 
     @cached_property
     def precision(self) -> Array:

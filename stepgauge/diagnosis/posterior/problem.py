@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 SAME, REPEATING = 0.05, 0.1
 """Difference of repeats over their scatter below which they are the same (a thirtieth of them by chance), and the share
 of such from which readings are on steps."""
+LEAST_SCATTER = 0.03
+"""Least standard deviation of a reading over what is stated: with less than that nothing was measured."""
 FEWEST_REPEATS = 8
 """Degrees of freedom of repeats from which their scatter is told."""
 
@@ -288,6 +290,11 @@ class Problem:
         few = same.all() or float(same.mean()) < REPEATING
         return 0.0 if few else float(np.median(apart[~same]))
 
+    @cached_property
+    def least_um(self) -> float:
+        """The least standard deviation that a reading may have, um."""
+        return max(self.steps_um / float(np.sqrt(12.0)), LEAST_SCATTER * self.scale_um)
+
     @property
     def typical(self) -> float:
         """Standard deviation of a typical row, as it is stated, over ``scale_um``."""
@@ -300,7 +307,7 @@ class Problem:
         Of rows that are known to scatter more, as they would scatter if they did not.
         """
         found = self.repeating_um(self.um)
-        return max(float((self.um / np.sqrt(self.stated)).std()) if found is None else found, 1e-9)
+        return max(float((self.um / np.sqrt(self.stated)).std()) if found is None else found, self.least_um)
 
     def repeating_um(self, um: Array, variance: Array | None = None) -> float | None:
         """Standard deviation of values ``(n,)`` within the sets of repeats, as :attr:`within_um`; None if too few.

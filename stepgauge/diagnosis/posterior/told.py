@@ -131,7 +131,8 @@ def told(search: Search, answer: Answer, stated: float) -> tuple[State, list[Sai
 
 def _lead(place: Place) -> Rival:
     """The rival that is stated: the most probable one of the most probable kind, of laws or of forms."""
-    named = place.named >= place.nameless
+    own = place.rivals[0].candidate.named  # where nothing is as good as certain both are 0
+    named = own if place.named == place.nameless else place.named > place.nameless
     rivals = [one for one in place.rivals if one.candidate.named is named]
     share: dict[str, float] = defaultdict(float)
     for one in rivals:
