@@ -165,27 +165,3 @@ def probings_chart(cycle: Array, error_um: Array, used: NDArray[np.bool_], label
             "showlegend": bool((~used).any()),
         },
     }
-
-
-def budget_chart(shares: Sequence[tuple[str, float]], u_um: float) -> dict[str, Any]:
-    """Contributions to a standard uncertainty, um, as bars by source, and their sum in quadrature."""
-    named = [*shares, ("u", u_um)][::-1]
-    return {
-        "data": [
-            {
-                "type": "bar",
-                "orientation": "h",
-                "x": [float(f"{value:.4g}") for _, value in named],
-                "y": [name for name, _ in named],
-                "text": [f"{value:.3f}" for _, value in named],
-                "textposition": "auto",
-                "marker": {"color": ["--line-2" if name == "u" else "--line-1" for name, _ in named]},
-                "hovertemplate": "%{y}: %{x:.4f} µm<extra></extra>",
-            }
-        ],
-        "layout": {
-            "xaxis": {"title": {"text": "standard uncertainty (µm)"}, "rangemode": "tozero"},
-            "yaxis": {"automargin": True},
-            "margin": {"l": 10, "r": 10, "t": 5, "b": 45},
-        },
-    }

@@ -225,11 +225,6 @@ def digest_of(keys: Iterable[str]) -> str:
     return hashlib.sha256(" ".join(keys).encode()).hexdigest()[:DIGITS]
 
 
-def is_fleet(folder: str | Path) -> bool:
-    """Whether a folder is a store."""
-    return (Path(folder) / HEAD).is_file()
-
-
 def _create(folder: Path) -> None:
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise InputError(folder, "this is no store of a fleet", expected="one, or an empty or missing folder")

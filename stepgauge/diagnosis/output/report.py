@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -120,20 +121,21 @@ def limits(said: Mapping[str, Any]) -> list[str]:
 
 def without_scatter(said: Mapping[str, Any]) -> Iterator[str]:
     """That readings repeat as no reading does, which whoever reads the result must know."""
-    cycles: dict[int, list[int]] = {}
+    cycles, alike = defaultdict[int, list[int]](list), defaultdict[str, list[str]](list)
     for one in said.get("measured", {}).get("copied_cycles", ()):
-        cycles.setdefault(one["placement"], []).append(one["cycle"])
+        cycles[one["placement"]].append(one["cycle"])
+    for placement, own in cycles.items():
+        alike[copies_words(own)].append(str(placement))
     if cycles:
-        each = listed([f"{copies_words(own)} of placement {placement}" for placement, own in cycles.items()])
+        each = listed([f"{own} of placement{'s' * (len(of) > 1)} {listed(of)}" for own, of in alike.items()])
         yield (
             f"Left out as copies: {each}. All their readings are those of an earlier cycle: they were copied, or"
             " simulated without scatter, and tell nothing."
         )
     if said.get("noise", {}).get("least"):
-        least, stated = (significant(said["noise"][name], 2) for name in ("sigma_um", "machine_file_um"))
         yield (
-            f"The readings scatter less than a probe and a machine do: they were copied, averaged or simulated without"
-            f" scatter. Each was taken to have a standard deviation of {least} um; the machine file states {stated} um."
+            "The readings scatter less than those of any probe and machine: they were copied, averaged or simulated"
+            " without scatter. A few per cent of the repeatability were taken as their standard deviation."
         )
 
 
