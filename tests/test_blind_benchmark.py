@@ -27,7 +27,7 @@ from benchmarks.blind.run import benchmark, diagnose
 from benchmarks.blind.run import main as run_main
 from benchmarks.blind.scene import Design, Scene, make_scene
 from benchmarks.blind.score import combinations_of, explains, interval_hits, score_case, wilson_interval
-from benchmarks.blind.spelling import covariate
+from benchmarks.blind.spelling import covariate, key_of
 from benchmarks.blind.table import summarise, text
 from stepgauge.gauge.certified import read_gauge
 from stepgauge.machine.file import read_machine
@@ -312,6 +312,18 @@ def test_an_angle_stretches_by_half_its_square() -> None:
     stretched = along(scene, run_causes.misalignment(scene, random()).displace(4.0)) * scene.side
     slope = np.polyfit(scene.along_mm, stretched, 1)[0] * 1e-3
     assert slope == pytest.approx(4e-3**2 / 2.0, rel=0.03)  # the program's own 0.03 mrad adds a cross term
+
+
+def test_a_gauge_may_be_laid_askew_in_one_placing_alone() -> None:
+    """The judge knows it as a name of its own: a stretch of that placing leaves nothing, of another one all."""
+    scene = scene_of("x_y_diagonal")
+    stretch = 50e-3 * scene.side * scene.along_mm * (scene.placement == 2)
+    left = leftovers(scene, stretch)
+    assert left["misalignment:2"] < 1e-6
+    assert left["misalignment:1"] > 100.0
+    assert left["misalignment"] > 100.0
+    effect = {"kind": "misalignment", "parameters": {"placement": {"value": 2}, "mrad": {"value": 3.0}}}
+    assert key_of(effect) == "misalignment:2"
 
 
 @pytest.mark.parametrize("recipe", SINGLES, ids=lambda recipe: recipe.name)

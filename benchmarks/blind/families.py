@@ -89,6 +89,8 @@ def _gauge(scene: Scene) -> Iterator[Family]:
     stretch = scene.side * scene.along_mm
     yield one("gauge_temperature", "", stretch)
     yield one("misalignment", "", stretch)
+    for place in np.unique(scene.placement):
+        yield one("misalignment", str(place), stretch * (scene.placement == place))
     for face in np.unique(scene.face):
         yield one("block_defect", str(face), scene.side * (scene.face == face))
     for block in np.unique(scene.face // 2)[1:]:

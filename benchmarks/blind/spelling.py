@@ -24,6 +24,7 @@ _WHERE: dict[str, tuple[tuple[str, ...], ...]] = {
     "angular_error": (("travel", "travel_axis", "axis"), ("rotation", "rotation_axis", "about")),
     "block_defect": (("face",),),
     "block_shift": (("block",),),
+    "misalignment": (("placement",),),
     "tip_change": (("placement",),),
     "scale_joint": (("axis",), ("order",)),
     "error_motion": (("axis",), ("component",), ("order",)),
