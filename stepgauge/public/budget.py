@@ -11,7 +11,7 @@ from stepgauge.gauge.placement import Placement
 from stepgauge.machine.file import Machine
 from stepgauge.montecarlo import ModelOptions
 from stepgauge.public.evaluate import R_EFF
-from stepgauge.public.inputs import File, as_gauge, as_machine, as_placements, at_least, one_of, several
+from stepgauge.public.inputs import File, a_temperature, as_gauge, as_machine, as_placements, at_least, one_of, several
 from stepgauge.standards.budget import Progress
 from stepgauge.standards.budget_files import StoredBudget
 from stepgauge.standards.budget_sources import Repeats
@@ -97,6 +97,7 @@ def budget_choice(
     """What :func:`budget` takes beside the files, checked."""
     at_least("u_gauge_temperature_K", u_gauge_temperature_K, 0.0, "K")
     at_least("search_mm", search_mm, 0.0, "mm", beyond=True)
+    a_temperature("gauge_temperature_C", gauge_temperature_C)
     origin = cast(REffOrigin, one_of("r_eff", r_eff, R_EFF))
     by = cast(Repeats, one_of("repeats", repeats, REPEATS))
     model = ModelOptions(u_gauge_temperature_K, origin, blocks, gauge_temperature_C, search_mm)

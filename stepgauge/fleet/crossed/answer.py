@@ -94,10 +94,10 @@ class FleetInference(Summarized):
     def summary(self) -> str:
         """How many visits, and every cause in a line."""
         names = self.fleet.names
-        first = (
-            f"{len(self.fleet)} visits of {len(names['gauge'])} gauges to {len(names['machine'])} machines: "
-            f"{len(self.causes)} causes, of which {self.false_share * len(self.causes):.1f} are expected to be false"
-        )
+        visits, causes = _some(len(self.fleet), "visit"), _some(len(self.causes), "cause")
+        gauges, machines = _some(len(names["gauge"]), "gauge"), _some(len(names["machine"]), "machine")
+        false = self.false_share * len(self.causes)
+        first = f"{visits} of {gauges} to {machines}: {causes}, of which {false:.1f} are expected to be false"
         return as_lines(first, *(cause_line(cause_dict(one)) for one in self.causes))
 
     def to_frame(self) -> pd.DataFrame:
@@ -263,3 +263,7 @@ def would_settle(one: Found) -> str:
 
 def _others(kinds: Mapping[str, str], mine: str) -> str:
     return " and ".join(f"{kind} {owner}" for kind, owner in kinds.items() if kind != mine)
+
+
+def _some(count: int, thing: str) -> str:
+    return f"{count} {thing}{'s' * (count != 1)}"
