@@ -36,7 +36,7 @@ class Noise:
 
     ``sigma_um``: standard deviation of a typical row; ``by_row_um (n,)``: of each row, infinite for outliers;
     ``dof``: its degrees of freedom; ``outliers``: indices of rows; ``repeats``: whether faces were
-    repeated, and repeats show it; ``least``: whether it is taken as the least that a reading can have.
+    repeated, and repeats show it; ``least``: whether less is left than the least that a reading can have.
     """
 
     sigma_um: float

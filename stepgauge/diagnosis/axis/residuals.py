@@ -31,9 +31,9 @@ from stepgauge.recording.columns import OPTIONAL
 
 Array = NDArray[np.float64]
 TYPICAL_MM = 300.0
+"""Span of a step gauge on a CMM, for which the priors are made."""
 ROUNDING = 1e-6
 """Scatter, um or arcsec, of numbers that are the same but for the last digits of the computer."""
-"""Span of a step gauge on a CMM, for which the priors are made."""
 SURELY = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
 
