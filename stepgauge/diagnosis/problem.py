@@ -14,7 +14,7 @@ from stepgauge.diagnosis.laws.candidates import law_candidates
 from stepgauge.diagnosis.laws.geometry import KIND, geometry_of
 from stepgauge.diagnosis.laws.parts import laws_in_parts
 from stepgauge.diagnosis.posterior.metric import Metric
-from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
 from stepgauge.diagnosis.posterior.problem import Problem
 from stepgauge.diagnosis.posterior.scatter import Scatters
 from stepgauge.diagnosis.residuals import Residuals
@@ -25,6 +25,8 @@ LEAST_GAP = 0.2
 """Least time between neighbours over the typical one: readings with equal times are not one reading."""
 LEFT = np.geomspace(0.03, 1.0, 36)
 """Shares of the scatter of repeats that may be left beside its stated growth, where no repeatability is stated."""
+NANOMETRE = 1e-3
+"""Repeatability below which a recording without a stated one tells nothing of it, um."""
 STEP_GRAIN_UM = 0.01
 """A resolution finer than this counts as none."""
 
@@ -65,6 +67,8 @@ def bare_problem(data: Residuals, independent: bool = False) -> Problem:
     )
     # a machine file may say that readings repeat perfectly, and means that it does not know
     scale_um = stated_um if stated_um > 0.0 else _left_um(problem, grown_um)
+    if scale_um < NANOMETRE:
+        scale_um = shipped_priors().sizes.repeatability_um
     return replace(problem, scale_um=scale_um, stated=1.0 + (grown_um / scale_um) ** 2)
 
 

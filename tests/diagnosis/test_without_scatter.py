@@ -27,7 +27,7 @@ from stepgauge.evaluation.evaluate import evaluate
 from stepgauge.recording import Recording
 from stepgauge.recording.copies import copied_cycles
 from tests.axis.made import axis
-from tests.diagnosis.made import by_hand, gauge, machine
+from tests.diagnosis.made import ALONG_X, SCALE, Effects, by_hand, gauge, machine, record
 
 STATED_UM = 0.3
 
@@ -112,6 +112,17 @@ def test_a_simulation_without_scatter_is_diagnosed(law: Um, name: str) -> None:
 def test_nothing_is_found_in_a_simulation_without_scatter_and_without_effects() -> None:
     recording = by_hand(gauge(), lambda f: np.zeros(len(f)), cycles=4, noise_um=0.0)
     assert told(recording).verdict == "adequate"
+
+
+@pytest.mark.parametrize(("effects", "names"), [((), []), (SCALE, ["scale_error_x"])])
+def test_a_machine_that_repeats_perfectly_is_diagnosed(effects: Effects, names: list[str]) -> None:
+    """A machine file with a repeatability of 0, and what the virtual CMM records with it: the usual one is taken."""
+    perfect = machine((), noise_um=0.0)
+    found = diagnose(record(machine(effects, noise_um=0.0), [ALONG_X]), gauge(), perfect)
+    assert [one.label for one in found.findings] == names
+    assert found.noise.sigma_um >= LEAST_SCATTER * shipped_priors().sizes.repeatability_um
+    for one in found.findings:
+        assert abs(one.parameters["ppm"].value - 8.0) < 2.0 * (one.parameters["ppm"].u or 0.0)
 
 
 def test_many_laws_without_scatter_end_in_no_error() -> None:
