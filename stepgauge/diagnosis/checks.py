@@ -29,7 +29,7 @@ def predictive_checks(problem: Problem, state: State, metric: Metric) -> tuple[C
     return tuple(_checks(problem, state, independent, metric))
 
 
-def without_scatter(problem: Problem, state: State) -> bool:
+def noiseless(problem: Problem, state: State) -> bool:
     """Whether less is left than the least scatter that a reading can have."""
     return float(np.sqrt((state.left_um**2).mean())) < problem.least_um
 
@@ -62,7 +62,7 @@ def _checks(problem: Problem, state: State, independent: Array, metric: Metric) 
     chance = float(np.log(2.0 * n) + special.log_ndtr(-largest))
     rows = 0.0 if chance > np.log(0.5) else -float(special.ndtri_exp(chance))
     yield _check("rows", rows, f"the largest residual is {largest:.1f} standard deviations")
-    if without_scatter(problem, state):
+    if noiseless(problem, state):
         return  # less than the least scatter is left, and has no structure that anybody would see
     within = problem.repeating_um(state.left_um, _ordinary(state, metric))
     if within is not None and state.scatter.weight.min() > 0.5:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from stepgauge.axis.sensors import without_probe
-from stepgauge.diagnosis.checks import predictive_checks, widening, without_scatter
+from stepgauge.diagnosis.checks import noiseless, predictive_checks, widening
 from stepgauge.diagnosis.clock import clock_start_s, counted_from, told_by_clock
 from stepgauge.diagnosis.fits.solve import Estimate, Solved, solve
 from stepgauge.diagnosis.forms.words import CORRELATED, DISTURBED, GROWING, located
@@ -23,6 +23,7 @@ from stepgauge.diagnosis.output.words import misfit
 from stepgauge.diagnosis.posterior.answer import Answer
 from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
+from stepgauge.diagnosis.posterior.problem import Problem
 from stepgauge.diagnosis.posterior.scatter import OUTLYING, Scatter, Scatters
 from stepgauge.diagnosis.posterior.search import Search
 from stepgauge.diagnosis.posterior.told import SURE_OUTLIER, answer_of, systematic
@@ -180,7 +181,7 @@ def _told(
     if len(found.data) < len(data):
         told = _on_all_rows(told, model, data)
     told, placements = with_separations(told, model, found.data, separations)
-    noise = _noise(model, found.data, data)
+    noise = _noise(model, search.problem, data)
     named, nameless = _of_scatter(answer, model, noise, data, priors, without)
     told += named
     left += [*nameless, *_disturbed(found, start_s, priors)]
@@ -258,19 +259,18 @@ def _confirmed(solved: Solved) -> bool:
     return all(one.u is None or abs(one.value) > 4.0 * one.u for one in known)
 
 
-def _noise(model: Model, searched: Residuals, data: Residuals) -> Noise:
+def _noise(model: Model, problem: Problem, data: Residuals) -> Noise:
     """The scatter of every row in the stated model."""
     state, scatter = model.state, model.state.scatter
-    latched_um = np.broadcast_to(searched.latched_um, (len(searched),)) * scatter.rounded
+    latched_um = np.broadcast_to(problem.latched_um, (len(problem),)) * scatter.rounded
     by_row = np.hypot(state.sigma_um * np.sqrt(model.metric.rows.scale**-2.0 * scatter.weight), latched_um)
     typical_um = state.sigma_um * bare_problem(data).typical
     outliers = np.flatnonzero(scatter.outlying > SURE_OUTLIER) if scatter.outlying is not None else np.zeros(0, int)
     by_row[outliers] = np.inf
-    if len(searched) < len(data):
+    if len(problem) < len(data):
         by_row, outliers = _stated_um(data, state.sigma_um), np.zeros(0, int)
     told_by_repeats = _repeated(data) and not latched_um.any()
-    least = without_scatter(bare_problem(searched), state)
-    return Noise(typical_um, by_row, max(_degrees(data), 1), outliers, told_by_repeats, least)
+    return Noise(typical_um, by_row, max(_degrees(data), 1), outliers, told_by_repeats, noiseless(problem, state))
 
 
 def _stated_um(data: Residuals, sigma_um: float) -> Array:

@@ -11,6 +11,8 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 FEWEST = 8
 """Readings of a cycle from which it is no copy by chance, even on the steps of a display."""
+SHOWN = 8
+"""Cycles that are told by their numbers."""
 
 
 def copied_cycles(placement: Rows, cycle: Rows, position: Sequence[Array]) -> list[tuple[int, int]]:
@@ -33,6 +35,6 @@ def copied_cycles(placement: Rows, cycle: Rows, position: Sequence[Array]) -> li
 
 def copies_words(cycles: Sequence[int]) -> str:
     """The cycles that are copies, in words."""
-    numbers = [*map(str, cycles[:FEWEST]), *([f"{len(cycles) - FEWEST} more"] if len(cycles) > FEWEST else [])]
+    numbers = [*map(str, cycles[:SHOWN]), *([f"{len(cycles) - SHOWN} more"] if len(cycles) > SHOWN else [])]
     last = f" and {numbers[-1]}" if len(numbers) > 1 else ""
     return f"cycle{'s' * (len(cycles) > 1)} {', '.join(numbers[:-1] or numbers)}{last}"

@@ -32,11 +32,12 @@ RESIZED = 60
 class _Base:
     """Common to all hypotheses with one scatter: rows, mapped residual and nuisance columns, and their products.
 
-    ``turn (k, k)``, ``value (k,)``: eigenvectors and eigenvalues of the products of the nuisance columns in units of
-    their prior ``sd``.
+    ``sigma``: prior of the size of the scatter; ``turn (k, k)``, ``value (k,)``: eigenvectors and eigenvalues of the
+    products of the nuisance columns in units of their prior ``sd``.
     """
 
     rows: Rows
+    sigma: SigmaPrior
     raw: Array
     mapped: Array
     gram: Array
@@ -95,7 +96,8 @@ class Evidence:
             mapped = rows(raw)
             gram = mapped @ mapped.T
             value, turn = np.linalg.eigh(sd[:, None] * gram[1:, 1:] * sd)
-            self._bases[scatter.key] = _Base(rows, columns, mapped, gram, sd, turn, np.maximum(value, 0.0))
+            sigma = replace(self.sigma, least_um=rows.least_um)
+            self._bases[scatter.key] = _Base(rows, sigma, columns, mapped, gram, sd, turn, np.maximum(value, 0.0))
         return self._bases[scatter.key]
 
     def _mapped(self, term: Term, scatter: Scatter, base: _Base) -> Array:
@@ -157,9 +159,7 @@ class Evidence:
         base = self._base(scatter)
         gram = self._gram(terms, scatter, base)
         sd = np.concatenate([base.sd, *(term.sds for term in terms)])
-        # what scatters by no less is what the previous readings do not tell
-        prior = replace(self.sigma, least_um=self.sigma.least_um / base.rows.untold)
-        likelihood = Likelihood(gram, sd, base.turn, base.value, len(self.problem), prior)
+        likelihood = Likelihood(gram, sd, base.turn, base.value, len(self.problem), base.sigma)
         log_evidence, log_sigma = likelihood.integrated(near_um)
         factor, amplitudes = likelihood.solved(log_sigma)
         mean, first = sd * amplitudes, len(base.sd)

@@ -42,7 +42,7 @@ class Looker:
     def __init__(self, problem: Problem, metric: Metric, kernels: Kernels) -> None:
         self.metric, self.patterns = metric, list[Patterns]()
         self.white = metric(problem.um)
-        self.least = metric.dof * (problem.least_um / (metric.sigma_um * metric.rows.untold)) ** 2
+        self.least = metric.dof * (metric.rows.least_um / metric.sigma_um) ** 2
         self.tables: list[Table] = []
         self.smooth = Features(kernels, metric)
         self.spans: dict[tuple[object, ...], Span] = {}

@@ -25,7 +25,7 @@ class Rows:
 
     def __init__(self, problem: Problem, scatter: Scatter, scatters: Scatters) -> None:
         self.scale = 1.0 / np.sqrt(scatters.variance(scatter))
-        self.order, self.correlated = problem.order, scatter.correlated
+        self.order, self.correlated, self.problem = problem.order, scatter.correlated, problem
         self.flicker = problem.flicker(scatter.flicker) if scatter.flicker else None
         if self.correlated:
             self.told = np.r_[0.0, scatter.correlation**problem.gap]
@@ -70,6 +70,11 @@ class Rows:
             return 1.0
         left = 1.0 / np.diag(self.flicker) if self.flicker is not None else self.left
         return float(np.exp(np.log(left).mean()))
+
+    @property
+    def least_um(self) -> float:
+        """The least scatter, um: what scatters by no less is what the previous readings do not tell."""
+        return self.problem.least_um / self.untold
 
     @cached_property
     def precision(self) -> Array:
