@@ -23,6 +23,7 @@ from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict, face_rows
 from stepgauge.figures.faces import POSITION_LABEL, column
 from stepgauge.figures.style import COLORS, CYCLE, figure_style, legend_handlers, new_figure, save_figure
+from stepgauge.files.notation import counted
 from stepgauge.standards.mpe import Mpe
 
 Array = NDArray[np.float64]
@@ -134,7 +135,7 @@ def describe(placement: Mapping[str, Any]) -> str:
     else:
         said.append(f"largest 2s {_um(worst)} at face {rows[_worst_row(rows)]['face']}")
     if out := placement.get("left_out"):
-        said.append(f"{len(out)} reading{'s' if len(out) > 1 else ''} left out")
+        said.append(f"{counted(len(out), 'reading')} left out")
     return "; ".join(said)
 
 
@@ -277,7 +278,7 @@ def _label(errors: Axes, reversal: Axes, placement: Mapping[str, Any]) -> None:
     reversal.set_ylabel("reversal XR (µm)")
     reversal.set_xlabel(POSITION_LABEL)
     _no_smaller_than(reversal, 1.0)
-    cycles = f"{most} cycle{'s' if most > 1 else ''}" if fewest == most else f"{fewest} to {most} cycles"
+    cycles = counted(most, "cycle") if fewest == most else f"{fewest} to {most} cycles"
     errors.set_title(
         f"Placement {placement['placement']}, blocks {rows[0]['block']} to {rows[-1]['block']}, {cycles}",
         loc="left",

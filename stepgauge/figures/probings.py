@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from stepgauge.figures.evaluation import BACKWARD, FORWARD, Direction, draw_mpe
 from stepgauge.figures.style import COLORS, figure_style, legend_handlers, new_figure
+from stepgauge.files.notation import counted
 from stepgauge.standards.mpe import Mpe
 
 WIDTH_MM, HEIGHT_MM = 170.0, 100.0
@@ -152,4 +153,4 @@ def _shift_mm(table: pd.DataFrame) -> float:
 
 def _title(table: pd.DataFrame) -> str:
     cycles = table["cycle"].nunique()
-    return f"Placement {table['placement'].iloc[0]}, {cycles} cycle{'s' if cycles > 1 else ''}"
+    return f"Placement {table['placement'].iloc[0]}, {counted(cycles, 'cycle')}"

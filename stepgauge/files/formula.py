@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.notation import counted
+
 Array = NDArray[np.float64]
 Values = Mapping[str, Array]
 Node = Callable[[Values], Array]
@@ -131,5 +133,5 @@ def _call(name: str, arguments: list[ast.expr], names: set[str], depth: int) -> 
         raise ValueError(f"functions among {', '.join(FUNCTIONS)}, not {name!r}")
     function, count = FUNCTIONS[name]
     if len(arguments) != count:
-        raise ValueError(f"{count} argument{'s' * (count > 1)} of {name}, not {len(arguments)}")
+        raise ValueError(f"{counted(count, 'argument')} of {name}, not {len(arguments)}")
     return _apply(function, arguments, names, depth)

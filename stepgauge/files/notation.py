@@ -94,6 +94,16 @@ def in_percent(share: float, decimals: int = 0) -> str:
     return f"{100.0 * share:.{decimals}f} %"
 
 
+def plural(thing: str, count: int) -> str:
+    """The name of so many things: cycle, cycles."""
+    return thing if count == 1 else f"{thing}s"
+
+
+def counted(count: int, thing: str) -> str:
+    """So many things with their name: 1 cycle, 3 cycles."""
+    return f"{count} {plural(thing, count)}"
+
+
 def vector(values: Iterable[float], decimals: int, unit: str = "") -> str:
     """Components in brackets, with their unit."""
     text = "(" + ", ".join(number(value, decimals) for value in values) + ")"

@@ -14,6 +14,7 @@ from typing import Any
 from stepgauge.axis.recording import LONGEST_COMMENT, is_axis_recording, read_axis_recording
 from stepgauge.diagnosis.output.stored import read_diagnosis
 from stepgauge.errors import InputError
+from stepgauge.files.notation import counted
 from stepgauge.files.text import read_result
 from stepgauge.gauge.certified import Gauge, read_gauge
 from stepgauge.gauge.placement import Placement, read_placement
@@ -153,7 +154,7 @@ def _recording_words(path: Path) -> str:
     recording = read_recording(path)
     placements, rows = len(recording.placements), len(recording.frame)
     simulated = "; simulated" if "seed" in recording.comments else ""
-    return f"{rows} probings in {placements} placement{'s' if placements > 1 else ''}{simulated}"
+    return f"{rows} probings in {counted(placements, 'placement')}{simulated}"
 
 
 def _results(project: Project) -> Iterator[Item]:

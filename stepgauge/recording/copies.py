@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from stepgauge.files.notation import plural
+
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 FEWEST = 8
@@ -37,4 +39,4 @@ def copies_words(cycles: Sequence[int]) -> str:
     """The cycles that are copies, in words."""
     numbers = [*map(str, cycles[:SHOWN]), *([f"{len(cycles) - SHOWN} more"] if len(cycles) > SHOWN else [])]
     last = f" and {numbers[-1]}" if len(numbers) > 1 else ""
-    return f"cycle{'s' * (len(cycles) > 1)} {', '.join(numbers[:-1] or numbers)}{last}"
+    return f"{plural('cycle', len(cycles))} {', '.join(numbers[:-1] or numbers)}{last}"

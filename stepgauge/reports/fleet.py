@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from stepgauge.files.notation import rounded
+from stepgauge.files.notation import counted, rounded
 from stepgauge.files.text import read_result
 from stepgauge.fleet.crossed.answer import WORDS, began, owner_of, words_of
 from stepgauge.reports.blocks import Block, bullets, figure, heading, part, table, words
@@ -31,7 +31,7 @@ def fleet_story(said: Said, drawn: bool = True) -> dict[str, Any]:
     return {
         "layout": STORY,
         "title": "What the fleet tells",
-        "verdict": f"{_count(len(said['causes']), 'cause')} named",
+        "verdict": f"{counted(len(said['causes']), 'cause')} named",
         "summary": _sentence(said),
         "warnings": [],
         "example": False,
@@ -52,15 +52,11 @@ def read_story(path: str | Path) -> dict[str, Any]:
     return fleet_story(read_result(path, FLEET, with_inputs=False))
 
 
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
-
-
 def _sentence(said: Said) -> str:
-    owners = ", ".join(_count(number, "line" if kind == "type" else kind) for kind, number in said["owners"].items())
+    owners = ", ".join(counted(number, "line" if kind == "type" else kind) for kind, number in said["owners"].items())
     share, count = said["expected_false_share"], len(said["causes"])
     false = f"; {share * count:.1f} of the causes ({100.0 * share:.1f} %) are expected to be false" if count else ""
-    return f"{_count(said['visits'], 'visit')} (placements of a gauge on a machine): {owners}{false}."
+    return f"{counted(said['visits'], 'visit')} (placements of a gauge on a machine): {owners}{false}."
 
 
 def _causes(said: Said) -> Iterator[Block]:

@@ -9,6 +9,7 @@ from typing import Any
 
 from stepgauge.diagnosis.output.report import percent, plus_minus, significant
 from stepgauge.diagnosis.output.words import name_of
+from stepgauge.files.notation import counted
 from stepgauge.files.text import in_folder, read_result
 from stepgauge.reports.blocks import Block, bullets, heading, part, table, words
 from stepgauge.reports.diagnosis import STORY
@@ -52,9 +53,7 @@ def sentence(said: Said) -> str:
     end, last = said["end"], said["runs"][-1]["learnt"]
     found = ", ".join(_named(one) for one in last["found"])
     count, minutes = len(said["runs"]), significant(said["minutes"])
-    spent = (
-        f"{count} run{'s' * (count > 1)}, {minutes} min, {significant(said['machine_minutes'])} of them on the machine"
-    )
+    spent = f"{counted(count, 'run')}, {minutes} min, {significant(said['machine_minutes'])} of them on the machine"
     return f"{HOW[end['how']]}{': ' + found if found else ''} ({end['why']}; {spent})"
 
 

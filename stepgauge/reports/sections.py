@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stepgauge.files.notation import clean, number, quantity, uncertain, vector
+from stepgauge.files.notation import clean, number, plural, quantity, uncertain, vector
 from stepgauge.gauge.certified import Gauge
 from stepgauge.gauge.placement import Placement, has_yaw
 from stepgauge.machine.file import Machine
@@ -176,9 +176,7 @@ def radius_section(evaluation: dict[str, Any], machine: Machine | None, budget: 
         if line is not None:
             u = f"U = {uncertain(None, line.expanded_um)[1]} µm, k = {line.k:.2f}"
         section.add(f"R_eff{tail}", f"{number(result['r_eff_mm'], 5)} mm ({u})")
-        section.add(
-            f"From block{'s' if len(result['r_eff_blocks']) > 1 else ''}{tail}", _ranges(result["r_eff_blocks"])
-        )
+        section.add(f"From {plural('block', len(result['r_eff_blocks']))}{tail}", _ranges(result["r_eff_blocks"]))
         if nominal_mm is not None:
             pretravel_um = (nominal_mm - result["r_eff_mm"]) * 1e3
             section.add(f"Nominal − R_eff{tail}", quantity(pretravel_um, 2, "µm"))

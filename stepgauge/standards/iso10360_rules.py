@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from stepgauge.files.notation import in_percent
+from stepgauge.files.notation import in_percent, plural
 from stepgauge.gauge.certified import Gauge
 from stepgauge.machine.file import Machine
 from stepgauge.standards.iso10360_positions import Position, TestLength
@@ -226,7 +226,7 @@ def _left(positions: Sequence[Position], name: Callable[[Position], str], reason
     for position in positions:
         numbers.setdefault(name(position), []).append(str(position.number))
     return [
-        Excluded(f"position{'s' if len(where) > 1 else ''} {', '.join(where)}: {what}", reason, TEST)
+        Excluded(f"{plural('position', len(where))} {', '.join(where)}: {what}", reason, TEST)
         for what, where in numbers.items()
         if what
     ]
@@ -235,7 +235,7 @@ def _left(positions: Sequence[Position], name: Callable[[Position], str], reason
 def _cycles_left(position: Position) -> str:
     used = {cycle for one in position.lengths for cycle in one.cycles}
     left = [str(cycle) for cycle in position.table.cycles if cycle not in used]
-    return f"cycle{'s' if len(left) > 1 else ''} {', '.join(left)}" if left else ""
+    return f"{plural('cycle', len(left))} {', '.join(left)}" if left else ""
 
 
 def _faces_left(position: Position, tip: TipDiameter | None) -> str:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stepgauge import __version__
 from stepgauge.errors import InputError
-from stepgauge.files.notation import rounded
+from stepgauge.files.notation import counted, rounded
 from stepgauge.files.outputs import open_set
 from stepgauge.files.shown import Summarized, as_lines
 from stepgauge.files.text import write_json, write_text
@@ -94,8 +94,8 @@ class FleetInference(Summarized):
     def summary(self) -> str:
         """How many visits, and every cause in a line."""
         names = self.fleet.names
-        visits, causes = _some(len(self.fleet), "visit"), _some(len(self.causes), "cause")
-        gauges, machines = _some(len(names["gauge"]), "gauge"), _some(len(names["machine"]), "machine")
+        visits, causes = counted(len(self.fleet), "visit"), counted(len(self.causes), "cause")
+        gauges, machines = counted(len(names["gauge"]), "gauge"), counted(len(names["machine"]), "machine")
         false = self.false_share * len(self.causes)
         first = f"{visits} of {gauges} to {machines}: {causes}, of which {false:.1f} are expected to be false"
         return as_lines(first, *(cause_line(cause_dict(one)) for one in self.causes))
@@ -263,7 +263,3 @@ def would_settle(one: Found) -> str:
 
 def _others(kinds: Mapping[str, str], mine: str) -> str:
     return " and ".join(f"{kind} {owner}" for kind, owner in kinds.items() if kind != mine)
-
-
-def _some(count: int, thing: str) -> str:
-    return f"{count} {thing}{'s' * (count != 1)}"
