@@ -41,7 +41,7 @@ def axis_figure(found: Diagnosis, data: AxisData) -> Figure:
                 one.set_xlabel(label if name == "after" else "")
             axes[0].set_ylabel(f"deviation {name} ({unit})")
         if recording.both_ways:
-            grid[0][0].legend(frameon=False, loc="best")
+            figure.legend(*grid[0][0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
     return figure
 
 
@@ -96,7 +96,7 @@ def _places(recording: AxisRecording) -> list[tuple[str, Array]]:
 
 
 def _draw(axes: Axes, x: Array, y: Array, way: Array, two_sigma: float | None) -> None:
-    for sense, colour, marker, name in ((1, CYCLE[0], ">", "towards +"), (-1, CYCLE[1], "<", "towards -")):
+    for sense, colour, marker, name in ((1, CYCLE[0], ">", "towards +"), (-1, CYCLE[1], "<", "towards −")):
         rows = np.flatnonzero(way == sense)
         rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), MOST_POINTS)).astype(int)] if len(rows) else rows
         if len(rows):

@@ -100,7 +100,7 @@ def _measured(said: Said, axis: Said) -> str:
     largest = "" if axis["largest"] is None else f" The largest deviation is {significant(axis['largest'])} {unit}."
     besides = f" Recorded besides, and looked at: {', '.join(axis['covariates'])}." if axis["covariates"] else ""
     return (
-        f"{what}{within}. Positions in {axis['unit']}, deviations (reading minus {minus}) in {unit}.{largest}{besides}"
+        f"{what}{within}. Positions ({axis['unit']}) and deviations, reading minus {minus} ({unit}).{largest}{besides}"
     )
 
 

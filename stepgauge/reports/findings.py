@@ -21,7 +21,7 @@ from stepgauge.diagnosis.output.report import (
     remaining,
     without,
 )
-from stepgauge.diagnosis.output.words import line, name_of, significant
+from stepgauge.diagnosis.output.words import line, name_of
 from stepgauge.reports.blocks import Block, bullets, code, part, table, words
 
 Said = Mapping[str, Any]
@@ -226,12 +226,12 @@ def values(one: Said) -> str:
     A name stands before each where there are several; what the unit says is left out of it.
     """
     numbers = list(_numbers(one))
-    return "\n".join(f"{_symbol(name, p, len(numbers))}{_digits(p)} {_unit(p)}".strip() for name, p in numbers)
+    return "\n".join(f"{_symbol(name, p, len(numbers))}{_digits(p)[0]} {_unit(p)}".strip() for name, p in numbers)
 
 
 def uncertainties(one: Said) -> str:
     """Their standard uncertainties, in the same order."""
-    return "\n".join(f"{significant(p['u'], 2)} {_unit(p)}".strip() for _, p in _numbers(one))
+    return "\n".join(f"{_digits(p)[1]} {_unit(p)}".strip() for _, p in _numbers(one))
 
 
 def _symbol(name: str, parameter: Said, count: int) -> str:
@@ -239,10 +239,10 @@ def _symbol(name: str, parameter: Said, count: int) -> str:
     return "" if count == 1 else f"{stem or 'size'} "
 
 
-def _digits(parameter: Said) -> str:
-    """The value to the decimal place of two digits of its standard uncertainty."""
+def _digits(parameter: Said) -> list[str]:
+    """The value and its standard uncertainty, to two digits of the latter."""
     text = plus_minus({**parameter, "u": parameter["u"] / COVERAGE, "unit": ""})
-    return text.split(" ± ")[0].replace("-", "−")
+    return text.replace("-", "−").split(" ± ")
 
 
 def _unit(parameter: Said) -> str:

@@ -17,7 +17,7 @@ from stepgauge.evaluation.evaluate import Evaluation
 from stepgauge.evaluation.files import evaluation_to_dict
 from stepgauge.evaluation.probings import TEMPERATURES, probing_errors
 from stepgauge.figures.plotly_library import packed_library
-from stepgauge.files.notation import clean, printed_unit
+from stepgauge.files.notation import clean, printed, printed_unit
 from stepgauge.recording import Recording
 
 MOST_ROWS = 10_000
@@ -60,7 +60,9 @@ def diagnosis_page(said: Mapping[str, Any], story: Mapping[str, Any], rows: pd.D
     rows : content of ``residuals.csv``
     """
     scene = diagnosis_scene(said, story, rows)
-    return _content(story["title"], story["summary"], scene, bool(story["example"]), False, _left_out(len(rows)))
+    return _content(
+        story["title"], printed(story["summary"]), scene, bool(story["example"]), False, _left_out(len(rows))
+    )
 
 
 def diagnosis_scene(
@@ -167,7 +169,7 @@ def _probings(table: pd.DataFrame) -> dict[str, Any]:
 def _against(rows: pd.DataFrame) -> list[dict[str, Any]]:
     (position,) = [name for name in rows.columns if str(name).startswith("position_")]
     of_map = "polar_deg" in rows
-    name = "azimuth (°)" if of_map else f"position ({position.removeprefix('position_')})"
+    name = "azimuth (°)" if of_map else f"position ({printed_unit(position.removeprefix('position_'))})"
     found = [{"name": name, "values": _numbers(rows[position])}]
     if of_map:
         found.append({"name": "polar angle (°)", "values": _numbers(rows["polar_deg"])})
@@ -182,7 +184,7 @@ def _rows(rows: pd.DataFrame, unit: str, of_axis: bool) -> dict[str, Any]:
     face = rows["face"].to_numpy(int)
     label = list(map(str, face))
     if of_axis:
-        label = [f"{one:g} {position.removeprefix('position_')}" for one in rows[position]]
+        label = [f"{one:g} {printed_unit(position.removeprefix('position_'))}" for one in rows[position]]
     elif "polar_deg" in rows:
         angles = zip(rows["polar_deg"], rows[position], strict=True)
         label = [f"{polar:g}° polar, {azimuth:g}° azimuth" for polar, azimuth in angles]
@@ -221,7 +223,7 @@ def _findings(
     for number, law in enumerate(said.get("empirical", []), 1):
         name = f"form over {law['covariate']}"
         share = _share(rows, f"{FORM}_{number}_{unit}")
-        text = f"{law['where']}. Its cause is not known."
+        text = printed(f"{law['where']}. Its cause is not known.")
         found.append({"name": name, "short": "without a law", "text": text, "share": share, "rows": None, "facts": []})
     return found
 
@@ -258,11 +260,11 @@ def _finding(
     short = "; ".join([*value.split("\n")[:1], f"probability {p}"]).removeprefix("; ")
     return {
         "name": f"{number} {name}",
-        "short": short,
-        "text": text,
+        "short": printed(short),
+        "text": printed(text),
         "share": share,
         "rows": rows,
-        "facts": [list(one) for one in facts if one[1]],
+        "facts": [[what, printed(one)] for what, one in facts if one],
     }
 
 

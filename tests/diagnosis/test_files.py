@@ -316,6 +316,8 @@ def test_commands_stand_alone_in_the_report() -> None:
     [
         ({"value": 2.4512, "u": 0.21, "unit": "um/m"}, "2.45 ± 0.42 um/m"),
         ({"value": 304.91, "u": 7.3, "unit": "s"}, "305 ± 15 s"),
+        ({"value": -12575.1, "u": 2670.1, "unit": "um/m"}, "-12600 ± 5300 um/m"),
+        ({"value": 41.26, "u": 4.99, "unit": "mm"}, "41 ± 10 mm"),
         ({"value": 12.3456, "u": None, "unit": "mm"}, "12.35 mm"),
         ({"value": -0.0123, "u": 0.0004, "unit": "K"}, "-0.01230 ± 0.00080 K"),
         ({"value": 5.93e-50, "u": 3.76e-25, "unit": "s"}, "5.930e-50 ± 7.5e-25 s"),

@@ -204,13 +204,16 @@ def plus_minus(parameter: Mapping[str, Any]) -> str:
     expanded = COVERAGE * u
     if expanded < LEAST_PLAIN:
         return f"{significant(value, 4)} ± {significant(expanded, 2)} {unit}".strip()
-    decimals = max(1 - math.floor(math.log10(expanded)), 0)
-    return f"{value:.{decimals}f} ± {expanded:.{decimals}f} {unit}".strip()
+    place = 1 - math.floor(math.log10(float(f"{expanded:.1e}")))
+    value, expanded = (round(one, place) for one in (value, expanded))
+    return f"{value:.{max(place, 0)}f} ± {expanded:.{max(place, 0)}f} {unit}".strip()
 
 
 def probability_of(effect: Mapping[str, Any]) -> str:
     """The probability of a finding in words, and that of the cause it names where something else may stand for it."""
-    own = f" that it is one of the set, {probability(effect['own_probability'])} that it is the first of it"
+    first = members_of(effect)[0]["share"]
+    alone = effect["own_probability"] if first is None else first * effect["probability"]
+    own = f" that it is one of the set, {probability(alone)} that it is the first of it"
     return f"probability {probability(effect['probability'])}{own if effect['confounded_with'] else ''}"
 
 
