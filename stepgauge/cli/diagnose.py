@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import shutil
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -139,12 +142,30 @@ def command(
 
     table = None if priors is None else read_priors(priors)
     if together:
-        _say_outcome(
-            diagnose_together(recordings, gauge, machine, output, suffix, without, table, styli), with_first=True
-        )
+        with _found_so_far() as progress:
+            outcome = diagnose_together(recordings, gauge, machine, output, suffix, without, table, styli, progress)
+        _say_outcome(outcome, with_first=True)
         return
     outcomes = diagnose_each(recordings, gauge, machine, output, jobs, suffix, without, table, styli)
     _say_each(outcomes, len(recordings), output)
+
+
+@contextmanager
+def _found_so_far() -> Iterator[Callable[[Sequence[str]], None]]:
+    """What a search has found up to now, in a line of a terminal, gone when it ends: it may take half a minute."""
+    shown = sys.stderr.isatty()
+
+    def show(labels: Sequence[str]) -> None:
+        if shown:
+            text = f"searching; up to now: {', '.join(labels).replace('_', ' ') or 'nothing'}"
+            click.echo(f"\r\033[K{text[: shutil.get_terminal_size().columns - 1]}", nl=False, err=True)
+
+    try:
+        show(())
+        yield show
+    finally:
+        if shown:
+            click.echo("\r\033[K", nl=False, err=True)
 
 
 def _are_of_axis(recordings: tuple[str, ...]) -> bool:

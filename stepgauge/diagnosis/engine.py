@@ -25,7 +25,7 @@ from stepgauge.diagnosis.posterior.metric import Metric
 from stepgauge.diagnosis.posterior.priors import Priors, shipped_priors
 from stepgauge.diagnosis.posterior.problem import Problem
 from stepgauge.diagnosis.posterior.scatter import OUTLYING, Scatter, Scatters
-from stepgauge.diagnosis.posterior.search import Search
+from stepgauge.diagnosis.posterior.search import Progress, Search
 from stepgauge.diagnosis.posterior.told import SURE_OUTLIER, answer_of, systematic
 from stepgauge.diagnosis.problem import bare_problem, make_problem
 from stepgauge.diagnosis.residuals import Residuals, make_residuals, without_copies
@@ -73,6 +73,7 @@ def diagnose(
     without: Collection[str] = (),
     priors: Priors | None = None,
     separations: bool = True,
+    progress: Progress | None = None,
 ) -> Diagnosis:
     """Find where recording and simulation disagree, and the effects that explain it.
 
@@ -84,6 +85,7 @@ def diagnose(
     without : kinds of effects that are no candidates, because they are known to be absent
     priors : the table of priors, the shipped one by default
     separations : whether to look for the further run that discriminates most of each set
+    progress : told the labels of what is most probable up to now, whenever that changes
 
     Raises
     ------
@@ -92,7 +94,7 @@ def diagnose(
     """
     absent = {*without, *without_probe(recording.comments.get("sensor"))}
     recorded = without_copies(make_residuals(recording, gauge, machine))
-    return diagnose_with_search(recorded, absent, priors, separations)[0]
+    return diagnose_with_search(recorded, absent, priors, separations, progress)[0]
 
 
 def diagnose_residuals(recorded: Residuals, without: Collection[str] = (), priors: Priors | None = None) -> Diagnosis:
@@ -102,7 +104,11 @@ def diagnose_residuals(recorded: Residuals, without: Collection[str] = (), prior
 
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def diagnose_with_search(
-    recorded: Residuals, without: Collection[str] = (), priors: Priors | None = None, separations: bool = True
+    recorded: Residuals,
+    without: Collection[str] = (),
+    priors: Priors | None = None,
+    separations: bool = True,
+    progress: Progress | None = None,
 ) -> tuple[Diagnosis, Searched | None]:
     """The diagnosis and the search that it is made from; None where the residuals are too few for a search.
 
@@ -110,7 +116,7 @@ def diagnose_with_search(
     """
     _check_kinds(without)
     start_s, table = clock_start_s(recorded), priors or shipped_priors()
-    found = _search(recorded, start_s, table, without)
+    found = _search(recorded, start_s, table, without, progress)
     if found is None:
         return _insufficient(_some(recorded)), None
     return _told(found, recorded, start_s, table, without, separations), found
@@ -152,12 +158,14 @@ def _repeated(data: Residuals) -> bool:
     return bool((count[data.group] > 1).mean() > 0.5)
 
 
-def _search(data: Residuals, start_s: float, priors: Priors, without: Collection[str]) -> Searched | None:
+def _search(
+    data: Residuals, start_s: float, priors: Priors, without: Collection[str], progress: Progress | None
+) -> Searched | None:
     """The search in all rows, or in some of many, with times from ``start_s``; None if they are too few."""
     some = counted_from(_some(data), start_s)
     if _degrees(some) < FEWEST_DOF:
         return None
-    search = Search(make_problem(some, priors, without), priors)
+    search = Search(make_problem(some, priors, without), priors, progress)
     answer = answer_of(search, priors.decision)
     return Searched(some, search, answer, make_model(search, answer, some, priors))
 

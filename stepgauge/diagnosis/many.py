@@ -12,6 +12,7 @@ from pathlib import Path
 from stepgauge.diagnosis.engine import diagnose
 from stepgauge.diagnosis.output.stored import FILE, read_diagnosis
 from stepgauge.diagnosis.posterior.priors import Priors
+from stepgauge.diagnosis.posterior.search import Progress
 from stepgauge.errors import InputError, naming
 from stepgauge.files.outputs import one_set, refuse_own
 from stepgauge.gauge.certified import Gauge, read_gauge
@@ -43,11 +44,16 @@ def diagnose_together(
     without: Collection[str] = (),
     priors: Priors | None = None,
     styli: Sequence[str] = (),
+    progress: Progress | None = None,
 ) -> Outcome:
-    """Diagnose several recordings as placements of one machine; parameters as :func:`diagnose_each`."""
+    """Diagnose several recordings as placements of one machine; parameters as :func:`diagnose_each`.
+
+    ``progress``: as of :func:`stepgauge.diagnosis.engine.diagnose`.
+    """
     refuse_own(Path(folder) / FILE)
     steps, cmm = read_gauge(gauge), with_styli(read_machine(machine), map(read_machine, styli))
-    return _diagnose([read_recording(path) for path in paths], steps, cmm, Path(folder), suffix, without, priors)
+    recordings = [read_recording(path) for path in paths]
+    return _diagnose(recordings, steps, cmm, Path(folder), suffix, without, priors, progress)
 
 
 def diagnose_each(
@@ -120,9 +126,10 @@ def _diagnose(
     suffix: str,
     without: Collection[str],
     priors: Priors | None,
+    progress: Progress | None = None,
 ) -> Outcome:
     recordings, whole = of_one_machine(recordings, machine)
-    found = replace(diagnose(whole, gauge, machine, without, priors), recordings=tuple(recordings))
+    found = replace(diagnose(whole, gauge, machine, without, priors, progress=progress), recordings=tuple(recordings))
     files = tuple(found.write(folder, suffix))
     return Outcome(folder.name, found.summary(), files, tuple(_first(files[0])))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -311,3 +312,17 @@ def test_a_file_of_priors_is_taken_for_maps_too(run: Run, tmp_path: Path) -> Non
     assert not out.exists()
     mine.write_text("[maps.laws.kinds]\nlever_arm = { odds = 0.1, usual = 1.0 }\n")
     assert run(*words).code == 0
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_a_terminal_shows_what_is_found_while_the_search_goes_on(
+    tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch, terminal: bool
+) -> None:
+    recording = as_file(tmp_path, record(machine(SCALE), [ALONG_X, ALONG_Y]), "scale")
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
+    result = run("diagnose", recording, *COMMON, "-o", tmp_path / "out")
+    shown = [line for line in re.split("[\r\n]", result.err) if "up to now" in line]
+    assert bool(shown) is terminal
+    if terminal:
+        assert shown[0].endswith("up to now: nothing")
+        assert "scale error x" in shown[-1]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, islice
@@ -32,6 +32,9 @@ class Step:
     gain: float
 
 
+Progress = Callable[[Sequence[str]], None]
+"""Told the labels of the terms whenever a more probable hypothesis is found."""
+
 BEAM = 2
 MOST_TERMS = 8
 PROPOSED, PROPOSED_FORMS = 4, 2
@@ -53,8 +56,8 @@ SETTLED = 0.5
 class Search:
     """The search of one problem; ``evidence.visited`` holds every hypothesis that it computed."""
 
-    def __init__(self, problem: Problem, priors: Priors) -> None:
-        self.problem, self.priors = problem, priors
+    def __init__(self, problem: Problem, priors: Priors, progress: Progress | None = None) -> None:
+        self.problem, self.priors, self.progress = problem, priors, progress
         self.evidence, self.looks = Evidence(problem, priors), Looks(problem)
         self.scatters, self._facets = self.evidence.scatters, Facets(self.evidence, problem, priors.scatter)
         self.start = self.evidence((), self.scatters.plain())
@@ -146,6 +149,8 @@ class Search:
         words = "exchanged" if come and gone else "added" if come else "dropped" if gone else "scatter"
         what = ", ".join(sorted(come)) or ", ".join(sorted(gone)) or "model of the scatter or shapes"
         self.trail.append(Step(words, f"{', '.join(sorted(gone))} for {what}" if come and gone else what, gain))
+        if self.progress is not None:
+            self.progress([term.candidate.label for term in other.terms])
         return other
 
     def beside(self, state: State) -> list[Look]:
